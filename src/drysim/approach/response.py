@@ -1,0 +1,153 @@
+"""Response: what every approach gives. Plain values; knows no file and no metric."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant
+
+Floats = NDArray[np.float64]
+Codes = NDArray[np.int8]
+
+EVENT_NAMES = {0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-"}
+"""Event codes: the sign is the new direction of v_r; a stop that sticks has none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Events:
+    """Stops, break-aways and reversals in the order of time; the first is the state at t = 0.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n_events,)
+        Time [s].
+    kind : ndarray of int8, shape (n_events,)
+        Code, see `EVENT_NAMES`.
+    x_r : ndarray, shape (n_events,)
+        Relative displacement [m].
+    F_L : ndarray, shape (n_events,)
+        Limit force m·ü + k_x·x_r [N], Eq. (9).
+    """
+
+    t: Floats
+    kind: Codes
+    x_r: Floats
+    F_L: Floats
+
+    def __len__(self) -> int:
+        """Give the number of events."""
+        return len(self.t)
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the events, in order."""
+        return [EVENT_NAMES[code] for code in self.kind.tolist()]
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """How the numbers were made.
+
+    Attributes
+    ----------
+    approach : str
+        Name on the shelf.
+    core : str
+        Which core solved the scene.
+    why : str
+        Why that core: a sentence.
+    engine : str
+        `plain` or `compiled`.
+    steps : int
+        Steps of the output grid.
+    events : int
+        Number of events, the state at t = 0 included.
+    closest_decision : float or None
+        Smallest relative distance ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions at a stop [-].
+    closure : float or None
+        Largest change of the scaled state over one repetition of a periodic orbit [-].
+    period_multiple : int or None
+        Excitation periods in one repetition of the orbit.
+    """
+
+    approach: str
+    core: str
+    why: str
+    engine: str
+    steps: int
+    events: int
+    closest_decision: float | None = None
+    closure: float | None = None
+    period_multiple: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Relative motion on an equidistant grid, with the events between its points.
+
+    x_dd, F_f, t and stuck follow from the rest and are made when first asked for.
+
+    Attributes
+    ----------
+    plant, law, motion
+        The scene.
+    dt : float
+        Distance of the grid points [s].
+    u_dd, x_r, v_r : ndarray, shape (n,)
+        Base acceleration [m/s²], relative displacement [m] and velocity [m/s].
+    d : ndarray of int8, shape (n,)
+        Direction of sliding: -1, +1, or 0 where stuck.
+    events : Events
+    numerics : Numerics
+    """
+
+    plant: Plant
+    law: Law
+    motion: Sines | Samples
+    dt: float
+    u_dd: Floats
+    x_r: Floats
+    v_r: Floats
+    d: Codes
+    events: Events
+    numerics: Numerics
+
+    @cached_property
+    def t(self) -> Floats:
+        """Time of the grid points [s], shape (n,)."""
+        return np.arange(len(self.x_r)) * self.dt
+
+    @cached_property
+    def stuck(self) -> NDArray[np.bool_]:
+        """Whether the mass sticks to the base, shape (n,)."""
+        return self.d == 0
+
+    @cached_property
+    def F_f(self) -> Floats:
+        """Friction force as it acts on the mass [N], shape (n,); balances F_L while stuck."""
+        return self.friction(slice(None))
+
+    @cached_property
+    def x_dd(self) -> Floats:
+        """Absolute acceleration of the mass [m/s²], shape (n,); equals ü while stuck."""
+        return self.acceleration(slice(None))
+
+    def friction(self, part: slice) -> Floats:
+        """Give F_f [N] on a part of the grid, so that long responses need not hold it whole."""
+        kinetic = self.d[part] * self.law.F_fk
+        if self.law.variation:
+            t = np.arange(len(self.x_r))[part] * self.dt
+            kinetic = kinetic * (1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase))
+        limit_force = self.plant.m * self.u_dd[part] + self.plant.k_x * self.x_r[part]
+        return np.where(self.d[part] == 0, -limit_force, kinetic)
+
+    def acceleration(self, part: slice) -> Floats:
+        """Give x_dd [m/s²] on a part of the grid."""
+        m, k_x, b = self.plant
+        pull = k_x * self.x_r[part] + b * self.v_r[part] + self.friction(part)
+        return np.where(self.d[part] == 0, self.u_dd[part], -pull / m)

@@ -1,0 +1,56 @@
+"""The oscillator and its friction as plain numbers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Plant(NamedTuple):
+    """Mass on spring and damper.
+
+    Attributes
+    ----------
+    m : float
+        Sprung mass [kg], above 0.
+    k_x : float
+        Spring stiffness [N/m], at least 0.
+    b : float
+        Viscous damping [N·s/m], at least 0.
+    """
+
+    m: float
+    k_x: float
+    b: float
+
+
+class Law(NamedTuple):
+    """Dry friction of Coulomb's kind; both limits may follow a normal force that varies as a sine.
+
+    The limits at time t are `F_fk` and `F_fs` times 1 + variation·sin(omega·t + phase).
+
+    Attributes
+    ----------
+    F_fk : float
+        Kinetic friction force [N], at least 0.
+    F_fs : float
+        Static limit [N], at least `F_fk`.
+    variation : float
+        Relative amplitude of the normal force [-], 0 to below 1; 0 means constant.
+    omega : float
+        Angular frequency of the variation [rad/s].
+    phase : float
+        Phase of the variation at t = 0 [rad].
+    """
+
+    F_fk: float
+    F_fs: float
+    variation: float = 0.0
+    omega: float = 0.0
+    phase: float = 0.0
+
+
+class State(NamedTuple):
+    """Relative displacement [m] and velocity [m/s] at one instant."""
+
+    x_r: float
+    v_r: float

@@ -1,0 +1,95 @@
+"""What can go wrong, as a tree; the exit codes; and warnings and faults as values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+EXIT_OK = 0
+EXIT_CHECK_FAILED = 1
+EXIT_NOTHING_COMPUTED = 2
+EXIT_NUMERICS_FAILED = 3
+EXIT_BUG = 70
+EXIT_INTERRUPTED = 130
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One located fault of a file.
+
+    Not to be confused with `Caution`, which travels with an answer: a problem prevents one.
+    """
+
+    sentence: str
+    file: str = ""
+    line: int = 0
+    """1-based; 0 when the fault belongs to the file as a whole."""
+    column: int = 0
+    """1-based, in characters; 0 when unknown."""
+    width: int = 1
+    """How many characters the caret underlines."""
+    source: str = ""
+    """The faulty line as it stands in the file, without its line end."""
+    key: str = ""
+    """Dotted path of the scenario key, e.g. `friction.kinetic`; empty when there is none."""
+    severity: str = "error"
+    """`error` or `warning`."""
+
+
+@dataclass(frozen=True)
+class Caution:
+    """A warning that travels with the outcome, so that every report tells the same story."""
+
+    slug: str
+    """Short stable name, e.g. `stroke-violated`."""
+    sentence: str
+    """What, where and what to do."""
+    numbers: Mapping[str, float] = field(default_factory=dict)
+
+
+# DrysimError
+# ├── UsageError     2   command-line words that make no sense together
+# ├── ScenarioError  2   a scenario file with problems, each located
+# ├── RecordError    2   a measured record that cannot be used
+# ├── OutputError    2   the output folder is not ours to replace, or cannot be written
+# └── SolverError    3   the numerics failed; the time is named
+
+
+class DrysimError(Exception):
+    """Root of every fault that drysim raises on purpose."""
+
+    exit_code = EXIT_NOTHING_COMPUTED
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+class UsageError(DrysimError):
+    """Command-line words that make no sense together."""
+
+
+class ScenarioError(DrysimError):
+    """A scenario file that is not a scenario yet; holds every problem found."""
+
+    def __init__(self, message: str, problems: tuple[Problem, ...], hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.problems = problems
+
+
+class RecordError(DrysimError):
+    """A measured record that cannot be used; row and column are named in the problem."""
+
+    def __init__(self, problem: Problem, hint: str = "") -> None:
+        super().__init__(problem.sentence, hint)
+        self.problem = problem
+
+
+class OutputError(DrysimError):
+    """The output folder is not ours to replace, or cannot be written."""
+
+
+class SolverError(DrysimError):
+    """The numerics failed; the message names the time of the failure."""
+
+    exit_code = EXIT_NUMERICS_FAILED
