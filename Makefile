@@ -1,0 +1,57 @@
+# Everything a developer does with drysim. Needs Python 3.11 or newer; the rest is installed into .venv.
+# Another interpreter: make PYTHON=python3.13 install
+
+PYTHON ?= python3
+VENV := .venv
+RUN := $(VENV)/bin/python -m
+READY := $(VENV)/.ready
+
+.DEFAULT_GOAL := help
+.PHONY: help install fmt lint types layers test slow check demo schema clean
+
+help: ## print this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
+
+install: $(READY) ## make .venv with drysim and the tools of its developers
+
+# The stamp comes last, so an interrupted installation starts afresh.
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "drysim needs Python 3.11 or newer; name one: make PYTHON=python3.11 install" >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	$(RUN) pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+fmt: $(READY) ## put the code into shape
+	$(RUN) ruff check --fix src tests
+	$(RUN) ruff format src tests
+
+lint: $(READY) ## ruff: rules and shape
+	$(RUN) ruff check src tests
+	$(RUN) ruff format --check src tests
+
+types: $(READY) ## mypy, strict
+	$(RUN) mypy
+
+layers: $(READY) ## who may import whom
+	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo
+
+test: $(READY) ## the tests, all but the slow ones
+	$(RUN) pytest -m "not slow"
+
+slow: $(READY) ## the slow tests
+	$(RUN) pytest -m slow
+
+check: lint types layers test ## all but the slow tests
+
+demo: $(READY) ## compute a seat on the EM1 base motion and draw it
+	$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1
+	@echo "The pictures:"; ls out/seat-on-em1/*.png
+
+schema: $(READY) ## write the JSON schema of scenarios beside the gallery
+	$(RUN) drysim schema > scenarios/schema.json.new
+	mv scenarios/schema.json.new scenarios/schema.json
+
+clean: ## remove .venv, caches and builds; results in out/ stay
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .coverage
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,67 @@
+"""Vibration isolation with viscous and dry-friction damping, solved without a time-step error.
+
+The public names are loaded when first asked for, so that importing drysim stays light.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from drysim.approach import simulate
+    from drysim.errors import (
+        DrysimError,
+        OutputError,
+        RecordError,
+        ScenarioError,
+        SolverError,
+        UsageError,
+    )
+    from drysim.scenario import Scenario, load
+    from drysim.study import Outcome, run
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "DrysimError",
+    "Outcome",
+    "OutputError",
+    "RecordError",
+    "Scenario",
+    "ScenarioError",
+    "SolverError",
+    "UsageError",
+    "__version__",
+    "load",
+    "run",
+    "simulate",
+]
+
+_HOMES = {
+    "DrysimError": "drysim.errors",
+    "Outcome": "drysim.study",
+    "OutputError": "drysim.errors",
+    "RecordError": "drysim.errors",
+    "Scenario": "drysim.scenario",
+    "ScenarioError": "drysim.errors",
+    "SolverError": "drysim.errors",
+    "UsageError": "drysim.errors",
+    "load": "drysim.scenario",
+    "run": "drysim.study",
+    "simulate": "drysim.approach",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Give a public name from the module that holds it."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'drysim' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Give the public names, loaded or not."""
+    return sorted({*globals(), *__all__})
