@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant
+from drysim.core.plant import Law, Plant, State, Totals
 
 Floats = NDArray[np.float64]
 Codes = NDArray[np.int8]
@@ -86,6 +87,24 @@ class Numerics:
     period_multiple: int | None = None
 
 
+class Track(Protocol):
+    """The continuous solution behind a response; any instant and any window can be asked of it."""
+
+    @property
+    def turns(self) -> Events:
+        """The start and every zero of v_r: between two of them x_r is monotone."""
+
+    @property
+    def end(self) -> float:
+        """Last instant [s]."""
+
+    def state(self, t: float) -> State:
+        """Give the state at time t [s]."""
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Give the integrals over a window [s]."""
+
+
 @dataclass(frozen=True, eq=False)
 class Response:
     """Relative motion on an equidistant grid, with the events between its points.
@@ -104,6 +123,8 @@ class Response:
         Direction of sliding: -1, +1, or 0 where stuck.
     events : Events
     numerics : Numerics
+    track : Track or None
+        The solution between the grid points; None where only the motion was asked for.
     """
 
     plant: Plant
@@ -116,6 +137,7 @@ class Response:
     d: Codes
     events: Events
     numerics: Numerics
+    track: Track | None = None
 
     @cached_property
     def t(self) -> Floats:
@@ -151,3 +173,30 @@ class Response:
         m, k_x, b = self.plant
         pull = k_x * self.x_r[part] + b * self.v_r[part] + self.friction(part)
         return np.where(self.d[part] == 0, self.u_dd[part], -pull / m)
+
+
+class Orbit(NamedTuple):
+    """The periodic orbit that a start leads to.
+
+    Attributes
+    ----------
+    state : State
+        At the beginning of the repetition.
+    periods : int
+        Excitation periods in the repetition.
+    closure : float
+        Largest scaled change of the state over the repetition [-].
+    settled : bool
+        Whether the scene closed at all.
+    run_up : float
+        Time from the start to the beginning of the repetition [s].
+    run_up_peak : float
+        Largest |x_r| on the way [m].
+    """
+
+    state: State
+    periods: int
+    closure: float
+    settled: bool
+    run_up: float
+    run_up_peak: float

@@ -11,6 +11,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -62,6 +63,12 @@ def compiled(function: Kernel) -> Kernel:
     return kernel
 
 
+def held(values: Any) -> Any:
+    """Give an array as the engine reads it fastest: plain Python indexes lists, not arrays."""
+    return values.tolist() if engine() == PLAIN and hasattr(values, "tolist") else values
+
+
+@cache
 def cache_folder() -> Path | None:
     """Give a writable folder for compiled kernels of exactly this source, or None."""
     key = source_key()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled
-from drysim.core.march import REVERSAL, SLIP, STICK, limit_force, note, sign, tightness
+from drysim.core.march import REVERSAL, ROOM, SLIP, STICK, limit_force, note, sign, tightness
 from drysim.core.slide import anchor, base_motion, margin, normal_force, slide
 from drysim.core.stop import NEVER, RESOLUTION
 
@@ -213,3 +213,60 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
             d = -sign(F_L)
             count = note(log, count, n, begin, d * REVERSAL, x_r, F_L)
     return begin, x_r, v_r, d, count, closest
+
+
+@compiled
+def leap_steps(
+    plant, law, waves, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity
+):
+    """March over samples where the friction limits vary: one leap a step; otherwise like `march`."""
+    closest = NEVER
+    while n < end and count + ROOM <= capacity:
+        slope = (u_dd[n + 1] - u_dd[n]) / dt
+        reached, x_r, v_r, d, count, tight = leap(
+            plant, law, waves, u_dd[n], slope, n, n * dt, dt, 0.0, x_r, v_r, d, log, count, capacity
+        )  # fmt: skip
+        closest = min(closest, tight)
+        if reached < dt or count < 0:
+            return n, x_r, v_r, d, -1, closest
+        n += 1
+        x_out[n] = x_r
+        v_out[n] = v_r
+        d_out[n] = d
+    return n, x_r, v_r, d, count, closest
+
+
+@compiled
+def state_within(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
+    """Give x_r and v_r at time s of a stretch that starts at time t with the given state and direction."""
+    if d == 0:
+        return x_r, 0.0
+    anchor(waves, law, plant.m, t, d)
+    c = plant.b / plant.m
+    w = plant.k_x / plant.m
+    return slide(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]
+
+
+@compiled
+def sample_leaps(plant, law, waves, t, kind, x_r, v_first, dt, x_out, v_out, d_out):
+    """Write a solution under waves on the grid n·dt.
+
+    Parameters
+    ----------
+    t, kind, x_r : array, shape (events,)
+        The events; the first is the start of the run, with velocity `v_first` [m/s].
+    dt : float
+        Distance of the grid points [s].
+    x_out, v_out, d_out : array, shape (n,)
+        Written.
+    """
+    event = 0
+    for n in range(len(x_out)):
+        while event + 1 < len(t) and t[event + 1] <= n * dt:
+            event += 1
+        d = 1 if kind[event] > 0 else (-1 if kind[event] < 0 else 0)
+        v_r = v_first if event == 0 else 0.0
+        x_out[n], v_out[n] = state_within(
+            plant, law, waves, 0.0, 0.0, t[event], x_r[event], v_r, d, n * dt - t[event]
+        )
+        d_out[n] = d

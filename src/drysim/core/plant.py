@@ -1,4 +1,4 @@
-"""The oscillator and its friction as plain numbers."""
+"""The oscillator, its friction, its state and its integrals as plain numbers."""
 
 from __future__ import annotations
 
@@ -54,3 +54,32 @@ class State(NamedTuple):
 
     x_r: float
     v_r: float
+
+
+class Totals(NamedTuple):
+    """Integrals over a window of time.
+
+    Attributes
+    ----------
+    x2, v2, x_dd2 : float
+        Integrals of x_r² [m²s], v_r² [m²/s] and x_dd² [m²/s³].
+    power : float
+        Integral of ü v_r [m²/s²]: minus the work of the base per mass.
+    rub : float
+        Integral of |v_r| times the relative normal force [m].
+    stuck : float
+        Time without relative motion [s].
+    u_dd2 : float
+        Integral of ü² [m²/s³].
+    u2 : float or None
+        Integral of u² [m²s]; None where u is not known.
+    """
+
+    x2: float
+    v2: float
+    x_dd2: float
+    power: float
+    rub: float
+    stuck: float
+    u_dd2: float
+    u2: float | None

@@ -1,0 +1,108 @@
+"""One call from arrays to arrays, for those who need no scenario file."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drysim.approach import APPROACHES
+from drysim.approach.response import Events, Floats, Numerics, Response
+from drysim.core.motion import Samples
+from drysim.core.plant import Law, Plant, State
+from drysim.errors import UsageError
+
+
+def simulate(
+    *,
+    m: float,
+    k_x: float,
+    b: float,
+    F_fk: float = 0.0,
+    F_fs: float | None = None,
+    u_dd: ArrayLike,
+    dt: float,
+    x_r: float = 0.0,
+    v_r: float = 0.0,
+    approach: str = "stick-slip",
+) -> Response:
+    """Give the motion of the oscillator on a base that moves by sampled acceleration.
+
+    Parameters
+    ----------
+    m, k_x, b : float
+        Mass [kg], stiffness [N/m] and viscous damping [N·s/m].
+    F_fk, F_fs : float
+        Kinetic friction force and static limit [N]; the static limit defaults to the kinetic force.
+    u_dd : array_like, shape (n,)
+        Base acceleration [m/s²], linear between samples.
+    dt : float
+        Distance of the samples [s].
+    x_r, v_r : float
+        State at the first sample [m, m/s].
+    approach : str
+        Name on the shelf of approaches.
+
+    Returns
+    -------
+    Response
+        Arrays of shape (n,): t, x_r, v_r, x_dd, F_f, stuck; and the events.
+
+    Raises
+    ------
+    UsageError
+        When a number is not one, or has a value that no oscillator has.
+    SolverError
+        When events follow each other without end or the motion leaves the numbers.
+    """
+    samples = np.ascontiguousarray(u_dd, dtype=float)
+    law = Law(float(F_fk), float(F_fk if F_fs is None else F_fs))
+    plant, start = Plant(float(m), float(k_x), float(b)), State(float(x_r), float(v_r))
+    refuse_nonsense(plant, law, samples, float(dt), start)
+    shelf = {each.model_fields["approach"].default: each for each in APPROACHES}
+    if approach not in shelf:
+        raise UsageError(f"there is no approach `{approach}`", f"choose from {', '.join(shelf)}")
+    motion = Samples(samples, float(dt))
+    if law.F_fs == 0.0 or not shelf[approach].use_friction:
+        return linear(plant, motion, start)
+    return shelf[approach]().solve(plant, law, motion, start, motion.dt)
+
+
+def linear(plant: Plant, motion: Samples, start: State) -> Response:
+    """Give the motion without dry friction, and nothing more: no turning points, no metrics."""
+    from drysim.core.compiled import engine, held
+    from drysim.core.recursion import recursion
+
+    n = len(motion.u_dd)
+    x_r, v_r = held(np.empty(n)), held(np.empty(n))
+    recursion(plant, held(motion.u_dd), motion.dt, start.x_r, start.v_r, x_r, v_r)
+    F_L = plant.m * motion.u_dd[0] + plant.k_x * start.x_r
+    kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
+    events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
+    why = "no dry friction: one affine map a step, no event code"
+    numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
+    modes = np.ones(n, dtype=np.int8)
+    return Response(
+        plant, Law(0.0, 0.0), motion, motion.dt, motion.u_dd, np.asarray(x_r), np.asarray(v_r),
+        modes, events, numerics,
+    )  # fmt: skip
+
+
+def refuse_nonsense(plant: Plant, law: Law, u_dd: Floats, dt: float, start: State) -> None:
+    """Raise UsageError, naming the argument, where the arguments describe no oscillator."""
+    named = {**plant._asdict(), "F_fk": law.F_fk, "F_fs": law.F_fs, "dt": dt, **start._asdict()}
+    for name, value in named.items():
+        if not math.isfinite(value):
+            raise UsageError(f"{name} must be a finite number, not {value}")
+        if value < 0.0 and name not in start._fields:
+            raise UsageError(f"{name} must be at least 0, not {value:g}")
+    if plant.m == 0.0 or dt == 0.0:
+        raise UsageError(f"{'dt' if plant.m else 'm'} must be above 0")
+    if law.F_fs < law.F_fk:
+        raise UsageError(f"F_fs = {law.F_fs:g} N must be at least F_fk = {law.F_fk:g} N")
+    if u_dd.ndim != 1 or len(u_dd) < 2:
+        raise UsageError(f"u_dd must be a row of at least 2 samples, not of shape {u_dd.shape}")
+    if not np.isfinite(u_dd).all():
+        at = int(np.flatnonzero(~np.isfinite(u_dd))[0])
+        raise UsageError(f"u_dd[{at}] must be a finite number, not {u_dd[at]}")

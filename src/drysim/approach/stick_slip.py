@@ -1,0 +1,63 @@
+"""Stick-slip: switches exactly between sticking and sliding (Eqs. 4, 7, 9)."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from drysim.approach.response import Orbit, Response
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State
+
+
+class StickSlip(BaseModel):
+    """The mass sticks below the friction limit and slides above it; both without time-discretisation error.
+
+    Not to be confused with a fixed-step march that decides by a velocity band: here the stop is
+    located and v_r is zero exactly.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    use_friction: ClassVar[bool] = True
+
+    approach: Literal["stick-slip"] = "stick-slip"
+
+    def solve(
+        self,
+        plant: Plant,
+        law: Law,
+        motion: Sines | Samples,
+        start: State,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response from t = 0 to `duration` [s], or to the end of the samples.
+
+        Parameters
+        ----------
+        plant, law, motion, start
+            The scene.
+        step : float
+            Distance of the output grid [s]; samples own their step, so it is not used for them.
+        duration : float or None
+            Length of the run [s]; samples may do without.
+
+        Raises
+        ------
+        SolverError
+            When events follow each other without end or the motion leaves the numbers.
+        """
+        from drysim.approach import exact
+
+        response = exact.solve(plant, law, motion, start, step, duration)
+        return response if law.F_fs > 0.0 else exact.frictionless(response)
+
+    def orbit(
+        self, plant: Plant, law: Law, motion: Sines, start: State, period: float
+    ) -> Orbit:
+        """Give the periodic orbit that the start leads to under excitation of this period [s]."""
+        from drysim.approach import exact
+
+        return exact.find_orbit(plant, law, motion, start, period)

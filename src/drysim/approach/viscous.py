@@ -1,0 +1,45 @@
+"""Viscous: the same plant without dry friction, the reference curve."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from drysim.approach.response import Orbit, Response
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State
+
+NO_FRICTION = Law(0.0, 0.0)
+
+
+class Viscous(BaseModel):
+    """Spring and damper alone; what the friction of the scene would be is left out.
+
+    Not to be confused with an equivalent viscous damping: nothing stands in for the friction.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    use_friction: ClassVar[bool] = False
+
+    approach: Literal["viscous"] = "viscous"
+
+    def solve(
+        self,
+        plant: Plant,
+        law: Law,
+        motion: Sines | Samples,
+        start: State,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response without dry friction; parameters as in `StickSlip.solve`."""
+        return StickSlip().solve(plant, NO_FRICTION, motion, start, step, duration)
+
+    def orbit(
+        self, plant: Plant, law: Law, motion: Sines, start: State, period: float
+    ) -> Orbit:
+        """Give the steady motion under excitation of this period [s]."""
+        return StickSlip().orbit(plant, NO_FRICTION, motion, start, period)

@@ -1,0 +1,130 @@
+"""Metrics: what engineers ask of a response, from its continuous solution."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drysim.approach.response import Response, Track
+from drysim.core.plant import Plant, State, Totals
+from drysim.stroke import excursions
+
+
+class Metric(NamedTuple):
+    """A name that checks and reports may use, its SI unit and what it is."""
+
+    name: str
+    unit: str
+    about: str
+
+
+METRICS = (
+    Metric("a_u", "m/s2", "RMS acceleration of the base"),
+    Metric("a_x", "m/s2", "RMS acceleration of the mass"),
+    Metric("T_a", "-", "acceleration transmissibility a_x/a_u"),
+    Metric("T_x", "-", "relative displacement transmissibility RMS{x_r}/RMS{u}"),
+    Metric("x_r_rms", "m", "RMS relative displacement, mean kept"),
+    Metric("x_r_peak", "m", "stroke: greatest |x_r| in the window"),
+    Metric("v_r_rms", "m/s", "RMS relative velocity"),
+    Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
+    Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
+    Metric("stuck_share", "-", "share of the window without relative motion"),
+    Metric("violations", "-", "times that |x_r| reached the stroke limit, settling included"),
+    Metric("t_first_violation", "s", "when it did so first"),
+    Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
+    Metric("energy_input", "J", "work of the base on the relative motion in the window"),
+    Metric("energy_stored", "J", "change of spring and kinetic energy"),
+    Metric("energy_friction", "J", "loss in the dry-friction contact"),
+    Metric("energy_viscous", "J", "loss in the damper"),
+    Metric("energy_residual", "-", "what the energy balance leaves, relative to what was exchanged"),
+    Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
+)
+
+
+def measure(
+    response: Response, window: tuple[float, float], x_rM: float | None
+) -> dict[str, float | int | None]:
+    """Give every metric of `METRICS` by name; None where it is not known.
+
+    Parameters
+    ----------
+    response : Response
+        With its track.
+    window : tuple of float
+        Begin and end of the window [s].
+    x_rM : float or None
+        Stroke limit [m]; the metrics of the stroke need it.
+    """
+    track = response.track
+    if track is None:
+        raise ValueError("metrics need the continuous solution; simulate() gives the motion only")
+    totals = track.totals(*window)
+    peak = greatest(track, window)
+    values = means(totals, window[1] - window[0])
+    values |= {"x_r_peak": peak, "closure": response.numerics.closure}
+    values |= energies(response, totals, track.state(window[0]), track.state(window[1]))
+    if x_rM is not None:
+        count, t_first, t_beyond = excursions(track, x_rM)
+        values |= {"stroke_used": peak / x_rM, "violations": count, "t_beyond": t_beyond}
+        values["t_first_violation"] = t_first
+    return {metric.name: values.get(metric.name) for metric in METRICS}
+
+
+def greatest(track: Track, window: tuple[float, float]) -> float:
+    """Give the greatest |x_r| in a window [m]: at a zero of v_r or at an end."""
+    begin, end = window
+    inside = (track.turns.t >= begin) & (track.turns.t <= end)
+    turning = np.abs(track.turns.x_r[inside]).max(initial=0.0)
+    return float(max(turning, abs(track.state(begin).x_r), abs(track.state(end).x_r)))
+
+
+def means(totals: Totals, length: float) -> dict[str, float | int | None]:
+    """Give the RMS values, their ratios and the stuck share from the integrals over a window."""
+    a_u = math.sqrt(totals.u_dd2 / length)
+    a_x = math.sqrt(totals.x_dd2 / length)
+    x_r = math.sqrt(totals.x2 / length)
+    u = None if totals.u2 is None else math.sqrt(totals.u2 / length)
+    return {
+        "a_u": a_u,
+        "a_x": a_x,
+        "T_a": a_x / a_u if a_u else None,
+        "T_x": x_r / u if u else None,
+        "x_r_rms": x_r,
+        "v_r_rms": math.sqrt(totals.v2 / length),
+        "u_rms": u,
+        "stuck_share": totals.stuck / length,
+    }
+
+
+def energies(
+    response: Response, totals: Totals, first: State, last: State
+) -> dict[str, float | int | None]:
+    """Give the energy balance of a window, audited.
+
+    Notes
+    -----
+    Each term is integrated on its own, so what the balance leaves certifies the solution. It is
+    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange.
+    """
+    plant = response.plant
+    work = -plant.m * totals.power
+    stored = held_energy(plant, last) - held_energy(plant, first)
+    viscous = plant.b * totals.v2
+    friction = response.law.F_fk * totals.rub
+    exchanged = plant.m * math.sqrt(totals.u_dd2 * totals.v2)
+    scale = max(exchanged, abs(stored), viscous, friction, held_energy(plant, first))
+    left = abs(work - stored - viscous - friction)
+    return {
+        "energy_input": work,
+        "energy_stored": stored,
+        "energy_viscous": viscous,
+        "energy_friction": friction,
+        "energy_residual": left / scale if scale else 0.0,
+    }
+
+
+def held_energy(plant: Plant, state: State) -> float:
+    """Give the spring and kinetic energy of a state of relative motion [J]."""
+    return 0.5 * (plant.m * state.v_r**2 + plant.k_x * state.x_r**2)

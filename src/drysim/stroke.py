@@ -1,0 +1,78 @@
+"""When, how often and how long the relative displacement is beyond the stroke limit, Eq. (5)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drysim.approach.response import Track
+
+NEWTON_CAP = 100
+"""Newton needs about 5 rounds; a bracket that is halved instead is down to one float after 60."""
+
+
+class Excursions(NamedTuple):
+    """Stretches of time with |x_r| at or beyond the limit.
+
+    Attributes
+    ----------
+    count : int
+        Number of stretches.
+    t_first : float or None
+        Beginning of the first [s].
+    t_beyond : float
+        Time beyond the limit in all [s].
+    """
+
+    count: int
+    t_first: float | None
+    t_beyond: float
+
+
+def excursions(track: Track, x_rM: float) -> Excursions:
+    """Give the excursions of a whole run, settling included; reaching the limit is one.
+
+    Parameters
+    ----------
+    track : Track
+    x_rM : float
+        Stroke limit [m], above 0.
+
+    Notes
+    -----
+    Between zeros of v_r the displacement is monotone, so nothing hides between two of them.
+    """
+    t = np.append(track.turns.t, track.end)
+    x_r = np.append(track.turns.x_r, track.state(track.end).x_r)
+    side = np.where(np.abs(x_r) >= x_rM, np.sign(x_r), 0.0)
+    enters = [0.0] if side[0] else []
+    leaves = []
+    for i in np.flatnonzero(side[1:] != side[:-1]).tolist():
+        bracket = float(t[i]), float(t[i + 1])
+        if side[i]:
+            leaves.append(reach(track, side[i] * x_rM, *bracket))
+        if side[i + 1]:
+            enters.append(reach(track, side[i + 1] * x_rM, *bracket))
+    if len(leaves) < len(enters):
+        leaves.append(track.end)
+    beyond = sum(leaves) - sum(enters)
+    return Excursions(len(enters), min(enters, default=None), beyond)
+
+
+def reach(track: Track, level: float, lo: float, hi: float) -> float:
+    """Give the time at which x_r, monotone from lo to hi, is at a level [m] between its ends."""
+    rising = track.state(hi).x_r > track.state(lo).x_r
+    t = 0.5 * (lo + hi)
+    for _ in range(NEWTON_CAP):
+        x_r, v_r = track.state(t)
+        if x_r == level:
+            return t
+        lo, hi = (t, hi) if (x_r < level) == rising else (lo, t)
+        before = t
+        t = t + (level - x_r) / v_r if v_r else lo
+        if not lo < t < hi:
+            t = 0.5 * (lo + hi)
+        if t in (before, lo, hi):
+            return hi
+    return t
