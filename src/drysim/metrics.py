@@ -38,7 +38,9 @@ METRICS = (
     Metric("energy_stored", "J", "change of spring and kinetic energy"),
     Metric("energy_friction", "J", "loss in the dry-friction contact"),
     Metric("energy_viscous", "J", "loss in the damper"),
-    Metric("energy_residual", "-", "what the energy balance leaves, relative to what was exchanged"),
+    Metric(
+        "energy_residual", "-", "what the energy balance leaves, relative to what was exchanged"
+    ),
     Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
 )
 
@@ -59,15 +61,17 @@ def measure(
     """
     track = response.track
     if track is None:
-        raise ValueError("metrics need the continuous solution; simulate() gives the motion only")
+        raise ValueError(
+            "metrics need the continuous solution; simulate() gives the motion only"
+        )
     totals = track.totals(*window)
     peak = greatest(track, window)
     values = means(totals, window[1] - window[0])
     values |= {"x_r_peak": peak, "closure": response.numerics.closure}
     values |= energies(response, totals, track.state(window[0]), track.state(window[1]))
     if x_rM is not None:
-        count, t_first, t_beyond = excursions(track, x_rM)
-        values |= {"stroke_used": peak / x_rM, "violations": count, "t_beyond": t_beyond}
+        times, t_first, t_beyond = excursions(track, x_rM)
+        values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return {metric.name: values.get(metric.name) for metric in METRICS}
 
@@ -81,7 +85,7 @@ def greatest(track: Track, window: tuple[float, float]) -> float:
 
 
 def means(totals: Totals, length: float) -> dict[str, float | int | None]:
-    """Give the RMS values, their ratios and the stuck share from the integrals over a window."""
+    """Give RMS values, their ratios and the stuck share from the integrals over a window."""
     a_u = math.sqrt(totals.u_dd2 / length)
     a_x = math.sqrt(totals.x_dd2 / length)
     x_r = math.sqrt(totals.x2 / length)

@@ -1,4 +1,4 @@
-"""When, how often and how long the relative displacement is beyond the stroke limit, Eq. (5)."""
+"""When, how often and how long the mass is beyond the stroke limit, Eq. (5)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from drysim.approach.response import Track
 
 NEWTON_CAP = 100
-"""Newton needs about 5 rounds; a bracket that is halved instead is down to one float after 60."""
+"""Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
 
 
 class Excursions(NamedTuple):
@@ -17,7 +17,7 @@ class Excursions(NamedTuple):
 
     Attributes
     ----------
-    count : int
+    times : int
         Number of stretches.
     t_first : float or None
         Beginning of the first [s].
@@ -25,7 +25,7 @@ class Excursions(NamedTuple):
         Time beyond the limit in all [s].
     """
 
-    count: int
+    times: int
     t_first: float | None
     t_beyond: float
 
@@ -61,7 +61,7 @@ def excursions(track: Track, x_rM: float) -> Excursions:
 
 
 def reach(track: Track, level: float, lo: float, hi: float) -> float:
-    """Give the time at which x_r, monotone from lo to hi, is at a level [m] between its ends."""
+    """Give the time at which x_r, monotone from lo to hi, is at a level [m] in between."""
     rising = track.state(hi).x_r > track.state(lo).x_r
     t = 0.5 * (lo + hi)
     for _ in range(NEWTON_CAP):

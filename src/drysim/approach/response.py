@@ -9,45 +9,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.approach.events import Codes, Events, Floats
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State, Totals
-
-Floats = NDArray[np.float64]
-Codes = NDArray[np.int8]
-
-EVENT_NAMES = {0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-"}
-"""Event codes: the sign is the new direction of v_r; a stop that sticks has none."""
-
-
-@dataclass(frozen=True, eq=False)
-class Events:
-    """Stops, break-aways and reversals in the order of time; the first is the state at t = 0.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n_events,)
-        Time [s].
-    kind : ndarray of int8, shape (n_events,)
-        Code, see `EVENT_NAMES`.
-    x_r : ndarray, shape (n_events,)
-        Relative displacement [m].
-    F_L : ndarray, shape (n_events,)
-        Limit force m·ü + k_x·x_r [N], Eq. (9).
-    """
-
-    t: Floats
-    kind: Codes
-    x_r: Floats
-    F_L: Floats
-
-    def __len__(self) -> int:
-        """Give the number of events."""
-        return len(self.t)
-
-    @property
-    def names(self) -> list[str]:
-        """The names of the events, in order."""
-        return [EVENT_NAMES[code] for code in self.kind.tolist()]
 
 
 @dataclass(frozen=True)
@@ -69,7 +33,8 @@ class Numerics:
     events : int
         Number of events, the state at t = 0 included.
     closest_decision : float or None
-        Smallest relative distance ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions at a stop [-].
+        Smallest relative distance ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions at a stop
+        [-].
     closure : float or None
         Largest change of the scaled state over one repetition of a periodic orbit [-].
     period_multiple : int or None
@@ -88,7 +53,7 @@ class Numerics:
 
 
 class Track(Protocol):
-    """The continuous solution behind a response; any instant and any window can be asked of it."""
+    """The continuous solution behind a response: any instant, any window."""
 
     @property
     def turns(self) -> Events:
@@ -142,12 +107,14 @@ class Response:
     @cached_property
     def t(self) -> Floats:
         """Time of the grid points [s], shape (n,)."""
-        return np.arange(len(self.x_r)) * self.dt
+        t: Floats = np.arange(len(self.x_r), dtype=np.float64) * self.dt
+        return t
 
     @cached_property
     def stuck(self) -> NDArray[np.bool_]:
         """Whether the mass sticks to the base, shape (n,)."""
-        return self.d == 0
+        stuck: NDArray[np.bool_] = self.d == 0
+        return stuck
 
     @cached_property
     def F_f(self) -> Floats:
@@ -164,7 +131,9 @@ class Response:
         kinetic = self.d[part] * self.law.F_fk
         if self.law.variation:
             t = np.arange(len(self.x_r))[part] * self.dt
-            kinetic = kinetic * (1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase))
+            kinetic = kinetic * (
+                1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
+            )
         limit_force = self.plant.m * self.u_dd[part] + self.plant.k_x * self.x_r[part]
         return np.where(self.d[part] == 0, -limit_force, kinetic)
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drysim.approach import APPROACHES
-from drysim.approach.response import Events, Floats, Numerics, Response
+from drysim.approach.events import Events, Floats
+from drysim.approach.response import Numerics, Response
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, State
 from drysim.errors import UsageError
@@ -34,7 +35,8 @@ def simulate(
     m, k_x, b : float
         Mass [kg], stiffness [N/m] and viscous damping [N·s/m].
     F_fk, F_fs : float
-        Kinetic friction force and static limit [N]; the static limit defaults to the kinetic force.
+        Kinetic friction force and static limit [N]; the static limit defaults to the kinetic
+        force.
     u_dd : array_like, shape (n,)
         Base acceleration [m/s²], linear between samples.
     dt : float
@@ -62,7 +64,9 @@ def simulate(
     refuse_nonsense(plant, law, samples, float(dt), start)
     shelf = {each.model_fields["approach"].default: each for each in APPROACHES}
     if approach not in shelf:
-        raise UsageError(f"there is no approach `{approach}`", f"choose from {', '.join(shelf)}")
+        raise UsageError(
+            f"there is no approach `{approach}`", f"choose from {', '.join(shelf)}"
+        )
     motion = Samples(samples, float(dt))
     if law.F_fs == 0.0 or not shelf[approach].use_friction:
         return linear(plant, motion, start)

@@ -12,7 +12,7 @@ from drysim.core.plant import Law, Plant, State
 
 
 class StickSlip(BaseModel):
-    """The mass sticks below the friction limit and slides above it; both without time-discretisation error.
+    """The mass sticks below the friction limit and slides above it; both exactly.
 
     Not to be confused with a fixed-step march that decides by a velocity band: here the stop is
     located and v_r is zero exactly.
@@ -57,7 +57,7 @@ class StickSlip(BaseModel):
     def orbit(
         self, plant: Plant, law: Law, motion: Sines, start: State, period: float
     ) -> Orbit:
-        """Give the periodic orbit that the start leads to under excitation of this period [s]."""
+        """Give the periodic orbit that the start leads to; period of the excitation in s."""
         from drysim.approach import exact
 
         return exact.find_orbit(plant, law, motion, start, period)

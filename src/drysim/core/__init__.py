@@ -1,1 +1,1 @@
-"""Numbers only: closed-form physics that may be compiled. Knows no file, no unit, no terminal."""
+"""Numbers only: closed-form physics that may be compiled. Knows no file and no terminal."""

@@ -1,7 +1,8 @@
 """The two engines of the kernels: compiled by numba, or the same source as plain Python.
 
-The engine is settled once, before the first kernel is imported. Compiled kernels are kept in the
-user's cache folder under a name made from the core's source, so that they are never stale.
+The engine is settled once, before the first kernel is imported. Compiled kernels are kept in
+the user's cache folder under a name made from the core's source, so that they are never
+stale.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
@@ -21,7 +22,7 @@ VARIABLE = "DRYSIM_ENGINE"
 PLAIN, COMPILED, AUTO = "plain", "compiled", "auto"
 
 PLAIN_STEPS = 40_000
-"""Up to this many steps plain Python ends before the compiler is loaded (0.4 s against 10 µs a step)."""
+"""Up to this many steps plain Python ends before the compiler is loaded."""
 
 
 def engine() -> str:
@@ -39,28 +40,29 @@ def engine() -> str:
 
 
 def settle(steps: int) -> None:
-    """Settle `auto` for a job of so many steps; a no-op once kernels are loaded or a word is set."""
+    """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded."""
     loaded = "drysim.core.flow" in sys.modules
     if not loaded and os.environ.get(VARIABLE, AUTO) == AUTO:
         os.environ[VARIABLE] = PLAIN if steps <= PLAIN_STEPS else COMPILED
 
 
 def compiled(function: Kernel) -> Kernel:
-    """Compile a kernel with numba and keep it on disk, or leave it as it is in the plain engine."""
+    """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine."""
     if engine() == PLAIN:
         return function
     import numba
 
     folder = cache_folder()
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder or "")
+    settings: Any = numba.config
+    before = settings.CACHE_DIR
+    settings.CACHE_DIR = str(folder or "")
     try:
-        kernel: Kernel = numba.njit(cache=folder is not None, nogil=True, error_model="numpy")(
+        kernel: Any = numba.njit(cache=folder is not None, nogil=True, error_model="numpy")(
             function
         )
     finally:
-        numba.config.CACHE_DIR = before
-    return kernel
+        settings.CACHE_DIR = before
+    return cast(Kernel, kernel)
 
 
 def held(values: Any) -> Any:

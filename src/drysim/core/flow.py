@@ -1,8 +1,8 @@
-"""The closed-form flow of the oscillator over a stretch of sliding: what every exact solution is made of.
+"""The closed-form flow of the oscillator: what every exact solution is made of.
 
-The equation is x" + c x' + w x = g(s) with c = b/m and w = k_x/m. A short stretch is summed as its power
-series until nothing is left to add; a long one is doubled up from a short one. No damping regime is special:
-no formula divides by w, by c, by a difference of roots or of frequencies.
+The equation is x" + c x' + w x = g(s) with c = b/m and w = k_x/m. A short stretch is summed as
+its power series until nothing is left to add; a long one is doubled up from a short one. No
+damping regime is special: no formula divides by w, by c, or by a difference of roots.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def flow(c, w, s):
     y, y_d : float
         Solution of y" + c y' + w y = 0, y(0) = 0, y'(0) = 1 [s], and its slope [-].
     Y, YY : float
-        Integral of y from 0 to s [s²], the response to a unit step, and the integral of Y [s³], the response
-        to a unit ramp.
+        Integral of y from 0 to s [s²], the response to a unit step, and the integral of Y
+        [s³], the response to a unit ramp.
 
     Notes
     -----

@@ -1,16 +1,17 @@
 """Exact time integrals of the motion over stretches of sliding and sticking.
 
-Gauss-Legendre panels short enough to exhaust double precision; a panel never holds more than a few radians of the
-fastest thing that is still alive.
+Gauss-Legendre panels short enough to exhaust double precision; a panel never holds more than
+a few radians of the fastest thing that is still alive.
 """
 
 from __future__ import annotations
 
 import math
+
 import numpy as np
 
 from drysim.core.compiled import compiled
-from drysim.core.flow import flow
+from drysim.core.events import direction
 from drysim.core.slide import anchor, base_motion, normal_force, slide
 
 PANEL = 4.0
@@ -89,12 +90,6 @@ def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
 
 
 @compiled
-def direction(kind):
-    """Give the direction of sliding after an event of this kind, 0 for stuck."""
-    return 1 if kind > 0 else (-1 if kind < 0 else 0)
-
-
-@compiled
 def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
     """Integrate a solution under waves from `begin` to `end`.
 
@@ -118,9 +113,7 @@ def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
         d = direction(kind[i])
         v_r = v_first if i == 0 else 0.0
         lo = max(begin - t[i], 0.0)
-        part = integrate(
-            plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i]
-        )
+        part = integrate(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i])
         x2 += part[0]
         v2 += part[1]
         x_dd2 += part[2]
@@ -133,7 +126,7 @@ def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
 
 @compiled
 def integrate_steps(plant, law, waves, u_dd, dt, steps, x_r, v_r, d, log, begin, end):
-    """Integrate the named steps of a march, each of which may hold events or an end of the window.
+    """Integrate the named steps of a march; each may hold events or an end of the window.
 
     Parameters
     ----------
@@ -185,32 +178,3 @@ def integrate_steps(plant, law, waves, u_dd, dt, steps, x_r, v_r, d, log, begin,
                 start, x, v, mode = stop, log.x_r[event], 0.0, direction(log.kind[event])
                 event += 1
     return x2, v2, x_dd2, power, rub, stuck
-
-
-def step_forms(c, w, dt):
-    """Give the quadratic forms that integrate a whole step of sliding.
-
-    Parameters
-    ----------
-    c, w, dt : float
-        b/m [1/s], k_x/m [1/s²] and length of the step [s].
-
-    Returns
-    -------
-    ndarray, shape (4, 5, 5)
-        Forms of x_r², v_r², x_dd² and ü v_r in the step's (x_r, v_r, g_0, g_1, f): the state at its start,
-        the force per mass at both ends, and its part that is friction, d F_fk/m.
-    """
-    forms = np.zeros((4, 5, 5))
-    panels = max(1, math.ceil(dt * (c + math.sqrt(w)) / PANEL))
-    for panel in range(panels):
-        for node, weight in zip(NODES, WEIGHTS, strict=True):
-            s = dt * (panel + node) / panels
-            y, y_d, Y, YY = flow(c, w, s)
-            x = np.array([1.0 - w * Y, y, Y - YY / dt, YY / dt, 0.0])
-            v = np.array([-w * y, y_d, y - Y / dt, Y / dt, 0.0])
-            u_dd = -np.array([0.0, 0.0, 1.0 - s / dt, s / dt, 1.0])
-            x_dd = -(w * x + c * v) - np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-            for form, one, other in zip(forms, (x, v, x_dd, u_dd), (x, v, x_dd, v), strict=True):
-                form += weight * dt / panels * np.outer(one, other)
-    return forms

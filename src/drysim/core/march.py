@@ -1,90 +1,27 @@
 """The exact march over sampled base motion: slide, stop, stick, break away.
 
-Within a sample interval ü is linear, so a step of sliding is one fixed affine map and only a step that holds an
-event needs more. Friction limits are constant here; `leap` serves limits that vary.
+Within a sample interval ü is linear, so a step of sliding is one fixed affine map and only a
+step that holds an event needs more. Friction limits are constant here; `leap` serves limits
+that vary.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from drysim.core.compiled import compiled
+from drysim.core.events import (
+    REVERSAL,
+    ROOM,
+    SLIP,
+    STICK,
+    limit_force,
+    note,
+    sign,
+    tightness,
+)
 from drysim.core.flow import flow
 from drysim.core.stop import NEVER, locate_stop, spacing_of_extrema
-
-STICK, SLIP, REVERSAL = 0, 1, 2
-"""Kinds of event; slip and reversal carry the sign of the new direction."""
-
-ROOM = 4096
-"""Most events that one step may hold; more is a scene at the end of double precision."""
-
-
-class Log(NamedTuple):
-    """Where a march writes its events: parallel arrays (or lists) of one length.
-
-    Attributes
-    ----------
-    n : array of int, shape (capacity,)
-        Sample at or before the event.
-    s : array of float, shape (capacity,)
-        Time since that sample [s].
-    kind : array of int, shape (capacity,)
-        0 stick, ±1 slip, ±2 reversal; the sign is the new direction of v_r.
-    x_r, F_L : array of float, shape (capacity,)
-        Relative displacement [m] and limit force [N].
-    """
-
-    n: object
-    s: object
-    kind: object
-    x_r: object
-    F_L: object
-
-
-@compiled
-def limit_force(plant, x_r, u_dd):
-    """Force the interface must carry for the mass to stay stuck [N].
-
-    Notes
-    -----
-    Valid at v_r = 0 only: no damper term. Not to be confused with F_f, which balances it while
-    stuck. Eq. (9).
-    """
-    return plant.m * u_dd + plant.k_x * x_r
-
-
-@compiled
-def sign(value):
-    """Give -1, 0 or 1."""
-    return 1 if value > 0.0 else (-1 if value < 0.0 else 0)
-
-
-@compiled
-def first_mode(plant, law, x_r, v_r, u_dd):
-    """Give the direction of sliding at the start, 0 for stuck, by the rules of every later instant."""
-    if v_r != 0.0:
-        return sign(v_r)
-    F_L = limit_force(plant, x_r, u_dd)
-    return 0 if abs(F_L) <= law.F_fs else -sign(F_L)
-
-
-@compiled
-def note(log, count, n, s, kind, x_r, F_L):
-    """Write one event; gives the new count."""
-    log.n[count] = n
-    log.s[count] = s
-    log.kind[count] = kind
-    log.x_r[count] = x_r
-    log.F_L[count] = F_L
-    return count + 1
-
-
-@compiled
-def tightness(F_L, F_fs):
-    """Relative distance of a stop decision from the other outcome [-]."""
-    larger = max(abs(F_L), F_fs)
-    return abs(abs(F_L) - F_fs) / larger if larger > 0.0 else 1.0
 
 
 @compiled
@@ -136,7 +73,7 @@ def through_events(plant, law, u_0, slope, h, n, x_r, v_r, d, log, count, closes
         left = h - begin
         stop = locate_stop(c, w, d * v_r, d * a, d * j, left)
         length = left if stop == NEVER else stop
-        y, y_d, Y, YY = flow(c, w, length)
+        y, _, Y, YY = flow(c, w, length)
         x_r += v_r * length + a * (Y + c * YY) + j * YY
         if stop == NEVER:
             return x_r, v_r + a * (y + c * Y) + j * Y, d, count, closest
@@ -182,8 +119,9 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     Returns
     -------
     n, x_r, v_r, d, count, closest
-        Sample reached, the state there, events in the log (negative when one step holds too many)
-        and the tightest stop decision [-]. A march that starts there goes on as if never stopped.
+        Sample reached, the state there, events in the log (negative when one step holds too
+        many) and the tightest stop decision [-]. A march that starts there goes on as if never
+        stopped.
     """
     m, k_x, b = plant
     c = b / m
@@ -195,7 +133,7 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     v_0 = y - v_1
     f = law.F_fk / m
     x_f, v_f = Y * f, y * f
-    # Extrema further apart than a step: at most one in a step, so slopes at both ends tell of a dip.
+    # Extrema further apart than a step: at most one in a step, so slopes at its ends tell.
     coarse = spacing_of_extrema(c, w) <= dt
     closest = math.inf
     full = capacity - ROOM

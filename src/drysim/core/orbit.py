@@ -1,4 +1,4 @@
-"""The periodic orbit that a start leads to: a fixed point of the period map, or of its repetition."""
+"""The periodic orbit that a start leads to: a fixed point of the period map or its powers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PROBE = 1e-6
 """Scaled distance of the neighbours that give the slope of the period map."""
 
 CONTRACTS = 1.0 - 1e-7
-"""An orbit whose map shrinks distances less than this is marginal; Newton would pick an arbitrary one."""
+"""A map that shrinks distances less than this is marginal; Newton would pick any orbit."""
 
 
 @compiled
@@ -55,7 +55,9 @@ def one_period(plant, law, waves, period, x_r, v_r, d, log, capacity):
 
 
 @compiled
-def refine(plant, law, waves, period, rate, x_r, v_r, d, image_x, image_v, events, peak, log, capacity):
+def refine(
+    plant, law, waves, period, rate, x_r, v_r, d, image_x, image_v, events, peak, log, capacity
+):
     """Take one Newton step towards the fixed point of the period map.
 
     Parameters
@@ -125,8 +127,8 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
     x_r, v_r, d
         At the beginning of the repetition.
     multiple : int
-        Excitation periods in the repetition; 0 when not settled, -1 when events follow each other
-        without end.
+        Excitation periods in the repetition; 0 when not settled, -1 when events follow each
+        other without end.
     closure : float
         Largest scaled change over the repetition [-].
     periods : int
@@ -145,7 +147,9 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
         past_v[n % MOST_MULTIPLE] = v_r
         d_before = d
         x_before, v_before = x_r, v_r
-        x_r, v_r, d, events, peak = one_period(plant, law, waves, period, x_r, v_r, d, log, capacity)
+        x_r, v_r, d, events, peak = one_period(
+            plant, law, waves, period, x_r, v_r, d, log, capacity
+        )
         if events < 0:
             return x_r, v_r, d, -1, closure, n + 1, highest
         highest = max(highest, peak)

@@ -24,7 +24,7 @@ class Plant(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Dry friction of Coulomb's kind; both limits may follow a normal force that varies as a sine.
+    """Coulomb's dry friction; both limits may follow a normal force that varies as a sine.
 
     The limits at time t are `F_fk` and `F_fs` times 1 + variation·sin(omega·t + phase).
 

@@ -1,12 +1,13 @@
-"""Sliding and sticking under waves: the motion, and the margin to break-away, at any time of a stretch.
+"""Sliding and sticking under waves: the motion, and the margin to break-away.
 
-A stretch is driven by ü = u_0 + slope s + Σ A sin(omega s + theta); friction limits that vary are one more wave.
+A stretch is driven by ü = u_0 + slope s + Σ A sin(omega s + theta); friction limits that vary
+are one more wave.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
 from drysim.core.flow import flow, wave
@@ -20,7 +21,8 @@ class Waves(NamedTuple):
     Attributes
     ----------
     A : array of float
-        Amplitude of ü [m/s²]; of the friction wave: set by `anchor` for the direction of sliding.
+        Amplitude of ü [m/s²]; of the friction wave: set by `anchor` for the direction of
+        sliding.
     f, omega : array of float
         Frequency [Hz] and angular frequency [rad/s].
     phase : array of float
@@ -31,17 +33,17 @@ class Waves(NamedTuple):
         Number of waves that move the base.
     """
 
-    A: object
-    f: object
-    omega: object
-    phase: object
-    theta: object
+    A: Any
+    f: Any
+    omega: Any
+    phase: Any
+    theta: Any
     base: int
 
 
 @compiled
 def anchor(waves, law, m, t, d):
-    """Let the stretch start at time t [s] with direction d: set every wave's phase, and friction's wave."""
+    """Start a stretch at time t [s] in direction d: set the phases, and friction's wave."""
     for i in range(len(waves.A)):
         waves.theta[i] = 2.0 * math.pi * ((waves.f[i] * t) % 1.0) + waves.phase[i]
     if len(waves.A) > waves.base:
@@ -112,7 +114,7 @@ def base_motion(waves, u_0, slope, s):
 
 @compiled
 def normal_force(law, waves, s):
-    """Give the normal force relative to its mean [-] and its first two rates at time s of a stretch."""
+    """Give the normal force relative to its mean [-], and its first two rates, at time s."""
     if len(waves.A) == waves.base:
         return 1.0, 0.0, 0.0
     angle = law.omega * s + waves.theta[waves.base]

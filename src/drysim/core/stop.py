@@ -1,7 +1,8 @@
 """Where a stretch of sliding under linearly changing force comes to a stop, rigorously.
 
-Within such a stretch the relative acceleration obeys the free equation, so its zeros - the extrema of the
-velocity - are known in closed form. Between neighbouring extrema the velocity is monotone.
+Within such a stretch the relative acceleration obeys the free equation, so its zeros - the
+extrema of the velocity - are known in closed form. Between neighbouring extrema the velocity
+is monotone.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from drysim.core.flow import flow
 NEVER = math.inf
 
 NEWTON_CAP = 100
-"""Newton needs about 3 rounds; a bracket that is halved instead is down to one float after 60."""
+"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
 
 RESOLUTION = 4e-16
 """Relative step below which a root is as sharp as double precision makes it."""
@@ -22,7 +23,7 @@ RESOLUTION = 4e-16
 
 @compiled
 def spacing_of_extrema(c, w):
-    """Give the distance between neighbouring extrema of v_r [s]: π/ω_d, or infinity at ξ >= 1."""
+    """Give the distance of neighbouring extrema of v_r [s]: π/ω_d, or infinity at ξ >= 1."""
     square = w - 0.25 * c * c
     return math.pi / math.sqrt(square) if square > 0.0 else NEVER
 
@@ -47,7 +48,7 @@ def first_extremum(c, w, a, j):
     lean = j + 0.5 * c * a
     if square > 0.0:
         omega_d = math.sqrt(square)
-        # a cos + (lean/omega_d) sin = 0; the two arguments turn together, so the angle is taken mod π.
+        # a cos + (lean/omega_d) sin = 0; both arguments turn together, so angles are mod π.
         angle = math.atan2(-a * omega_d, lean)
         return (angle if angle > 0.0 else angle + math.pi) / omega_d
     if a == 0.0 or a * lean >= 0.0:
@@ -68,7 +69,7 @@ def velocity(c, w, v, a, j, s):
 
 @compiled
 def polish(c, w, v, a, j, lo, hi):
-    """Give the zero of a velocity that falls through zero once between lo and hi, by safeguarded Newton."""
+    """Give the zero of a velocity that falls once through it from lo to hi: guarded Newton."""
     s = hi
     if lo == 0.0 and a < 0.0:
         # Where the parabola through the start meets zero.
@@ -96,15 +97,15 @@ def polish(c, w, v, a, j, lo, hi):
 
 @compiled
 def locate_stop(c, w, v, a, j, h):
-    """Give the first time in (0, h] at which a velocity that starts upwards of zero is zero again.
+    """Give the first time in (0, h] at which a velocity above zero is zero again.
 
     Parameters
     ----------
     c, w : float
         As in `flow`.
     v, a, j : float
-        Velocity in the direction of sliding [m/s], at least 0, its rate [m/s²] and its second rate
-        [m/s³] at time 0.
+        Velocity in the direction of sliding [m/s], at least 0, its rate [m/s²] and its second
+        rate [m/s³] at time 0.
     h : float
         Length of the stretch [s].
 
@@ -115,8 +116,8 @@ def locate_stop(c, w, v, a, j, h):
 
     Notes
     -----
-    No stop is missed: every falling stretch between extrema is looked at in turn. A velocity that
-    just touches zero has stopped.
+    No stop is missed: every falling stretch between extrema is looked at in turn. A velocity
+    that just touches zero has stopped.
     """
     end = first_extremum(c, w, a, j)
     gap = spacing_of_extrema(c, w)

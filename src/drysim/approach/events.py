@@ -1,0 +1,45 @@
+"""Events: when the mass stops, breaks away or turns round. Plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Codes = NDArray[np.int8]
+
+EVENT_NAMES = {0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-"}
+"""Event codes: the sign is the new direction of v_r; a stop that sticks has none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Events:
+    """Stops, break-aways and reversals in the order of time; the first is the state at t = 0.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n_events,)
+        Time [s].
+    kind : ndarray of int8, shape (n_events,)
+        Code, see `EVENT_NAMES`.
+    x_r : ndarray, shape (n_events,)
+        Relative displacement [m].
+    F_L : ndarray, shape (n_events,)
+        Limit force m·ü + k_x·x_r [N], Eq. (9).
+    """
+
+    t: Floats
+    kind: Codes
+    x_r: Floats
+    F_L: Floats
+
+    def __len__(self) -> int:
+        """Give the number of events."""
+        return len(self.t)
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the events, in order."""
+        return [EVENT_NAMES[code] for code in self.kind.tolist()]

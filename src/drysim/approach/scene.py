@@ -1,0 +1,103 @@
+"""What both exact solvers share: waves, the mode at the start, and the log of events."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from drysim.approach.events import Events
+from drysim.approach.response import Numerics
+from drysim.core.compiled import engine, held
+from drysim.core.events import ROOM, Log, first_mode
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State
+from drysim.core.slide import Waves
+from drysim.errors import SolverError
+
+LOG_LENGTH = 4 * ROOM
+"""Events that a kernel may write before it hands over."""
+
+ON_GRID = 1e-9
+"""A duration this close to a whole number of steps, relative to one step, is that number."""
+
+
+def waves_of(motion: Sines | Samples, law: Law) -> Waves:
+    """Give the sines of a scene as the kernels want them; varying friction is one more."""
+    A, f, phase = motion if isinstance(motion, Sines) else ((), (), ())
+    base = len(A)
+    if law.variation:
+        A, f, phase = (*A, 0.0), (*f, law.omega / (2.0 * math.pi)), (*phase, law.phase)
+    omega = [2.0 * math.pi * value for value in f]
+
+    def column(values: Iterable[float]) -> Any:
+        return held(np.array(tuple(values), dtype=float))
+
+    return Waves(column(A), column(f), column(omega), column(phase), column(phase), base)
+
+
+def mode_at_start(plant: Plant, law: Law, motion: Sines | Samples, start: State) -> int:
+    """Give the direction of sliding at t = 0, 0 for stuck."""
+    load = 1.0 + law.variation * math.sin(law.phase)
+    limits = law._replace(F_fk=law.F_fk * load, F_fs=law.F_fs * load)
+    d: int = first_mode(plant, limits, start.x_r, start.v_r, first_u_dd(motion))
+    return d
+
+
+def first_u_dd(motion: Sines | Samples) -> float:
+    """Give ü at t = 0 [m/s²]."""
+    if isinstance(motion, Samples):
+        return float(motion.u_dd[0])
+    return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
+
+
+def empty_log() -> Log:
+    """Give an empty log of `LOG_LENGTH` events."""
+    whole, real = np.zeros(LOG_LENGTH, dtype=np.int64), np.zeros(LOG_LENGTH)
+    return Log(*(held(column.copy()) for column in (whole, real, whole, real, real)))
+
+
+def joined(logs: list[Log]) -> Log:
+    """Give several logs as one log of arrays."""
+    kinds = (np.int64, np.float64, np.int8, np.float64, np.float64)
+    return Log(
+        *(
+            np.concatenate([np.asarray(column, dtype=kind) for column in columns])
+            for kind, columns in zip(kinds, zip(*logs, strict=True), strict=True)
+        )
+    )
+
+
+def first_entry(plant: Plant, motion: Sines | Samples, start: State, d: int) -> Log:
+    """Give the log of the state at t = 0."""
+    F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
+    return Log([0], [0.0], [d], [start.x_r], [F_L])
+
+
+def grid_points(duration: float, step: float) -> int:
+    """Give the number of grid points n·step from 0 to the duration, both ends included."""
+    steps = duration / step
+    whole = round(steps)
+    return (whole if abs(steps - whole) <= ON_GRID * max(1.0, whole) else int(steps)) + 1
+
+
+def numerics(core: str, why: str, points: int, turns: Events, closest: float) -> Numerics:
+    """Give what is to be said of how the numbers were made."""
+    decision = None if math.isinf(closest) else closest
+    return Numerics("stick-slip", core, why, engine(), points - 1, len(turns), decision)
+
+
+def refuse_storm(count: int, t: float, state: Any) -> None:
+    """Raise where events follow each other without end, or the state has left the numbers."""
+    if count < 0:
+        raise SolverError(
+            f"at t = {t:.9g} s events follow each other without progress in time",
+            "check friction and stiffness for values at the end of double precision",
+        )
+    if not all(math.isfinite(value) for value in state[:2]):
+        raise SolverError(
+            f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",
+            "check the units of the base motion and of the oscillator",
+        )

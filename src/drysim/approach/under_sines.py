@@ -1,0 +1,114 @@
+"""The exact solution under sines: from event to event, on any grid, and its periodic orbit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drysim.approach.events import Events
+from drysim.approach.response import Orbit, Response
+from drysim.approach.scene import (
+    LOG_LENGTH,
+    empty_log,
+    first_entry,
+    grid_points,
+    joined,
+    mode_at_start,
+    numerics,
+    refuse_storm,
+    waves_of,
+)
+from drysim.core import orbit
+from drysim.core.compiled import held
+from drysim.core.events import Log, direction
+from drysim.core.grid import sample_leaps, state_within
+from drysim.core.integrals import integrate_leaps
+from drysim.core.leap import leap
+from drysim.core.motion import Sines, mean_squares
+from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.slide import Waves
+
+MOST_PERIODS = 5_000
+"""Periods after which a scene counts as not settled."""
+
+
+@dataclass(frozen=True, eq=False)
+class LeapTrack:
+    """A solution under sines: known from event to event."""
+
+    plant: Plant
+    law: Law
+    motion: Sines
+    waves: Waves
+    start: State
+    turns: Events
+    end: float
+
+    def state(self, t: float) -> State:
+        """Give the state at time t [s]."""
+        i = int(np.searchsorted(self.turns.t, t, side="right")) - 1
+        t_i, x_r = float(self.turns.t[i]), float(self.turns.x_r[i])
+        v_r = self.start.v_r if i == 0 else 0.0
+        d = direction(int(self.turns.kind[i]))
+        found = state_within(
+            self.plant, self.law, self.waves, 0.0, 0.0, t_i, x_r, v_r, d, t - t_i
+        )
+        return State(*found)
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Give the integrals over a window [s]."""
+        turns = self.turns
+        x2, v2, x_dd2, power, rub, stuck = integrate_leaps(
+            self.plant, self.law, self.waves, held(turns.t), held(turns.kind), held(turns.x_r),
+            self.start.v_r, begin, end,
+        )  # fmt: skip
+        length = end - begin
+        u_dd2, u2 = mean_squares(self.motion, begin, end)
+        return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length)
+
+
+def solve_sines(
+    plant: Plant, law: Law, motion: Sines, start: State, step: float, duration: float
+) -> Response:
+    """Solve a scene under sines from event to event, then write it on the grid n·step."""
+    waves = waves_of(motion, law)
+    d = mode_at_start(plant, law, motion, start)
+    logs, log = [first_entry(plant, motion, start, d)], empty_log()
+    begin, state, closest = 0.0, (start.x_r, start.v_r, d), math.inf
+    while begin < duration:
+        begin, *now, count, tight = leap(
+            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, *state, log, 0, LOG_LENGTH
+        )
+        refuse_storm(count, begin, now)
+        state, closest = (now[0], now[1], now[2]), min(closest, tight)
+        logs.append(Log(*(column[:count].copy() for column in log)))
+    found = joined(logs)
+    turns = Events(found.s, found.kind, found.x_r, found.F_L)
+    track = LeapTrack(plant, law, motion, waves, start, turns, duration)
+    n = grid_points(duration, step)
+    x_r, v_r, modes = held(np.zeros(n)), held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
+    columns = (held(turns.t), held(turns.kind), held(turns.x_r))
+    sample_leaps(plant, law, waves, *columns, start.v_r, step, x_r, v_r, modes)
+    u_dd = np.zeros(n)
+    for A, f, phase in zip(*motion, strict=True):
+        u_dd += A * np.sin(2.0 * np.pi * ((f * step * np.arange(n)) % 1.0) + phase)
+    how = numerics(
+        "leap", "sines are used analytically: from event to event", n, turns, closest
+    )
+    grid = (step, u_dd, np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
+    return Response(plant, law, motion, *grid, turns, how, track)
+
+
+def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: float) -> Orbit:
+    """Follow a start to its periodic orbit."""
+    d = mode_at_start(plant, law, motion, start)
+    past = held(np.zeros(orbit.MOST_MULTIPLE)), held(np.zeros(orbit.MOST_MULTIPLE))
+    x_r, v_r, _, multiple, closure, periods, peak = orbit.settle(
+        plant, law, waves_of(motion, law), period, start.x_r, start.v_r, d, MOST_PERIODS,
+        *past, empty_log(), LOG_LENGTH,
+    )  # fmt: skip
+    refuse_storm(multiple, periods * period, (x_r, v_r))
+    settled = multiple > 0
+    return Orbit(State(x_r, v_r), max(multiple, 1), closure, settled, periods * period, peak)

@@ -1,0 +1,86 @@
+"""Events of stick and slip: the rules that decide them, and the log they are written to."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from drysim.core.compiled import compiled
+
+STICK, SLIP, REVERSAL = 0, 1, 2
+"""Kinds of event; slip and reversal carry the sign of the new direction."""
+
+ROOM = 4096
+"""Most events that one step may hold; more is a scene at the end of double precision."""
+
+
+class Log(NamedTuple):
+    """Where a march writes its events: parallel arrays (or lists) of one length.
+
+    Attributes
+    ----------
+    n : array of int, shape (capacity,)
+        Sample at or before the event.
+    s : array of float, shape (capacity,)
+        Time since that sample [s].
+    kind : array of int, shape (capacity,)
+        0 stick, ±1 slip, ±2 reversal; the sign is the new direction of v_r.
+    x_r, F_L : array of float, shape (capacity,)
+        Relative displacement [m] and limit force [N].
+    """
+
+    n: Any
+    s: Any
+    kind: Any
+    x_r: Any
+    F_L: Any
+
+
+@compiled
+def limit_force(plant, x_r, u_dd):
+    """Force the interface must carry for the mass to stay stuck [N].
+
+    Notes
+    -----
+    Valid at v_r = 0 only: no damper term. Not to be confused with F_f, which balances it while
+    stuck. Eq. (9).
+    """
+    return plant.m * u_dd + plant.k_x * x_r
+
+
+@compiled
+def sign(value):
+    """Give -1, 0 or 1."""
+    return 1 if value > 0.0 else (-1 if value < 0.0 else 0)
+
+
+@compiled
+def first_mode(plant, law, x_r, v_r, u_dd):
+    """Give the direction of sliding at the start, 0 for stuck, by the rules of any instant."""
+    if v_r != 0.0:
+        return sign(v_r)
+    F_L = limit_force(plant, x_r, u_dd)
+    return 0 if abs(F_L) <= law.F_fs else -sign(F_L)
+
+
+@compiled
+def note(log, count, n, s, kind, x_r, F_L):
+    """Write one event; gives the new count."""
+    log.n[count] = n
+    log.s[count] = s
+    log.kind[count] = kind
+    log.x_r[count] = x_r
+    log.F_L[count] = F_L
+    return count + 1
+
+
+@compiled
+def tightness(F_L, F_fs):
+    """Relative distance of a stop decision from the other outcome [-]."""
+    larger = max(abs(F_L), F_fs)
+    return abs(abs(F_L) - F_fs) / larger if larger > 0.0 else 1.0
+
+
+@compiled
+def direction(kind):
+    """Give the direction of sliding after an event of this kind, 0 for stuck."""
+    return 1 if kind > 0 else (-1 if kind < 0 else 0)
