@@ -1,0 +1,130 @@
+"""Whose folder is it? Tells before any work whether drysim may write or replace one."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from drysim.errors import OutputError
+
+MARKER = "drysim.json"
+"""The file by which drysim knows a folder again: the first one in it and the last to leave."""
+
+DRAFT = "drysim.json.new"
+"""A marker that is being written; it becomes `MARKER` by rename, so that none is ever torn."""
+
+STRAY = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
+"""What file managers leave behind without being asked; it may go with the folder."""
+
+ELSEWHERE = "choose another folder with --out"
+HINTS = {
+    errno.ENOSPC: f"make room on the disk, or {ELSEWHERE}",
+    errno.ENAMETOOLONG: "choose a shorter name with --out",
+    errno.EBUSY: "name a folder inside it with --out",
+}
+
+
+def check(folder: Path) -> None:
+    """Find out, before any computation, whether a folder may be written.
+
+    Parameters
+    ----------
+    folder : Path
+        The output folder; it need not exist.
+
+    Raises
+    ------
+    OutputError
+        The folder is not ours to replace, or cannot be written; nothing was touched.
+    """
+    with sentences(folder):
+        place = named(folder)
+        _refuse_foreign(place)
+        for suffix in ("partial", "replaced"):
+            _refuse_foreign(beside(place, suffix), leftover=True)
+        parent = place.absolute().parent
+        while not _exists(parent):
+            parent = parent.parent
+        if not parent.is_dir():
+            raise OutputError(
+                f"cannot write {folder}: {parent.name} is not a folder", ELSEWHERE
+            )
+        if not os.access(parent, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def named(folder: Path) -> Path:
+    """Give a folder that the user calls `.` or `..` by its own name."""
+    return folder if folder.name not in ("", "..") else Path(os.path.realpath(folder))
+
+
+def beside(place: Path, suffix: str) -> Path:
+    """Give the sibling `<name>.<suffix>`."""
+    return place.with_name(f"{place.name}.{suffix}")
+
+
+@contextlib.contextmanager
+def sentences(folder: Path) -> Iterator[None]:
+    """Turn what the system says into what, where and what to do.
+
+    Raises
+    ------
+    OutputError
+        In place of any OSError of the block.
+    """
+    try:
+        yield
+    except OSError as fault:
+        reason = (fault.strerror or str(fault)).lower()
+        hint = HINTS.get(fault.errno or 0, ELSEWHERE)
+        raise OutputError(f"cannot write {folder}: {reason}", hint) from fault
+
+
+def _exists(path: Path) -> bool:
+    """Whether there is anything of that name; a link that leads nowhere counts."""
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except ValueError:
+        raise OutputError(f"{str(path)!r} cannot be the name of a folder", ELSEWHERE) from None
+    return True
+
+
+def _refuse_foreign(place: Path, leftover: bool = False) -> None:
+    """Raise when something is in the way that drysim did not write."""
+    if not _exists(place):
+        return
+    away = f"move it away, or {ELSEWHERE}"
+    if place.is_symlink():
+        raise OutputError(
+            f"{place} is a symbolic link", f"name the folder itself, or {ELSEWHERE}"
+        )
+    if not place.is_dir():
+        raise OutputError(f"{place} is a file, not a folder", away)
+    held = set(os.listdir(place)) - STRAY - {DRAFT}
+    marker = _marker(place)
+    if held and marker is None:
+        raise OutputError(f"{place} was not written by drysim; it stays as it is", away)
+    if marker is None or leftover:
+        return
+    foreign = sorted(held - {MARKER} - set(marker.get("files") or ()))
+    if foreign:
+        raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
+
+
+def _marker(place: Path) -> dict[str, Any] | None:
+    """Give the marker of a folder that drysim wrote, None for any other folder."""
+    file = place / MARKER
+    try:
+        marker = json.loads(file.read_bytes()) if file.is_file() else None
+    except (OSError, ValueError, RecursionError):
+        return None
+    return (
+        marker if isinstance(marker, dict) and isinstance(marker.get("format"), int) else None
+    )

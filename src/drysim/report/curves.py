@@ -1,0 +1,132 @@
+"""Curves of a response as a picture needs them; draws nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from drysim.approach.events import Floats
+    from drysim.approach.response import Response
+
+BINS = 1200
+"""Bins of an envelope: about as many as the picture has dots across."""
+
+WINDOW = 8.0
+"""Natural periods in a zoomed view."""
+
+POINTS = (150, 4000)
+"""Fewest and most grid points in a zoomed view."""
+
+
+class Curve(NamedTuple):
+    """A stretch of the response, with every event as a point before and a point after it."""
+
+    t: Floats
+    u_dd: Floats
+    x_dd: Floats
+    x_r: Floats
+    v_r: Floats
+    F_f: Floats
+
+
+def curve(response: Response, part: slice) -> Curve:
+    """Give a stretch of the response in which jumps of force and acceleration stand upright.
+
+    Parameters
+    ----------
+    response : Response
+    part : slice
+        Part of the grid.
+
+    Returns
+    -------
+    Curve
+        Grid points and events in the order of time.
+    """
+    first, last, _ = part.indices(len(response.x_r))
+    grid = Curve(
+        np.arange(first, last) * np.float64(response.dt),
+        response.u_dd[part],
+        response.acceleration(part),
+        response.x_r[part],
+        response.v_r[part],
+        response.friction(part),
+    )
+    sides = _event_sides(response, grid.t[0], grid.t[-1])
+    merged = [np.concatenate(series) for series in zip(*sides, grid, strict=True)]
+    order = np.argsort(merged[0], kind="stable")
+    return Curve(*(series[order] for series in merged))
+
+
+def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
+    """Give the events of a stretch twice: as they were met and as they were left."""
+    events = response.events
+    directions = np.sign(events.kind)
+    # The first event is the state at t = 0: nothing jumps there.
+    inside = np.flatnonzero((events.t >= begin) & (events.t <= end))
+    inside = inside[inside > 0]
+    t, x_r, F_L = events.t[inside], events.x_r[inside], events.F_L[inside]
+    plant, law = response.plant, response.law
+    limit = law.F_fk * (1 + law.variation * np.sin(law.omega * t + law.phase))
+    u_dd = (F_L - plant.k_x * x_r) / plant.m
+
+    def side(direction: Floats) -> Curve:
+        F_f = np.where(direction == 0, -F_L, direction * limit)
+        x_dd = -(plant.k_x * x_r + F_f) / plant.m
+        return Curve(t, u_dd, x_dd, x_r, np.zeros_like(t), F_f)
+
+    return side(directions[inside - 1]), side(directions[inside])
+
+
+def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Floats, Floats]:
+    """Give the middle [grid points], least and greatest value of each bin of a long series.
+
+    Parameters
+    ----------
+    series : callable
+        Gives the values of a part of the grid, so that they need not be held whole.
+    length : int
+        Grid points, at least `BINS`.
+    """
+    edges = np.linspace(0, length, BINS + 1).astype(np.int64)
+    low, high = np.empty(BINS), np.empty(BINS)
+    for at, (begin, end) in enumerate(
+        zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)
+    ):
+        values = series(slice(begin, end))
+        low[at], high[at] = values.min(), values.max()
+    return (edges[:-1] + edges[1:]) / 2, low, high
+
+
+def zoom(response: Response) -> slice:
+    """Give the part of the grid around the largest stroke; around the largest ü when stuck."""
+    x_r = response.x_r
+    series = response.u_dd if x_r.min() == x_r.max() else x_r
+    top, bottom = int(series.argmax()), int(series.argmin())
+    peak = top if series[top] >= -series[bottom] else bottom
+    m, k_x, _ = response.plant
+    period = 2 * np.pi * np.sqrt(m / k_x) if k_x > 0 else np.inf
+    points = min(max(WINDOW * period / response.dt, POINTS[0]), POINTS[1], len(x_r))
+    first = int(min(max(peak - points / 2, 0), len(x_r) - points))
+    return slice(first, first + int(points))
+
+
+def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[float, float]]:
+    """Give begin and length [s] of every stuck stretch: stick to next slip."""
+    events = response.events
+    until = np.append(events.t[1:], (len(response.x_r) - 1) * response.dt)
+    stuck = events.kind == 0
+    first = np.maximum(events.t[stuck], begin)
+    last = np.minimum(until[stuck], end)
+    return [(a, b - a) for a, b in zip(first.tolist(), last.tolist(), strict=True) if b > a]
+
+
+def excursions(response: Response, limit: float) -> list[int]:
+    """Give the grid point of the largest |x_r| of every excursion to or beyond a limit [m]."""
+    over = np.abs(response.x_r) >= limit
+    steps = np.flatnonzero(np.diff(over, prepend=False, append=False))
+    pairs = zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True)
+    return [a + int(np.abs(response.x_r[a:b]).argmax()) for a, b in pairs]

@@ -1,0 +1,136 @@
+"""The panels of a response: accelerations, relative displacement, friction loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim import wording
+from drysim.report import curves
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
+
+    from drysim.approach.events import Floats
+    from drysim.approach.response import Response
+    from drysim.report.curves import Curve
+
+MM = 1e3
+
+FEW = 12
+"""Points below which each is marked: a line alone might be too short to be seen."""
+
+# Told apart in grey as well: by lightness, width and dashes.
+BASE: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (0, (4, 1.5))}
+MASS: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.4}
+LIMIT: dict[str, Any] = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
+STATIC: dict[str, Any] = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
+BEYOND: dict[str, Any] = {"color": "#b3261e", "marker": "X", "markersize": 7, "zorder": 3}
+STUCK: dict[str, Any] = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
+FRAME: dict[str, Any] = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
+BAND = "#bdbdbd"
+
+
+def pair(figure: Figure, grid: GridSpec, begin: float, end: float) -> tuple[Axes, Axes]:
+    """Give empty panels of accelerations and relative displacement, one above the other."""
+    above = figure.add_subplot(grid[0, 0])
+    below = figure.add_subplot(grid[1, 0], sharex=above)
+    above.set_title("acceleration [m/s²]")
+    above.tick_params(labelbottom=False)
+    below.set_title("relative displacement $x_r$ [mm]")
+    below.set_xlabel("time $t$ [s]")
+    if end > begin:
+        below.set_xlim(begin, end)
+    for axes in (above, below):
+        axes.yaxis.set_offset_position("right")
+    return above, below
+
+
+def lines(above: Axes, below: Axes, shown: Curve) -> None:
+    """Draw accelerations and relative displacement over time."""
+    mark = "." if len(shown.t) < FEW else ""
+    above.plot(shown.t, shown.x_dd, **MASS, marker=mark, label="mass ẍ")
+    above.plot(shown.t, shown.u_dd, **BASE, label="base ü")
+    below.plot(shown.t, shown.x_r * MM, **MASS, marker=mark)
+    below.set_ylim(*_room(shown))
+
+
+def bands(above: Axes, below: Axes, motion: Response) -> None:
+    """Draw the bands that a long response fills."""
+    length = len(motion.x_r)
+    filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
+        (above, motion.u_dd.__getitem__, BAND),
+        (above, motion.acceleration, MASS["color"]),
+        (below, lambda part: motion.x_r[part] * MM, MASS["color"]),
+    )
+    for axes, series, color in filled:
+        at, low, high = curves.envelope(series, length)
+        axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
+
+
+def stuck(above: Axes, below: Axes, shown: Curve, motion: Response) -> None:
+    """Shade the stretches in which the mass sticks."""
+    for begin, length in curves.stuck_stretches(motion, shown.t[0], shown.t[-1]):
+        for axes in (above, below):
+            axes.axvspan(begin, begin + length, **STUCK, label="stuck")
+
+
+def frame(above: Axes, below: Axes, shown: Curve) -> None:
+    """Frame the stretch that is drawn once more below."""
+    for axes in (above, below):
+        axes.axvspan(shown.t[0], shown.t[-1], **FRAME)
+
+
+def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
+    """Draw the stroke limit and mark where it is met.
+
+    Parameters
+    ----------
+    axes : Axes
+        The panel of the relative displacement.
+    motion : Response
+    limit : float
+        x_rM [m].
+    far : float
+        A limit more than this many times the peak would flatten the curve and is left out.
+    """
+    peak = float(max(motion.x_r.max(), -motion.x_r.min()))
+    if limit > far * peak > 0:
+        return
+    axes.autoscale(axis="y")
+    for side in (-1, 1):
+        label = f"stroke limit ±{wording.millimetres(limit)}"
+        axes.axhline(side * limit * MM, **LIMIT, label=label)
+    begin, end = axes.get_xlim()
+    at = np.array(curves.excursions(motion, limit), dtype=np.int64)
+    at = at[(at * motion.dt >= begin) & (at * motion.dt <= end)]
+    if len(at):
+        series = at * motion.dt, motion.x_r[at] * MM
+        axes.plot(*series, **BEYOND, linestyle="none", label="limit met")
+
+
+def loop(axes: Axes, shown: Curve, motion: Response) -> None:
+    """Draw the friction force over the relative displacement; what it encloses is its loss."""
+    axes.set_xlabel("relative displacement $x_r$ [mm]", loc="left")
+    axes.locator_params(axis="x", nbins=5)
+    axes.yaxis.set_offset_position("right")
+    if motion.law.F_fs == 0:
+        axes.set_title("damping force $b\\,v_r$ [N]")
+        axes.plot(shown.x_r * MM, motion.plant.b * shown.v_r, **MASS)
+        return
+    axes.set_title("friction force $F_f$ [N]")
+    axes.plot(shown.x_r * MM, shown.F_f, **MASS, marker="." if len(shown.t) < FEW else "")
+    axes.set_xlim(*_room(shown))
+    if not motion.law.variation:
+        for side in (-1, 1):
+            axes.axhline(side * motion.law.F_fs, **STATIC, label="static limit ±$F_{fs}$")
+
+
+def _room(shown: Curve) -> tuple[float | None, float | None]:
+    """Give the range [mm] of a mass that does not move; otherwise the curve has its own."""
+    low, high = float(shown.x_r.min()) * MM, float(shown.x_r.max()) * MM
+    return (low - 1, high + 1) if low == high else (None, None)

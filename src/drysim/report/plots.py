@@ -1,0 +1,137 @@
+"""PNG; Figure objects only, never pyplot, so that nothing is shared between two pictures."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drysim.report import curves, heading, panels
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
+
+    from drysim.report.curves import Curve
+    from drysim.study.outcome import Outcome
+
+LONG = 20_000
+"""Grid points above which the whole response is drawn as bands."""
+
+BUSY = 60
+"""Events above which a zoomed view stands below the whole response."""
+
+FAR, NEAR = 3.0, 1.3
+"""How many times the peak a stroke limit may be away to be drawn, in all and when zoomed."""
+
+WIDTH, DOTS = 9.0, 150
+"""Width of a picture [inch] and dots per inch; all heights below are inches from its foot."""
+
+STYLE: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.formatter.limits": (-3, 4),
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "font.size": 10,
+    "grid.color": "#dcdcdc",
+    "grid.linewidth": 0.6,
+}
+
+
+def response(outcome: Outcome, folder: Path) -> None:
+    """Write response.png: the motion over time and the friction loop.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    folder : Path
+        Where to write.
+    """
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    # Nobody's own matplotlibrc changes the picture.
+    style: Any = dict(matplotlib.rcParamsDefault)
+    style.update(STYLE)
+    del style["backend"]
+    with matplotlib.rc_context(style), warnings.catch_warnings():
+        # A sign that the font lacks is drawn as a box; that is all there is to say.
+        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        canvas: Any = FigureCanvasAgg(draw(outcome))
+        # The version of matplotlib would change the file where the picture is the same.
+        canvas.print_png(str(folder / "response.png"), metadata={"Software": None})
+
+
+def draw(outcome: Outcome) -> Figure:
+    """Give the picture of a response, not yet rendered."""
+    from matplotlib.figure import Figure
+
+    motion = outcome.response
+    zoomed = len(motion.x_r) > LONG or len(motion.events) > BUSY
+    body, arrange = (8.05, _zoomed) if zoomed else (5.15, _whole)
+    head = heading.lines(outcome)
+    figure = Figure(figsize=(WIDTH, body + heading.height(head)), dpi=DOTS)
+    heading.write(figure, head)
+    arrange(figure, outcome)
+    _legend(figure)
+    return figure
+
+
+def _whole(figure: Figure, outcome: Outcome) -> None:
+    """Draw all of a short response, the loop as large as the rest."""
+    shown = curves.curve(outcome.response, slice(None))
+    _stretch(figure, _grid(figure, 0.9, 4.9, 2), shown, outcome, FAR)
+
+
+def _zoomed(figure: Figure, outcome: Outcome) -> None:
+    """Draw a long response as it goes, and a stretch of it so that it can be read."""
+    motion, stroke = outcome.response, outcome.scenario.stroke
+    shown = curves.curve(motion, curves.zoom(motion))
+    end = (len(motion.x_r) - 1) * motion.dt
+    above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), 0.0, end)
+    if len(motion.x_r) > LONG:
+        panels.bands(above, below, motion)
+    else:
+        panels.lines(above, below, curves.curve(motion, slice(None)))
+    if stroke:
+        panels.stroke(below, motion, stroke.limit, FAR)
+    panels.frame(above, below, shown)
+    _stretch(figure, _grid(figure, 0.9, 4.15, 2), shown, outcome, NEAR)
+    figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
+
+
+def _stretch(
+    figure: Figure, grid: GridSpec, shown: Curve, outcome: Outcome, far: float
+) -> None:
+    """Draw a stretch of the response: its curves, what sticks, its friction loop."""
+    motion, stroke = outcome.response, outcome.scenario.stroke
+    above, below = panels.pair(figure, grid, shown.t[0], shown.t[-1])
+    panels.lines(above, below, shown)
+    panels.stuck(above, below, shown, motion)
+    if stroke:
+        panels.stroke(below, motion, stroke.limit, far)
+    panels.loop(figure.add_subplot(grid[:, 1]), shown, motion)
+
+
+def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
+    """Give room for two rows of panels between two heights [inch]."""
+    height = figure.get_figheight()
+    return figure.add_gridspec(
+        2, columns, width_ratios=(1.5, 1)[:columns], wspace=0.17, hspace=0.26,
+        left=0.08, right=0.98, bottom=bottom / height, top=top / height,
+    )  # fmt: skip
+
+
+def _legend(figure: Figure) -> None:
+    """Name the lines of all panels below them, each once."""
+    known: dict[str, Any] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            known.setdefault(label, handle)
+    figure.legend(
+        list(known.values()), list(known), loc="lower center", ncols=6, frameon=False,
+        borderaxespad=0.2, columnspacing=1.2, handletextpad=0.5,
+    )  # fmt: skip

@@ -1,0 +1,114 @@
+"""CSV files; owns the column names and their units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from drysim.approach.events import Floats
+    from drysim.approach.response import Response
+    from drysim.study.outcome import Outcome
+
+UNITS = {
+    "t": "s",
+    "u_dd": "m/s2",
+    "x_r": "m",
+    "v_r": "m/s",
+    "x_dd": "m/s2",
+    "F_f": "N",
+    "F_L": "N",
+    "stuck": "-",
+    "event": "",
+    "t_first": "s",
+    "x_r_peak": "m",
+    "t_beyond": "s",
+    "violations": "-",
+}
+"""Every column that drysim writes, with its unit; an empty one stands for words."""
+
+RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
+EVENTS = ("t", "event", "x_r", "F_L")
+STROKE = ("t_first", "x_r_peak", "t_beyond", "violations")
+
+BLOCK = 65_536
+"""Rows made at a time: a block of text is some 10 MB, however long the response is."""
+
+
+def response(outcome: Outcome, folder: Path) -> None:
+    """Write response.csv: the motion on its grid.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    folder : Path
+        Where to write.
+    """
+    motion = outcome.response
+    blocks = (_motion(motion, part) for part in _parts(len(motion.x_r)))
+    _write(folder / "response.csv", RESPONSE, blocks)
+
+
+def events(outcome: Outcome, folder: Path) -> None:
+    """Write events.csv: stops, break-aways, reversals; the first row is the state at t = 0."""
+    found = outcome.response.events
+    names = found.names
+    blocks = (
+        [_texts(found.t[part]), names[part], _texts(found.x_r[part]), _texts(found.F_L[part])]
+        for part in _parts(len(found))
+    )
+    _write(folder / "events.csv", EVENTS, blocks)
+
+
+def stroke_violations(outcome: Outcome, folder: Path) -> None:
+    """Write stroke_violations.csv, but only when the stroke limit was met."""
+    found = dict(outcome.metrics)
+    if not found["violations"]:
+        return
+    for caution in outcome.warnings:
+        # The peak of the metrics is that of their window; the limit may be met before.
+        if caution.slug == "stroke-violated":
+            found |= caution.numbers
+    row = (found[name] for name in ("t_first_violation", "x_r_peak", "t_beyond", "violations"))
+    cells = [["" if value is None else str(value)] for value in row]
+    _write(folder / "stroke_violations.csv", STROKE, [cells])
+
+
+def _motion(motion: Response, part: slice) -> list[Iterable[str]]:
+    """Give one block of response.csv, column by column."""
+    t = np.arange(part.start, part.stop) * motion.dt
+    series = (
+        t,
+        motion.u_dd[part],
+        motion.x_r[part],
+        motion.v_r[part],
+        motion.acceleration(part),
+        motion.friction(part),
+    )
+    return [*map(_texts, series), map("01".__getitem__, (motion.d[part] == 0).tolist())]
+
+
+def _texts(values: Floats) -> Iterator[str]:
+    """Give the shortest text that reads back as the same number; -0.0 becomes 0.0."""
+    return map(repr, (values + 0.0).tolist())
+
+
+def _parts(length: int) -> Iterator[slice]:
+    """Cut a length into blocks."""
+    return (slice(at, min(at + BLOCK, length)) for at in range(0, length, BLOCK))
+
+
+def _write(file: Path, names: Sequence[str], blocks: Iterable[Sequence[Iterable[str]]]) -> None:
+    """Write a header row and blocks of columns."""
+    with file.open("w", encoding="utf-8", newline="\n") as out:
+        out.write(",".join(map(_heading, names)) + "\n")
+        for block in blocks:
+            out.writelines(map("{}\n".format, map(",".join, zip(*block, strict=True))))
+
+
+def _heading(name: str) -> str:
+    """Give the header cell of a column, e.g. `x_r [m]`."""
+    return f"{name} [{UNITS[name]}]" if UNITS[name] else name

@@ -1,0 +1,108 @@
+"""Numbers and scenes in words, for the terminal and for pictures alike."""
+
+from __future__ import annotations
+
+from math import floor, log10, pi, sqrt
+
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant
+
+SIGNIFICANT = 4
+"""Digits that an engineer reads; the files hold them all."""
+
+UNKNOWN = "not known"
+
+
+def number(value: float | None, unit: str = "", digits: int = SIGNIFICANT) -> str:
+    """Give a number as people write it: few digits, no needless zeros, the unit behind.
+
+    Parameters
+    ----------
+    value : float or None
+        None reads `not known`.
+    unit : str, optional
+        Unit of the value; empty or a dash for none.
+    digits : int, optional
+        Significant digits.
+
+    Returns
+    -------
+    str
+        E.g. `17.26 mm`, `7500 N/m`, `2.1e-15`.
+    """
+    if value is None:
+        return UNKNOWN
+    size = floor(log10(abs(value))) if value and abs(value) < float("inf") else 0
+    if -4 <= size < 6:
+        text = f"{value:.{max(0, digits - 1 - size)}f}"
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+    else:
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        text = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
+    return f"{text} {unit}" if unit not in ("", "-", "–") else text
+
+
+def millimetres(value: float | None) -> str:
+    """Give a length [m] in millimetres, e.g. `17.26 mm`."""
+    return number(None if value is None else value * 1e3, "mm")
+
+
+def percent(share: float | None) -> str:
+    """Give a share [-] in percent; what is neither 0 nor 1 is never rounded to look so."""
+    if share is None:
+        return UNKNOWN
+    if 0 < share < 0.001 or 0.999 < share < 1:
+        return "below 0.1 %" if share < 0.5 else "above 99.9 %"
+    return number(share * 100, "%", 3)
+
+
+def clean(text: str) -> str:
+    """Give a user's text on one line, with all that could drive a terminal spelled out."""
+    return "".join(map(_visible, " ".join(text.split())))
+
+
+def _visible(sign: str) -> str:
+    return sign if sign.isprintable() else sign.encode("unicode_escape").decode()
+
+
+def scene(plant: Plant) -> str:
+    """Give mass, spring and damper, with what follows from them."""
+    parts = [
+        f"m {number(plant.m, 'kg')}",
+        f"k_x {number(plant.k_x, 'N/m')}",
+        f"b {number(plant.b, 'N·s/m')}",
+    ]
+    if plant.k_x > 0:
+        omega_0 = sqrt(plant.k_x / plant.m)
+        parts.append(f"f_0 {number(omega_0 / (2 * pi), 'Hz')}")
+        parts.append(f"ξ {number(plant.b / (2 * plant.m * omega_0), digits=3)}")
+    return ", ".join(parts)
+
+
+def friction(law: Law, defaulted: bool = False) -> str:
+    """Give the dry friction; `defaulted` says that nobody named a static limit."""
+    if law.F_fs == 0:
+        return "no dry friction"
+    text = f"F_fk {number(law.F_fk, 'N')}, F_fs {number(law.F_fs, 'N')}"
+    if defaulted:
+        text += " (not given: F_fs = F_fk)"
+    if law.variation:
+        varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
+        text += f", both {varied}"
+    return text
+
+
+def excitation(kind: str, motion: Sines | Samples) -> str:
+    """Give the base motion: its kind on the shelf and what it amounts to."""
+    if isinstance(motion, Samples):
+        length = (len(motion.u_dd) - 1) * motion.dt
+        files = "".join(f" {clean(source.file)}" for source in motion.inputs)
+        grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
+        return f"{kind}{files}, {grid}, {number(length, 's')}"
+    if not motion.A:
+        return f"{kind}, the base stands still"
+    low, high = min(motion.f), max(motion.f)
+    band = number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
+    rms = sqrt(sum(A * A for A in motion.A) / 2)
+    count = f" {len(motion.A)} components," if len(motion.A) > 1 else ""
+    return f"{kind}{count} {band}, {number(rms, 'm/s² RMS')}"
