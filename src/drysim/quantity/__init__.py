@@ -1,0 +1,84 @@
+"""Numbers as people write them: SI, or a text with a unit. Knows no key and no file."""
+
+from __future__ import annotations
+
+import math
+import operator
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from drysim.quantity.block import Block as Block
+from drysim.quantity.block import Misfit as Misfit
+from drysim.quantity.units import NUMBER as NUMBER
+from drysim.quantity.units import convert as convert
+from drysim.quantity.units import factor as factor
+from drysim.quantity.words import near as near
+from drysim.quantity.words import shown as shown
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a field accepts: a number in `unit`, or a text with a unit, within bounds."""
+
+    unit: str
+    at_least: float | None = None
+    above: float | None = None
+    below: float | None = None
+
+    def read(self, given: object) -> float:
+        """Give the number [unit]; a ValueError is a sentence without its subject."""
+        if isinstance(given, str):
+            value = convert(given, self.unit)
+        elif isinstance(given, bool) or not isinstance(given, int | float):
+            raise ValueError(f"must be a number{self._in}, not {shown(given)}")
+        else:
+            value = float(given) if abs(given) < 1e308 or given != given else math.inf
+        if not math.isfinite(value):
+            raise ValueError(f"must be a finite number{self._in}, not {shown(given)}")
+        for limit, words, holds in (
+            (self.at_least, "at least", operator.ge),
+            (self.above, "above", operator.gt),
+            (self.below, "below", operator.lt),
+        ):
+            if limit is not None and not holds(value, limit):
+                bound = f"{limit:g} {self.unit}".strip()
+                raise ValueError(f"must be {words} {bound}, not {shown(given)}")
+        return value
+
+    @property
+    def _in(self) -> str:
+        return f" [{self.unit}]" if self.unit else ""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Hand `read` to pydantic."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Give the JSON schema of the field."""
+        bounds = {
+            "minimum": self.at_least,
+            "exclusiveMinimum": self.above,
+            "exclusiveMaximum": self.below,
+        }
+        number = {"type": "number"} | {k: v for k, v in bounds.items() if v is not None}
+        return {"anyOf": [number, {"type": "string", "pattern": r"^\s*[-+−]?[.0-9]"}]}
+
+
+Mass = Annotated[float, Quantity("kg", above=0)]
+Stiffness = Annotated[float, Quantity("N/m", at_least=0)]
+Damping = Annotated[float, Quantity("N·s/m", at_least=0)]
+Force = Annotated[float, Quantity("N", at_least=0)]
+Length = Annotated[float, Quantity("m")]
+Velocity = Annotated[float, Quantity("m/s")]
+Acceleration = Annotated[float, Quantity("m/s²")]
+Time = Annotated[float, Quantity("s")]
+Frequency = Annotated[float, Quantity("Hz", above=0)]
+Angle = Annotated[float, Quantity("rad")]
+Plain = Annotated[float, Quantity("")]

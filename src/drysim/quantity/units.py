@@ -1,0 +1,162 @@
+"""A number with a unit in a text, converted. The one place that knows the units library."""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+from functools import cache
+from typing import Any, NamedTuple
+
+from drysim.quantity.words import near, short
+
+NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
+"""A decimal number; possessive, so that a megabyte of digits costs no more than reading it."""
+
+_UNIT = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d)?|[*/()%°])++")
+_NUMBERED = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
+_SIGNS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
+
+KINDS = {
+    "kg": "mass",
+    "N/m": "stiffness",
+    "N·s/m": "damping",
+    "N": "force",
+    "m": "length",
+    "m/s": "velocity",
+    "m/s²": "acceleration",
+    "s": "time",
+    "Hz": "frequency",
+    "J": "energy",
+    "rad": "angle",
+    "": "plain number",
+}
+"""The units of a scenario and what they measure."""
+
+_ASCII = {"m/s2": "m/s²", "m/s^2": "m/s²", "N*s/m": "N·s/m", "-": "", "–": ""}
+
+# The everyday spellings need no units library. `g` depends on what is asked for. The first of
+# each row is the unit itself.
+_PLAIN: dict[str, dict[str, float]] = {
+    "kg": {"kg": 1, "g": 1e-3, "t": 1e3},
+    "N/m": {"N/m": 1, "kN/m": 1e3, "N/mm": 1e3},
+    "N·s/m": {"N*s/m": 1, "Ns/m": 1, "kg/s": 1, "kN*s/m": 1e3, "kNs/m": 1e3},
+    "N": {"N": 1, "kN": 1e3},
+    "m": {"m": 1, "cm": 1e-2, "mm": 1e-3},
+    "m/s": {"m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3},
+    "m/s²": {"m/s^2": 1, "g": 9.80665, "cm/s^2": 1e-2, "mm/s^2": 1e-3},
+    "s": {"s": 1, "ms": 1e-3, "min": 60},
+    "Hz": {"Hz": 1, "1/s": 1, "kHz": 1e3},
+    "J": {"J": 1, "mJ": 1e-3, "kJ": 1e3},
+    "rad": {"rad": 1, "deg": math.pi / 180, "°": math.pi / 180},
+    "": {"-": 1, "–": 1, "%": 1e-2},
+}
+
+
+class _Found(NamedTuple):
+    """What the units library knows of a unit: factor to base units, dimension, angle or not."""
+
+    factor: float
+    dimension: str
+    angle: bool
+
+
+def convert(text: str, unit: str) -> float:
+    """Give the number that a text such as `25 mm` means in a unit of `KINDS`.
+
+    A number without a unit is in that unit already. The product is rounded once, so
+    `35 mm` is the very double 0.035.
+
+    Raises
+    ------
+    ValueError
+        With a sentence, when the text is no number with a unit of the right kind.
+    """
+    unit, words = _ASCII.get(unit, unit), text.translate(_SIGNS).strip()
+    if re.match(r"[-+]?[0-9]+,[0-9]", words):
+        raise ValueError(f"`{short(text)}` has a comma; write numbers with a decimal point")
+    number = NUMBER.match(words)
+    rest = words[number.end() :].strip() if number else ""
+    if number is None or (rest and not _NUMBERED.match(rest)):
+        kind = f"a number [{unit}] or a number with a unit" if unit else "a number"
+        raise ValueError(f"must be {kind}, not `{short(text)}`")
+    value, scale = float(number[0]), factor(rest, unit) if rest else 1.0
+    if scale == 1.0 or value == 0.0 or not math.isfinite(value):
+        return value
+    return float(Fraction(number[0]) * Fraction(repr(scale)))
+
+
+def factor(unit_text: str, unit: str) -> float:
+    """Give what one of the unit written is in a unit of `KINDS`, e.g. 0.001 for mm in m.
+
+    Raises
+    ------
+    ValueError
+        With a sentence, when the unit is unknown or measures something else.
+    """
+    unit = _ASCII.get(unit, unit)
+    spelt = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_SIGNS).strip())
+    spelt = re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelt))
+    known = _PLAIN[unit].get(spelt)
+    return float(known) if known is not None else _rare_factor(unit_text, spelt, unit)
+
+
+def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
+    """Give the factor by the units library, which is imported only for this."""
+    found = _look_up(spelt)
+    if found is None:
+        nearest = near(unit_text.strip(), _PLAIN[unit])
+        hint = f"; did you mean `{nearest.replace('^2', '²')}`?" if nearest else ""
+        raise ValueError(f"unknown unit `{short(unit_text)}`{hint}")
+    target = _target(unit)
+    # Per second, a radian is 1/2π of a cycle; anywhere else but in an angle it is a slip.
+    if unit == "Hz" and found.angle and found.dimension == target.dimension:
+        return found.factor / (2 * math.pi)
+    if found[1:] != target[1:]:
+        same = next((u for u in _PLAIN[unit] if u.lower() == spelt.lower()), "")
+        hint = f"; did you mean `{same}`?" if same else ""
+        wrong = _measured(found)
+        raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {_named(unit)}{hint}")
+    exact = found.factor / target.factor
+    decimal = float(f"{exact:.12g}")  # drops the library's rounding of 0.0254 and its like
+    return decimal if math.isclose(decimal, exact, rel_tol=1e-15) else exact
+
+
+def _measured(found: _Found) -> str:
+    """Name what a unit measures, as far as drysim has a word for it."""
+    same = (KINDS[unit] for unit in _PLAIN if _target(unit)[1:] == found[1:])
+    return next(same, "something else")
+
+
+def _named(unit: str) -> str:
+    """Name a kind with its unit, e.g. `length [m]`."""
+    return f"{KINDS[unit]} [{unit}]" if unit else "a plain number"
+
+
+def _target(unit: str) -> _Found:
+    """Give a unit of `KINDS` as the units library knows it."""
+    found = _look_up(next(iter(_PLAIN[unit])) if unit else "m/m")
+    assert found is not None
+    return found
+
+
+@cache
+def _look_up(spelt: str) -> _Found | None:
+    """Give what the units library knows, or None where it knows nothing."""
+    if len(spelt) > 40 or not _UNIT.fullmatch(spelt):
+        return None
+    try:
+        one, two = (_registry().Quantity(n, spelt).to_root_units() for n in (1.0, 2.0))
+    except Exception:  # it raises whatever its parser raises
+        return None
+    if two.magnitude != 2 * one.magnitude:  # degrees Celsius, decibels
+        return None
+    return _Found(float(one.magnitude), str(one.dimensionality), "radian" in str(one.units))
+
+
+@cache
+def _registry() -> Any:
+    """Give the units library, loaded once."""
+    import pint
+
+    return pint.UnitRegistry()
