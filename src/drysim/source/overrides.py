@@ -1,0 +1,138 @@
+"""Values set from outside, by `--set KEY=VALUE` or from Python, laid over a tree."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from drysim.errors import Problem
+from drysim.quantity import near
+from drysim.source.place import Place, Unreadable
+from drysim.source.text import screen
+from drysim.source.tree import MAX_DEPTH, Node, parse
+
+Overrides = Mapping[str, object] | Sequence[str]
+
+
+def laid_over(
+    tree: Node, overrides: Overrides
+) -> tuple[Node, dict[str, Any], tuple[Problem, ...]]:
+    """Give the tree with the overrides in it, the overrides as plain values, and problems.
+
+    A value of nothing (`KEY=null`) takes the key away.
+    """
+    taken: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for place, key, value in _items(overrides):
+        try:
+            steps = _steps(key, place)
+            node, faults = (
+                _read(str(value), place)
+                if isinstance(value, _Text)
+                else (_known(value, place), ())
+            )
+            tree = _put(tree, steps, node, place)
+        except Unreadable as fault:
+            problems.append(fault.problem)
+        else:
+            problems += faults
+            taken[key] = plain(node)
+    return tree, taken, tuple(problems)
+
+
+def plain(node: Node) -> Any:
+    """Give the value of a node without its places."""
+    if isinstance(node.value, dict):
+        return {key: plain(child) for key, child in node.value.items()}
+    if isinstance(node.value, list):
+        return [plain(child) for child in node.value]
+    return node.value
+
+
+class _Text(str):
+    """The text of a value from the command line, still to be read as YAML."""
+
+
+def _items(overrides: Overrides) -> Iterator[tuple[Place, str, object]]:
+    """Give place, key and value of every override."""
+    if isinstance(overrides, Mapping):
+        for key, value in overrides.items():
+            yield Place(f"overrides[{key!r}]"), str(key), value
+        return
+    for word in [overrides] if isinstance(overrides, str) else overrides:
+        key, equals, text = word.partition("=")
+        yield Place(f"--set {word}"), key.strip() if equals else "", _Text(text)
+
+
+def _steps(key: str, place: Place) -> list[str]:
+    """Give the steps of a dotted key."""
+    steps = key.split(".")
+    if not all(steps) or len(steps) > MAX_DEPTH:
+        raise Unreadable(place.problem("write KEY=VALUE, such as `friction.kinetic=30`"))
+    return steps
+
+
+def _read(text: str, place: Place) -> tuple[Node, tuple[Problem, ...]]:
+    """Give the value of a YAML text."""
+    screen(text, place.file)
+    node, problems = parse(text, lambda start, end: place)
+    if node is None:
+        raise Unreadable(place.problem("has no value; `null` takes the key away"))
+    return node, problems
+
+
+def _known(value: Any, place: Place, depth: int = 0) -> Node:
+    """Give the node of a Python value."""
+    if depth > MAX_DEPTH:
+        raise Unreadable(place.problem(f"nested deeper than {MAX_DEPTH} levels"))
+    if isinstance(value, Mapping):
+        items = {str(key): _known(v, place, depth + 1) for key, v in value.items()}
+        return Node({k: v._replace(key=place) for k, v in items.items()}, place, place)
+    if isinstance(value, list | tuple):
+        return Node([_known(v, place, depth + 1) for v in value], place)
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    if not isinstance(value, str | bool | int | float) and value is not None:
+        value = getattr(value, "item", lambda: value)()  # a number of numpy
+    if isinstance(value, str | bool | int | float) or value is None:
+        return Node(value, place)
+    raise Unreadable(place.problem(f"a {type(value).__name__} has no place in a scenario"))
+
+
+def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") -> Node:
+    """Give the node with the new one at the end of the steps; missing blocks are made."""
+    step, rest = steps[0], steps[1:]
+    if isinstance(node.value, list):
+        return _put_in_list(node, steps, new, place, done)
+    if not isinstance(node.value, dict):
+        raise Unreadable(place.problem(f"{done} is a value; it has no `{step}`"))
+    children = dict(node.value)
+    if rest:
+        old = children.get(step, Node({}, place))
+        children[step] = _put(old, rest, new, place, f"{done}.{step}".strip("."))
+    elif new.value is not None:
+        children[step] = new
+    elif children.pop(step, None) is None:
+        nearest = near(step, children)
+        hint = f"; did you mean `{nearest}`?" if nearest else ""
+        raise Unreadable(place.problem(f"there is no `{step}` to take away{hint}"))
+    if step in children:
+        children[step] = children[step]._replace(
+            key=node.value[step].key if rest and step in node.value else place
+        )
+    return node._replace(value=children)
+
+
+def _put_in_list(node: Node, steps: list[str], new: Node, place: Place, done: str) -> Node:
+    """Give the list with the new node in the entry that the first step counts, from 0."""
+    step, rest = steps[0], steps[1:]
+    last = len(node.value) - 1
+    if not (step.isdecimal() and len(step) < 9 and int(step) <= last):
+        raise Unreadable(
+            place.problem(f"{done} is a list with entries 0 to {last}; it has no `{step}`")
+        )
+    children = list(node.value)
+    old = children[int(step)]
+    children[int(step)] = _put(old, rest, new, place, f"{done}.{step}") if rest else new
+    return node._replace(value=children)

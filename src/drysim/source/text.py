@@ -1,0 +1,125 @@
+"""The text of a file, or a sentence that says why it is none."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from pathlib import Path
+
+from drysim.quantity import near
+from drysim.source.place import Place, Unreadable, placer, split_lines
+
+MAX_BYTES = 1_000_000
+"""A scenario is written by hand; what is larger is a record or an attack."""
+
+_BAD = re.compile(
+    "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+)
+"""Characters that YAML does not know."""
+
+
+def read_bytes(path: Path) -> bytes:
+    """Give the content of an ordinary file of at most 1 MB.
+
+    Raises
+    ------
+    Unreadable
+        When there is no such file, or it is a folder, a device, too large or not ours to read.
+    """
+    here = Place(str(path))
+    try:
+        with open(path, "rb", opener=_without_waiting) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise Unreadable(here.problem("this is a device or a pipe, not a file"))
+            data = file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise Unreadable(here.problem(f"no such file{_neighbour(path)}")) from None
+    except (OSError, ValueError) as fault:
+        reason = getattr(fault, "strerror", None) or str(fault)
+        sentence = (
+            f"this is a folder{_inside(path)}"
+            if _is_folder(path)
+            else f"cannot be read: {reason}"
+        )
+        raise Unreadable(here.problem(sentence)) from None
+    if len(data) > MAX_BYTES:
+        raise Unreadable(
+            here.problem("larger than 1 MB; is it a record for `excitation.file`?")
+        )
+    return data
+
+
+def decoded(data: bytes, file: str) -> str:
+    """Give the text of UTF-8 bytes, without its byte order mark.
+
+    Raises
+    ------
+    Unreadable
+        When the bytes are no text, with the place of the first that is none.
+    """
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise Unreadable(Place(file).problem("this is UTF-16 text; save it as UTF-8"))
+    if b"\0" in data:
+        raise Unreadable(Place(file).problem("this is a binary file, not a scenario"))
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    try:
+        text = data.decode()
+    except UnicodeDecodeError as fault:
+        before = data[: fault.start].decode()
+        text = before + data[fault.start :].decode("latin-1")
+        sentence = f"byte 0x{data[fault.start]:02X} is not UTF-8; save the file as UTF-8"
+        raise Unreadable(_at(text, len(before), file).problem(sentence)) from None
+    screen(text, file)
+    return text
+
+
+def screen(text: str, file: str) -> None:
+    """Refuse a text with characters that YAML does not know.
+
+    Raises
+    ------
+    Unreadable
+        With the place of the first of them.
+    """
+    if bad := _BAD.search(text):
+        sentence = f"character U+{ord(bad[0]):04X} has no place in a scenario; remove it"
+        raise Unreadable(_at(text, bad.start(), file).problem(sentence))
+
+
+def _at(text: str, start: int, file: str) -> Place:
+    """Give the place of one character; what cannot be shown is replaced in the line."""
+    before = split_lines(text[:start])
+    line, column = len(before) - 1, len(before[-1])
+    return placer(file, _BAD.sub("\N{REPLACEMENT CHARACTER}", text))(
+        (line, column), (line, column + 1)
+    )
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file; a pipe that nobody writes to does not hold us up."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _neighbour(path: Path) -> str:
+    """Give the scenario of the same folder that was probably meant, as a hint."""
+    try:
+        names = sorted(os.listdir(path.parent))
+    except OSError:
+        return ""
+    nearest = near(path.name, (name for name in names if name.endswith((".yaml", ".yml"))))
+    return f"; did you mean `{path.parent / nearest}`?" if nearest else ""
+
+
+def _is_folder(path: Path) -> bool:
+    """Tell whether a path is a folder; what is no path is none."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def _inside(path: Path) -> str:
+    """Give the only scenario of a folder, as a hint."""
+    found = [*path.glob("*.yaml"), *path.glob("*.yml")]
+    return f"; did you mean `{found[0]}`?" if len(found) == 1 else "; name a file in it"
