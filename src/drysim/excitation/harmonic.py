@@ -1,0 +1,68 @@
+"""Harmonic: a sine of given acceleration; and sums of sines."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from drysim.core.motion import Sines
+from drysim.quantity import Angle, Block, Frequency, Quantity
+
+Level = Annotated[float, Quantity("m/s²", at_least=0)]
+
+
+class Component(Block):
+    """One sine of the base acceleration: ü = A sin(2πft + phase)."""
+
+    frequency: Frequency
+    """Frequency f [Hz], above 0."""
+    rms: Level | None = None
+    """RMS value a_u of the base acceleration [m/s²]."""
+    amplitude: Level | None = None
+    """Amplitude A of the base acceleration [m/s²], in place of `rms` and √2 times it."""
+    phase: Angle = 0.0
+    """Phase at t = 0 [rad]."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rms", "amplitude"),)
+
+    @property
+    def A(self) -> float:
+        """Amplitude of the base acceleration [m/s²]."""
+        return sqrt(2) * (self.rms or 0.0) if self.amplitude is None else self.amplitude
+
+
+class Harmonic(Component):
+    """A shaker table that moves as one sine, given by its acceleration.
+
+    Not to be confused with a sine of given displacement: a_u stays when the frequency changes.
+    """
+
+    kind: Literal["harmonic"]
+    """One sine."""
+
+    def motion(self) -> Sines:
+        """Give the base acceleration, used analytically."""
+        return Sines((self.A,), (self.frequency,), (self.phase,))
+
+
+class SineSum(Block):
+    """A base that moves as a sum of sines, each given by its acceleration.
+
+    Not to be confused with a sine sweep, whose frequency changes with time.
+    """
+
+    kind: Literal["sines"]
+    """A sum of sines."""
+    components: Annotated[tuple[Component, ...], Field(min_length=1)]
+    """The sines: frequency, rms or amplitude, phase."""
+
+    def motion(self) -> Sines:
+        """Give the base acceleration, used analytically."""
+        sines = self.components
+        return Sines(
+            tuple(sine.A for sine in sines),
+            tuple(sine.frequency for sine in sines),
+            tuple(sine.phase for sine in sines),
+        )

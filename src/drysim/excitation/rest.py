@@ -1,0 +1,22 @@
+"""Rest: the base stands still."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from drysim.core.motion import Sines
+from drysim.quantity import Block
+
+
+class Rest(Block):
+    """A base that stands still: the free motion from `start`.
+
+    Not to be confused with a mass at rest: it may be let go from anywhere, at any speed.
+    """
+
+    kind: Literal["rest"]
+    """The base stands still."""
+
+    def motion(self) -> Sines:
+        """Give the base acceleration: no sine at all."""
+        return Sines((), (), ())
