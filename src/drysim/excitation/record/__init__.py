@@ -1,0 +1,163 @@
+"""Record: measured base motion, from a column of a text file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
+
+from drysim.core.motion import Input, Samples
+from drysim.errors import Caution
+from drysim.excitation.record.cautions import found, removed
+from drysim.excitation.record.cells import numbers
+from drysim.excitation.record.choice import (
+    SI,
+    conversion,
+    data_column,
+    missing_spacing,
+    seconds,
+)
+from drysim.excitation.record.file import fault, read
+from drysim.excitation.record.grid import spacing
+from drysim.excitation.record.shape import (
+    SPLINES,
+    Floats,
+    Series,
+    check_frequency,
+    cut,
+    span,
+    take,
+)
+from drysim.excitation.record.spoken import Below, Column, Removal, Window
+from drysim.excitation.record.table import Table, tabulate
+from drysim.quantity import Block, Frequency, Plain, Quantity, factor
+
+
+class Record(Block):
+    """Base motion as it was measured: evenly spaced samples in one column of a text file.
+
+    Not to be confused with a random excitation made from a spectrum: nothing is drawn here, and
+    the motion ends at the record's last sample.
+    """
+
+    kind: Literal["record"]
+    """Measured base motion."""
+    file: Annotated[str, Field(min_length=1)]
+    """File with columns of numbers (.csv .tsv .txt .dat), relative to the scenario's folder."""
+    column: Column | None = None
+    """Column of the samples: its name in the header, with or without unit, or its number from
+    1. May be left out when there is one column besides the time."""
+    quantity: Literal["acceleration", "velocity", "displacement"] = "acceleration"
+    """What the samples are. Velocity and displacement become acceleration through splines."""
+    unit: str | None = None
+    """Unit of the samples, such as m/s2 or g; needed unless the header says it, `u_dd [m/s2]`.
+    """
+    time: Column | None = None
+    """Column of the time, evenly spaced; seconds unless its header says otherwise."""
+    rate: Frequency | None = None
+    """Samples per second [Hz], in place of `time`."""
+    step: Annotated[float, Quantity("s", above=0)] | None = None
+    """Distance of the samples [s], in place of `time`."""
+    scale: Plain = 1.0
+    """Factor on every sample [-]."""
+    remove: Removal = "nothing"
+    """What is taken away from the whole record: nothing, its mean, its line, or what is below a
+    frequency, `{below: 0.3 Hz}`, by a Butterworth high-pass without phase shift."""
+    window: Window | None = None
+    """The part that counts, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
+
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "rate", "step"),)
+
+    _folder: Path = PrivateAttr(default_factory=Path)
+
+    @field_validator("unit")
+    @classmethod
+    def _of_the_quantity(cls, unit: str | None, info: ValidationInfo) -> str | None:
+        if unit is not None and "quantity" in info.data:
+            factor(unit, SI[info.data["quantity"]])
+        return unit
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Keep the scenario's folder, which the context of the validation names."""
+        if isinstance(context, Mapping) and "folder" in context:
+            self._folder = Path(context["folder"])
+
+    def file_from(self, folder: Path) -> str:
+        """Give the path of the record relative to another folder."""
+        path = self._folder / self.file
+        here = os.path.join(os.path.realpath(path.parent), path.name)
+        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
+
+    def motion(self) -> Samples:
+        """Read the record and give its base acceleration.
+
+        Returns
+        -------
+        Samples
+            On the grid of the record; of a velocity record on half its step, where the spline's
+            derivative bends.
+
+        Raises
+        ------
+        RecordError
+            When the record cannot be used; names the file, the row and the column.
+        """
+        with np.errstate(all="ignore"):  # what overflows is found by `_finite`
+            whole, source = self._read()
+            kept, reports = self._kept(whole)
+            self._finite(kept.values, kept.dt)
+            first, last = span(whole, self.window, self._shown)
+            motion = cut(SPLINES[self.quantity](kept), first, last, len(whole.values))
+            self._finite(motion.u_dd, motion.dt)
+            cautions = (*reports, *found(source.file, motion))
+        return motion._replace(inputs=(source,), cautions=cautions)
+
+    @property
+    def _shown(self) -> str:
+        return str(self._folder / self.file)
+
+    @property
+    def _name(self) -> str:
+        """The file as the scenario gives it; results hold no absolute path."""
+        return Path(self.file).name if Path(self.file).is_absolute() else self.file
+
+    def _finite(self, values: Floats, dt: float) -> None:
+        if not (np.isfinite(values).all() and 0 < dt < np.inf):
+            raise fault(self._shown, "ü is out of range: check unit, `scale` and time step")
+
+    def _read(self) -> tuple[Series, Input]:
+        """The whole record; its text is let go before anything is made of the numbers."""
+        file = read(self._folder / self.file)
+        return self._series(tabulate(file)), Input(self._name, file.sha256, file.size)
+
+    def _series(self, table: Table) -> Series:
+        """The column in SI, its step and the time of its first sample."""
+        if self.time is None and self.rate is None and self.step is None:
+            raise missing_spacing(table)
+        time = None if self.time is None else table.find(self.time)
+        index = data_column(table, self.column, time)
+        unit = conversion(table, index, self.unit, self.quantity)
+        second = 1.0 if time is None else seconds(table, time)
+        *times, values = numbers(table, [index] if time is None else [time, index])
+        if len(values) < 2:
+            raise table.fault("the record has one sample only; motion needs two or more")
+        values *= unit * self.scale
+        if times and time is not None:
+            return Series(values, spacing(times[0], second, table, time), times[0][0] * second)
+        return Series(values, self.step or 1 / (self.rate or 1.0), 0.0)
+
+    def _kept(self, whole: Series) -> tuple[Series, tuple[Caution, ...]]:
+        """The series without what is to be removed, and a report of that."""
+        if self.remove == "nothing":
+            return whole, ()
+        below = self.remove.below if isinstance(self.remove, Below) else None
+        if below is not None:
+            check_frequency(below, whole, self._shown)
+        taken = whole._replace(values=take(whole, below or str(self.remove)))
+        what = f"what is below {below:g} Hz" if below else f"the {self.remove}"
+        rest = whole._replace(values=whole.values - taken.values)
+        return rest, (removed(self._name, what, taken, SI[self.quantity]),)

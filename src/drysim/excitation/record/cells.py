@@ -1,0 +1,135 @@
+"""Cells to numbers: a quick pass over blocks of bytes, and a careful one that finds faults."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from array import array
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.excitation.record.file import Cell, fault
+from drysim.excitation.record.table import Table
+from drysim.quantity import NUMBER
+
+Floats = NDArray[np.float64]
+
+BLOCK = 1 << 20
+"""Bytes parsed at a time: small beside the numbers, large beside the cost of a call."""
+
+COMMENT = re.compile(rb"(?m)^[ \t]*#.*\n?")
+BLANKS = b" \t\v\f"
+
+
+def numbers(table: Table, wanted: list[int]) -> list[Floats]:
+    """Give columns of a table as numbers.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : list of int
+        0-based columns.
+
+    Returns
+    -------
+    list of ndarray, shape (rows,)
+
+    Raises
+    ------
+    RecordError
+        At the first ragged row, and at the first wanted cell that is no finite number.
+    """
+    found = _quick(table, wanted)
+    if found is None or not all(np.isfinite(column).all() for column in found):
+        return _careful(table, wanted)
+    return found
+
+
+def _quick(table: Table, wanted: list[int]) -> list[Floats] | None:
+    text = table.file.text
+    found = [np.empty(text.count(b"\n", table.start) + 1) for _ in wanted]
+    at, done, last = table.start, 0, len(text.rstrip(b"\n"))
+    while at < last:
+        end = text.find(b"\n", at + BLOCK, last) + 1 or last
+        rows = _block(text[at:end], table)
+        if rows is None:
+            return None
+        for index, column in zip(wanted, found, strict=True):
+            column[done : done + len(rows)] = rows[:, index]
+        at, done = end, done + len(rows)
+    return [column[:done] for column in found]
+
+
+def _block(block: bytes, table: Table) -> Floats | None:
+    """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
+    if b"#" in block:
+        block = COMMENT.sub(b"", block)
+    block = block.removesuffix(b"\n")
+    lines = block.count(b"\n") + 1
+    if not block or not _regular(np.frombuffer(block, np.uint8), lines, table):
+        return np.empty((0, table.width)) if not block else None
+    if table.delimiter:
+        comma = "." if table.decimal == "," else "?"
+        given, plain = f",{table.delimiter}\n", f"{comma},,"  # of two the last counts
+        block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
+            found = np.fromstring(block, sep=" , " if table.delimiter else " ")
+    except (ValueError, DeprecationWarning):
+        return None
+    return found.reshape(lines, -1) if found.size == lines * table.width else None
+
+
+def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
+    """Whether every line has exactly as many delimiters, or words, as the table has columns."""
+    if table.delimiter:
+        marks, each = np.flatnonzero(codes == ord(table.delimiter)), table.width - 1
+    else:
+        inside = ~np.isin(codes, np.frombuffer(BLANKS + b"\n", np.uint8))
+        marks = np.flatnonzero(inside & ~np.concatenate(([False], inside[:-1])))
+        each = table.width
+    if marks.size != lines * each:
+        return False
+    ends = np.flatnonzero(codes == ord("\n"))
+    per_line = marks.reshape(lines, each)
+    return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
+
+
+def _careful(table: Table, wanted: list[int]) -> list[Floats]:
+    found = [array("d") for _ in wanted]
+    for line, cells in table.rows():
+        if len(cells) != table.width:
+            sentence = f"row {line} has {_count(len(cells))}, not {table.width}"
+            raise fault(table.file.shown, sentence, line)
+        for index, column in zip(wanted, found, strict=True):
+            column.append(_number(cells[index], line, index, table))
+    return [np.array(column) for column in found]
+
+
+def _number(cell: Cell, line: int, index: int, table: Table) -> float:
+    text = cell.text
+    if table.decimal == ",":
+        text = text.replace(",", ".", 1)
+    value = float(text) if NUMBER.fullmatch(text) else float("nan")
+    if math.isfinite(value):
+        return value
+    where = f"row {line}, {table.called(index)}"
+    raise fault(table.file.shown, f"{where}: {_complaint(cell, table)}", line, cell)
+
+
+def _complaint(cell: Cell, table: Table) -> str:
+    text = cell.text
+    if not text:
+        return "the cell is empty: the record has a gap"
+    if text.lower().lstrip("+-") in ("nan", "inf", "infinity") or NUMBER.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number"
+    if NUMBER.fullmatch(text.replace(",", ".", 1)):
+        return f"`{cell.quote}` has a decimal comma; write points throughout"
+    return f"`{cell.quote}` is not a number"
+
+
+def _count(cells: int) -> str:
+    return f"{cells} cell" if cells == 1 else f"{cells} cells"

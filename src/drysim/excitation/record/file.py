@@ -1,0 +1,151 @@
+"""The file behind a record: read once, hashed as read, and faults that point into it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from drysim.errors import Problem, RecordError
+from drysim.quantity import near
+
+SUFFIXES = (".csv", ".tsv", ".txt", ".dat")
+"""What is read: columns of numbers as text."""
+
+COPIES = 3
+"""The text, the text with its line ends made one, and the numbers: room for three at least."""
+
+LONGEST_QUOTE = 40
+"""Characters of a cell that a message may quote, so that no message retells a file."""
+
+FARTHEST_CARET = 100
+"""Beyond this column a source line of blanks and one cell helps nobody."""
+
+LOOKED_AT = 1000
+"""Files of a folder among which a near name is looked for."""
+
+KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
+
+class Cell(NamedTuple):
+    """Text between two delimiters, and the 1-based column of its first character."""
+
+    text: str
+    column: int
+
+    @property
+    def quote(self) -> str:
+        """The text as messages quote it, shortened."""
+        text = "".join(c if c.isprintable() else "?" for c in self.text)
+        return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 1] + "…"
+
+
+class TextFile(NamedTuple):
+    r"""Bytes of a record, every line ended by \n, without byte order mark.
+
+    `shown` is the path as messages name it; `sha256` and `size` are of the bytes as read.
+    """
+
+    shown: str
+    text: bytes
+    sha256: str
+    size: int
+
+
+def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
+    """Give the error for one fault; its source line shows the faulty cell among blanks."""
+    if cell is None:
+        return RecordError(Problem(sentence, shown, line))
+    quote = cell.quote
+    near = cell.column <= FARTHEST_CARET
+    source = " " * (cell.column - 1) + quote if near else ""
+    return RecordError(
+        Problem(sentence, shown, line, cell.column, max(1, len(quote)), source=source)
+    )
+
+
+def read(path: Path) -> TextFile:
+    """Read the file of a record once.
+
+    Parameters
+    ----------
+    path : Path
+        Where the file is; messages name it so.
+
+    Returns
+    -------
+    TextFile
+
+    Raises
+    ------
+    RecordError
+        When the file is missing, empty, not a regular file, of a kind that is not read, binary,
+        or larger than the machine's memory allows.
+    """
+    try:
+        size = _size(path)
+        raw = path.read_bytes() if size else b""
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise fault(str(path), f"the record cannot be read: {why}") from None
+    if not raw.strip():
+        raise fault(str(path), "the record is empty")
+    return TextFile(str(path), _plain(raw, path), hashlib.sha256(raw).hexdigest(), len(raw))
+
+
+def _size(path: Path) -> int:
+    try:
+        about = path.stat()
+    except FileNotFoundError:
+        raise fault(str(path), f"the record is not there{_neighbour(path)}") from None
+    if not stat.S_ISREG(about.st_mode):
+        what = next((name for test, name in KINDS if test(about.st_mode)), "no ordinary file")
+        raise fault(str(path), f"the record is {what}; only a regular file is read")
+    if path.suffix.lower() not in SUFFIXES:
+        kinds = ", ".join(SUFFIXES)
+        suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
+        raise fault(str(path), f"a record {suffix} cannot be read; what is read: {kinds}")
+    if about.st_size * COPIES > _memory():
+        need, have = about.st_size * COPIES / 1e9, _memory() / 1e9
+        raise fault(
+            str(path),
+            f"the record needs {need:.3g} GB of memory, this machine has {have:.3g} GB",
+        )
+    return about.st_size
+
+
+def _neighbour(path: Path) -> str:
+    if not path.parent.is_dir():
+        return f": there is no folder `{path.parent}`"
+    files = islice(path.parent.iterdir(), LOOKED_AT)
+    nearest = near(path.name, (file.name for file in files if file.suffix.lower() in SUFFIXES))
+    return f"; did you mean `{nearest}`?" if nearest else ""
+
+
+def _memory() -> float:
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return float("inf")
+
+
+def _plain(raw: bytes, path: Path) -> bytes:
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise fault(str(path), "the record is UTF-16 text; save it as UTF-8")
+    if b"\0" in raw:
+        raise fault(
+            str(path), "the record is binary: it holds a zero byte, which text never does"
+        )
+    text = raw.removeprefix(b"\xef\xbb\xbf")
+    if b"\r" in text:
+        text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return text

@@ -1,0 +1,55 @@
+"""Lines of a text file, and the cells of a line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from drysim.excitation.record.file import Cell, TextFile
+
+UNIT = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
+
+LONGEST_NAME = 200
+"""Characters of a header cell that may still be a name with a unit."""
+
+
+def lines(file: TextFile, start: int = 0, line: int = 1) -> Iterator[tuple[int, int, str]]:
+    """Give line number, offset and text of every line that is not a comment."""
+    while start < len(file.text):
+        end = file.text.find(b"\n", start)
+        end = end if end >= 0 else len(file.text)
+        text = file.text[start:end].decode("utf-8", "replace")
+        if not text.lstrip().startswith("#"):
+            yield line, start, text
+        start, line = end + 1, line + 1
+
+
+def split(text: str, delimiter: str) -> list[Cell]:
+    """Give the cells of a line; a delimiter between quotation marks does not count."""
+    if not delimiter:
+        return [Cell(m.group(), m.start() + 1) for m in re.finditer(r"\S+", text)]
+    cells, at, parts, quotes = [], 0, list[str](), 0
+    for part in text.split(delimiter):
+        parts.append(part)
+        quotes += part.count('"')
+        if quotes % 2 == 0:
+            whole, parts = delimiter.join(parts), []
+            cells.append(_cell(whole, at))
+            at += len(whole) + 1
+    return [*cells, _cell(delimiter.join(parts), at)] if parts else cells
+
+
+def _cell(part: str, at: int) -> Cell:
+    bare = part.strip()
+    quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'
+    text = bare[1:-1].replace('""', '"').strip() if quoted else bare
+    return Cell(text, at + part.find(bare) + 1 + quoted)
+
+
+def name_and_unit(text: str) -> tuple[str, str, bool]:
+    """Give name and unit of a header cell, and whether the unit is in square brackets."""
+    match = UNIT.fullmatch(text) if len(text) <= LONGEST_NAME else None
+    if not match:
+        return text, "", False
+    square = match["square"] is not None
+    return match["name"], (match["square"] if square else match["round"]).strip(), square

@@ -1,0 +1,152 @@
+"""From the numbers of a record to ü: what is removed, the spline and the window."""
+
+from __future__ import annotations
+
+from math import ceil, floor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.motion import Samples
+from drysim.excitation.record.file import fault
+from drysim.excitation.record.spoken import Window
+
+Floats = NDArray[np.float64]
+
+ORDER = 2
+"""Order of the high-pass in each direction; both together take 24 dB an octave."""
+
+
+EDGE = 1e-6
+"""Share of a step by which the edge of a window may miss a sample: rounding of its time."""
+
+
+class Series(NamedTuple):
+    """Evenly spaced samples in SI, their distance and the time of the first [s]."""
+
+    values: Floats
+    dt: float
+    first: float
+
+
+def take(series: Series, what: str | float) -> Floats:
+    """Give what is to be removed: `mean`, `line` (least squares) or all below a frequency [Hz].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Notes
+    -----
+    The high-pass is a Butterworth filter of second order run forwards and backwards: no phase
+    shift, half the amplitude at the frequency itself, 24 dB an octave below it. Each end is
+    continued by one period of the frequency, mirrored at the last point.
+    """
+    values, n = series.values, len(series.values)
+    if what == "mean":
+        return np.broadcast_to(values.mean(), n)
+    if what == "line":
+        steps = np.arange(n) - (n - 1) / 2  # from the middle, mean and slope do not mix
+        return np.asarray(values.mean() + (steps @ values) / (steps @ steps) * steps)
+    from scipy.signal import butter, sosfiltfilt
+
+    frequency = float(what)
+    sections = butter(ORDER, frequency, "highpass", fs=1 / series.dt, output="sos")
+    period = int(min(n - 1, 1 / (frequency * series.dt)))
+    return np.asarray(values - sosfiltfilt(sections, values, padlen=period), dtype=np.float64)
+
+
+def check_frequency(frequency: float, series: Series, shown: str) -> None:
+    """Make sure that a high-pass at a frequency [Hz] has something to work on.
+
+    Raises
+    ------
+    RecordError
+        When a period is longer than the record, or shorter than two steps.
+    """
+    low, high = 1 / ((len(series.values) - 1) * series.dt), 1 / (2 * series.dt)
+    if not low <= frequency < high:
+        bounds = f"at least {low:.6g} Hz, one period in the record, and below {high:.6g} Hz"
+        raise fault(shown, f"`remove` must be {bounds}, half its rate; not {frequency:.6g} Hz")
+
+
+def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
+    """Give the first and the last sample of a window, 0-based.
+
+    Raises
+    ------
+    RecordError
+        When the window does not lie in the record, or holds fewer than two samples.
+    """
+    first, last = 0, len(series.values) - 1
+    if window is None:
+        return first, last
+    if window.start is not None:
+        first = ceil(_steps(window.start, series) - EDGE)
+    if window.to is not None:
+        # A record of 60 s has its last sample one step before 60 s.
+        end = floor(_steps(window.to, series) + EDGE)
+        last = last if end == last + 1 else end
+    if 0 <= first < last < len(series.values):
+        return first, last
+    until = series.first + (len(series.values) - 1) * series.dt
+    sentence = (
+        f"the window must hold two samples of the record, which runs from {series.first:.6g} s"
+    )
+    raise fault(shown, f"{sentence} to {until:.6g} s in steps of {series.dt:.6g} s")
+
+
+def _steps(t: float, series: Series) -> float:
+    """Steps from the first sample to a time, within what a whole number can be made of."""
+    return max(-1e18, min(1e18, (t - series.first) / series.dt))
+
+
+def cut(motion: Samples, first: int, last: int, n: int) -> Samples:
+    """Give the motion from the first to the last of n samples of the record."""
+    finer = (len(motion.u_dd) - 1) // (n - 1)
+    u = None if motion.u is None else motion.u[first : last + 1]
+    return motion._replace(u_dd=motion.u_dd[first * finer : last * finer + 1], u=u)
+
+
+def from_acceleration(series: Series) -> Samples:
+    """Give samples of acceleration as they are, linear between them."""
+    return Samples(series.values, series.dt)
+
+
+def from_velocity(series: Series) -> Samples:
+    """Give the derivative of the quadratic spline through samples of velocity.
+
+    Notes
+    -----
+    The spline's pieces meet midway between samples, where its derivative bends. So ü is given
+    at every half step, which holds each bend: linear between those, it is the spline's
+    derivative exactly.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    n = len(series.values)
+    spline = make_interp_spline(np.arange(n), series.values, k=min(2, n - 1))
+    u_dd = np.asarray(spline(np.arange(2 * n - 1) / 2, 1), dtype=np.float64) / series.dt
+    return Samples(u_dd, series.dt / 2)
+
+
+def from_displacement(series: Series) -> Samples:
+    """Give the second derivative of the C² cubic spline through samples of displacement.
+
+    Notes
+    -----
+    Not-a-knot at the ends. The second derivative is linear between the samples.
+    """
+    from scipy.interpolate import CubicSpline
+
+    u, steps = series.values, np.arange(len(series.values))
+    u_dd = np.asarray(CubicSpline(steps, u)(steps, 2), dtype=np.float64) / series.dt**2
+    return Samples(u_dd, series.dt, u)
+
+
+SPLINES = {
+    "acceleration": from_acceleration,
+    "velocity": from_velocity,
+    "displacement": from_displacement,
+}
