@@ -1,0 +1,435 @@
+"""Records: what is read, what is refused and in which words, and how ü comes of it."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from drysim.errors import RecordError
+from drysim.excitation.record import Record
+from drysim.excitation.record import cells as cells_module
+from drysim.excitation.record import file as file_module
+from drysim.excitation.record.cells import _careful, _quick
+from drysim.excitation.record.file import read
+from drysim.excitation.record.table import tabulate
+
+HERE = Path(__file__).parent
+DATA = HERE / "data"
+GALLERY = HERE.parent / "scenarios"
+EL_CENTRO = HERE.parents[1] / "shared" / "data" / "el_centro_1940_ns.csv"
+
+ROWS = "t [s],u_dd [m/s2]\n0,1\n0.01,2\n0.02,4\n"
+
+
+def record(folder, **words):
+    """Give the record of a scenario in a folder."""
+    return Record.model_validate({"kind": "record", **words}, context={"folder": folder})
+
+
+def motion_of(folder, text, **words):
+    """Give the motion of a record with this text."""
+    content = text if isinstance(text, bytes) else text.encode()
+    (folder / "r.csv").write_bytes(content)
+    return record(folder, file="r.csv", **words).motion()
+
+
+def problem_of(folder, text, **words):
+    """Give the problem that a record with this text has."""
+    with pytest.raises(RecordError) as caught:
+        motion_of(folder, text, **words)
+    return caught.value.problem
+
+
+# what is read
+
+
+def test_header_comments_bom_crlf_quotes_and_units_of_a_spreadsheet_are_understood():
+    motion = record(DATA, file="spreadsheet.csv", time="t", column="u_dd").motion()
+    assert motion.u_dd.tolist() == [0.5, -0.25, 0.1, 0.75]
+    assert motion.dt == 0.0025
+
+
+def test_decimal_commas_are_read_between_semicolons():
+    motion = record(DATA, file="decimal-comma.csv", time="t").motion()
+    np.testing.assert_allclose(motion.u_dd, np.array([0.1, -0.2, 0]) * 9.80665, rtol=1e-15)
+    assert motion.dt == 0.01
+
+
+def test_columns_may_be_parted_by_blanks_even_in_the_header():
+    motion = record(DATA, file="blanks.txt", time="time [s]", column="u_dd [m/s2]").motion()
+    assert (motion.u_dd.tolist(), motion.dt) == ([1.0, 2.0, 4.0], 0.004)
+
+
+def test_one_bare_column_needs_no_name():
+    motion = record(DATA, file="bare.dat", unit="m/s2", rate=400).motion()
+    assert (motion.u_dd.tolist(), motion.dt) == ([0.25, -0.5, 1.0], 0.0025)
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", "  ", " , "])
+def test_delimiter_is_found_by_itself(tmp_path, mark):
+    text = "".join(f"{k / 100}{mark}{k}{mark}{-k}\n" for k in range(5))
+    motion = motion_of(tmp_path, text, time=1, column=3, unit="m/s2")
+    assert (motion.u_dd.tolist(), motion.dt) == ([0, -1, -2, -3, -4], 0.01)
+
+
+def test_header_of_one_column_may_hold_blanks(tmp_path):
+    assert motion_of(tmp_path, "base motion [g]\n1\n2\n", step=1).u_dd[0] == 9.80665
+
+
+def test_response_of_drysim_is_a_record_again(tmp_path):
+    dt, u_dd = 0.003, np.random.default_rng(1).normal(size=2000)
+    names = "t [s],u_dd [m/s2],x_r [m],v_r [m/s],x_dd [m/s2],F_f [N],stuck [-]\n"
+    rows = (f"{k * dt!r},{v!r},0.0,0.0,{v!r},,1\n" for k, v in enumerate(u_dd.tolist()))
+    motion = motion_of(tmp_path, names + "".join(rows), column="u_dd", time="t")
+    assert np.array_equal(motion.u_dd, u_dd)
+    assert motion.dt == dt
+
+
+def test_a_unit_in_the_scenario_serves_a_header_without_one(tmp_path):
+    motion = motion_of(tmp_path, "t,acc (filtered)\n0,1\n1,2\n", time="t", unit="g")
+    assert motion.u_dd.tolist() == [9.80665, 2 * 9.80665]
+
+
+def test_two_spellings_of_one_unit_agree(tmp_path):
+    assert motion_of(tmp_path, ROWS, time="t", unit="m/s^2").u_dd[2] == 4
+
+
+def test_input_is_named_and_hashed_as_read(tmp_path):
+    motion = motion_of(tmp_path, ROWS, time="t")
+    digest = hashlib.sha256(ROWS.encode()).hexdigest()
+    assert motion.inputs == (("r.csv", digest, len(ROWS)),)
+
+
+def test_path_of_the_record_can_be_told_from_another_folder(tmp_path):
+    (tmp_path / "out" / "seat").mkdir(parents=True)
+    chosen = record(tmp_path, file="logs/r.csv", step=1)
+    assert chosen.file_from(tmp_path / "out" / "seat") == "../../logs/r.csv"
+
+
+# the quick and the careful pass
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", " "])
+def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
+    monkeypatch.setattr(cells_module, "BLOCK", 64)
+    rng = np.random.default_rng(2)
+    values = rng.normal(size=(300, 3)) * 10.0 ** rng.integers(-30, 30, (300, 3))
+    lines = [mark.join(map(repr, row)) for row in values.tolist()]
+    lines[100:100] = ["# a remark, in between"]
+    (tmp_path / "r.csv").write_text("\n".join(lines))
+    table = tabulate(read(tmp_path / "r.csv"))
+    quick = _quick(table, [0, 2])
+    assert quick is not None
+    assert np.array_equal(quick, _careful(table, [0, 2]))
+    assert np.array_equal(np.transpose(quick), values[:, [0, 2]])
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        "1,2,3\n4,5\n6,7,8,9\n",
+        "1,2,3\n4 5,6,7\n8,,9\n",
+        "1,2,3\n4,5,6,\n7,8\n",
+        '1,2,3\n"4,5",6\n7,8,9\n',
+        "1,2,3\n\n4,5,6\n",
+        "1 2 3\n4 5\n6 7 8 9\n",
+        "1 2 3\n4-5 6\n7 8 9\n",
+        "1,2,3\n4,0x5,6\n",
+        "1,2,3\n4,1_0,6\n",
+    ],
+)
+def test_quick_pass_leaves_every_irregular_row_to_the_careful_one(tmp_path, rows):
+    (tmp_path / "r.csv").write_text(rows)
+    assert _quick(tabulate(read(tmp_path / "r.csv")), [1]) is None
+
+
+# what is refused
+
+CELLS = {
+    "oops": "row 3, column 2 (`u_dd [m/s2]`): `oops` is not a number",
+    "": "row 3, column 2 (`u_dd [m/s2]`): the cell is empty: the record has a gap",
+    "nan": "row 3, column 2 (`u_dd [m/s2]`): `nan` is not a finite number",
+    "-inf": "row 3, column 2 (`u_dd [m/s2]`): `-inf` is not a finite number",
+    "1e999": "row 3, column 2 (`u_dd [m/s2]`): `1e999` is not a finite number",
+    '"1,5"': "row 3, column 2 (`u_dd [m/s2]`): `1,5` has a decimal comma; write points",
+}
+
+
+@pytest.mark.parametrize(("cell", "sentence"), CELLS.items())
+def test_faulty_cell_is_named_by_row_and_column(tmp_path, cell, sentence):
+    found = problem_of(tmp_path, ROWS.replace("0.01,2", f"0.01,{cell}"), time="t")
+    assert found.sentence.startswith(sentence)
+    assert (found.file, found.line) == (str(tmp_path / "r.csv"), 3)
+    assert found.column == (7 if '"' in cell else 6)
+
+
+def test_message_quotes_nothing_but_the_faulty_cell(tmp_path):
+    secret = "s3cret-" * 20
+    found = problem_of(tmp_path, f"a,b,c\n1,2,3\n4,{secret},6\n", column="b", unit="g", step=1)
+    assert found.source.strip() == secret[:39] + "…"
+    assert found.source.index(secret[:39]) == found.column - 1
+    assert len(found.sentence) < 100
+
+
+STEPS = {
+    "0\n1\n2\n4\n5\n": (4, "the time steps are uneven: 2 to this row, 1 as a rule"),
+    "0\n1\n2.1\n3.1\n4.1\n5.1\n": (3, "the time steps are uneven: 1.1 to this row"),
+    "0\n1\n2\n1.5\n3\n": (4, "time runs backwards: from 2 to 1.5"),
+    "0\n1\n1\n2\n": (3, "time stands still: from 1 to 1"),
+}
+
+
+@pytest.mark.parametrize(("times", "fault"), STEPS.items())
+def test_uneven_time_names_the_row_and_both_differences(tmp_path, times, fault):
+    text = times.replace("\n", ";0\n")
+    found = problem_of(tmp_path, text, time=1, column=2, unit="m/s2")
+    assert found.line == fault[0]
+    assert fault[1] in found.sentence
+
+
+@pytest.mark.parametrize("digits", [4, 5, 6, 9])
+def test_rounded_times_of_a_whole_rate_are_even(tmp_path, digits):
+    text = "".join(f"{3 + k / 256:.{digits}f},0\n" for k in range(1000))
+    assert motion_of(tmp_path, text, time=1, column=2, unit="g").dt == 1 / 256
+
+
+def test_times_that_once_were_single_precision_are_even(tmp_path):
+    times = (np.arange(5000) * 0.01).astype(np.float32).astype(float)
+    text = "".join(f"{t!r} 0\n" for t in times.tolist())
+    assert motion_of(tmp_path, text, time=1, unit="g").dt == pytest.approx(0.01, rel=1e-7)
+
+
+FAULTS = {
+    "no unit": ("t,a\n0,1\n1,2\n", {"time": "t"}, "write `unit: m/s²` in the scenario or"),
+    "unknown unit": ("t,a [foo]\n0,1\n1,2\n", {"time": "t"}, "unknown unit `foo`"),
+    "other dimension": ("t,a [kg]\n0,1\n1,2\n", {"time": "t"}, "not acceleration"),
+    "two units": (ROWS, {"time": "t", "unit": "g"}, "the scenario says `unit: g`"),
+    "near name": (ROWS, {"time": "t", "column": "u_d"}, "did you mean `u_dd`?"),
+    "names": (ROWS, {"time": "zeit"}, "there are: `t [s]`, `u_dd [m/s2]`"),
+    "number": (ROWS, {"time": "t", "column": 3}, "there is no column 3"),
+    "no header": ("0,1\n1,2\n", {"time": "t"}, "the file has no header"),
+    "which column": ("a,b\n0,1\n1,2\n", {"step": 1}, "give `column`, its name or number"),
+    "two alike": ("a [g],a [m]\n0,1\n1,2\n", {"step": 1, "column": "a"}, "columns 1 and 2"),
+    "no spacing": (ROWS, {"column": "u_dd"}, "`time: t` is what is missing"),
+    "ragged": (ROWS + "0.03\n", {"time": "t"}, "row 5 has 1 cell, not 2"),
+    "gap": ("a [g]\n1\n\n2\n", {"step": 1}, "row 3 is empty: the record has a gap"),
+    "one sample": ("a [g]\n1\n", {"step": 1}, "the record has one sample only"),
+    "empty": ("", {"step": 1}, "the record is empty"),
+    "only blanks": ("\n \n", {"step": 1}, "the record is empty"),
+    "header alone": ("# x\na [g]\n", {"step": 1}, "the record holds no rows of numbers"),
+    "binary": (b"a\0b\n1\n", {"step": 1}, "the record is binary"),
+    "UTF-16": ("a [g]\n1\n".encode("utf-16"), {"step": 1}, "the record is UTF-16 text"),
+    "Latin-1": ("a [m/s²]\n1\n2\n".encode("latin-1"), {"step": 1}, "the header is not UTF-8"),
+    "headers": ("a,b\n1\n2\n", {"step": 1}, "the header names 2 columns, but row 2 has 1"),
+    "first row": ("1,x\n2,3\n", {"step": 1, "column": 2, "unit": "g"}, "`x` is not a number"),
+    "damaged start": ("-0.4x\n2\n", {"step": 1, "unit": "g"}, "`-0.4x` is not a number"),
+    "range": (ROWS, {"time": "t", "scale": 9e307}, "ü is out of range"),
+    "window": (ROWS, {"time": "t", "window": {"from": 5}}, "runs from 0 s to 0.02 s"),
+    "filter": (ROWS, {"time": "t", "remove": {"below": 99}}, "and below 50 Hz, half its rate"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_of_a_record_earns_its_sentence(tmp_path, name):
+    text, words, sentence = FAULTS[name]
+    assert sentence in problem_of(tmp_path, text, **words).sentence
+
+
+def test_only_regular_files_of_known_kinds_are_read(tmp_path):
+    (tmp_path / "folder.csv").mkdir()
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "r.wav").write_text("1\n2\n")
+    (tmp_path / "seat.csv").write_text("1\n2\n")
+    for file, sentence in {
+        "folder.csv": "the record is a folder",
+        "pipe.csv": "the record is a pipe",
+        "/dev/null": "the record is a device",
+        "r.wav": "a record from `.wav` cannot be read; what is read: .csv, .tsv, .txt, .dat",
+        "seats.csv": "the record is not there; did you mean `seat.csv`?",
+        "logs/seat.csv": "there is no folder",
+        "a\0b.csv": "the record cannot be read",
+    }.items():
+        with pytest.raises(RecordError, match=sentence.replace("?", r"\?")):
+            record(tmp_path, file=file, unit="g", step=1).motion()
+
+
+def test_record_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(file_module, "_memory", lambda: 50.0)
+    sentence = problem_of(tmp_path, ROWS, time="t").sentence
+    assert sentence == "the record needs 1.08e-07 GB of memory, this machine has 5e-08 GB"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"unit": "kg"},
+        {"unit": "m/s"},
+        {"column": 0},
+        {"column": True},
+        {"column": 1.5},
+        {"column": ""},
+        {"remove": "meen"},
+        {"remove": {"below": -1}},
+        {"step": 0},
+        {"rate": "-5 Hz"},
+        {"window": {"from": 2, "to": 1}},
+        {"colour": "red"},
+    ],
+)
+def test_scenario_that_makes_no_record_is_refused_without_reading(words):
+    with pytest.raises(ValidationError):
+        record(Path(), file="nowhere.csv", **words)
+
+
+# from the numbers to ü
+
+
+def test_acceleration_is_taken_as_it_is(tmp_path):
+    motion = motion_of(tmp_path, ROWS, time="t", scale=-2)
+    assert (motion.u_dd.tolist(), motion.u) == ([-2, -4, -8], None)
+
+
+def test_displacement_of_a_cubic_gives_its_second_derivative_exactly(tmp_path):
+    t = np.arange(40) * 0.05
+    text = "u [mm]\n" + "".join(f"{v!r}\n" for v in (t**3 - 2 * t**2 + t).tolist())
+    motion = motion_of(tmp_path, text, quantity="displacement", step=0.05)
+    np.testing.assert_allclose(motion.u_dd, (6 * t - 4) * 1e-3, atol=1e-14)
+    np.testing.assert_allclose(motion.u, (t**3 - 2 * t**2 + t) * 1e-3, rtol=1e-14)
+    assert motion.dt == 0.05
+
+
+def test_displacement_of_a_sine_has_the_error_of_its_spline(tmp_path):
+    omega, dt = 2 * np.pi, 0.01
+    t = np.arange(301) * dt
+    text = "".join(f"{v!r}\n" for v in np.sin(omega * t).tolist())
+    motion = motion_of(tmp_path, text, quantity="displacement", unit="m", step=dt)
+    inner = slice(50, -50)  # the ends, where the spline must guess, fade within a few samples
+    z = omega * dt
+    # The C² condition gives the spline's second derivative of a sampled sine in closed form.
+    factor = 6 * (np.cos(z) - 1) / (2 + np.cos(z)) / dt**2
+    expected = factor * np.sin(omega * t)
+    np.testing.assert_allclose(motion.u_dd[inner], expected[inner], atol=1e-9)
+
+
+def test_velocity_of_a_parabola_gives_its_derivative_on_the_half_step(tmp_path):
+    t = np.arange(20) * 0.1
+    text = "v [m/s]\n" + "".join(f"{v!r}\n" for v in (3 * t**2 - t).tolist())
+    motion = motion_of(tmp_path, text, quantity="velocity", step=0.1)
+    halves = np.arange(39) * 0.05
+    np.testing.assert_allclose(motion.u_dd, 6 * halves - 1, atol=1e-12)
+    assert (motion.dt, motion.u) == (0.05, None)
+
+
+def test_velocity_spline_is_met_exactly_by_lines_between_half_steps(tmp_path):
+    v = np.random.default_rng(3).normal(size=30)
+    text = "".join(f"{x!r}\n" for x in v.tolist())
+    motion = motion_of(tmp_path, text, quantity="velocity", unit="m/s", step=0.1)
+    areas = (motion.u_dd[1:] + motion.u_dd[:-1]) / 2 * motion.dt
+    np.testing.assert_allclose(v[0] + np.cumsum(areas)[1::2], v[1:], atol=1e-12)
+
+
+@pytest.mark.parametrize("quantity", ["acceleration", "velocity", "displacement"])
+def test_two_samples_are_enough(tmp_path, quantity):
+    unit = {"acceleration": "m/s2", "velocity": "m/s", "displacement": "m"}[quantity]
+    motion = motion_of(tmp_path, "1\n2\n", quantity=quantity, unit=unit, step=0.5)
+    expected = {"acceleration": [1, 2], "velocity": [2, 2, 2], "displacement": [0, 0]}
+    np.testing.assert_allclose(motion.u_dd, expected[quantity], atol=1e-14)
+
+
+def test_window_shifts_time_and_keeps_the_spline_of_the_whole(tmp_path):
+    text = "".join(f"{10 + k / 10:.1f} {math.sin(k)!r}\n" for k in range(50))
+    words = {"time": 1, "unit": "m/s", "quantity": "velocity"}
+    whole = motion_of(tmp_path, text, **words)
+    part = motion_of(tmp_path, text, **words, window={"from": 11, "to": "12 s"})
+    assert np.array_equal(part.u_dd, whole.u_dd[20:41])
+
+
+def test_window_may_end_one_step_behind_the_last_sample(tmp_path):
+    motion = motion_of(tmp_path, ROWS, time="t", window={"from": 0.01, "to": 0.03})
+    assert motion.u_dd.tolist() == [2, 4]
+
+
+def test_mean_and_line_are_taken_away_and_reported(tmp_path):
+    t = np.arange(11) * 0.1
+    text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in (5 + 2 * t).tolist())
+    mean = motion_of(tmp_path, text, step=0.1, remove="mean")
+    np.testing.assert_allclose(mean.u_dd, 2 * t - 1, atol=1e-14)
+    assert mean.cautions[0].slug == "record-removed"
+    assert mean.cautions[0].numbers["mean"] == pytest.approx(6)
+    line = motion_of(tmp_path, text, step=0.1, remove="line")
+    np.testing.assert_allclose(line.u_dd, 0, atol=1e-14)
+    assert line.cautions[0].numbers["change"] == pytest.approx(2)
+
+
+@pytest.mark.parametrize("spelt", [{"below": "0.5 Hz"}, "0.5 Hz", 0.5])
+def test_high_pass_removes_drift_and_halves_its_own_frequency_without_phase(tmp_path, spelt):
+    t = np.arange(10_000) * 0.01
+    fast, edge = np.sin(2 * np.pi * 5 * t), np.sin(2 * np.pi * 0.5 * t)
+    text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in (3 + fast + edge).tolist())
+    motion = motion_of(tmp_path, text, step=0.01, remove=spelt)
+    middle = slice(2000, -2000)
+    np.testing.assert_allclose(motion.u_dd[middle], (fast + edge / 2)[middle], atol=2e-4)
+
+
+def test_gravity_left_in_a_record_is_said(tmp_path):
+    noise = np.random.default_rng(4).normal(size=500)
+    text = "a [g]\n" + "".join(f"{v!r}\n" for v in (1.01 + 0.1 * noise).tolist())
+    assert [c.slug for c in motion_of(tmp_path, text, step=0.1).cautions] == ["record-gravity"]
+    removed = motion_of(tmp_path, text, step=0.1, remove="mean")
+    assert [c.slug for c in removed.cautions] == ["record-removed"]
+
+
+def test_large_mean_is_said_and_a_small_one_is_not(tmp_path):
+    noise = np.random.default_rng(5).normal(size=500)
+    noise -= noise.mean()
+    for mean, slugs in ((0.3, ["record-mean"]), (0.01, [])):
+        text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in (mean + noise).tolist())
+        assert [c.slug for c in motion_of(tmp_path, text, step=0.1).cautions] == slugs
+
+
+@pytest.mark.skipif(not EL_CENTRO.exists(), reason="the record is not part of drysim")
+def test_el_centro_has_its_known_peak():
+    motion = record(EL_CENTRO.parent, file=EL_CENTRO.name, time="time", column="acc").motion()
+    peak = int(np.abs(motion.u_dd).argmax())
+    assert (len(motion.u_dd), motion.dt, peak * motion.dt) == (1560, 0.02, pytest.approx(2.04))
+    assert abs(motion.u_dd[peak]) == pytest.approx(0.31882 * 9.80665)
+
+
+# the gallery's synthetic record
+
+
+@pytest.fixture(scope="module")
+def script():
+    """Give the script that writes the synthetic record."""
+    place = importlib.util.spec_from_file_location("it", GALLERY / "seat_test_record.py")
+    module = importlib.util.module_from_spec(place)
+    place.loader.exec_module(module)
+    return module
+
+
+def test_synthetic_record_is_what_its_script_writes(script):
+    assert script.FILE.read_bytes() == script.text().encode()
+
+
+def test_synthetic_record_has_level_and_spectrum_of_em1(script):
+    motion = record(GALLERY, file=script.FILE.name, time="t", column="u_dd").motion()
+    assert (len(motion.u_dd), motion.dt, motion.cautions) == (24_000, 2.5e-3, ())
+    assert np.sqrt(np.mean(motion.u_dd**2)) == pytest.approx(1.71, rel=0.05)
+    f = np.fft.rfftfreq(24_000, motion.dt)
+    power = np.abs(np.fft.rfft(motion.u_dd)) ** 2 * 2 * motion.dt / 24_000
+    assert power[(f < 0.88) | (f > 11.23)].max() < 1e-6
+    for low, high in ((1.2, 1.7), (1.7, 2.2), (2.2, 2.7), (2.7, 4.0)):
+        band = (f >= low) & (f < high)
+        assert power[band].mean() == pytest.approx(script.spectrum(f[band]).mean(), rel=0.6)
+
+
+def test_stated_level_of_em1_follows_from_its_spectrum(script):
+    f = np.linspace(0.89, 11.22, 100_001)
+    assert np.sqrt(np.trapezoid(script.spectrum(f), f)) == pytest.approx(1.714, abs=5e-4)
