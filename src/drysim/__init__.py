@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from drysim.approach import simulate
+    from drysim.approach.simulate import simulate
     from drysim.errors import (
         DrysimError,
         OutputError,
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
         UsageError,
     )
     from drysim.scenario import Scenario, load
-    from drysim.study import Outcome, run
+    from drysim.study.outcome import Outcome
+    from drysim.study.run import run
 
 __version__ = "0.1.0"
 
@@ -40,7 +41,7 @@ __all__ = [
 
 _HOMES = {
     "DrysimError": "drysim.errors",
-    "Outcome": "drysim.study",
+    "Outcome": "drysim.study.outcome",
     "OutputError": "drysim.errors",
     "RecordError": "drysim.errors",
     "Scenario": "drysim.scenario",
@@ -48,8 +49,8 @@ _HOMES = {
     "SolverError": "drysim.errors",
     "UsageError": "drysim.errors",
     "load": "drysim.scenario",
-    "run": "drysim.study",
-    "simulate": "drysim.approach",
+    "run": "drysim.study.run",
+    "simulate": "drysim.approach.simulate",
 }
 
 

@@ -1,0 +1,72 @@
+"""The command line: where a fault becomes a sentence and an exit code."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Sequence
+
+import typer
+
+from drysim.cli.commands import app
+from drysim.cli.streams import reader_may_leave
+from drysim.errors import (
+    EXIT_BUG,
+    EXIT_INTERRUPTED,
+    EXIT_NOTHING_COMPUTED,
+    DrysimError,
+)
+
+BUG = """
+This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
+lines above, the scenario file and what `drysim doctor` prints."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and give the exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Words after `drysim`; default: those of this process.
+
+    Returns
+    -------
+    int
+        0 done, 1 a check failed, 2 nothing computed, 3 the numerics failed, 70 a bug,
+        130 interrupted.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        code = int(app(words, prog_name="drysim", obj=words, standalone_mode=False))
+        with reader_may_leave():
+            sys.stdout.flush()
+    except typer.TyperException as fault:
+        code = wrong_words(fault)
+    except DrysimError as fault:
+        code = dressed(fault)
+    except KeyboardInterrupt:
+        code = EXIT_INTERRUPTED
+    except Exception:
+        traceback.print_exc()
+        print(BUG, file=sys.stderr)
+        code = EXIT_BUG
+    if code == EXIT_INTERRUPTED:
+        print("interrupted; no file is left half-written", file=sys.stderr)
+    return code
+
+
+def wrong_words(fault: typer.TyperException) -> int:
+    """Say what is wrong with the command line, and where its help is."""
+    command = getattr(getattr(fault, "ctx", None), "command_path", "drysim")
+    sentence = fault.format_message().replace("Value error, ", "")
+    print(f"error: {sentence}\n\n`{command} --help` shows what it takes", file=sys.stderr)
+    return EXIT_NOTHING_COMPUTED
+
+
+def dressed(fault: DrysimError) -> int:
+    """Show a fault with its places and its hint, and give its exit code."""
+    from drysim import console
+
+    console.show_fault(fault)
+    return fault.exit_code

@@ -1,0 +1,132 @@
+"""The commands: words in, a study asked, an exit code out."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import typer
+
+from drysim.cli import options, plans
+from drysim.cli.streams import reader_may_leave
+from drysim.errors import (
+    EXIT_NOTHING_COMPUTED,
+    EXIT_NUMERICS_FAILED,
+    EXIT_OK,
+)
+
+app = typer.Typer(
+    help="Vibration isolation with viscous and dry-friction damping, from a YAML scenario.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+FIRST = "paper-low-friction"
+"""What `drysim init` writes when no name is given."""
+
+
+@app.callback(invoke_without_command=True)
+def no_command(context: typer.Context, version: options.Version = False) -> int:
+    """Show the help when no command is named."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help(), err=True)
+    return EXIT_NOTHING_COMPUTED
+
+
+@app.command()
+def run(
+    context: typer.Context,
+    scenario: options.File,
+    settings: options.Settings = None,
+    out: options.Out = None,
+    approach: options.Approach = None,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """One case: response, events, metrics, checks."""
+    from drysim.report.claim import check
+    from drysim.scenario import load
+    from drysim.study.case import prepare
+
+    case = prepare(load(scenario, options.overrides(settings, approach)))
+    folder = Path("out", case.scenario.name) if out is None else out
+    check(folder)
+    if dry_run:
+        return plans.show(case, folder, as_json, quiet)
+    from drysim import console, report
+    from drysim.study.run import solve
+
+    outcome = solve(case)
+    code = outcome.exit_code(strict)
+    command = shlex.join(["drysim", *context.obj])
+    told = report.write(outcome, folder, plots=not no_plots, command=command, exit_code=code)
+    with reader_may_leave():
+        if as_json:
+            typer.echo(report.text(told), nl=False)
+        elif not quiet:
+            console.show_outcome(outcome, folder)
+        if as_json and not quiet:
+            console.show_warnings(outcome.warnings)
+    return code
+
+
+@app.command()
+def validate(
+    scenarios: options.Files,
+    settings: options.Settings = None,
+    form: options.Format = "text",
+) -> int:
+    """Check files, compute nothing."""
+    from drysim import console
+    from drysim.study.validate import examine
+
+    found = {file: examine(file, settings or []) for file in scenarios}
+    with reader_may_leave():
+        console.show_problems(found, form)
+    faulty = any(problem.severity == "error" for file in found.values() for problem in file)
+    return EXIT_NOTHING_COMPUTED if faulty else EXIT_OK
+
+
+@app.command()
+def schema() -> int:
+    """JSON schema of scenario files, for editors."""
+    from drysim.scenario import schema as describe
+
+    with reader_may_leave():
+        typer.echo(json.dumps(describe(), indent=2, ensure_ascii=False))
+    return EXIT_OK
+
+
+@app.command()
+def init(name: options.Name = FIRST, show: options.Show = False) -> int:
+    """Write a commented scenario from the gallery."""
+    from drysim.study import gallery
+
+    if show:
+        with reader_may_leave():
+            for piece in gallery.pieces():
+                typer.echo(f"{piece.name:<24}{piece.about}")
+        return EXIT_OK
+    written = gallery.copy(name, Path())
+    for file in written:
+        typer.echo(str(file))
+    typer.echo(f"now: drysim run {written[0]}", err=True)
+    return EXIT_OK
+
+
+@app.command()
+def doctor() -> int:
+    """Versions, engine, known-answer tests; about a second."""
+    from drysim.study.doctor import examine
+
+    findings = examine()
+    with reader_may_leave():
+        for finding in findings:
+            mark = "ok" if finding.sound else "FAULT"
+            typer.echo(f"{mark:<6}{finding.name:<12}{finding.sentence}")
+    return EXIT_OK if all(finding.sound for finding in findings) else EXIT_NUMERICS_FAILED

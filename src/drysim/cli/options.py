@@ -1,0 +1,70 @@
+"""The words that the commands take, each with its help."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from drysim import __version__
+from drysim.errors import EXIT_OK
+
+
+def approach_names() -> list[str]:
+    """Give the shelf of approaches to the completion of the shell."""
+    from drysim.scenario.blocks import SHELF
+
+    return list(SHELF)
+
+
+def gallery_names() -> list[str]:
+    """Give the gallery to the completion of the shell."""
+    from drysim.study.gallery import pieces
+
+    return [piece.name for piece in pieces()]
+
+
+def show_version(wanted: bool) -> None:
+    """Show the version in place of a command."""
+    if wanted:
+        typer.echo(f"drysim {__version__}")
+        raise typer.Exit(EXIT_OK)
+
+
+Version = Annotated[
+    bool,
+    typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
+]
+File = Annotated[str, typer.Argument(help="Scenario file (YAML).")]
+Files = Annotated[list[str], typer.Argument(help="Scenario files (YAML).")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Override a key; may be repeated."),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", "-o", metavar="DIR", help="Output folder; default: out/<name>."),
+]
+Approach = Annotated[
+    str | None,
+    typer.Option(
+        "--approach", metavar="NAME", autocompletion=approach_names, help="How to solve."
+    ),
+]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything, compute nothing.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Warnings count as failed checks.")]
+NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object in place of the summary.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but faults.")]
+Format = Annotated[
+    Literal["text", "json", "github"], typer.Option("--format", help="How problems are shown.")
+]
+Name = Annotated[str, typer.Argument(autocompletion=gallery_names, help="Name in the gallery.")]
+Show = Annotated[bool, typer.Option("--list", help="Show the gallery.")]
+
+
+def overrides(settings: list[str] | None, approach: str | None) -> list[str]:
+    """Give `--set` words, `--approach` being one of them."""
+    chosen = [] if approach is None else [f"solver.approach={approach}"]
+    return [*(settings or []), *chosen]

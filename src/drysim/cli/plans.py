@@ -1,0 +1,58 @@
+"""What a dry run says: what would be done, and where it would be written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from drysim.cli.streams import reader_may_leave
+from drysim.errors import EXIT_OK
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from drysim.study.case import Case
+
+
+def show(case: Case, folder: Path, as_json: bool, quiet: bool) -> int:
+    """Show what a run would do; everything up to the computation was found in order."""
+    from drysim import console
+
+    with reader_may_leave():
+        if as_json:
+            typer.echo(json.dumps(plan(case, folder), indent=2, ensure_ascii=False))
+        elif not quiet:
+            typer.echo("\n".join(sentences(case, folder)))
+        if not quiet:
+            console.show_warnings(case.cautions)
+    return EXIT_OK
+
+
+def sentences(case: Case, folder: Path) -> list[str]:
+    """Give the plan for people."""
+    begin, end = case.window
+    span = f"{number(begin, 's')} to {number(end, 's')}"
+    over = "one repetition of the periodic orbit" if case.period else span
+    return [
+        f"{case.scenario.name}: {case.steps} steps of {number(case.step, 's')} by "
+        f"{case.approach.approach}, metrics over {over}",
+        f"would be written to {folder}",
+        "dry run: nothing was computed, nothing was written",
+    ]
+
+
+def plan(case: Case, folder: Path) -> dict[str, object]:
+    """Give the plan for scripts."""
+    return {
+        "dry_run": True,
+        "name": case.scenario.name,
+        "approach": case.approach.approach,
+        "step": case.step,
+        "steps": case.steps,
+        "window": list(case.window),
+        "steady": case.period is not None,
+        "folder": folder.as_posix(),
+        "warnings": [caution.sentence for caution in case.cautions],
+    }

@@ -1,0 +1,132 @@
+"""Case: a scenario crossed from words to symbols, ready to be solved. Computes nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from drysim.core.compiled import engine
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State
+from drysim.errors import Caution, Problem, ScenarioError, UsageError
+from drysim.study.memory import require
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from drysim.approach import Approach
+    from drysim.scenario import Scenario
+
+ON_THE_END = 1e-9
+"""A window that ends this close to the end of the record, relative to it, ends there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Everything that an approach needs, and the scenario that it came from.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    approach
+        A member of the shelf, with its options.
+    plant, law, motion, start
+        The scene.
+    step : float
+        Distance of the output grid [s].
+    window : tuple of float
+        Begin and end of the metrics [s]; one period when an orbit is wanted.
+    period : float or None
+        Period of the excitation [s] when an orbit is wanted.
+    cautions : tuple of Caution
+        What is to be said before anything is computed.
+    """
+
+    scenario: Scenario
+    approach: Approach
+    plant: Plant
+    law: Law
+    motion: Sines | Samples
+    start: State
+    step: float
+    window: tuple[float, float]
+    period: float | None
+    cautions: tuple[Caution, ...]
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of the output grid."""
+        return round(self.window[1] / self.step)
+
+    @property
+    def limit(self) -> float | None:
+        """Stroke limit x_rM [m], if there is one."""
+        stroke = self.scenario.stroke
+        return None if stroke is None else stroke.limit
+
+
+def prepare(scenario: Scenario) -> Case:
+    """Give the case of a scenario: read its record, check that it can be solved.
+
+    Parameters
+    ----------
+    scenario : Scenario
+
+    Returns
+    -------
+    Case
+
+    Raises
+    ------
+    RecordError
+        When the record of the excitation cannot be used.
+    ScenarioError
+        When the window of the metrics lies beyond the end of the record.
+    UsageError
+        When the case needs more memory than the machine has, or the engine is unknown.
+    """
+    from drysim.scenario import cautions, period
+
+    require_engine()
+    motion = scenario.excitation.motion()
+    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    assert step is not None, "a scenario has a step unless its record owns one"
+    repeats = period(scenario) if scenario.measure.steady else None
+    case = Case(
+        scenario,
+        scenario.solver.member(),
+        scenario.oscillator.plant(),
+        scenario.law(),
+        motion,
+        scenario.start.state(),
+        step,
+        window(scenario, motion) if repeats is None else (0.0, repeats),
+        repeats,
+        cautions(scenario),
+    )
+    require(case.steps)
+    return case
+
+
+def require_engine() -> None:
+    """Make sure that the environment names an engine that there is."""
+    try:
+        engine()
+    except ValueError as fault:
+        raise UsageError(str(fault)) from fault
+
+
+def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
+    """Give begin and end of the metrics [s]; a record must reach to the end."""
+    settle, duration = scenario.measure.settle, scenario.measure.duration
+    if not isinstance(motion, Samples):
+        assert duration is not None, "a scenario has a duration unless its record ends it"
+        return settle, settle + duration
+    last = (len(motion.u_dd) - 1) * motion.dt
+    end = last if duration is None else settle + duration
+    if settle >= last or end > last * (1.0 + ON_THE_END):
+        key = "measure.settle" if settle >= last else "measure.duration"
+        file = str(scenario.origin.get("file", ""))
+        sentence = f"{key} asks for motion beyond the end of the record at {number(last, 's')}"
+        problem = Problem(sentence, file, key=key)
+        raise ScenarioError(f"{file} is not a scenario yet: 1 problem", (problem,))
+    return settle, min(end, last)

@@ -1,0 +1,95 @@
+"""What a reader of the numbers should know: warnings as values, found after the work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from drysim.errors import Caution
+from drysim.wording import millimetres, number
+
+if TYPE_CHECKING:
+    from drysim.approach.response import Orbit, Response
+
+Metrics = Mapping[str, float | int | None]
+
+RESIDUAL = 1e-9
+"""A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""
+
+CLOSE = 1e-6
+"""A decision nearer than this [-] to its opposite is within what inputs are known to."""
+
+
+def found(response: Response, metrics: Metrics, limit: float | None) -> Iterator[Caution]:
+    """Give every warning that follows from a response and its metrics.
+
+    Parameters
+    ----------
+    response : Response
+    metrics : mapping
+        Over the whole response where they concern the stroke.
+    limit : float or None
+        Stroke limit x_rM [m].
+
+    Yields
+    ------
+    Caution
+    """
+    if limit is not None and metrics["violations"]:
+        yield stroke_violated(metrics, limit)
+    residual = metrics["energy_residual"]
+    if residual is not None and not abs(residual) <= RESIDUAL:
+        yield energy_open(residual)
+    closest = response.numerics.closest_decision
+    if closest is not None and closest < CLOSE:
+        yield close_decision(closest)
+
+
+def stroke_violated(metrics: Metrics, limit: float) -> Caution:
+    """Say where the stroke limit was met, and by how much."""
+    t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
+    times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
+    sentence = (
+        f"the stroke limit of {millimetres(limit)} is met {times}, first at t = "
+        f"{number(t_first, 's')}; |x_r| reaches {millimetres(peak)}, "
+        f"{millimetres(peak - limit)} too far"
+    )
+    numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
+    return Caution("stroke-violated", sentence, numbers)
+
+
+def energy_open(residual: float) -> Caution:
+    """Say that the energy balance does not close."""
+    sentence = (
+        f"the energy balance closes to {residual:.1e} only, not to {RESIDUAL:.0e}: "
+        "trust no digit beyond it, and please report the scenario"
+    )
+    return Caution("energy-open", sentence, {"energy_residual": residual})
+
+
+def close_decision(closest: float) -> Caution:
+    """Say that the answer hinges on the last digits of the input."""
+    sentence = (
+        f"a stop was decided by a relative margin of {closest:.1e} between |F_L| and F_fs: "
+        "an input changed by 1e-6 may change the answer; vary friction.static a little to see"
+    )
+    return Caution("close-decision", sentence, {"closest_decision": closest})
+
+
+def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
+    """Say when a periodic orbit was not reached, or not without meeting the stroke limit."""
+    if not orbit.settled:
+        sentence = (
+            f"the motion has not settled after {number(orbit.run_up, 's')}: it still changes "
+            f"by {number(orbit.closure)} a repetition; measure it with `steady: false`, a "
+            "`settle` and a `duration` instead"
+        )
+        numbers = {"closure": orbit.closure, "run_up": orbit.run_up}
+        yield Caution("not-settled", sentence, numbers)
+    if limit is not None and orbit.run_up_peak >= limit:
+        sentence = (
+            f"on the way to the periodic orbit |x_r| reaches {millimetres(orbit.run_up_peak)}: "
+            f"the stroke limit of {millimetres(limit)} is met before the motion settles"
+        )
+        numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
+        yield Caution("stroke-violated-settling", sentence, numbers)

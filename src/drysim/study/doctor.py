@@ -1,0 +1,137 @@
+"""Whether this installation gives the right numbers: versions, engine and known answers."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from math import pi
+
+import drysim
+from drysim.core.motion import Sines
+from drysim.core.plant import Law, Plant, State
+from drysim.errors import DrysimError
+
+PARTS = ("numpy", "scipy", "numba", "pydantic", "pyyaml", "typer", "rich", "matplotlib", "pint")
+
+STEP = 0.01
+"""Output grid of the known answers [s]; the answers do not depend on it."""
+
+DECAY_STOP = 22.42355635
+"""Time [s] at which m = k = F = 1 comes to rest from x = 12, v = 6."""
+
+DEN_HARTOG = 1.307242
+"""x_max k_x/P at frequency ratio 1, damping ratio 1/3 and F_fk/P = 0.1."""
+
+PRINTED = 1e-6
+"""Both answers are known to the digits printed above, the last one rounded."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the doctor: what was looked at, whether it is in order, and how it is."""
+
+    name: str
+    sound: bool
+    sentence: str
+
+
+def examine() -> list[Finding]:
+    """Give everything that the doctor knows about this installation."""
+    answers = (free_decay, den_hartog, standstill)
+    return [*versions(), *engine(), *(known(answer) for answer in answers)]
+
+
+def versions() -> list[Finding]:
+    """Give the versions of drysim, Python and everything that drysim stands on."""
+    python = f"{platform.python_version()} on {platform.platform(terse=True)}"
+    own = [Finding("drysim", True, drysim.__version__), Finding("python", True, python)]
+    return own + [part(name) for name in PARTS]
+
+
+def part(name: str) -> Finding:
+    """Give the version of one package, or that it is missing."""
+    try:
+        return Finding(name, True, version(name))
+    except PackageNotFoundError:
+        return Finding(name, False, f"is missing; install it: python -m pip install {name}")
+
+
+def engine() -> list[Finding]:
+    """Give the engine in force and the state of the folder that keeps compiled kernels.
+
+    Notes
+    -----
+    The known answers are short, so `auto` settles on the plain engine, as it does for any short
+    job; DRYSIM_ENGINE=compiled lets the doctor look at the compiled one.
+    """
+    from drysim.core import compiled
+
+    word = os.environ.get(compiled.VARIABLE, compiled.AUTO)
+    try:
+        compiled.engine()
+    except ValueError as fault:
+        return [Finding("engine", False, str(fault))]
+    if word == compiled.AUTO:
+        word += f": plain up to {compiled.PLAIN_STEPS} steps, compiled above"
+        compiled.settle(0)
+    cache = compiled.cache_folder()
+    if cache is None:
+        state = "no folder can be written: every process compiles anew; set XDG_CACHE_HOME"
+    else:
+        kernels = sum(1 for _ in cache.rglob("*.nbi"))
+        state = f"{cache}, {kernels} kernels kept"
+    return [Finding("engine", True, word), Finding("cache", cache is not None, state)]
+
+
+def known(answer: Callable[[], Finding]) -> Finding:
+    """Give a known answer, also when the numerics fail on the way."""
+    try:
+        return answer()
+    except DrysimError as fault:
+        return Finding(answer.__name__.replace("_", " "), False, str(fault))
+
+
+def free_decay() -> Finding:
+    """Find the instant at which a block on a spring comes to rest."""
+    from drysim.approach.stick_slip import StickSlip
+
+    response = StickSlip().solve(
+        Plant(1.0, 1.0, 0.0), Law(1.0, 1.0), Sines((), (), ()), State(12.0, 6.0), STEP, 25.0
+    )
+    stop = float(response.events.t[-1])
+    sound = abs(stop - DECAY_STOP) < PRINTED and bool(response.stuck[-1])
+    return Finding("free decay", sound, f"stops at {stop:.8f} s, known {DECAY_STOP:.8f} s")
+
+
+def den_hartog() -> Finding:
+    """Find the amplitude of steady sliding at resonance."""
+    peak, _ = steady(Law(0.1, 0.1))
+    sound = peak is not None and abs(peak - DEN_HARTOG) < PRINTED
+    return Finding("Den Hartog", sound, f"amplitude {peak}, known {DEN_HARTOG}")
+
+
+def standstill() -> Finding:
+    """Find that a base that pulls exactly as hard as the static limit moves nothing."""
+    peak, T_a = steady(Law(1.0, 1.0))
+    sound = (peak, T_a) == (0.0, 1.0)
+    return Finding("standstill", sound, f"peak {peak!r}, T_a {T_a!r}, known 0.0 and 1.0")
+
+
+def steady(law: Law) -> tuple[float | int | None, float | int | None]:
+    """Give x_r_peak [m] and T_a [-] of the orbit from rest at resonance, damping ratio 1/3."""
+    from drysim.approach.stick_slip import StickSlip
+    from drysim.metrics import measure
+
+    approach, plant, base = (
+        StickSlip(),
+        Plant(1.0, 1.0, 2 / 3),
+        Sines((1.0,), (0.5 / pi,), (0.0,)),
+    )
+    orbit = approach.orbit(plant, law, base, State(0.0, 0.0), 2 * pi)
+    repetition = orbit.periods * 2 * pi
+    response = approach.solve(plant, law, base, orbit.state, STEP, repetition)
+    metrics = measure(response, (0.0, repetition), None)
+    return metrics["x_r_peak"], metrics["T_a"]

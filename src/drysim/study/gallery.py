@@ -1,0 +1,144 @@
+"""The gallery of scenarios that come with drysim, and how one is copied out of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import drysim
+from drysim.errors import OutputError, UsageError
+from drysim.source import near, read
+
+SUFFIX = ".yaml"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A scenario of the gallery: its name, its own words about itself, and its file."""
+
+    name: str
+    about: str
+    file: Path
+
+
+def folder() -> Path:
+    """Give the gallery's folder: inside an installed package, else in the checkout."""
+    home = Path(drysim.__file__).resolve().parent
+    installed = home / "scenarios"
+    return installed if installed.is_dir() else home.parents[1] / "scenarios"
+
+
+def pieces() -> list[Piece]:
+    """Give the scenarios of the gallery in the order of their names."""
+    return [piece(file) for file in sorted(folder().glob(f"*{SUFFIX}"))]
+
+
+def piece(file: Path) -> Piece:
+    """Give one scenario of the gallery by its file."""
+    return Piece(file.stem, str(read(file).value.get("about", "")), file)
+
+
+def find(name: str) -> Piece:
+    """Give the scenario of the gallery with this name.
+
+    Raises
+    ------
+    UsageError
+        When the gallery has no such scenario; names the nearest.
+    """
+    files = {file.stem: file for file in sorted(folder().glob(f"*{SUFFIX}"))}
+    known = files.get(name.removesuffix(SUFFIX))
+    if known is None:
+        close = near(name, list(files))
+        guess = f"; did you mean `{close}`?" if close else ""
+        raise UsageError(
+            f"the gallery has no scenario `{name}`{guess}", hint="`drysim init --list` shows it"
+        )
+    return piece(known)
+
+
+def copy(name: str, target: Path) -> list[Path]:
+    """Write a scenario of the gallery, and the records it reads, into a folder.
+
+    A file that is there already is never replaced; the very same record is left alone.
+
+    Parameters
+    ----------
+    name : str
+        Name in the gallery.
+    target : Path
+        Folder that receives the files.
+
+    Returns
+    -------
+    list of Path
+        The files written, the scenario first.
+
+    Raises
+    ------
+    UsageError
+        When the gallery has no such scenario.
+    OutputError
+        When a file is in the way, or the folder cannot be written.
+    """
+    chosen = find(name).file
+    refuse_existing(target / chosen.name)
+    needed = records(read(chosen).value)
+    missing = [record for record in needed if not in_place(folder() / record, target / record)]
+    for file in [*missing, chosen.name]:
+        write_new(target / file, (folder() / file).read_bytes())
+    return [target / file for file in (chosen.name, *missing)]
+
+
+def in_place(record: Path, copied: Path) -> bool:
+    """Tell whether a record lies there already; refuse when something else does."""
+    if copied.is_file() and copied.read_bytes() == record.read_bytes():
+        return True
+    refuse_existing(copied)
+    return False
+
+
+def refuse_existing(file: Path) -> None:
+    """Raise an OutputError when something, even a dangling link, has this name."""
+    if os.path.lexists(file):
+        raise OutputError(
+            f"{file} exists already and is left as it is",
+            hint="move it away, or work in another folder",
+        )
+
+
+def write_new(file: Path, content: bytes) -> None:
+    """Write a file that must not be there yet, completely or not at all."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("xb") as stream, removed_on_failure(file):
+            stream.write(content)
+            stream.flush()
+    except OSError as fault:
+        raise OutputError(f"{file} cannot be written: {fault.strerror}") from fault
+
+
+@contextmanager
+def removed_on_failure(file: Path) -> Iterator[None]:
+    """Remove a new file when writing it ends early, be it a full disk or Ctrl-C."""
+    try:
+        yield
+    except BaseException:
+        file.unlink(missing_ok=True)
+        raise
+
+
+def records(value: object) -> Iterator[str]:
+    """Give every file that a scenario of the gallery reads, relative to the gallery."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            if key == "file" and isinstance(inner, str):
+                yield inner
+            else:
+                yield from records(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from records(inner)

@@ -1,0 +1,49 @@
+"""Outcome: everything that one case gives, as plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from drysim.errors import EXIT_CHECK_FAILED, EXIT_OK, Caution
+
+if TYPE_CHECKING:
+    from drysim.approach.events import Events
+    from drysim.approach.response import Response
+    from drysim.checks import Verdict
+    from drysim.scenario import Scenario
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A case with its response, its metrics, and what is to be said about them.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        What was asked.
+    response : Response
+        The motion; one repetition of the periodic orbit when the scenario measures steadily.
+    metrics : dict
+        Value by name, SI; None where a metric is not known.
+    checks : tuple of Verdict
+        One for every check of the scenario, in its order.
+    warnings : tuple of Caution
+        Each slug at most once per place, in the order in which they were found.
+    """
+
+    scenario: Scenario
+    response: Response
+    metrics: dict[str, float | int | None]
+    checks: tuple[Verdict, ...] = ()
+    warnings: tuple[Caution, ...] = ()
+
+    @property
+    def events(self) -> Events:
+        """Stops, break-aways and reversals in the order of time."""
+        return self.response.events
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Give 0, or 1 when a check failed; `strict` counts a warning as a failed check."""
+        failed = not all(verdict.passed for verdict in self.checks)
+        return EXIT_CHECK_FAILED if failed or (strict and self.warnings) else EXIT_OK

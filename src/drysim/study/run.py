@@ -1,0 +1,84 @@
+"""Run: one case from its scenario to its outcome."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from drysim.core.compiled import settle
+from drysim.core.motion import Sines
+from drysim.study.case import Case, prepare
+from drysim.study.cautions import found, orbit_doubtful
+from drysim.study.outcome import Outcome
+
+if TYPE_CHECKING:
+    from drysim.approach.response import Response
+    from drysim.errors import Caution
+    from drysim.scenario import Scenario
+
+    Solved = tuple[Response, tuple[float, float], tuple[Caution, ...]]
+
+
+def run(scenario: Scenario) -> Outcome:
+    """Give the response, the metrics and the verdicts of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        As `drysim.load` gives it.
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    RecordError
+        When the record of the excitation cannot be used.
+    UsageError
+        When the case needs more memory than the machine has.
+    SolverError
+        When the numerics fail; the time is named.
+    """
+    return solve(prepare(scenario))
+
+
+def solve(case: Case) -> Outcome:
+    """Give the outcome of a case that is ready to be solved."""
+    settle(case.steps)
+    from drysim.metrics import measure
+
+    response, window, doubts = march(case) if case.period is None else repetition(case)
+    metrics = measure(response, window, case.limit)
+    # The stroke limit holds while the motion settles, too.
+    late = window[0] > 0 and metrics["violations"]
+    whole = measure(response, (0.0, window[1]), case.limit) if late else metrics
+    return Outcome(
+        case.scenario,
+        response,
+        metrics,
+        tuple(check.judge(metrics) for check in case.scenario.checks),
+        (*case.cautions, *doubts, *found(response, whole, case.limit)),
+    )
+
+
+def march(case: Case) -> Solved:
+    """Give the motion from the start state to the end of the window."""
+    response = case.approach.solve(
+        case.plant, case.law, case.motion, case.start, case.step, case.window[1]
+    )
+    return response, case.window, ()
+
+
+def repetition(case: Case) -> Solved:
+    """Give one repetition of the periodic orbit that the start state leads to."""
+    period, motion = case.period, case.motion
+    assert period is not None
+    assert isinstance(motion, Sines), "samples end, so they repeat nothing"
+    scene = (case.plant, case.law, motion)
+    orbit = case.approach.orbit(*scene, case.start, period)
+    length = orbit.periods * period
+    response = case.approach.solve(*scene, orbit.state, case.step, length)
+    numerics = replace(response.numerics, closure=orbit.closure, period_multiple=orbit.periods)
+    doubts = tuple(orbit_doubtful(orbit, case.limit))
+    return replace(response, numerics=numerics), (0.0, length), doubts

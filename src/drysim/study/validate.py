@@ -1,0 +1,37 @@
+"""Validate: every problem and warning of a scenario file, without computing anything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from drysim.errors import Problem, RecordError, ScenarioError, UsageError
+from drysim.scenario import load
+from drysim.study.case import prepare
+
+
+def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
+    """Give what `run` would say about a file before it computes.
+
+    Parameters
+    ----------
+    file : str
+        Name of the scenario file.
+    overrides : sequence of str
+        `KEY=VALUE` words.
+
+    Returns
+    -------
+    tuple of Problem
+        Those of severity `error` are the ones for which `run` would compute nothing.
+    """
+    try:
+        case = prepare(load(file, overrides))
+    except ScenarioError as fault:
+        return fault.problems
+    except RecordError as fault:
+        return (fault.problem,)
+    except UsageError as fault:
+        return (Problem(str(fault), file),)
+    return tuple(
+        Problem(caution.sentence, file, severity="warning") for caution in case.cautions
+    )
