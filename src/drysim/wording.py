@@ -32,6 +32,7 @@ def number(value: float | None, unit: str = "", digits: int = SIGNIFICANT) -> st
     """
     if value is None:
         return UNKNOWN
+    value += 0.0  # -0.0 is 0 to people
     size = floor(log10(abs(value))) if value and abs(value) < float("inf") else 0
     if -4 <= size < 6:
         text = f"{value:.{max(0, digits - 1 - size)}f}"

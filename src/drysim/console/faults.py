@@ -1,0 +1,140 @@
+"""Faults and problems: what, where and what to do, for people, for scripts and for GitHub."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from drysim.console.paper import line, result, talk
+from drysim.errors import DrysimError, Problem, RecordError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+SOURCE = 88
+"""Columns of a source line that are shown; of a longer one the part around the fault."""
+
+BEFORE = 40
+"""Columns that are shown before the fault in a line that is too long."""
+
+
+def show_fault(fault: DrysimError) -> None:
+    """Show on stderr why a command gave up.
+
+    Parameters
+    ----------
+    fault : DrysimError
+        With its problems, where it has them, and its hint.
+    """
+    paper = talk()
+    sentence, problems = str(fault), getattr(fault, "problems", ())
+    if isinstance(fault, RecordError):
+        sentence, problems = f"{fault.problem.file} cannot be used", (fault.problem,)
+    line(paper, ("error: ", "bold red"), sentence)
+    _list(paper, problems)
+    if fault.hint:
+        line(paper)
+        line(paper, fault.hint)
+
+
+def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") -> None:
+    """Show on stdout what is wrong with scenario files.
+
+    Parameters
+    ----------
+    found : mapping
+        Problems by file, as it was named; none for a sound file.
+    form : str
+        `text`, `json` or `github`.
+    """
+    if form == "json":
+        print(json.dumps(_object(found), indent=2))
+        return
+    paper = result()
+    if form == "github":
+        for problems in found.values():
+            for problem in problems:
+                line(paper, _annotation(problem))
+        return
+    for at, (file, problems) in enumerate(found.items()):
+        if at:
+            line(paper)
+        _verdict(paper, file, problems)
+        _list(paper, problems)
+
+
+def _verdict(paper: Console, file: str, problems: Sequence[Problem]) -> None:
+    """Say in one line whether a file is a scenario."""
+    errors = sum(problem.severity == "error" for problem in problems)
+    if errors:
+        count = "1 problem" if errors == 1 else f"{errors} problems"
+        line(paper, ("error: ", "bold red"), f"{file} is not a scenario yet: {count}")
+    elif problems:
+        count = "1 warning" if len(problems) == 1 else f"{len(problems)} warnings"
+        line(paper, ("ok: ", "green"), f"{file} is a scenario, with {count}")
+    else:
+        line(paper, ("ok: ", "green"), f"{file} is a scenario")
+
+
+def _list(paper: Console, problems: Sequence[Problem]) -> None:
+    """Show problems, each with its place, its source line and a caret below the fault."""
+    if problems:
+        line(paper)
+    for problem in problems:
+        style, word = ("red", "") if problem.severity == "error" else ("yellow", "warning: ")
+        line(paper, (f"{_place(problem)}: ", "bold"), (word, style), problem.sentence)
+        if problem.line and problem.source:
+            _show_source(paper, problem, style)
+
+
+def _place(problem: Problem) -> str:
+    """Give `file:line:column`, as far as it is known."""
+    numbers = [str(number) for number in (problem.line, problem.column) if number]
+    return ":".join([problem.file, *numbers])
+
+
+def _show_source(paper: Console, problem: Problem, style: str) -> None:
+    """Show the faulty line and underline the fault."""
+    from rich.cells import cell_len
+
+    source = "".join(sign if sign.isprintable() else " " for sign in problem.source)
+    column = max(problem.column - 1, 0)
+    if len(source) > SOURCE:
+        first = max(column - BEFORE, 0)
+        source, column = source[first : first + SOURCE], column - first
+    gutter = f"  {problem.line} │ "
+    line(paper, (gutter, "dim"), source.rstrip())
+    if problem.column:
+        width = cell_len(source[column : column + problem.width])
+        blank = " " * (len(gutter) - 2) + "│ " + " " * cell_len(source[:column])
+        line(paper, (blank, "dim"), ("^" * max(width, 1), style))
+
+
+def _object(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
+    """Give all problems as one JSON object."""
+    files = [
+        {
+            "file": file,
+            "sound": all(problem.severity != "error" for problem in problems),
+            "problems": [asdict(problem) for problem in problems],
+        }
+        for file, problems in found.items()
+    ]
+    return {"format": 1, "files": files}
+
+
+def _annotation(problem: Problem) -> str:
+    """Give a problem as a workflow command of GitHub, escaped as it wants it."""
+    places = {"file": problem.file, "line": problem.line, "col": problem.column}
+    known = ",".join(f"{key}={_property(str(value))}" for key, value in places.items() if value)
+    return f"::{problem.severity} {known}::{_data(problem.sentence)}"
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

@@ -1,0 +1,134 @@
+"""The summary of an outcome: scene, approach, metrics, verdicts, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from drysim import wording
+from drysim.console.paper import line, paragraph, result, talk
+from drysim.errors import Caution
+from drysim.wording import millimetres, number, percent
+
+if TYPE_CHECKING:
+    from drysim.checks import Verdict
+    from drysim.study.outcome import Outcome
+
+HEAD = 14
+"""Columns of the names on the left."""
+
+VALUE = 13
+"""Columns of the values beside them."""
+
+
+class Row(NamedTuple):
+    """A line of the summary: what, how much, and what that means."""
+
+    name: str
+    value: str
+    remark: str = ""
+    style: str = "bold"
+
+
+def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
+    """Show what came out: the scene, how it was solved, metrics, verdicts, warnings.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    folder : Path, optional
+        Where the files were written.
+    """
+    paper = result()
+    line(paper, (wording.clean(outcome.scenario.name), "bold"))
+    if outcome.scenario.about:
+        paragraph(paper, "", outcome.scenario.about)
+    line(paper)
+    for name, words in _scene(outcome):
+        paragraph(paper, f"  {name}".ljust(HEAD), words, "dim")
+    line(paper)
+    for row in _rows(outcome):
+        name, value = f"  {row.name}".ljust(HEAD), row.value.ljust(VALUE)
+        line(paper, (name, "dim"), (value if row.remark else row.value, row.style), row.remark)
+    if outcome.checks:
+        line(paper)
+    for verdict in outcome.checks:
+        mark, style = ("✓ holds", "green") if verdict.passed else ("✗ fails", "bold red")
+        line(paper, (f"  {mark}".ljust(HEAD), style), _verdict(verdict))
+    if folder is not None:
+        line(paper)
+        line(paper, ("  written".ljust(HEAD), "dim"), str(folder))
+    show_warnings(outcome.warnings)
+
+
+def show_warnings(warnings: Sequence[Caution]) -> None:
+    """Show warnings on stderr, one sentence each."""
+    paper = talk()
+    for caution in warnings:
+        if paper.is_terminal:
+            paragraph(paper, "warning: ", caution.sentence, "yellow")
+        else:
+            line(paper, "warning: ", caution.sentence)
+
+
+def _scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    """Give in words what was solved, and how."""
+    scenario, response = outcome.scenario, outcome.response
+    numerics = response.numerics
+    defaulted = scenario.friction is not None and not scenario.friction.static_given
+    yield "oscillator", wording.scene(response.plant)
+    yield "friction", wording.friction(response.law, defaulted)
+    yield "base", wording.excitation(scenario.excitation.kind, response.motion)
+    yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
+    if numerics.period_multiple is not None:
+        times = (
+            "a period"
+            if numerics.period_multiple == 1
+            else f"{numerics.period_multiple} periods"
+        )
+        closure = number(numerics.closure, digits=2)
+        yield "window", f"one repetition of the steady orbit ({times}), closes to {closure}"
+    else:
+        yield "window", _window(outcome)
+
+
+def _window(outcome: Outcome) -> str:
+    """Give the stretch of time that the metrics are of."""
+    settle = outcome.scenario.measure.settle
+    end = (len(outcome.response.x_r) - 1) * outcome.response.dt
+    settled = f" after settling for {number(settle, 's')}" if settle else ""
+    return f"{number(end - settle, 's')}{settled}"
+
+
+def _verdict(verdict: Verdict) -> str:
+    """Give a check and what its metric turned out to be, lengths in millimetres."""
+    check, value, unit = verdict.check, verdict.value, verdict.unit
+    if value is None:
+        return f"{check}; {check.metric} is not known here"
+    shown = millimetres(value) if unit == "m" else number(value, unit.replace("m/s2", "m/s²"))
+    return f"{check}, with {shown}"
+
+
+def _rows(outcome: Outcome) -> Iterator[Row]:
+    """Give the metrics that matter most, in the units of an engineer."""
+    metrics, stroke = outcome.metrics, outcome.scenario.stroke
+    a_x, a_u = number(metrics["a_x"], "m/s²"), number(metrics["a_u"], "m/s²")
+    yield Row("T_a", number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
+    x_r, u = millimetres(metrics["x_r_rms"]), millimetres(metrics["u_rms"])
+    yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}")
+    limit = (
+        f"{percent(metrics['stroke_used'])} of {millimetres(stroke.limit)}" if stroke else ""
+    )
+    yield Row("peak |x_r|", millimetres(metrics["x_r_peak"]), limit)
+    if metrics["violations"]:
+        times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
+        first, beyond = (
+            number(metrics["t_first_violation"], "s"),
+            number(metrics["t_beyond"], "s"),
+        )
+        yield Row("limit met", times, f"first at {first}, beyond for {beyond}", "bold red")
+    events = len(outcome.response.events)
+    yield Row("stuck", percent(metrics["stuck_share"]), f"{events} events")
+    residual = number(metrics["energy_residual"], digits=2)
+    yield Row("energy", residual, "is what the energy balance leaves, relative")

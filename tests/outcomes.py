@@ -1,0 +1,60 @@
+"""Outcomes to be reported: small real responses with a stand-in for their scenario."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from drysim.approach import StickSlip
+from drysim.checks import Check
+from drysim.core.motion import Input, Samples, Sines
+from drysim.core.plant import Law, Plant, State
+from drysim.errors import Caution
+from drysim.metrics import measure
+from drysim.study.outcome import Outcome
+
+PAPER = Plant(75.0, 7500.0, 500.0)
+SINE = Sines((1.5,), (1.6,), (0.0,))
+STICKY = Law(45.0, 54.0)
+
+
+def noise(n, rms=1.0):
+    """Give smooth base acceleration [m/s²] of a fixed seed."""
+    rough = np.random.Generator(np.random.PCG64(1)).standard_normal(n + 40)
+    smooth = np.convolve(rough, np.hanning(41), "valid")
+    return smooth * (rms / np.sqrt(np.mean(smooth**2)))
+
+
+def record(n, rms=1.0):
+    """Give a base motion that came from a file."""
+    return Samples(noise(n, rms), 2.5e-3, inputs=(Input("road.csv", "ab" * 32, 1234),))
+
+
+def outcome(
+    law=STICKY,
+    motion=SINE,
+    duration=1.0,
+    limit=None,
+    start=State(0.0, 0.0),  # noqa: B008
+    checks=(),
+    warnings=(),
+    **scenario,
+):
+    """Give an outcome; further words become attributes of the scenario."""
+    response = StickSlip().solve(PAPER, law, motion, start, 2.5e-3, duration)
+    metrics = measure(response, (0.0, (len(response.x_r) - 1) * response.dt), limit)
+    kind = "record" if isinstance(motion, Samples) else "harmonic" if motion.A else "rest"
+    words = {
+        "name": "seat",
+        "about": "A seat on its suspension.",
+        "stroke": None if limit is None else SimpleNamespace(limit=limit),
+        "excitation": SimpleNamespace(kind=kind),
+        "friction": SimpleNamespace(static_given=False),
+        "measure": SimpleNamespace(settle=0.0),
+        "origin": {"file": "seat.yaml", "sha256": "cd" * 32, "overrides": {}},
+        "resolved": lambda relative_to: {"drysim": 1, "name": "seat"},
+    }
+    verdicts = tuple(Check.parse(text).judge(metrics) for text in checks)
+    cautions = tuple(Caution("slug", sentence) for sentence in warnings)
+    return Outcome(SimpleNamespace(**words | scenario), response, metrics, verdicts, cautions)

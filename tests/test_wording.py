@@ -1,0 +1,91 @@
+"""Numbers and scenes in words."""
+
+from __future__ import annotations
+
+from math import inf, nan, pi
+
+import numpy as np
+import pytest
+
+from drysim import wording
+from drysim.core.motion import Input, Samples, Sines
+from drysim.core.plant import Law, Plant
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (-0.0, "0"),
+        (1.0, "1"),
+        (-15, "-15"),
+        (0.97712345, "0.9771"),
+        (7500.0, "7500"),
+        (123456.7, "123457"),
+        (1e6, "1e6"),
+        (0.00012345, "0.0001234"),
+        (2.1e-15, "2.1e-15"),
+        (-1.23456e-12, "-1.235e-12"),
+        (9.99996, "10"),
+        (inf, "inf"),
+        (nan, "nan"),
+        (np.float64(0.5), "0.5"),
+        (None, "not known"),
+    ],
+)
+def test_number_has_four_digits_and_no_needless_zeros(value, text):
+    assert wording.number(value) == text
+
+
+def test_units_stand_behind_and_a_dash_is_none():
+    assert wording.number(7500, "N/m") == "7500 N/m"
+    assert wording.number(0.5, "-") == "0.5"
+    assert wording.millimetres(0.0172612) == "17.26 mm"
+    assert wording.millimetres(None) == "not known"
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [
+        (0.0, "0 %"),
+        (1.0, "100 %"),
+        (0.2189, "21.9 %"),
+        (1e-5, "below 0.1 %"),
+        (0.99999, "above 99.9 %"),
+        (1.13, "113 %"),
+        (None, "not known"),
+    ],
+)
+def test_percent_is_never_rounded_to_all_or_nothing(share, text):
+    assert wording.percent(share) == text
+
+
+def test_clean_text_is_one_line_without_any_control_sign():
+    assert wording.clean("a\n b\tc") == "a b c"
+    assert wording.clean("\x1b[31mred\x07\u202e\udc80") == r"\x1b[31mred\x07\u202e\udc80"
+    assert wording.clean("größer [bold] 日本 ẍ") == "größer [bold] 日本 ẍ"
+
+
+def test_scene_names_what_follows_from_it():
+    words = "m 75 kg, k_x 7500 N/m, b 500 N·s/m, f_0 1.592 Hz, ξ 0.333"
+    assert wording.scene(Plant(75.0, 7500.0, 500.0)) == words
+    assert wording.scene(Plant(1.0, 0.0, 0.0)) == "m 1 kg, k_x 0 N/m, b 0 N·s/m"
+
+
+def test_friction_says_when_the_static_limit_was_not_given():
+    assert wording.friction(Law(15.0, 18.0)) == "F_fk 15 N, F_fs 18 N"
+    assert wording.friction(Law(15.0, 15.0), True).endswith("(not given: F_fs = F_fk)")
+    assert wording.friction(Law(0.0, 0.0), True) == "no dry friction"
+    varied = wording.friction(Law(15.0, 15.0, 0.4, 2 * pi * 1.7))
+    assert varied == "F_fk 15 N, F_fs 15 N, both ± 40 % at 1.7 Hz"
+
+
+def test_excitation_is_told_by_what_moves_the_base():
+    assert wording.excitation("rest", Sines((), (), ())) == "rest, the base stands still"
+    sine = Sines((2**0.5,), (1.6,), (0.0,))
+    assert wording.excitation("harmonic", sine) == "harmonic 1.6 Hz, 1 m/s² RMS"
+    two = Sines((3.0, 4.0), (0.5, 5.0), (0.0, 0.0))
+    told = "sines 2 components, 0.5 to 5 Hz, 3.536 m/s² RMS"
+    assert wording.excitation("sines", two) == told
+    series = Samples(np.zeros(5), 0.25, inputs=(Input("a\x1b.csv", "", 0),))
+    assert wording.excitation("record", series) == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s"
