@@ -116,6 +116,8 @@ def zoom(response: Response) -> slice:
 
 def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[float, float]]:
     """Give begin and length [s] of every stuck stretch: stick to next slip."""
+    if response.law.F_fs == 0:
+        return []
     events = response.events
     until = np.append(events.t[1:], (len(response.x_r) - 1) * response.dt)
     stuck = events.kind == 0

@@ -39,9 +39,9 @@ def pair(figure: Figure, grid: GridSpec, begin: float, end: float) -> tuple[Axes
     """Give empty panels of accelerations and relative displacement, one above the other."""
     above = figure.add_subplot(grid[0, 0])
     below = figure.add_subplot(grid[1, 0], sharex=above)
-    above.set_title("acceleration [m/s²]")
+    above.set_title("acceleration [m/s²]", loc="left")
     above.tick_params(labelbottom=False)
-    below.set_title("relative displacement $x_r$ [mm]")
+    below.set_title("relative displacement $x_r$ [mm]", loc="left")
     below.set_xlabel("time $t$ [s]")
     if end > begin:
         below.set_xlim(begin, end)
@@ -119,10 +119,10 @@ def loop(axes: Axes, shown: Curve, motion: Response) -> None:
     axes.locator_params(axis="x", nbins=5)
     axes.yaxis.set_offset_position("right")
     if motion.law.F_fs == 0:
-        axes.set_title("damping force $b\\,v_r$ [N]")
+        axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
         axes.plot(shown.x_r * MM, motion.plant.b * shown.v_r, **MASS)
         return
-    axes.set_title("friction force $F_f$ [N]")
+    axes.set_title("friction force $F_f$ [N]", loc="left")
     axes.plot(shown.x_r * MM, shown.F_f, **MASS, marker="." if len(shown.t) < FEW else "")
     axes.set_xlim(*_room(shown))
     if not motion.law.variation:

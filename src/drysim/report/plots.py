@@ -33,7 +33,6 @@ STYLE: dict[str, Any] = {
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,
-    "axes.titlelocation": "left",
     "axes.titlesize": 10,
     "font.size": 10,
     "grid.color": "#dcdcdc",

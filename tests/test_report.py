@@ -1,0 +1,510 @@
+"""The files of a run: tables, picture, sidecar, and the folder that holds them."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import os
+import sys
+import time
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drysim import report
+from drysim.core.motion import Sines
+from drysim.core.plant import Law, State
+from drysim.errors import Caution, OutputError
+from drysim.report import curves, tables
+from drysim.report.folder import fresh
+from outcomes import SINE, outcome, record
+
+
+def write(folder, made=None, **words):
+    options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
+    return report.write(made or outcome(), Path(folder), **options | words)
+
+
+def names(folder):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+def columns(file):
+    """Read a table with the csv module of Python: header and columns."""
+    with open(file, encoding="utf-8", newline="") as stream:
+        header, *rows = csv.reader(stream)
+    return dict(zip(header, zip(*rows, strict=True), strict=True))
+
+
+@pytest.fixture(autouse=True)
+def place(tmp_path, monkeypatch):
+    """Work in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+# tables
+
+
+def test_response_reads_back_to_the_last_bit():
+    made = outcome(Law(45.0, 54.0), record(700))
+    write("out", made)
+    table = columns("out/response.csv")
+    assert list(table) == [
+        "t [s]", "u_dd [m/s2]", "x_r [m]", "v_r [m/s]", "x_dd [m/s2]", "F_f [N]", "stuck [-]",
+    ]  # fmt: skip
+    for name in ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck"):
+        read = np.array(table[f"{name} [{tables.UNITS[name]}]"], dtype=float)
+        assert np.array_equal(read, getattr(made.response, name)), name
+    assert set(table["stuck [-]"]) == {"0", "1"}
+
+
+def test_blocks_give_the_same_file_as_one_piece(monkeypatch):
+    made = outcome()
+    write("one", made)
+    monkeypatch.setattr(tables, "BLOCK", 7)
+    write("many", made)
+    for name in ("response.csv", "events.csv"):
+        assert Path("one", name).read_bytes() == Path("many", name).read_bytes()
+
+
+def test_tables_have_unix_lines_and_no_negative_zero():
+    write("out", outcome(Law(500.0, 500.0)))
+    data = Path("out/response.csv").read_bytes()
+    assert data.endswith(b"\n")
+    assert b"\r" not in data
+    assert b"-0.0," not in data
+
+
+def test_events_begin_with_the_state_at_zero_and_name_directions():
+    made = outcome()
+    write("out", made)
+    table = columns("out/events.csv")
+    assert list(table) == ["t [s]", "event", "x_r [m]", "F_L [N]"]
+    assert (table["t [s]"][0], table["event"][:2]) == ("0.0", ("stick", "slip-"))
+    assert set(table["event"]) <= {"stick", "slip+", "slip-", "reversal+", "reversal-"}
+    assert len(table["event"]) == len(made.events)
+
+
+def test_stroke_violations_are_written_only_when_the_limit_was_met():
+    write("kept", outcome(limit=0.1))
+    assert "stroke_violations.csv" not in names("kept")
+    made = outcome(limit=0.005)
+    write("met", made)
+    assert columns("met/stroke_violations.csv") == {
+        "t_first [s]": (str(made.metrics["t_first_violation"]),),
+        "x_r_peak [m]": (str(made.metrics["x_r_peak"]),),
+        "t_beyond [s]": (str(made.metrics["t_beyond"]),),
+        "violations [-]": (str(made.metrics["violations"]),),
+    }
+
+
+def test_violation_while_settling_shows_its_own_peak():
+    made = outcome(limit=0.005)
+    made.metrics["x_r_peak"] = 0.001
+    whole = Caution("stroke-violated", "met", {"x_r_peak": 0.007})
+    write("out", replace(made, warnings=(whole,)))
+    assert columns("out/stroke_violations.csv")["x_r_peak [m]"] == ("0.007",)
+
+
+def test_long_table_is_quick(tmp_path):
+    made = outcome(Law(15.0, 15.0), record(24_000), None)
+    began = time.perf_counter()
+    tables.response(made, tmp_path)
+    # 0.06 s on an idle machine; the bound leaves room for a busy one.
+    assert time.perf_counter() - began < 0.6
+
+
+# curves and picture
+
+
+def test_events_stand_upright_in_the_friction_loop():
+    made = outcome()
+    drawn = curves.curve(made.response, slice(None))
+    inside = len(made.events) - 1
+    assert len(drawn.t) == len(made.response.x_r) + 2 * inside
+    assert np.all(np.diff(drawn.t) >= 0)
+    steps = np.abs(np.diff(drawn.F_f)) > 40
+    assert steps.any()
+    assert np.all(np.diff(drawn.x_r)[steps] == 0)
+    assert np.abs(drawn.F_f).max() == pytest.approx(54.0)
+
+
+def test_acceleration_before_and_after_an_event_differs_by_the_force():
+    made = outcome(Law(15.0, 15.0))
+    drawn = curves.curve(made.response, slice(None))
+    jump = np.abs(np.diff(drawn.x_dd)).max()
+    assert jump == pytest.approx(2 * 15.0 / 75.0, rel=1e-9)
+
+
+def test_stuck_stretches_end_with_the_next_slip():
+    made = outcome()
+    end = made.response.t[-1]
+    stretches = curves.stuck_stretches(made.response, 0.0, end)
+    share = sum(length for _, length in stretches) / end
+    assert share == pytest.approx(made.metrics["stuck_share"], rel=1e-9)
+    assert curves.stuck_stretches(outcome(Law(0.0, 0.0)).response, 0.0, 1.0) == []
+
+
+def test_zoom_holds_the_largest_stroke_and_fits_the_response():
+    made = outcome(Law(15.0, 15.0), record(9_000), None).response
+    part = curves.zoom(made)
+    peak = np.abs(made.x_r)
+    assert peak[part].max() == peak.max()
+    assert 0 <= part.start < part.stop <= len(made.x_r)
+
+
+def test_envelope_holds_every_value():
+    series = np.sin(np.arange(30_000) * 0.7)
+    _, low, high = curves.envelope(series.__getitem__, len(series))
+    assert (low.min(), high.max()) == (series.min(), series.max())
+    assert np.all(low <= high)
+
+
+def test_excursions_are_found_at_their_largest():
+    made = outcome(limit=0.005)
+    peaks = curves.excursions(made.response, 0.005)
+    assert len(peaks) == made.metrics["violations"]
+    assert np.all(np.abs(made.response.x_r[peaks]) >= 0.005)
+
+
+SCENES = {
+    "steady": {},
+    "stuck": {"law": Law(500.0, 500.0), "limit": 0.025},
+    "frictionless": {"law": Law(0.0, 0.0)},
+    "free": {"motion": Sines((), (), ()), "start": State(0.02, 0.0)},
+    "at rest": {"motion": Sines((), (), ()), "limit": 0.025},
+    "one step": {"duration": 2.5e-3},
+    "violating": {"limit": 0.005},
+    "unusual words": {"name": "$x_{ [bold] 日本\x1b[31m\n%s", "about": "$" * 500},
+    "nothing about": {"about": ""},
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_picture_is_drawn_without_a_warning(scene, tmp_path):
+    report.pictures.response(outcome(**scene), tmp_path)
+    assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
+    figure = report.pictures.draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.01))
+    assert len(figure.axes) == 5
+    for axes in figure.axes:
+        assert axes.get_title("left").endswith("]")
+    below = [axes.get_xlabel() for axes in figure.axes if axes.get_xlabel()]
+    assert len(below) == 3
+    assert all("[" in label for label in below)
+    (legend,) = figure.legends
+    shown = [text.get_text() for text in legend.get_texts()]
+    assert len(shown) == len(set(shown))
+    assert {"mass ẍ", "base ü", "stroke limit ±10 mm"} <= set(shown)
+
+
+def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):
+    import matplotlib
+
+    made = outcome()
+    report.pictures.response(made, tmp_path)
+    first = (tmp_path / "response.png").read_bytes()
+    with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red", "text.usetex": True}):
+        report.pictures.response(made, tmp_path)
+    assert (tmp_path / "response.png").read_bytes() == first
+
+
+def test_limit_far_beyond_the_motion_is_left_out():
+    def drawn(limit):
+        (legend,) = report.pictures.draw(outcome(limit=limit)).legends
+        return any("stroke limit" in text.get_text() for text in legend.get_texts())
+
+    assert drawn(0.012)
+    assert not drawn(0.5)
+
+
+# sidecar
+
+
+def test_sidecar_tells_what_made_the_numbers(monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    made = outcome(Law(15.0, 15.0), record(700), None, checks=["T_a < 9"], warnings=["careful"])
+    told = write("out", made)
+    assert told == json.loads(Path("out/drysim.json").read_text())
+    assert (told["format"], told["complete"], told["exit_code"]) == (1, True, 0)
+    assert told["created"] == "1970-01-02T00:00:00Z"
+    assert told["scenario"] == {
+        "name": "seat", "file": "seat.yaml", "sha256": "cd" * 32, "overrides": {},
+    }  # fmt: skip
+    assert told["inputs"] == [{"file": "road.csv", "sha256": "ab" * 32, "size": 1234}]
+    series = made.response.motion.u_dd.tobytes()
+    assert told["excitation"]["sha256"] == hashlib.sha256(series).hexdigest()
+    assert told["numerics"]["approach"] == "stick-slip"
+    assert told["numerics"]["steps"] == len(made.response.x_r) - 1
+    assert told["numerics"]["energy_residual"] == made.metrics["energy_residual"]
+    assert told["metrics"] == made.metrics
+    assert told["checks"] == [
+        {"check": "T_a < 9", "passed": True, "value": made.metrics["T_a"]}
+    ]
+    assert told["warnings"] == [{"slug": "slug", "sentence": "careful", "numbers": {}}]
+    for name, sha256 in told["files"].items():
+        assert hashlib.sha256(Path("out", name).read_bytes()).hexdigest() == sha256
+    assert sorted([*told["files"], "drysim.json"]) == names("out")
+
+
+@pytest.mark.parametrize("epoch", ["", "soon", "-", "9" * 30])
+def test_senseless_source_date_is_the_time_of_day(monkeypatch, epoch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    assert report.sidecar(outcome(), "", 0, {})["created"] > "2024"
+
+
+def test_sidecar_names_no_folder_of_the_user():
+    made = outcome(
+        Law(15.0, 15.0), record(700), None,
+        warnings=["/home/joe/road.csv:3: gravity in m/s2, a/b", "see C:\\Users\\joe\\x.csv"],
+        origin={
+            "file": "/home/joe smith/seat.yaml",
+            "sha256": "",
+            "overrides": {"excitation.file": "/home/joe/road.csv", "excitation.unit": "m/s2"},
+        },
+    )  # fmt: skip
+    command = "drysim run '/home/joe smith/seat.yaml' --out=/tmp/joe/x -o ~joe/y --set a=m/s2"
+    told = report.sidecar(made, command, 0, {})
+    assert "joe" not in json.dumps(told)
+    assert told["command"] == "drysim run seat.yaml --out=x -o y --set a=m/s2"
+    assert told["scenario"]["overrides"] == {
+        "excitation.file": "road.csv", "excitation.unit": "m/s2",
+    }  # fmt: skip
+    assert told["warnings"][0]["sentence"] == "road.csv:3: gravity in m/s2, a/b"
+
+
+def test_sidecar_is_strict_json_whatever_the_numbers():
+    made = outcome()
+    made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
+    told = json.loads(report.text(report.sidecar(made, "", 3, {})))
+    assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
+    assert told["metrics"]["violations"] == 3
+    assert told["complete"] is False
+
+
+def test_two_runs_differ_in_created_alone():
+    made = outcome()
+    write("one", made, plots=True)
+    write("two", made, plots=True)
+    assert names("one") == names("two")
+    for name in names("one"):
+        texts = [Path(folder, name).read_bytes() for folder in ("one", "two")]
+        if name == "drysim.json":
+            told = [json.loads(text) | {"created": ""} for text in texts]
+            assert told[0] == told[1]
+        else:
+            assert texts[0] == texts[1], name
+
+
+# folder
+
+
+def tree(folder="."):
+    return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
+
+
+def test_new_folder_replaces_what_drysim_wrote_and_nothing_is_left_beside():
+    write("deep/out", plots=True)
+    write("deep/out")
+    assert names("deep") == ["out"]
+    assert names("deep/out") == ["drysim.json", "events.csv", "response.csv", "scenario.yaml"]
+
+
+def test_empty_folder_is_filled():
+    Path("out").mkdir()
+    write("out")
+    assert "response.csv" in names("out")
+
+
+def foreign_folder():
+    Path("out").mkdir()
+    Path("out/thesis.txt").write_text("years of work")
+
+
+def foreign_json():
+    Path("out").mkdir()
+    Path("out/drysim.json").write_text('{"my": "notes"}')
+
+
+def notes_among_ours():
+    write("out")
+    Path("out/notes.txt").write_text("mine")
+
+
+def link_to_a_folder():
+    write("real")
+    Path("out").symlink_to("real")
+
+
+def link_to_nowhere():
+    Path("out").symlink_to("nowhere")
+
+
+def a_file():
+    Path("out").write_text("mine")
+
+
+def foreign_partial():
+    Path("out.partial").mkdir()
+    Path("out.partial/mine.txt").write_text("mine")
+
+
+def foreign_replaced():
+    Path("out.replaced").write_text("mine")
+
+
+@pytest.mark.parametrize(
+    ("plant", "sentence"),
+    [
+        (foreign_folder, "out was not written by drysim"),
+        (foreign_json, "out was not written by drysim"),
+        (notes_among_ours, "out holds notes.txt, which drysim did not write"),
+        (link_to_a_folder, "out is a symbolic link"),
+        (link_to_nowhere, "out is a symbolic link"),
+        (a_file, "out is a file, not a folder"),
+        (foreign_partial, "out.partial was not written by drysim"),
+        (foreign_replaced, "out.replaced is a file, not a folder"),
+    ],
+)
+def test_what_is_not_ours_is_refused_and_stays(plant, sentence):
+    plant()
+    before = tree()
+    for attempt in (report.check, write):
+        with pytest.raises(OutputError, match=sentence) as fault:
+            attempt(Path("out"))
+        assert "--out" in fault.value.hint
+        assert fault.value.exit_code == 2
+    assert tree() == before
+
+
+@pytest.mark.parametrize(
+    ("folder", "sentence"),
+    [
+        ("file/out", "file is not a folder"),
+        ("file/a/b/out", "file is not a folder"),
+        ("x" * 250, "name too long"),
+        ("a\0b", "cannot be the name of a folder"),
+        (".", "was not written by drysim"),
+        ("..", "not written by drysim"),
+        ("/", "not written by drysim"),
+    ],
+)
+def test_folder_that_cannot_be_is_refused_before_any_work(folder, sentence):
+    Path("file").write_text("mine")
+    before = tree()
+    with pytest.raises(OutputError, match=sentence) as fault:
+        report.check(Path(folder))
+    assert fault.value.hint
+    assert tree() == before
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_folder_without_permission_is_refused():
+    Path("locked").mkdir(mode=0o500)
+    with pytest.raises(OutputError, match="permission denied"):
+        report.check(Path("locked/out"))
+
+
+def test_check_leaves_no_trace():
+    report.check(Path("a/b/out"))
+    assert tree() == {}
+    assert names(".") == []
+
+
+def fail_half_way(fault):
+    with fresh(Path("out")) as partial:
+        (partial / "response.csv").write_text("half")
+        raise fault
+
+
+def test_failure_while_writing_leaves_the_old_folder():
+    write("out")
+    before = tree()
+    with pytest.raises(OutputError, match="no space left") as fault:
+        fail_half_way(OSError(28, "No space left on device"))
+    assert "make room" in fault.value.hint
+    with pytest.raises(KeyboardInterrupt):
+        fail_half_way(KeyboardInterrupt())
+    assert tree() == before
+    assert names(".") == ["out"]
+
+
+def test_two_at_once_do_not_mix():
+    with fresh(Path("out")) as partial:
+        (partial / "response.csv").write_text("first")
+        with (
+            pytest.raises(OutputError, match="another drysim is writing out"),
+            fresh(Path("out")),
+        ):
+            pass
+        report.folder.mark(partial, '{"format": 1, "files": {"response.csv": ""}}')
+    assert Path("out/response.csv").read_text() == "first"
+
+
+def killed_at(step, act):
+    """Run `act` in a process that dies at its n-th line in report/; True when it does."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = os.fork()
+    if child == 0:
+        left = step
+
+        def trace(frame, event, _):
+            nonlocal left
+            if "/report/" not in frame.f_code.co_filename:
+                return None
+            left -= event == "line"
+            if left < 0:
+                os._exit(9)
+            return trace
+
+        sys.settrace(trace)
+        act()
+        os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.parametrize("atomic", [True, False], ids=["exchange", "two renames"])
+def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, atomic):
+    if not atomic:
+        monkeypatch.setattr(report.folder, "_exchange", lambda *_: False)
+
+    def put(word):
+        with fresh(Path("out")) as partial:
+            (partial / "word").write_text(word)
+            report.folder.mark(partial, '{"format": 1, "files": {"word": ""}}')
+
+    put("old")
+    step, seen = 0, set()
+    while killed_at(step, lambda: put("new")):
+        step += 1
+        partial = Path("out.partial/word")
+        if Path("out").exists():
+            word = Path("out/word").read_text()
+            assert sorted(json.loads(Path("out/drysim.json").read_text())["files"]) == ["word"]
+        else:
+            word = "partial"
+            assert partial.read_text() == "new"
+        assert word in {"old", "new", "partial"}
+        seen.add(word)
+        assert set(names(".")) <= {"out", "out.partial", "out.replaced"}
+        report.check(Path("out"))
+        put("old")
+        assert names(".") == ["out"]
+        assert Path("out/word").read_text() == "old"
+    assert step > 50
+    assert seen == ({"old", "new"} if atomic else {"old", "new", "partial"})
+
+
+def test_run_of_the_same_scene_is_written_with_sines_too():
+    told = write("out", outcome(motion=SINE))
+    assert "sha256" not in told["excitation"]
+    assert told["inputs"] == []
