@@ -96,9 +96,9 @@ def wave(c, w, omega, s):
     -------
     y, y_d, Y : float
         As in `flow`.
-    R, P : float
-        Response from rest to sin(omega s)/omega [s³] and its slope, which is the response to
-        cos(omega s) [s²].
+    R, P, P_d : float
+        Response from rest to sin(omega s)/omega [s³]; its slope, which is the response to
+        cos(omega s) [s²]; and the slope of that [s].
     sine, cosine : float
         sin(omega s)/omega [s] and cos(omega s) [-].
 
@@ -144,13 +144,15 @@ def wave(c, w, omega, s):
     P *= h * h
     sine = math.sin(omega * h) / omega if omega > 0.0 else h
     cosine = math.cos(omega * h)
+    P_d = sine - c * P - w * R
     for _ in range(doublings):
         keep = 1.0 - w * Y
-        P_d = sine - c * P - w * R
-        R, P = (
+        back = omega * omega * sine
+        R, P, P_d = (
             (keep + cosine) * R + (y + sine) * P,
-            (y_d + cosine) * P + sine * P_d - w * y * R,
+            (keep + cosine) * P + y * P_d - back * R,
+            (y_d + cosine) * P_d - (w * y + back) * P,
         )
         Y, y, y_d = Y * (1.0 + keep) + y * y, y * (keep + y_d), y_d * y_d - w * y * y
         cosine, sine = 1.0 - 2.0 * (omega * sine) ** 2, 2.0 * sine * cosine
-    return y, y_d, Y, R, P, sine, cosine
+    return y, y_d, Y, R, P, P_d, sine, cosine

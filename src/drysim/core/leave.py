@@ -126,7 +126,7 @@ def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
             if G_dd <= 0.0 or -G_d * fastest > TOUCH * G_dd:
                 return s
             step = -G_d / G_dd
-            G = margin(plant, law, waves, x_r, u_0, slope, side, s + step)[0]
-            if G < 0.0 or s + step == s:
+            if margin(plant, law, waves, x_r, u_0, slope, side, s + step)[0] < 0.0:
                 return s
+            step += first_step(0.0, G_dd, bend, third)
         s += step

@@ -84,9 +84,9 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
         omega = waves.omega[i]
         from_sine = -waves.A[i] * math.cos(waves.theta[i])
         from_cosine = -waves.A[i] * math.sin(waves.theta[i])
-        y, y_d, Y, R, P, sine, cosine = wave(c, w, omega, s)
+        y, y_d, Y, R, P, P_d, sine, cosine = wave(c, w, omega, s)
         x += from_sine * omega * R + from_cosine * P
-        v += from_sine * omega * P + from_cosine * (sine - c * P - w * R)
+        v += from_sine * omega * P + from_cosine * P_d
         push += from_sine * omega * sine + from_cosine * cosine
         push_d += omega * (from_sine * cosine - from_cosine * omega * sine)
     p = g - w * x_r

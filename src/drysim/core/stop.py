@@ -49,7 +49,7 @@ def first_extremum(c, w, a, j):
     if square > 0.0:
         omega_d = math.sqrt(square)
         # a cos + (lean/omega_d) sin = 0; both arguments turn together, so angles are mod π.
-        angle = math.atan2(-a * omega_d, lean)
+        angle = math.atan2(-a * omega_d, lean) if a != 0.0 else math.pi
         return (angle if angle > 0.0 else angle + math.pi) / omega_d
     if a == 0.0 or a * lean >= 0.0:
         return NEVER

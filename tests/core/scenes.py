@@ -1,0 +1,79 @@
+"""Scenes for the kernels, and the shortest road from a scene to its events."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+PAPER = (75.0, 7500.0, 500.0)
+"""Mass, stiffness and damping of the paper's oscillator."""
+
+
+def log_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
+    """Give an empty log."""
+    whole = np.zeros(length, dtype=np.int64)
+    return kernel.events.Log(
+        whole, np.zeros(length), whole.copy(), np.zeros(length), np.zeros(length)
+    )
+
+
+def march(
+    kernel: SimpleNamespace,
+    u_dd: np.ndarray,
+    dt: float,
+    F: tuple[float, float],
+    plant: tuple[float, float, float] = PAPER,
+    start: tuple[float, float] = (0.0, 0.0),
+) -> SimpleNamespace:
+    """March over samples from a start; gives x_r, v_r, d and the events."""
+    core_plant, law = kernel.plant.Plant(*plant), kernel.plant.Law(*F)
+    n = len(u_dd)
+    x_r, v_r, d = np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)
+    mode = kernel.events.first_mode(core_plant, law, *start, u_dd[0])
+    x_r[0], v_r[0], d[0] = *start, mode
+    log = log_of(kernel)
+    out = kernel.march.march(
+        core_plant, law, u_dd, dt, 0, n - 1, *start, mode, x_r, v_r, d, log, 0, len(log.n)
+    )
+    count = out[4]
+    events = [column[:count].copy() for column in log]
+    return SimpleNamespace(x_r=x_r, v_r=v_r, d=d, t=events[0] * dt + events[1], events=events)
+
+
+def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], law: Any) -> Any:
+    """Give waves from (amplitude, frequency, phase)."""
+    rows = list(sines)
+    if law.variation:
+        rows.append((0.0, law.omega / (2 * math.pi), law.phase))
+    A, f, phase = (np.array(column, dtype=float) for column in zip(*rows, strict=True)) if rows else (
+        np.zeros(0), np.zeros(0), np.zeros(0)
+    )  # fmt: skip
+    return kernel.slide.Waves(A, f, 2 * math.pi * f, phase, np.zeros(len(A)), len(sines))
+
+
+def leap(
+    kernel: SimpleNamespace,
+    sines: list[tuple[float, float, float]],
+    law: tuple[float, ...],
+    duration: float,
+    plant: tuple[float, float, float] = PAPER,
+    start: tuple[float, float] = (0.0, 0.0),
+    d: int | None = None,
+) -> SimpleNamespace:
+    """Leap under sines from a start; gives the end state and the events."""
+    core_plant, core_law = kernel.plant.Plant(*plant), kernel.plant.Law(*law)
+    u_dd = sum(A * math.sin(phase) for A, _, phase in sines)
+    mode = kernel.events.first_mode(core_plant, core_law, *start, u_dd) if d is None else d
+    log = log_of(kernel)
+    waves = waves_of(kernel, sines, core_law)
+    t, x_r, v_r, d_end, count, closest = kernel.leap.leap(
+        core_plant, core_law, waves, 0.0, 0.0, 0, 0.0, duration, 0.0, *start, mode,
+        log, 0, len(log.n),
+    )  # fmt: skip
+    return SimpleNamespace(
+        t=log.s[:count].copy(), kind=log.kind[:count].copy(), x=log.x_r[:count].copy(),
+        end=(t, x_r, v_r, d_end), closest=closest, mode=mode,
+    )  # fmt: skip

@@ -1,0 +1,65 @@
+"""The flow against arbitrary precision, in every damping regime."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import mpmath as mp
+import pytest
+
+REGIMES = {
+    "light": (0.5, 100.0),
+    "paper": (500 / 75, 100.0),
+    "critical": (20.0, 100.0),
+    "just above critical": (20.0 * (1 + 1e-8), 100.0),
+    "heavy": (1000.0, 100.0),
+    "no damper": (0.0, 100.0),
+    "no spring": (2.0, 0.0),
+    "free block": (0.0, 0.0),
+    "nearly no spring": (1e3, 1e-10),
+}
+
+LENGTHS = (1e-6, 2.5e-3, 0.1, 1.0, 30.0)
+
+
+def reference(c: float, w: float, omega: float, s: float) -> list[mp.mpf]:
+    """Give y, y_d, Y, YY, R, P by the exponential of a matrix in 60 digits."""
+    with mp.workdps(60):
+        step = mp.matrix(
+            [[0, 1, 0, 0], [-mp.mpf(w), -mp.mpf(c), 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
+        )
+        ramp = mp.expm(step * mp.mpf(s))
+        step[3, 2] = -(mp.mpf(omega) ** 2)
+        wave = mp.expm(step * mp.mpf(s))
+        return [ramp[0, 1], ramp[1, 1], ramp[0, 2], ramp[0, 3], wave[0, 3], wave[0, 2]]
+
+
+@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize("s", LENGTHS)
+def test_flow_and_wave_are_right_to_rounding_in_every_regime(
+    kernel: SimpleNamespace, regime: str, s: float
+) -> None:
+    c, w = REGIMES[regime]
+    if (c + math.sqrt(w)) * s > 2e3:
+        pytest.skip("the reference itself would take minutes")
+    omega = math.sqrt(w) or 3.0  # at resonance where there is one
+    y, y_d, Y, YY = kernel.flow.flow(c, w, s)
+    _, _, _, R, P, _, sine, cosine = kernel.flow.wave(c, w, omega, s)
+    want = reference(c, w, omega, s)
+    turns = max(1.0, (c + math.sqrt(w) + omega) * s)
+    # A value that crosses zero is measured against its swing: a tenth of that is enough.
+    swing = min(s, 1 / c if c else s, s * s * s) / (10 * max(omega, 1 / s) ** 2)
+    floors = (min(s, 1 / (omega + c)), 1.0, swing, swing, swing, swing * omega)
+    for got, exact, floor in zip((y, y_d, Y, YY, R, P), want, floors, strict=True):
+        assert abs(got - float(exact)) <= 2e-15 * turns * max(abs(float(exact)), floor)
+    assert sine == pytest.approx(math.sin(omega * s) / omega, abs=1e-15 * turns / omega)
+    assert cosine == pytest.approx(math.cos(omega * s), abs=1e-15 * turns)
+
+
+def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
+    c, w, s = 6.7, 100.0, 0.37
+    y, y_d, Y, _ = kernel.flow.flow(c, w, s)
+    y_2, y_d_2, _, _ = kernel.flow.flow(c, w, 2 * s)
+    assert y_2 == pytest.approx(y * (1 - w * Y + y_d), rel=1e-13)
+    assert y_d_2 == pytest.approx(y_d * y_d - w * y * y, rel=1e-13)

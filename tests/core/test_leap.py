@@ -1,0 +1,163 @@
+"""Leaps under sines: events of scenes with known answers, and what must not change an answer."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenes import PAPER, leap, log_of, march, waves_of
+
+PAIR = [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)]
+
+
+def test_free_decay_turns_and_stops_where_coulomb_says(kernel: SimpleNamespace) -> None:
+    # m = k = F = 1 from x = 12, v = 6: amplitude falls by 2 F/k each half cycle.
+    found = leap(kernel, [], (1.0, 1.0), 30.0, plant=(1.0, 1.0, 0.0), start=(12.0, 6.0))
+    assert found.t[0] == pytest.approx(0.432408, abs=5e-7)
+    turns = np.abs(found.x[:-1])
+    assert turns[0] == pytest.approx(13.317821, abs=5e-7)
+    assert np.abs(np.diff(turns) + 2.0).max() < 1e-13
+    assert found.t[-1] == pytest.approx(22.42355635, abs=5e-9)
+    assert found.x[-1] == pytest.approx(0.68217894, abs=5e-9)
+    assert found.kind[-1] == 0
+    assert found.end[1:] == (found.x[-1], 0.0, 0)
+
+
+def test_more_damping_never_lengthens_a_free_stop(kernel: SimpleNamespace) -> None:
+    stops = [
+        leap(kernel, [], (15.0, 15.0), 60.0, plant=(75.0, 7500.0, b), start=(0.05, 0.3)).t[-1]
+        for b in (0.0, 5.0, 50.0, 500.0)
+    ]
+    assert all(later <= sooner + 1e-12 for sooner, later in zip(stops, stops[1:], strict=False))
+
+
+@pytest.mark.parametrize(
+    ("x_r", "moves"), [(0.00199, False), (0.002, False), (0.0020001, True)]
+)
+def test_start_inside_on_and_outside_the_stuck_zone(
+    kernel: SimpleNamespace, x_r: float, moves: bool
+) -> None:
+    found = leap(kernel, [], (15.0, 15.0), 2.0, start=(x_r, 0.0))
+    assert (found.mode != 0) == moves
+    assert (found.end[1] != x_r) == moves
+
+
+def test_force_that_just_reaches_the_limit_never_moves_the_mass(
+    kernel: SimpleNamespace,
+) -> None:
+    # F_fs = m A to the last bit: equality sticks.
+    for phase in (0.0, 0.3, math.pi / 2):
+        found = leap(kernel, [(0.6, 1.3, phase)], (45.0, 45.0), 50.0)
+        assert len(found.t) == 0
+    assert len(leap(kernel, [(0.6 * (1 + 1e-13), 1.3, 0.0)], (45.0, 45.0), 50.0).t) > 0
+
+
+def test_mirrored_sines_give_the_mirrored_answer_bit_for_bit(kernel: SimpleNamespace) -> None:
+    one = leap(kernel, PAIR, (30.0, 36.0), 20.0)
+    other = leap(kernel, [(-A, f, phase) for A, f, phase in PAIR], (30.0, 36.0), 20.0)
+    assert np.array_equal(one.t, other.t)
+    assert np.array_equal(one.x, -other.x)
+
+
+def test_plain_and_compiled_agree(plain: SimpleNamespace, fast: SimpleNamespace) -> None:
+    # Not bit for bit: the compiler may round a power or a remainder of sines its own way.
+    for law in ((15.0, 15.0), (30.0, 36.0), (30.0, 40.0, 0.4, 10.7, 0.2)):
+        one, other = (leap(kernel, PAIR, law, 20.0) for kernel in (plain, fast))
+        assert np.array_equal(one.kind, other.kind)
+        assert np.abs(one.t - other.t).max() <= 1e-12
+        assert np.abs(one.x - other.x).max() <= 1e-12 * np.abs(one.x).max()
+
+
+def test_finely_sampled_sine_comes_close_to_the_sine_at_second_order(
+    kernel: SimpleNamespace,
+) -> None:
+    A, f, phase = 1.2, 2.0, 0.3
+    exact = leap(kernel, [(A, f, phase)], (30.0, 36.0), 4.0)
+    errors = []
+    for dt in (2e-3, 1e-3):
+        t = np.arange(round(4.0 / dt) + 1) * dt
+        found = march(kernel, A * np.sin(2 * math.pi * f * t + phase), dt, (30.0, 36.0))
+        assert len(found.t) == len(exact.t)
+        errors.append(np.abs(found.t - exact.t)[3:].max())
+    assert errors[0] < 1e-5
+    assert 3.5 < errors[0] / errors[1] < 4.5
+
+
+def test_resonance_without_damping_grows_as_the_formula_says(kernel: SimpleNamespace) -> None:
+    # x" + ω² x = -A sin(ω t): x = A (t cos(ω t)/(2ω) - sin(ω t)/(2ω²)).
+    omega, A, t = 10.0, 0.7, 40.3
+    x = leap(
+        kernel, [(A, omega / (2 * math.pi), 0.0)], (0.0, 0.0), t, plant=(75.0, 7500.0, 0.0)
+    ).end[1]
+    want = A * (t * math.cos(omega * t) / (2 * omega) - math.sin(omega * t) / (2 * omega**2))
+    assert x == pytest.approx(want, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("phi", "grows"), [(math.pi / 4 - 0.02, True), (math.pi / 4 + 0.02, False)]
+)
+def test_coulomb_friction_bounds_resonance_above_a_quarter_of_pi_only(
+    kernel: SimpleNamespace, phi: float, grows: bool
+) -> None:
+    A, omega = 1.0, 10.0
+    F = phi * 75.0 * A
+    found = leap(
+        kernel, [(A, omega / (2 * math.pi), 0.0)], (F, F), 200.0, plant=(75.0, 7500.0, 0.0)
+    )
+    x = np.abs(found.x)
+    assert (x[-20:].max() > 1.5 * x[len(x) // 2 - 10 : len(x) // 2].max()) == grows
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.0 + 1e-7, 5.0])
+@pytest.mark.parametrize(
+    "plant", [PAPER, (75.0, 0.0, 0.0), (75.0, 0.0, 90.0), (75.0, 7500.0, 75000.0)]
+)
+def test_events_follow_each_other_by_the_rules(
+    kernel: SimpleNamespace, ratio: float, plant: tuple[float, float, float]
+) -> None:
+    found = leap(kernel, PAIR, (20.0, 20.0 * ratio), 10.0, plant=plant)
+    mode = found.mode
+    assert (np.diff(found.t) >= 0).all()
+    for kind in found.kind.tolist():
+        if abs(kind) == 1:
+            assert mode == 0
+        else:
+            assert mode != 0
+            assert kind == 0 or np.sign(kind) == -mode
+        mode = int(np.sign(kind))
+
+
+def test_solution_restarted_at_any_time_goes_on_as_before(kernel: SimpleNamespace) -> None:
+    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(30.0, 36.0)
+    whole = leap(kernel, PAIR, (30.0, 36.0), 10.0)
+    state, begin, events = (0.0, 0.0, whole.mode), 0.0, []
+    for end in (0.3, 3.1, 3.1000001, 10.0):
+        log = log_of(kernel)
+        out = kernel.leap.leap(
+            plant, law, waves_of(kernel, PAIR, law), 0.0, 0.0, 0, 0.0, end, begin, *state,
+            log, 0, len(log.n),
+        )  # fmt: skip
+        begin, state = out[0], out[1:4]
+        events += log.s[: out[4]].tolist()
+    assert len(events) == len(whole.t)
+    assert np.abs(np.array(events) - whole.t).max() < 1e-11
+    assert state[0] == pytest.approx(whole.end[1], abs=1e-13)
+
+
+def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNamespace) -> None:
+    # A base at rest, sampled or not, under limits that vary: both roads lead to one answer.
+    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(30.0, 40.0, 0.5, 20.0, 0.3)
+    whole = leap(kernel, [], tuple(law), 2.0, start=(0.05, 0.2))
+    n = 401
+    columns = [np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)]
+    log = log_of(kernel)
+    out = kernel.leap.leap_steps(
+        plant, law, waves_of(kernel, [], law), np.zeros(n), 5e-3, 0, n - 1, 0.05, 0.2, 1,
+        *columns, log, 0, len(log.n),
+    )  # fmt: skip
+    t = log.n[: out[4]] * 5e-3 + log.s[: out[4]]
+    assert len(t) == len(whole.t)
+    assert np.abs(t - whole.t).max() < 1e-12
+    assert out[1] == pytest.approx(whole.end[1], abs=1e-14)

@@ -1,0 +1,145 @@
+"""The march over samples: the rules of stick and slip, and what must not change its answer."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenes import PAPER, log_of, march
+
+DT = 2.5e-3
+
+
+def noise(n: int, seed: int = 5, rms: float = 0.67) -> np.ndarray:
+    """Give smooth noise of a few hertz."""
+    rng = np.random.Generator(np.random.PCG64(seed))
+    rough = np.convolve(rng.normal(size=n + 200), np.hanning(41), mode="same")[100 : n + 100]
+    return rough * (rms / np.sqrt(np.mean(rough**2)))
+
+
+@pytest.mark.parametrize("F", [(15.0, 15.0), (45.0, 54.0), (12.0, 60.0), (1e-9, 1.2e-9)])
+def test_stuck_means_no_velocity_at_all_and_a_bearable_force(
+    kernel: SimpleNamespace, F: tuple[float, float]
+) -> None:
+    u_dd = noise(4000)
+    found = march(kernel, u_dd, DT, F)
+    stuck = found.d == 0
+    assert (found.v_r[stuck] == 0.0).all()
+    F_L = PAPER[0] * u_dd[stuck] + PAPER[1] * found.x_r[stuck]
+    assert (np.abs(F_L) <= F[1]).all()
+    assert (np.sign(found.v_r[~stuck]) * found.d[~stuck] >= 0).all()
+
+
+@pytest.mark.parametrize("F", [(15.0, 15.0), (45.0, 54.0), (0.5, 0.5)])
+def test_mirrored_motion_gives_the_mirrored_answer_bit_for_bit(
+    kernel: SimpleNamespace, F: tuple[float, float]
+) -> None:
+    u_dd = noise(4000)
+    one = march(kernel, u_dd, DT, F, start=(0.002, -0.01))
+    other = march(kernel, -u_dd, DT, F, start=(-0.002, 0.01))
+    assert np.array_equal(one.x_r, -other.x_r)
+    assert np.array_equal(one.v_r, -other.v_r)
+    assert np.array_equal(one.t, other.t)
+
+
+def test_scaled_motion_and_friction_give_the_scaled_answer(kernel: SimpleNamespace) -> None:
+    u_dd = noise(4000)
+    one = march(kernel, u_dd, DT, (30.0, 36.0))
+    for scale in (1e-12, 3.7, 1e12):
+        other = march(kernel, scale * u_dd, DT, (scale * 30.0, scale * 36.0))
+        assert len(other.t) == len(one.t)
+        assert np.abs(other.x_r / scale - one.x_r).max() <= 1e-12 * np.abs(one.x_r).max()
+
+
+def test_plain_and_compiled_agree_bit_for_bit(
+    plain: SimpleNamespace, fast: SimpleNamespace
+) -> None:
+    u_dd = noise(6000)
+    for F in ((0.0, 0.0), (15.0, 15.0), (45.0, 54.0)):
+        one, other = (march(kernel, u_dd, DT, F) for kernel in (plain, fast))
+        assert np.array_equal(one.x_r, other.x_r)
+        assert np.array_equal(one.v_r, other.v_r)
+        assert np.array_equal(one.t, other.t)
+
+
+def test_march_that_is_interrupted_goes_on_as_if_never_stopped(kernel: SimpleNamespace) -> None:
+    u_dd = noise(3000)
+    whole = march(kernel, u_dd, DT, (45.0, 54.0))
+    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(45.0, 54.0)
+    columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
+    columns[2][0] = whole.d[0]
+    state = (0, 0.0, 0.0, int(whole.d[0]))
+    for end in (1, 700, 701, 2999):
+        log = log_of(kernel)
+        out = kernel.march.march(
+            plant, law, u_dd, DT, state[0], end, *state[1:], *columns, log, 0, len(log.n)
+        )
+        state = out[:4]
+    assert np.array_equal(columns[0], whole.x_r)
+    assert np.array_equal(columns[1], whole.v_r)
+
+
+def test_sampling_the_same_lines_more_finely_changes_nothing(kernel: SimpleNamespace) -> None:
+    u_dd = noise(800)
+    fine = np.interp(np.arange(799 * 5 + 1) / 5, np.arange(800), u_dd)
+    one = march(kernel, u_dd, DT, (30.0, 36.0))
+    other = march(kernel, fine, DT / 5, (30.0, 36.0))
+    assert len(one.t) == len(other.t)
+    assert np.abs(one.t - other.t).max() <= 1e-12
+    assert np.abs(one.x_r - other.x_r[::5]).max() <= 1e-13 * np.abs(one.x_r).max()
+
+
+def test_record_with_flat_tops_rests_exactly_on_the_limit(kernel: SimpleNamespace) -> None:
+    # 75 kg times 0.6 m/s² is the limit of 45 N to the last bit.
+    u_dd = np.repeat([0.0, 0.6, -0.6, 0.6, 0.0], 50)
+    found = march(kernel, u_dd, DT, (45.0, 45.0))
+    assert (found.x_r == 0.0).all()
+    assert (found.d == 0).all()
+    moved = march(kernel, u_dd * (1 + 1e-15), DT, (45.0, 45.0))
+    assert len(moved.t) > 0
+
+
+def test_break_away_without_a_drop_in_friction_does_not_restick_at_once(
+    kernel: SimpleNamespace,
+) -> None:
+    u_dd = np.linspace(0.0, 2.0, 200)
+    found = march(kernel, u_dd, DT, (45.0, 45.0))
+    assert found.events[2].tolist() == [-1]
+    assert found.t[0] == pytest.approx(0.6 / 2.0 * 199 * DT, rel=1e-14)
+
+
+def test_two_reversals_inside_one_step_are_both_found(kernel: SimpleNamespace) -> None:
+    # Without spring and damper a long triangle turns the block twice within one interval.
+    plant = (1.0, 0.0, 0.0)
+    u_dd = np.array([30.0, -30.0, 30.0])
+    found = march(kernel, u_dd, 1.0, (1.0, 1.0), plant=plant, start=(0.0, 5.0))
+    per_step = np.bincount(found.events[0])
+    assert per_step.max() >= 2
+    assert (np.diff(found.t) > 0).all()
+
+
+@pytest.mark.parametrize("stretch", [5.0, 50.0, 1000.0])
+def test_step_far_longer_than_the_natural_period_is_solved_exactly(
+    kernel: SimpleNamespace, stretch: float
+) -> None:
+    # ω_0 Δt = stretch: the same lines on a grid fine enough for the oscillator.
+    w = (stretch / DT) ** 2
+    plant = (75.0, 75.0 * w, 2 * 0.05 * 75.0 * np.sqrt(w))
+    u_dd = noise(12)
+    pieces = int(20 * stretch)
+    fine = np.interp(np.arange(11 * pieces + 1) / pieces, np.arange(12), u_dd)
+    one = march(kernel, u_dd, DT, (15.0, 18.0), plant=plant)
+    other = march(kernel, fine, DT / pieces, (15.0, 18.0), plant=plant)
+    assert len(one.t) == len(other.t)
+    assert np.abs(one.x_r - other.x_r[::pieces]).max() <= 1e-10 * np.abs(other.x_r).max()
+
+
+def test_recursion_without_friction_is_the_march_without_friction(
+    kernel: SimpleNamespace,
+) -> None:
+    u_dd = noise(4000)
+    x_r, v_r = np.zeros(4000), np.zeros(4000)
+    kernel.recursion.recursion(kernel.plant.Plant(*PAPER), u_dd, DT, 0.001, 0.02, x_r, v_r)
+    found = march(kernel, u_dd, DT, (0.0, 0.0), start=(0.001, 0.02))
+    assert np.abs(x_r - found.x_r).max() <= 1e-14 * np.abs(x_r).max()

@@ -1,0 +1,121 @@
+"""Periodic orbits against the tables of independent solutions."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenes import log_of, waves_of
+
+M, K = 1.0, 100.0
+
+
+def orbit(
+    kernel: SimpleNamespace, beta: float, zeta: float, phi: float, ratio: float = 1.0,
+    start: tuple[float, float] = (0.0, 0.0), most: int = 5000,
+) -> SimpleNamespace:  # fmt: skip
+    """Settle the scene at frequency ratio β, damping ratio ζ and F_fk/(m A) = φ, with A = 1."""
+    omega = beta * math.sqrt(K / M)
+    plant = kernel.plant.Plant(M, K, 2 * zeta * math.sqrt(K * M))
+    law = kernel.plant.Law(phi * M, ratio * phi * M)
+    waves = waves_of(kernel, [(1.0, omega / (2 * math.pi), 0.0)], law)
+    log = log_of(kernel)
+    d = kernel.events.first_mode(plant, law, *start, 0.0)
+    period = 2 * math.pi / omega
+    past = np.zeros(8), np.zeros(8)
+    x_r, v_r, d, multiple, closure, periods, _ = kernel.orbit.settle(
+        plant, law, waves, period, *start, d, most, *past, log, len(log.n)
+    )
+    *_, events, peak = kernel.orbit.one_period(
+        plant, law, waves, period, x_r, v_r, d, log, len(log.n)
+    )
+    return SimpleNamespace(
+        peak=peak * K / M, multiple=multiple, closure=closure, periods=periods, events=events,
+        kinds=log.kind[:events].tolist(),
+    )  # fmt: skip
+
+
+def den_hartog(beta: float, zeta: float, phi: float) -> float:
+    """Give x_max k/P of steady sliding without stops (Den Hartog 1931, viscous form)."""
+    q = math.sqrt(1 - zeta**2)
+    D = math.cosh(math.pi * zeta / beta) + math.cos(math.pi * q / beta)
+    G = (math.sinh(math.pi * zeta / beta) - zeta / q * math.sin(math.pi * q / beta)) / D
+    H = math.sin(math.pi * q / beta) / (beta * q * D)
+    return -G * phi + math.sqrt(
+        1 / ((1 - beta**2) ** 2 + (2 * zeta * beta) ** 2) - (H * phi) ** 2
+    )
+
+
+@pytest.mark.parametrize(
+    ("beta", "zeta", "phi"),
+    [(0.8, 0.05, 0.1), (0.8, 0.05, 0.5), (1.0, 0.05, 0.3), (1.0, 1 / 3, 0.3), (1.5, 0.05, 0.5),
+     (2.0, 1 / 3, 0.3), (3.0, 1 / 3, 0.5), (0.8, 1e-3, 0.3)],
+)  # fmt: skip
+def test_sliding_without_stops_is_den_hartogs(
+    kernel: SimpleNamespace, beta: float, zeta: float, phi: float
+) -> None:
+    found = orbit(kernel, beta, zeta, phi)
+    assert sorted(found.kinds) == [-2, 2]
+    assert found.multiple == 1
+    assert found.peak == pytest.approx(den_hartog(beta, zeta, phi), rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("beta", "zeta", "phi", "ratio", "peak"),
+    [(0.3, 0.05, 0.2, 1.0, 0.863591), (0.5, 0.05, 0.5, 1.0, 1.208992),
+     (0.5, 1 / 3, 0.5, 1.0, 0.748854), (1.0, 1 / 3, 0.8, 1.0, 0.083048),
+     (2.0, 0.05, 0.9, 1.0, 0.005990), (0.5, 0.05, 0.5, 1.2, 1.217104),
+     (1.0, 1 / 3, 0.6, 1.2, 0.343902), (2.0, 0.05, 0.7, 1.3, 0.053530)],
+)  # fmt: skip
+def test_stick_slip_orbits_have_their_known_stroke(
+    kernel: SimpleNamespace, beta: float, zeta: float, phi: float, ratio: float, peak: float
+) -> None:
+    found = orbit(kernel, beta, zeta, phi, ratio)
+    assert found.peak == pytest.approx(peak, abs=2e-6)
+    assert found.closure < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("beta", "zeta", "phi"),
+    [(0.8, 0.05, 0.72954), (0.8, 1 / 3, 0.41904), (1.5, 0.05, 0.62223), (2.0, 1 / 3, 0.49963),
+     (5.0, 0.05, 0.54109)],
+)  # fmt: skip
+def test_stops_begin_at_the_known_friction(
+    kernel: SimpleNamespace, beta: float, zeta: float, phi: float
+) -> None:
+    # The tabulated onset is up to 1.5e-4 late: stops of a few microseconds come before it.
+    assert 0 not in orbit(kernel, beta, zeta, phi - 2e-4).kinds
+    assert 0 in orbit(kernel, beta, zeta, phi).kinds
+
+
+def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) -> None:
+    # Without spring and damper the onset is 1/sqrt(1 + π²/4); a start at v_0 makes the slide symmetric.
+    onset = 1 / math.sqrt(1 + math.pi**2 / 4)
+    for phi, stops in ((onset - 1e-9, False), (onset + 1e-9, True)):
+        plant, law = kernel.plant.Plant(1.0, 0.0, 0.0), kernel.plant.Law(phi, phi)
+        # v turns where cos(t) = π φ/2; slide one cycle from there.
+        phase = math.acos(math.pi * phi / 2)
+        log = log_of(kernel)
+        waves = waves_of(kernel, [(1.0, 1 / (2 * math.pi), phase)], law)
+        found = kernel.leap.leap(
+            plant, law, waves, 0.0, 0.0, 0, 0.0, 20.0, 0.0, 0.0, 0.0, -1, log, 0, len(log.n)
+        )
+        assert (0 in log.kind[: found[4]].tolist()) == stops
+
+
+def test_light_damping_is_settled_by_newton_not_by_patience(kernel: SimpleNamespace) -> None:
+    found = orbit(kernel, 0.8, 1e-4, 0.3, most=5000)
+    assert found.multiple == 1
+    assert found.peak == pytest.approx(den_hartog(0.8, 1e-4, 0.3), rel=1e-9)
+    assert found.periods < 2000
+
+
+def test_motion_that_keeps_growing_is_not_called_settled(kernel: SimpleNamespace) -> None:
+    assert orbit(kernel, 1.0, 0.0, 0.5, most=300).multiple == 0
+
+
+def test_mass_that_never_moves_is_settled_after_one_period(kernel: SimpleNamespace) -> None:
+    found = orbit(kernel, 1.0, 0.1, 1.0)
+    assert (found.multiple, found.periods, found.events, found.peak) == (1, 1, 0, 0.0)
