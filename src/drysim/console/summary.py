@@ -117,16 +117,13 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     yield Row("T_a", number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
     x_r, u = millimetres(metrics["x_r_rms"]), millimetres(metrics["u_rms"])
     yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}")
-    limit = (
-        f"{percent(metrics['stroke_used'])} of {millimetres(stroke.limit)}" if stroke else ""
-    )
+    used = percent(metrics["stroke_used"])
+    limit = f"{used} of the stroke limit of {millimetres(stroke.limit)}" if stroke else ""
     yield Row("peak |x_r|", millimetres(metrics["x_r_peak"]), limit)
     if metrics["violations"]:
         times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
-        first, beyond = (
-            number(metrics["t_first_violation"], "s"),
-            number(metrics["t_beyond"], "s"),
-        )
+        first = number(metrics["t_first_violation"], "s")
+        beyond = number(metrics["t_beyond"], "s")
         yield Row("limit met", times, f"first at {first}, beyond for {beyond}", "bold red")
     events = len(outcome.response.events)
     yield Row("stuck", percent(metrics["stuck_share"]), f"{events} events")

@@ -88,8 +88,8 @@ def sidecar(
 
 
 def text(fields: Mapping[str, Any]) -> str:
-    """Give a sidecar as JSON."""
-    return json.dumps(fields, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """Give a sidecar as JSON, in ASCII so that every terminal and pipe can take it."""
+    return json.dumps(fields, indent=2, allow_nan=False) + "\n"
 
 
 def created() -> str:
