@@ -8,23 +8,10 @@ from types import SimpleNamespace
 
 import pytest
 
-PARTS = [
-    "plant",
-    "motion",
-    "compiled",
-    "flow",
-    "stop",
-    "events",
-    "march",
-    "slide",
-    "leave",
-    "leap",
-    "grid",
-    "orbit",
-    "integrals",
-    "forms",
-    "recursion",
-]
+PARTS = (
+    "plant", "motion", "compiled", "flow", "stop", "events", "march", "slide", "leave", "leap",
+    "grid", "orbit", "integrals", "forms", "recursion",
+)  # fmt: skip
 
 
 def private_core(engine: str) -> SimpleNamespace:

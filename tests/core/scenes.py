@@ -48,9 +48,8 @@ def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], l
     rows = list(sines)
     if law.variation:
         rows.append((0.0, law.omega / (2 * math.pi), law.phase))
-    A, f, phase = (np.array(column, dtype=float) for column in zip(*rows, strict=True)) if rows else (
-        np.zeros(0), np.zeros(0), np.zeros(0)
-    )  # fmt: skip
+    table = np.array(rows, dtype=float).reshape(-1, 3)
+    A, f, phase = (column.copy() for column in table.T)
     return kernel.slide.Waves(A, f, 2 * math.pi * f, phase, np.zeros(len(A)), len(sines))
 
 

@@ -1,8 +1,9 @@
-"""Leaps under sines: events of scenes with known answers, and what must not change an answer."""
+"""Leaps under sines: scenes with known answers, and what must not change an answer."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -30,7 +31,7 @@ def test_more_damping_never_lengthens_a_free_stop(kernel: SimpleNamespace) -> No
         leap(kernel, [], (15.0, 15.0), 60.0, plant=(75.0, 7500.0, b), start=(0.05, 0.3)).t[-1]
         for b in (0.0, 5.0, 50.0, 500.0)
     ]
-    assert all(later <= sooner + 1e-12 for sooner, later in zip(stops, stops[1:], strict=False))
+    assert all(later <= sooner + 1e-12 for sooner, later in pairwise(stops))
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def test_stops_begin_at_the_known_friction(
 
 
 def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) -> None:
-    # Without spring and damper the onset is 1/sqrt(1 + π²/4); a start at v_0 makes the slide symmetric.
+    # Without spring and damper the onset is 1/sqrt(1 + π²/4); the phase makes it symmetric.
     onset = 1 / math.sqrt(1 + math.pi**2 / 4)
     for phi, stops in ((onset - 1e-9, False), (onset + 1e-9, True)):
         plant, law = kernel.plant.Plant(1.0, 0.0, 0.0), kernel.plant.Law(phi, phi)

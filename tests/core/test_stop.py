@@ -42,7 +42,7 @@ def test_stop_agrees_with_a_fine_scan(plain: SimpleNamespace, c: float, w: float
 
 
 def test_dip_below_zero_between_two_positive_ends_is_a_stop(kernel: SimpleNamespace) -> None:
-    # v = 1 - 3 s + 2 s² without spring and damper: zero at 0.5 and 1, both ends of [0, 2] positive.
+    # v = 1 - 3 s + 2 s² without spring and damper: positive at both ends of [0, 2].
     assert kernel.stop.locate_stop(0.0, 0.0, 1.0, -3.0, 4.0, 2.0) == pytest.approx(
         0.5, rel=1e-15
     )

@@ -1,0 +1,243 @@
+"""Contract over the shelf of approaches, and the physics that the exact ones owe."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drysim.approach import APPROACHES
+from drysim.approach.response import Response
+from drysim.approach.simulate import simulate
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State
+from drysim.errors import UsageError
+from drysim.metrics import METRICS, measure
+
+PAPER = Plant(75.0, 7500.0, 500.0)
+REST = State(0.0, 0.0)
+SINE = Sines((1.0,), (2.0,), (0.0,))
+STILL = Sines((), (), ())
+PAIR = Sines((1.4, 0.9), (1.1, 3.7), (0.4, 1.0))
+EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.csv"
+
+
+def noise(n: int, seed: int = 3) -> Samples:
+    """Give smooth noise of a few hertz, 0.67 m/s² RMS, 400 samples a second."""
+    rng = np.random.Generator(np.random.PCG64(seed))
+    rough = np.convolve(rng.normal(size=n + 200), np.hanning(41), mode="same")[100 : n + 100]
+    return Samples(rough * (0.67 / np.sqrt(np.mean(rough**2))), 2.5e-3)
+
+
+SCENES = {
+    "sine": (PAPER, Law(15.0, 15.0), SINE, REST, 5.0),
+    "two sines": (PAPER, Law(30.0, 36.0), PAIR, State(0.001, 0.05), 5.0),
+    "free decay": (Plant(1.0, 1.0, 0.0), Law(1.0, 1.0), STILL, State(12.0, 6.0), 30.0),
+    "samples": (PAPER, Law(45.0, 54.0), noise(2000), REST, 4.9),
+    "varying limits": (PAPER, Law(30.0, 40.0, 0.4, 10.7, 0.2), PAIR, REST, 5.0),
+    "varying limits over samples": (
+        PAPER, Law(30.0, 40.0, 0.4, 10.7, 0.2), noise(800), State(0.0, 0.02), 1.9,
+    ),
+    "rigid block": (Plant(75.0, 0.0, 0.0), Law(15.0, 15.0), noise(2000), REST, 4.9),
+    "heavy damping": (Plant(75.0, 7500.0, 75000.0), Law(15.0, 18.0), PAIR, REST, 5.0),
+    "critical damping": (Plant(75.0, 7500.0, 1500.0), Law(15.0, 18.0), noise(2000), REST, 4.9),
+    "stiff": (Plant(75.0, 3e8, 500.0), Law(15.0, 18.0), noise(600), REST, 1.4),
+    "nearly no friction": (PAPER, Law(1e-12, 1e-12), PAIR, REST, 5.0),
+    "never moves": (PAPER, Law(200.0, 200.0), PAIR, REST, 5.0),
+}  # fmt: skip
+
+
+def solved(name: str) -> Response:
+    """Solve one of the scenes."""
+    plant, law, motion, start, duration = SCENES[name]
+    return StickSlip().solve(plant, law, motion, start, 2.5e-3, duration)
+
+
+@pytest.mark.parametrize("approach", APPROACHES)
+@pytest.mark.parametrize("motion", [SINE, noise(400)])
+def test_every_approach_gives_a_whole_response(approach: type, motion: Sines | Samples) -> None:
+    response = approach().solve(PAPER, Law(15.0, 15.0), motion, REST, 2.5e-3, 0.9)
+    n = len(response.t)
+    assert n == 361
+    for series in (response.x_r, response.v_r, response.x_dd, response.F_f, response.u_dd):
+        assert series.shape == (n,)
+        assert np.isfinite(series).all()
+    assert response.t[-1] == pytest.approx(0.9)
+    assert response.numerics.approach == approach.model_fields["approach"].default
+    assert response.numerics.why
+    assert set(measure(response, (0.0, 0.9), 0.025)) == {metric.name for metric in METRICS}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_energy_closes(name: str) -> None:
+    duration = SCENES[name][-1]
+    metrics = measure(solved(name), (0.0, duration), None)
+    assert metrics["energy_residual"] < 1e-11
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_energy_closes_in_a_window_that_begins_and_ends_anywhere(name: str) -> None:
+    metrics = measure(solved(name), (0.31234, 1.21987), None)
+    assert metrics["energy_residual"] < 1e-11
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_metrics_of_two_halves_make_those_of_the_whole(name: str) -> None:
+    duration = SCENES[name][-1]
+    track = solved(name).track
+    assert track is not None
+    cut = 0.377 * duration
+    whole, one, other = (
+        np.array(track.totals(*window)[:7])
+        for window in ((0.0, duration), (0.0, cut), (cut, duration))
+    )
+    assert np.abs(one + other - whole).max() <= 1e-12 * np.abs(whole).max()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_friction_only_takes(name: str) -> None:
+    response = solved(name)
+    assert (response.F_f * response.v_r >= 0.0).all()
+    assert (response.v_r[response.stuck] == 0.0).all()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_force_balance_holds_at_every_point_of_the_grid(name: str) -> None:
+    response = solved(name)
+    plant = response.plant
+    left = (
+        plant.m * response.x_dd
+        + plant.b * response.v_r
+        + plant.k_x * response.x_r
+        + response.F_f
+    )
+    assert np.abs(left).max() <= 1e-12 * np.abs(plant.m * response.x_dd).max() + 1e-20
+
+
+def test_metrics_do_not_depend_on_the_output_step() -> None:
+    coarse, fine = (
+        measure(
+            StickSlip().solve(PAPER, Law(30.0, 36.0), PAIR, REST, step, 5.0), (1.0, 5.0), 0.02
+        )
+        for step in (0.5, 1e-3)
+    )
+    assert coarse == fine
+
+
+def test_without_friction_sines_give_the_closed_form_transmissibility() -> None:
+    omega = 4 * math.pi
+    response = StickSlip().solve(PAPER, Law(0.0, 0.0), SINE, REST, 0.01, 12.0)
+    metrics = measure(response, (10.0, 12.0), None)
+    stiffness = PAPER.k_x - PAPER.m * omega**2
+    exact = math.hypot(PAPER.k_x, PAPER.b * omega) / math.hypot(stiffness, PAPER.b * omega)
+    relative = PAPER.m * omega**2 / math.hypot(stiffness, PAPER.b * omega)
+    assert metrics["T_a"] == pytest.approx(exact, rel=1e-12)
+    assert metrics["T_x"] == pytest.approx(relative, rel=1e-12)
+    assert metrics["x_r_peak"] == pytest.approx(relative * 1.0 / omega**2, rel=1e-12)
+
+
+def test_standstill_transmits_everything_and_moves_nothing() -> None:
+    metrics = measure(
+        StickSlip().solve(PAPER, Law(75.0, 75.0), SINE, REST, 0.01, 3.0), (0.0, 3.0), 0.01
+    )
+    assert metrics["T_a"] == pytest.approx(1.0, rel=1e-14)
+    assert (metrics["T_x"], metrics["x_r_peak"], metrics["stuck_share"]) == (0.0, 0.0, 1.0)
+    assert (metrics["violations"], metrics["t_first_violation"]) == (0, None)
+
+
+def test_rigid_block_that_slides_without_stops_passes_on_its_friction() -> None:
+    # k_x = b = 0 below the onset of stops: RMS x"/A is φ exactly.
+    block, law = Plant(1.0, 0.0, 0.0), Law(0.4, 0.4)
+    phase = math.acos(math.pi * 0.4 / 2)
+    sine = Sines((1.0,), (1 / (2 * math.pi),), (phase,))
+    response = StickSlip().solve(block, law, sine, REST, 0.1, 40 * math.pi)
+    metrics = measure(response, (2 * math.pi, 40 * math.pi), None)
+    assert metrics["a_x"] == pytest.approx(0.4, rel=1e-12)
+    assert metrics["stuck_share"] == 0.0
+
+
+def test_orbit_loses_in_friction_four_times_force_times_stroke() -> None:
+    approach, law = StickSlip(), Law(45.0, 54.0)
+    orbit = approach.orbit(PAPER, law, Sines((1.06,), (3.0,), (0.0,)), REST, 1 / 3)
+    assert orbit.settled
+    response = approach.solve(
+        PAPER, law, Sines((1.06,), (3.0,), (0.0,)), orbit.state, 1e-3, 1 / 3
+    )
+    metrics = measure(response, (0.0, 1 / 3), None)
+    assert metrics["energy_friction"] == pytest.approx(
+        4 * 45.0 * metrics["x_r_peak"], rel=1e-12
+    )
+
+
+def test_stroke_is_violated_at_the_very_limit_and_counted_by_excursion() -> None:
+    response = StickSlip().solve(PAPER, Law(15.0, 15.0), SINE, REST, 0.01, 5.0)
+    peak = measure(response, (0.0, 5.0), None)["x_r_peak"]
+    assert peak is not None
+    at, above = (measure(response, (0.0, 5.0), limit) for limit in (peak, peak * (1 + 1e-12)))
+    assert at["violations"] >= 1
+    assert above["violations"] == 0
+    half = measure(response, (0.0, 5.0), peak / 2)
+    track = response.track
+    assert track is not None
+    assert abs(track.state(half["t_first_violation"]).x_r) == pytest.approx(peak / 2, rel=1e-13)
+    fine = np.abs([track.state(t).x_r for t in np.linspace(0.0, 5.0, 20_001)]) >= peak / 2
+    assert half["violations"] == np.count_nonzero(np.diff(fine.astype(int)) == 1)
+    assert half["t_beyond"] == pytest.approx(5.0 * fine.mean(), abs=2e-3)
+
+
+@pytest.mark.skipif(
+    not EL_CENTRO.exists(), reason="the measured record is not part of the project"
+)
+@pytest.mark.parametrize(
+    ("mu", "peak", "end", "stuck"),
+    [(0.05, 0.0937776, -0.0561444, 0.57588), (0.10, 0.0294345, -0.0138399, 0.85003),
+     (0.15, 0.0105246, -0.0045315, 0.93802), (0.20, 0.0032508, 0.0017014, 0.97757)],
+)  # fmt: skip
+def test_rigid_block_on_el_centro(mu: float, peak: float, end: float, stuck: float) -> None:
+    u_dd = np.loadtxt(EL_CENTRO, delimiter=",", skiprows=1, usecols=1) * 9.80665
+    friction = mu * 9.80665
+    response = StickSlip().solve(
+        Plant(1.0, 0.0, 0.0), Law(friction, friction), Samples(u_dd, 0.02), REST, 0.02
+    )
+    metrics = measure(response, (0.0, 1559 * 0.02), None)
+    assert metrics["x_r_peak"] == pytest.approx(peak, abs=5e-8)
+    assert response.x_r[-1] == pytest.approx(end, abs=5e-8)
+    assert metrics["stuck_share"] == pytest.approx(stuck, abs=5e-6)
+
+
+def test_simulate_gives_arrays_for_arrays() -> None:
+    u_dd = noise(500).u_dd
+    scene = {"m": 75.0, "k_x": 7500.0, "b": 500.0, "u_dd": u_dd, "dt": 2.5e-3}
+    response = simulate(**scene, F_fk=15.0, F_fs=18.0)
+    linear = simulate(**scene)
+    viscous = simulate(**scene, F_fk=15.0, approach="viscous")
+    assert response.x_dd.shape == response.stuck.shape == u_dd.shape
+    assert len(response.events) > 1
+    assert linear.numerics.core == "recursion"
+    assert np.array_equal(linear.x_r, viscous.x_r)
+    assert not linear.stuck.any()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"m": 0.0}, "m must be above 0"), ({"m": -1.0}, "m must be at least 0"),
+     ({"F_fs": 10.0}, "F_fs = 10 N must be at least F_fk = 15 N"),
+     ({"dt": 0.0}, "dt must be above 0"), ({"b": math.nan}, "b must be a finite number"),
+     ({"u_dd": [1.0]}, "at least 2 samples"),
+     ({"u_dd": [1.0, math.inf]}, r"u_dd\[1\] must be a finite"),
+     ({"approach": "signom"}, "there is no approach `signom`")],
+)  # fmt: skip
+def test_simulate_refuses_nonsense_in_a_sentence(change: dict[str, object], words: str) -> None:
+    scene = {
+        "m": 75.0,
+        "k_x": 7500.0,
+        "b": 500.0,
+        "F_fk": 15.0,
+        "u_dd": np.zeros(9),
+        "dt": 1e-3,
+    }
+    with pytest.raises(UsageError, match=words):
+        simulate(**{**scene, **change})  # type: ignore[arg-type]
