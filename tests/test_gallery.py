@@ -1,0 +1,40 @@
+"""The gallery: every scenario is one to learn from, and keeps what it promises."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import drysim
+
+GALLERY = Path(__file__).parents[1] / "scenarios"
+SCENARIOS = sorted(GALLERY.glob("*.yaml"))
+
+
+@pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
+def test_scenario_keeps_its_promises(file):
+    outcome = drysim.run(drysim.load(file))
+    assert outcome.checks
+    assert all(verdict.passed for verdict in outcome.checks)
+
+
+@pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
+def test_scenario_is_named_after_its_file_and_says_what_it_is(file):
+    scenario = drysim.load(file)
+    assert scenario.name == file.stem
+    assert scenario.about.endswith(".")
+    assert file.read_text().startswith("# yaml-language-server: $schema=scenario.schema.json\n")
+
+
+def test_free_decay_stops_where_the_closed_form_says():
+    events = drysim.run(drysim.load(GALLERY / "free-decay.yaml")).events
+    turns = 12 + 1.3178210632763534, 2.0  # the first turn, and what each half cycle takes
+    expected = [(-1) ** k * (turns[0] - k * turns[1]) for k in range(7)]
+    assert events.x_r[1:8] == pytest.approx(expected, abs=1e-12)
+    assert (events.t[-1], events.x_r[-1]) == pytest.approx((22.42355635, 0.68217894), abs=1e-8)
+
+
+def test_without_friction_the_seat_meets_its_stroke_limit():
+    scenario = drysim.load(GALLERY / "seat-on-em1.yaml", {"friction.kinetic": 0})
+    assert drysim.run(scenario).metrics["violations"] > 0
