@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from drysim.source.place import Place as Place
 from drysim.source.place import Unreadable as Unreadable
 from drysim.source.place import placer
 from drysim.source.text import decoded, read_bytes
+from drysim.source.tree import LOST as LOST
 from drysim.source.tree import Node, parse, scalar
 
 Keys = tuple[str | int, ...]
@@ -36,7 +37,7 @@ class Document:
     """The values with their places; the root is a mapping."""
     problems: tuple[Problem, ...] = ()
     """Faults that leave the rest readable: duplicate keys, tags, faulty overrides."""
-    overrides: Mapping[str, Any] | None = None
+    overrides: Mapping[str, Any] = field(default_factory=dict)
     """Values that were set from outside, by dotted key."""
 
     @cached_property
@@ -49,15 +50,11 @@ class Document:
         node, place = self.tree, self.tree.place
         for step in keys:
             try:
-                node = node.value[step]
-            except (KeyError, IndexError, TypeError):
+                node = node.value[int(step) if isinstance(node.value, list) else step]
+            except (KeyError, IndexError, TypeError, ValueError):
                 break
             place = (node.key or node.place) if key else node.place
         return place
-
-    def problem(self, sentence: str, keys: Keys, key: bool = False) -> Problem:
-        """Give the located problem of a value (or of its key)."""
-        return self.locate(keys, key).problem(sentence, ".".join(map(str, keys)))
 
 
 def read(path: str | Path, overrides: Overrides = ()) -> Document:

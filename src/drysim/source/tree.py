@@ -18,6 +18,9 @@ MAX_DEPTH = 40
 MAX_VALUES = 100_000
 """What aliases may grow a file to: far more than 1 MB holds of anything useful."""
 
+LOST = "<<"
+"""Stands in a mapping for keys that could not be read, so that nobody misses them twice."""
+
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _WORDS = {"": None, "~": None, "null": None, "true": True, "false": False}
 
@@ -137,6 +140,8 @@ class _Builder:
             child = self.node(next(self.events), depth + 1)
             if sentence := _refusal(event, values):
                 self.problems.append(key.place.problem(sentence))
+                if not isinstance(event, yaml.ScalarEvent) or event.value == LOST:
+                    values[LOST] = Node(None, key.place, key.place)
                 continue
             below = isinstance(child.value, dict | list) and child.place.line > key.place.line
             here = key.place if below or child.value is None else child.place
@@ -161,7 +166,7 @@ def _refusal(event: Any, known: dict[str, Node]) -> str:
     """Say why a key is refused; empty when it is not."""
     if not isinstance(event, yaml.ScalarEvent):
         return "a key must be a word"
-    if event.value == "<<" and not event.style:
+    if event.value == LOST:
         return "merge keys are not supported; write the keys out, or `key: *alias`"
     if first := known.get(event.value):
         line = first.key.line if first.key else 0
