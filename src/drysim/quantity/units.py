@@ -83,7 +83,14 @@ def convert(text: str, unit: str) -> float:
     value, scale = float(number[0]), factor(rest, unit) if rest else 1.0
     if scale == 1.0 or value == 0.0 or not math.isfinite(value):
         return value
-    return float(Fraction(number[0]) * Fraction(repr(scale)))
+    return float(Fraction(number[0]) * _exact(scale))
+
+
+def _exact(scale: float) -> Fraction:
+    """Give the number that a factor stands for: 1/60 or 0.001, not the double next to it."""
+    simple = Fraction(scale).limit_denominator(1_000_000)
+    close = math.isclose(float(simple), scale, rel_tol=4e-16)
+    return simple if close else Fraction(repr(scale))
 
 
 def factor(unit_text: str, unit: str) -> float:
@@ -117,9 +124,9 @@ def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
         hint = f"; did you mean `{same}`?" if same else ""
         wrong = _measured(found)
         raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {_named(unit)}{hint}")
-    exact = found.factor / target.factor
-    decimal = float(f"{exact:.12g}")  # drops the library's rounding of 0.0254 and its like
-    return decimal if math.isclose(decimal, exact, rel_tol=1e-15) else exact
+    computed = found.factor / target.factor
+    decimal = float(f"{computed:.12g}")  # drops the library's rounding of 0.0254 and its like
+    return decimal if math.isclose(decimal, computed, rel_tol=1e-15) else computed
 
 
 def _measured(found: _Found) -> str:
