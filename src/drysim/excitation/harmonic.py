@@ -42,6 +42,14 @@ class Harmonic(Component):
     kind: Literal["harmonic"]
     """One sine."""
 
+    steady_by_default: ClassVar[bool] = True
+    """A sine is measured over the periodic orbit unless the scenario says otherwise."""
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """What repeats [Hz]."""
+        return (self.frequency,)
+
     def motion(self) -> Sines:
         """Give the base acceleration, used analytically."""
         return Sines((self.A,), (self.frequency,), (self.phase,))
@@ -58,11 +66,16 @@ class SineSum(Block):
     components: Annotated[tuple[Component, ...], Field(min_length=1)]
     """The sines: frequency, rms or amplitude, phase."""
 
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """What repeats [Hz], if the sines have a common period."""
+        return tuple(sine.frequency for sine in self.components)
+
     def motion(self) -> Sines:
         """Give the base acceleration, used analytically."""
         sines = self.components
         return Sines(
             tuple(sine.A for sine in sines),
-            tuple(sine.frequency for sine in sines),
+            self.frequencies,
             tuple(sine.phase for sine in sines),
         )
