@@ -1,0 +1,17 @@
+"""What a scenario file may say: words, checked, and crossed to symbols."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drysim.scenario.cautions import cautions as cautions
+from drysim.scenario.loading import load as load
+from drysim.scenario.model import Scenario as Scenario
+from drysim.scenario.model import period as period
+
+
+def schema() -> dict[str, Any]:
+    """Give the JSON schema of scenario files (draft 2020-12); descriptions hold the units."""
+    from drysim.scenario.json_schema import describe
+
+    return describe()

@@ -1,0 +1,109 @@
+"""The blocks of a scenario that stand on no shelf."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import Field, create_model, field_validator, model_validator
+
+from drysim.approach import APPROACHES, Approach
+from drysim.core.plant import Plant, State
+from drysim.quantity import (
+    Block,
+    Damping,
+    Length,
+    Mass,
+    Misfit,
+    Quantity,
+    Stiffness,
+    Velocity,
+    near,
+    shown,
+)
+
+
+class Oscillator(Block):
+    """A mass on a spring and a viscous damper."""
+
+    mass: Mass
+    """Sprung mass m [kg], above 0."""
+    stiffness: Stiffness
+    """Spring stiffness k_x [N/m]; 0 for none."""
+    damping: Damping | None = None
+    """Viscous damping b [N·s/m]; 0 for none."""
+    damping_ratio: Annotated[float, Quantity("", at_least=0)] | None = None
+    """Damping ratio b/(2√(k_x m)) [-], in place of `damping`; needs a stiffness above 0."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("damping", "damping_ratio"),)
+
+    @model_validator(mode="after")
+    def _ratio_needs_a_spring(self) -> Self:
+        if self.damping_ratio is not None and self.stiffness == 0:
+            raise Misfit("needs a stiffness above 0; give `damping` instead", "damping_ratio")
+        return self
+
+    def plant(self) -> Plant:
+        """Give mass, stiffness and damping as numbers."""
+        critical = 2 * sqrt(self.stiffness * self.mass)
+        b = (self.damping_ratio or 0.0) * critical if self.damping is None else self.damping
+        return Plant(self.mass, self.stiffness, b)
+
+
+class Stroke(Block):
+    """How far the mass may move on its base."""
+
+    limit: Annotated[float, Quantity("m", above=0)]
+    """Stroke limit x_rM [m]: |x_r| must stay below it. Checked, not modelled."""
+
+
+class Start(Block):
+    """The state at t = 0; default: at rest, the spring relaxed."""
+
+    x_r: Length = 0.0
+    """Relative displacement [m]."""
+    v_r: Velocity = 0.0
+    """Relative velocity [m/s]."""
+
+    def state(self) -> State:
+        """Give the state as numbers."""
+        return State(self.x_r, self.v_r)
+
+
+class Solver(Block):
+    """How the motion is computed."""
+
+    approach: str = "stick-slip"
+    """Name of the approach."""
+    step: Annotated[float, Quantity("s", above=0)] | None = None
+    """Distance of the output grid [s]; a record owns its step."""
+
+    @field_validator("approach")
+    @classmethod
+    def _on_the_shelf(cls, name: str) -> str:
+        if name not in SHELF:
+            nearest = near(name, SHELF)
+            hint = f"; did you mean `{nearest}`?" if nearest else ""
+            raise ValueError(f"must be {' or '.join(SHELF)}, not {shown(name)}{hint}")
+        return name
+
+    def member(self) -> Approach:
+        """Give the approach with its options."""
+        chosen: Approach = getattr(self, self.approach, None) or SHELF[self.approach]()
+        return chosen
+
+
+SHELF: dict[str, type[Approach]] = {
+    member.model_fields["approach"].default: member for member in APPROACHES
+}
+"""The approaches by name."""
+
+
+def with_options(shelf: dict[str, Any]) -> type[Solver]:
+    """Give the solver block in which every approach that has options has a block of its own."""
+    options: dict[str, Any] = {
+        name: (member | None, Field(None, description=f"Options of {name}."))
+        for name, member in shelf.items()
+        if len(member.model_fields) > 1
+    }
+    return create_model("Solver", __base__=Solver, **options) if options else Solver

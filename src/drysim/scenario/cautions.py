@@ -1,0 +1,150 @@
+"""What a reader of a scenario should know before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drysim.core.motion import Samples, Sines
+from drysim.errors import Caution
+
+if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
+
+FAR = 1.0
+"""An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
+
+HARD = 100.0
+"""No spring is let go at this acceleration [m/s²]; one pulled by 12 for 12 mm seems to be."""
+
+SLOW = 0.1
+"""Below this natural frequency [Hz] masses are in grams or springs in N/mm, not on springs."""
+
+THROW = 10.0
+"""No base swings by this amplitude [m]; one given in mm/s² seems to."""
+
+DAMPED = 5.0
+"""Above this damping ratio [-] somebody meant percent."""
+
+STEPS_A_PERIOD = 20
+"""Fewer points than this draw a sine as a polygon."""
+
+COMMON_RATIO = 1.3
+"""Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
+
+
+def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple[Caution, ...]:
+    """Give the warnings that the words of a scenario deserve.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    motion : Sines or Samples, optional
+        Base motion, if it is at hand; a record is not read for this.
+    """
+    if motion is None and scenario.excitation.kind != "record":
+        motion = scenario.excitation.motion()
+    found = [*_lengths(scenario), *_oscillator(scenario)]
+    if isinstance(motion, Sines):
+        found += [*_sines(motion), *_step(scenario, motion)]
+    if motion is not None:
+        found += _friction(scenario, motion)
+    return tuple(found)
+
+
+def _lengths(scenario: Scenario) -> Iterator[Caution]:
+    """Say which lengths look like millimetres."""
+    m, k_x, _ = scenario.oscillator.plant()
+    start = abs(scenario.start.x_r)
+    limit = scenario.stroke.limit if scenario.stroke else 0.0
+    pulled = start if k_x * start / m >= HARD else 0.0
+    for key, value in (("stroke.limit", limit), ("start.x_r", pulled)):
+        if value >= FAR:
+            sentence = f"{key} is {value:g} m; if it is in millimetres, write `{value:g} mm`"
+            yield Caution("looks-like-millimetres", sentence, {key: value})
+
+
+def _oscillator(scenario: Scenario) -> Iterator[Caution]:
+    """Say when the oscillator looks like one in other units."""
+    m, k_x, _ = scenario.oscillator.plant()
+    f_0 = sqrt(k_x / m) / (2 * pi)
+    if 0 < f_0 < SLOW:
+        yield Caution(
+            "looks-like-grams",
+            f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "
+            f"or oscillator.stiffness in N/mm (`{k_x:g} N/mm`)?",
+            {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0},
+        )
+    ratio = scenario.oscillator.damping_ratio or 0.0
+    if ratio >= DAMPED:
+        sentence = (
+            f"oscillator.damping_ratio is {ratio:g}; if it is in percent, write `{ratio:g} %`"
+        )
+        yield Caution("looks-like-percent", sentence, {"oscillator.damping_ratio": ratio})
+
+
+def _sines(motion: Sines) -> Iterator[Caution]:
+    """Say which sines look like sines in other units."""
+    for A, f, phase in zip(*motion, strict=True):
+        u = A / (2 * pi * f) ** 2
+        if u >= THROW:
+            yield Caution(
+                "looks-like-millimetres",
+                f"at {f:g} Hz the base swings by {u:.3g} m; if the excitation is in mm/s², "
+                "write `mm/s2` behind its number",
+                {"frequency": f, "amplitude": A, "u": u},
+            )
+        if abs(phase) > 2 * pi:
+            sentence = (
+                f"a phase of {phase:g} rad is above a turn; in degrees it is `{phase:g} deg`"
+            )
+            yield Caution("looks-like-degrees", sentence, {"phase": phase})
+
+
+def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
+    """Say when the output grid is too coarse to draw the motion."""
+    m, k_x, _ = scenario.oscillator.plant()
+    f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
+    steps = 1 / (f * scenario.solver.step) if f and scenario.solver.step else inf
+    if steps < STEPS_A_PERIOD:
+        yield Caution(
+            "coarse-step",
+            f"solver.step leaves {steps:.3g} steps a period at {f:g} Hz; "
+            f"{1 / (f * STEPS_A_PERIOD):.2g} s would give {STEPS_A_PERIOD}",
+            {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
+        )
+
+
+def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the mass will not move, or moves only for want of a static limit.
+
+    At rest on its base the mass stays there while |F_L| = |m ü + k_x x_r| is within F_fs. Above
+    that, an F_fs that nobody gave decides as long as a common ratio F_fs/F_fk would hold.
+    """
+    law, start = scenario.law(), scenario.start.state()
+    m, k_x, _ = scenario.oscillator.plant()
+    load, hold = m * _peak(motion) + k_x * abs(start.x_r), law.F_fs * (1 - law.variation)
+    if start.v_r == 0 and load <= hold:
+        yield Caution(
+            "will-not-move",
+            f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",
+            {"F_L": load, "F_fs": hold},
+        )
+    elif 0 < load <= COMMON_RATIO * law.F_fk and not scenario.static_given:
+        ratio = load / law.F_fk
+        yield Caution(
+            "static-not-given",
+            "friction.static is not given, so F_fs = F_fk; from friction.static_ratio "
+            f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
+            {"F_L": load, "F_fk": law.F_fk, "ratio": ratio},
+        )
+
+
+def _peak(motion: Sines | Samples) -> float:
+    """Give a bound of |ü| [m/s²] that a single sine and samples reach."""
+    if isinstance(motion, Samples):
+        return float(np.max(np.abs(motion.u_dd), initial=0.0))
+    return sum(motion.A)

@@ -1,0 +1,79 @@
+"""From a file to a scenario, or to every problem that it has."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from drysim.errors import Problem, ScenarioError
+from drysim.scenario.model import NAME, Scenario
+from drysim.scenario.reading import Reading
+from drysim.scenario.rules import broken
+from drysim.scenario.sentences import sentences
+from drysim.source import Document, Overrides, Unreadable, read
+
+KIND = ("excitation", "kind")
+"""What asks for a block that is missing: some excitations need a step, some a duration."""
+
+
+def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
+    """Give the scenario of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        YAML file.
+    overrides : mapping or sequence of str
+        Values by dotted key, `{"friction.kinetic": 30}`, or words such as
+        `"friction.kinetic=30"`, whose value is read as YAML.
+
+    Returns
+    -------
+    Scenario
+        Checked, every value in SI. A record is not read yet.
+
+    Raises
+    ------
+    ScenarioError
+        With every problem of the file.
+    """
+    try:
+        document = read(path, overrides)
+    except Unreadable as fault:
+        raise _error(str(path), [fault.problem]) from None
+    scenario, problems = _understood(document)
+    if scenario is None or problems:
+        raise _error(document.file, problems)
+    return scenario
+
+
+def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
+    """Give the scenario of a document and the problems; without problems there is one."""
+    file = Path(document.file)
+    reading = Reading(document, Scenario)
+    words = {"name": _name(file.stem)} | reading.words
+    context = {"folder": file.parent, "document": document}
+    scenario = None
+    try:
+        scenario = Scenario.model_validate(words, context=context)
+    except ValidationError as fault:
+        for keys, sentence in sentences(fault, words):
+            reading.fault(sentence, keys, instead=KIND)
+    for keys, sentence in broken(words):
+        reading.fault(sentence, keys, at_key=True, instead=KIND)
+    problems = [*document.problems, *reading.problems]
+    return scenario, sorted(problems, key=lambda p: (p.file != document.file, p.line, p.column))
+
+
+def _name(stem: str) -> str:
+    """Give the name of a file as the name of a scenario."""
+    name = re.sub(r"[^\w .-]", "-", stem).strip(" ._-")[:100]
+    return name if NAME.fullmatch(name) else "scenario"
+
+
+def _error(file: str, problems: list[Problem]) -> ScenarioError:
+    """Give the error that holds all problems of a file."""
+    count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
+    return ScenarioError(f"{file} is not a scenario yet: {count}", tuple(problems))

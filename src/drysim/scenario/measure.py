@@ -1,0 +1,84 @@
+"""Measure: the window of the metrics, its times counted in seconds or in periods."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from math import gcd, lcm
+from typing import Annotated, Any
+
+from pydantic import StrictBool
+
+from drysim.quantity import NUMBER, Block, Misfit, Quantity
+
+MOST_PERIODS = 10_000
+"""Periods of the slowest sine in a common period; beyond it nothing repeats in practice."""
+
+_PERIODS = re.compile(rf"\s*({NUMBER.pattern})\s*periods?\s*")
+
+
+class Measure(Block):
+    """The window of the metrics."""
+
+    steady: StrictBool = False
+    """Whether the metrics cover exactly one repetition of the periodic orbit that the start
+    leads to; default: true for harmonic excitation without settle and duration."""
+    settle: Annotated[float, Quantity("s", at_least=0)] = 0.0
+    """Time before the window [s], or `20 periods`."""
+    duration: Annotated[float, Quantity("s", above=0)] | None = None
+    """Length of the window [s], or `20 periods`; default: to the end of the record."""
+
+
+def in_seconds(
+    given: Mapping[str, Any], frequencies: tuple[float, ...] | None, steady: bool
+) -> dict[str, Any]:
+    """Give the words of the block with its default and with every time in seconds.
+
+    Parameters
+    ----------
+    given : mapping
+        As the scenario says it.
+    frequencies : tuple of float or None
+        What repeats [Hz]; None when a fault elsewhere keeps it unknown.
+    steady : bool
+        Whether a block without times means the steady state.
+
+    Raises
+    ------
+    Misfit
+        When there is no period to count with or to measure over.
+    """
+    words = dict(given)
+    words.setdefault("steady", steady and not {"settle", "duration"} & words.keys())
+    period = None if frequencies is None else common_period(frequencies)
+    for key in ("settle", "duration"):
+        count = _PERIODS.fullmatch(words[key]) if isinstance(words.get(key), str) else None
+        if count and period is None and frequencies is not None:
+            raise Misfit(f"`{words[key]}` needs a periodic base motion; give seconds", key)
+        if count:
+            words[key] = float(count[1]) * (period or 1.0)
+    if words["steady"] is True and period is None and frequencies:
+        listed = " and ".join(f"{frequency:.12g} Hz" for frequency in frequencies[-2:])
+        raise Misfit(
+            f"needs a common period, and {listed} have none within {MOST_PERIODS} periods; "
+            "give measure.settle and measure.duration",
+            "steady",
+        )
+    return words
+
+
+def common_period(frequencies: Iterable[float]) -> float | None:
+    """Give the exact common period [s] of frequencies [Hz]; None when there is none.
+
+    Notes
+    -----
+    A frequency is taken as the decimal number that it is written as: 1.6 Hz and 0.7 Hz repeat
+    after 10 s exactly.
+    """
+    decimals = {Fraction(repr(frequency)) for frequency in frequencies}
+    if not decimals:
+        return None
+    denominator = lcm(*(decimal.denominator for decimal in decimals))
+    base = Fraction(gcd(*(int(decimal * denominator) for decimal in decimals)), denominator)
+    return float(1 / base) if min(decimals) / base <= MOST_PERIODS else None

@@ -1,0 +1,195 @@
+"""Scenario: everything that a scenario file says, checked and in SI."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Union
+
+from pydantic import (
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    PrivateAttr,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+)
+
+from drysim.checks import Check
+from drysim.core.plant import Law
+from drysim.errors import Problem
+from drysim.excitation import EXCITATIONS
+from drysim.excitation.record import Record
+from drysim.friction import FRICTIONS
+from drysim.quantity import Block, shown
+from drysim.scenario.blocks import SHELF, Oscillator, Solver, Start, Stroke, with_options
+from drysim.scenario.measure import Measure, common_period, in_seconds
+from drysim.source import Document
+
+if TYPE_CHECKING:
+    from drysim.excitation import Excitation
+    from drysim.friction import Friction
+
+    SolverBlock = Solver
+else:
+
+    def _shelf(members: tuple[type, ...], tag: str) -> object:
+        """Give the type that takes any member of a shelf, told apart by its tag."""
+        many = len(members) > 1
+        union = Union[members]  # noqa: UP007 - a shelf is a tuple, not types side by side
+        return Annotated[union, Field(discriminator=tag)] if many else union
+
+    Excitation = _shelf(EXCITATIONS, "kind")
+    Friction = _shelf(FRICTIONS, "law")
+    SolverBlock = with_options(SHELF)
+
+FORMAT = 1
+"""Version of the file format."""
+
+NAME = re.compile(r"[^\W_][\w .-]{0,98}[\w-]|[^\W_]")
+"""A name that is a good name for a folder everywhere."""
+
+
+def _parse(given: object) -> Check:
+    """Give a check from its text."""
+    if not isinstance(given, str | Check):
+        raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(given)}")
+    return given if isinstance(given, Check) else Check.parse(given)
+
+
+CheckWords = Annotated[
+    Check,
+    PlainValidator(_parse),
+    PlainSerializer(str),
+    WithJsonSchema({"type": "string", "pattern": "^.*[<>=].*$", "examples": ["T_a < 1.5"]}),
+]
+
+
+class Scenario(Block):
+    """A vibration isolator, how its base moves, and what is asked about it."""
+
+    drysim: int = FORMAT
+    """Version of the file format."""
+    name: str = "scenario"
+    """Name of the scenario and of its output folder; default: the name of the file."""
+    about: str = ""
+    """What it is about, in a sentence."""
+    oscillator: Oscillator
+    """Mass, spring and damper."""
+    friction: Friction | None = None
+    """Dry friction between mass and base; without this block there is none."""
+    stroke: Stroke | None = None
+    """How far the mass may move on its base."""
+    start: Start = Start()
+    """The state at t = 0; default: at rest."""
+    excitation: Excitation
+    """How the base moves."""
+    solver: SolverBlock = SolverBlock()
+    """How the motion is computed."""
+    measure: Measure = Field(Measure(), validate_default=True)
+    """The window of the metrics."""
+    checks: tuple[CheckWords, ...] = ()
+    """Promises about the metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1.
+    """
+
+    _document: Document | None = PrivateAttr(default=None)
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Keep the document, which the context of the validation names."""
+        if isinstance(context, Mapping):
+            self._document = context.get("document")
+
+    @field_validator("drysim", mode="before")
+    @classmethod
+    def _format_is_known(cls, version: object) -> object:
+        if version is True or version != FORMAT:
+            reads = f"must be {FORMAT}, the file format that this drysim reads"
+            raise ValueError(f"{reads}, not {shown(version)}")
+        return FORMAT
+
+    @field_validator("name", mode="after")
+    @classmethod
+    def _name_is_a_folder(cls, name: str) -> str:
+        if not NAME.fullmatch(name) or name.endswith(".partial"):
+            raise ValueError(
+                "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first, "
+                f"as the output folder is named after it; not {shown(name)}"
+            )
+        return name
+
+    @field_validator("measure", mode="before")
+    @classmethod
+    def _measure_in_seconds(cls, given: object, info: ValidationInfo) -> object:
+        if isinstance(given, Measure):
+            given = given.model_dump(exclude_unset=True)
+        if not isinstance(given, Mapping):
+            return given
+        excitation, friction = info.data.get("excitation"), info.data.get("friction")
+        known = excitation is not None and "friction" in info.data
+        steady = getattr(excitation, "steady_by_default", False)
+        return in_seconds(given, frequencies(excitation, friction) if known else None, steady)
+
+    def law(self) -> Law:
+        """Give the friction as forces; none without a friction block."""
+        return self.friction.limits(self.oscillator.mass) if self.friction else Law(0.0, 0.0)
+
+    @property
+    def static_given(self) -> bool:
+        """Whether the static limit is known; without friction there is none to know."""
+        return self.friction is None or self.friction.static_given
+
+    @property
+    def folder(self) -> Path:
+        """The folder that the paths of records are relative to."""
+        return Path(self._document.file).parent if self._document else Path()
+
+    @property
+    def origin(self) -> dict[str, Any]:
+        """Name of the file, its SHA-256 and the overrides, as plain values."""
+        read = self._document
+        if read is None:
+            return {"file": "", "sha256": "", "overrides": {}}
+        file = Path(read.file).name
+        return {"file": file, "sha256": read.sha256, "overrides": dict(read.overrides)}
+
+    def problem(self, sentence: str, key: str) -> Problem:
+        """Give the located problem of a dotted key, for faults that only a run can find."""
+        if self._document is None:
+            return Problem(sentence, key=key)
+        return self._document.locate(tuple(key.split("."))).problem(sentence, key)
+
+    def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
+        """Give the plain words of a scenario that runs again as this one did.
+
+        Overrides and defaults are spelled out, every value is in SI.
+
+        Parameters
+        ----------
+        relative_to : Path, optional
+            Folder that the words will be written to; default: the folder of this scenario.
+        """
+        words = self.model_dump(by_alias=True, exclude_none=True, mode="json")
+        if self.friction is not None:
+            words["friction"] = self.friction.spelled_out(self.oscillator.mass)
+        words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]
+        if isinstance(self.excitation, Record) and relative_to is not None:
+            words["excitation"]["file"] = self.excitation.file_from(relative_to)
+        if self.measure.steady:
+            words["measure"] = {"steady": True}
+        return {key: value for key, value in words.items() if value not in ("", [], {})}
+
+
+def period(scenario: Scenario) -> float | None:
+    """Give the common period of base motion and normal force [s]; None when nothing repeats."""
+    return common_period(frequencies(scenario.excitation, scenario.friction))
+
+
+def frequencies(excitation: Excitation | None, friction: Friction | None) -> tuple[float, ...]:
+    """Give every frequency [Hz] of a scene whose base moves periodically."""
+    found: tuple[float, ...] = getattr(excitation, "frequencies", ())
+    variation = friction.normal_variation if friction else None
+    return (
+        (*found, variation.frequency) if found and variation and variation.amplitude else found
+    )

@@ -1,0 +1,144 @@
+"""What is written, held against what a scenario may say: unknown, missing and clashing keys.
+
+One slip is one fault: a mistyped key is read on as the key that was meant, and a block of an
+unknown kind is left alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from drysim.errors import Problem
+from drysim.quantity import near, shown
+from drysim.scenario.shape import Model, homes, keys_of, models_in, tag_of
+from drysim.source import LOST, Document, Keys
+
+
+class Reading:
+    """A document as far as it can be read as a model, and the problems of doing so."""
+
+    def __init__(self, document: Document, model: Model) -> None:
+        self.document = document
+        self.model = model
+        self.problems: list[Problem] = []
+        self.spelt: dict[Keys, str] = {}
+        """Keys as the document spells them, by what they were taken for."""
+        self.closed: set[Keys] = set()
+        """Values with a fault of their own, about which no more is to be said."""
+        self.words = self._block(model, document.value, ())
+
+    def fault(
+        self, sentence: str, keys: Keys, at_key: bool = False, instead: Keys = ()
+    ) -> None:
+        """Note a problem, unless its place or a block around it has one already.
+
+        `instead` is the value to show when the whole block is missing.
+        """
+        if any(keys[: i + 1] in self.closed for i in range(len(keys))):
+            return
+        self.closed.add(keys)
+        spelt = tuple(self.spelt.get(keys[: i + 1], key) for i, key in enumerate(keys))
+        if instead and spelt[0] not in self.document.value:
+            spelt, at_key = instead, False
+        place = self.document.locate(spelt, at_key)
+        self.problems.append(place.problem(sentence, dotted(keys)))
+
+    def _block(self, model: Model, given: Mapping[str, Any], at: Keys) -> dict[str, Any]:
+        """Give a block with the keys that its model knows."""
+        fields, words = keys_of(model), {}
+        for key, value in given.items():
+            name = key if key in fields or key == LOST else self._meant(key, model, given, at)
+            if name in fields and name not in words:
+                if name != key:
+                    self.spelt[*at, name] = key
+                words[name] = self._value(fields[name], value, (*at, name))
+        if LOST not in given:
+            self._missing(model, words, at)
+        self._clashing(model, words, at)
+        return {name: value for name, value in words.items() if value is not None}
+
+    def _value(self, field: FieldInfo, value: Any, at: Keys) -> Any:
+        """Give a value, the blocks in it read in their turn; None where there is a fault."""
+        models = models_in(field.annotation)
+        if value is None:
+            self.fault(f"{dotted(at)} has no value", at, at_key=True)
+        elif isinstance(value, list):
+            return [self._value(field, entry, (*at, i)) for i, entry in enumerate(value)]
+        elif models and isinstance(value, dict):
+            model = self._chosen(models, value, at)
+            return self._block(model, value, at) if model else None
+        elif isinstance(value, dict) and LOST in value:
+            self.closed.add(at)  # such as `mass: {{ mass }}`, which has its problem already
+        return value
+
+    def _chosen(self, models: list[Model], given: Mapping[str, Any], at: Keys) -> Model | None:
+        """Give the member of a shelf that a block names by its tag."""
+        tagged = [(tag_of(model), model) for model in models]
+        tags = {found[1]: model for found, model in tagged if found}
+        tag = next((found[0] for found, _ in tagged if found), None)
+        if tag is None:
+            return models[0]
+        mistyped = next((key for key in given if near(key, [tag])), tag)
+        word = given.get(tag, given.get(mistyped))
+        if isinstance(word, str) and word in tags:
+            return tags[word]
+        *others, last = tags
+        choice = f"{', '.join(others)} or {last}" if others else last
+        if word is None:
+            self.fault(f"{dotted((*at, tag))} is required: {choice}", at, at_key=True)
+        else:
+            nearest = near(word, tags) if isinstance(word, str) else None
+            hint = f"; did you mean `{nearest}`?" if nearest else ""
+            name = dotted((*at, tag))
+            self.fault(f"{name} must be {choice}, not {shown(word)}{hint}", (*at, tag))
+        self.closed.add(at)
+        return None
+
+    def _meant(self, key: str, model: Model, given: Mapping[str, Any], at: Keys) -> str | None:
+        """Note an unknown key; give the key that was meant, unless that stands there too."""
+        fields = keys_of(model)
+        nearest = near(key, fields.keys() - given.keys()) or near(key, fields)
+        home = [name for name in homes(self.model, key) if (name,) != at[:1]]
+        where = f" in {dotted(at)}" if at else ""
+        if tag := tag_of(model):
+            where += f" of {tag[0]} {tag[1]}"
+        if 0 < len(home) < 3:
+            nearest, hint = None, f"; it belongs in {' or '.join(home)}"
+        else:
+            known = f"; known are {', '.join(fields)}"
+            hint = f"; did you mean `{nearest}`?" if nearest else known
+        self.fault(f"unknown key `{key}`{where}{hint}", (*at, key), at_key=True)
+        return nearest if nearest not in given else None
+
+    def _missing(self, model: Model, words: Mapping[str, Any], at: Keys) -> None:
+        """Note the keys that a block needs."""
+        for name, field in keys_of(model).items():
+            if field.is_required() and name not in words:
+                self.fault(f"{dotted((*at, name))} is required", (*at, name), at_key=True)
+        for group in getattr(model, "one_of", ()):
+            if not words.keys() & set(group):
+                either = " or ".join(group)
+                self.fault(f"{dotted(at)} needs {either}", (*at, group[0]), at_key=True)
+
+    def _clashing(self, model: Model, words: Mapping[str, Any], at: Keys) -> None:
+        """Note the keys of a block that do not go together."""
+        for group in (*getattr(model, "one_of", ()), *getattr(model, "at_most_one_of", ())):
+            first, *rest = [name for name in words if name in group] or [""]
+            for name in rest:
+                sentence = f"{dotted(at)} has {first} already; give {name} or {first}, not both"
+                self.fault(sentence, (*at, name), at_key=True)
+        either = [
+            set(group) for group in getattr(model, "one_of", ()) if words.keys() & set(group)
+        ]
+        for name, other in getattr(model, "needs", {}).items():
+            if name in words and other not in words and any(other in group for group in either):
+                sentence = f"{dotted((*at, name))} has a meaning only beside {other}"
+                self.fault(sentence, (*at, name), at_key=True)
+
+
+def dotted(keys: Keys) -> str:
+    """Give the name of a value in sentences."""
+    return ".".join(map(str, keys))

@@ -1,0 +1,69 @@
+"""Rules between the blocks of a scenario, as far as they need no values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from drysim.excitation import EXCITATIONS
+from drysim.scenario.blocks import SHELF
+from drysim.scenario.shape import tag_of
+from drysim.source import Keys
+
+Fault = tuple[Keys, str]
+OWNS_STEP = ("record",)
+"""Excitations that come with a step and an end of their own."""
+
+_KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
+
+
+def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
+    """Give the sentence for every rule that is broken, and the keys to blame."""
+    kind = _block(words, "excitation").get("kind")
+    if kind in _KINDS:
+        yield from _step(_block(words, "solver"), kind)
+        yield from _measure(_block(words, "measure"), kind)
+    approach = _block(words, "solver").get("approach")
+    if approach in SHELF and "friction" in words and not SHELF[approach].use_friction:
+        others = [name for name, member in SHELF.items() if member.use_friction]
+        yield (
+            ("friction",),
+            f"approach {approach} has no use for friction: take the block away "
+            f"(--set friction=null) or choose {' or '.join(others)}",
+        )
+
+
+def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Give a block, empty where there is none."""
+    block = words.get(name)
+    return block if isinstance(block, Mapping) else {}
+
+
+def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
+    """A record owns its step, everything else needs one."""
+    if kind not in OWNS_STEP and "step" not in solver:
+        yield ("solver", "step"), "solver.step is required: the distance of the output grid [s]"
+    if kind in OWNS_STEP and "step" in solver:
+        yield (
+            ("solver", "step"),
+            f"solver.step has no use here: a {kind} owns its step; remove it",
+        )
+
+
+def _measure(measure: Mapping[str, Any], kind: str) -> Iterator[Fault]:
+    """Either one repetition of an orbit, or a window."""
+    steady, times = measure.get("steady"), {"settle", "duration"} & measure.keys()
+    periodic = hasattr(_KINDS[kind], "frequencies")
+    if steady is True and not periodic:
+        others = [name for name, member in _KINDS.items() if hasattr(member, "frequencies")]
+        sentence = f"measure.steady needs {' or '.join(others)} excitation, not {kind}"
+        yield ("measure", "steady"), sentence
+    elif steady is True:
+        for key in ("settle", "duration"):
+            if key in times:
+                yield ("measure", key), f"measure.{key} has no use beside `steady: true`"
+    elif kind not in OWNS_STEP and "duration" not in times:
+        by_default = getattr(_KINDS[kind], "steady_by_default", False)
+        if not by_default or times or steady is False:
+            other = ", or `steady: true`" if periodic else ""
+            yield ("measure", "duration"), f"measure.duration is required for {kind}{other}"

@@ -1,0 +1,40 @@
+"""What a model's fields look like from outside: keys, blocks within, tags."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+Model = type[BaseModel]
+
+
+def keys_of(model: Model) -> dict[str, FieldInfo]:
+    """Give the fields of a model by the key that a file uses."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def models_in(annotation: Any) -> list[Model]:
+    """Give the blocks that a field may hold, alone, in a list or as one of several."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in models_in(part)]
+
+
+def tag_of(model: Model) -> tuple[str, str] | None:
+    """Give the key by which a shelf tells its members apart, and this member's word."""
+    for key, field in keys_of(model).items():
+        if field.is_required() and get_origin(field.annotation) is Literal:
+            words = get_args(field.annotation)
+            if len(words) == 1:
+                return key, words[0]
+    return None
+
+
+def homes(model: Model, key: str) -> Iterator[str]:
+    """Give the names of the blocks that know a key."""
+    for name, field in keys_of(model).items():
+        if any(key in keys_of(block) for block in models_in(field.annotation)):
+            yield name
