@@ -1,0 +1,83 @@
+"""The command line as a fixture, in this process or in one of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from drysim.cli import main
+
+SEAT = """\
+drysim: 1
+name: seat
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+measure: {steady: false, settle: 0, duration: 2}
+"""
+
+
+class Answer(NamedTuple):
+    """What a command leaves: exit code, stdout, stderr."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Answer]
+
+
+@pytest.fixture
+def seat(tmp_path: Path) -> Path:
+    """Write a small sound scenario into an empty folder, and work there."""
+    file = tmp_path / "seat.yaml"
+    file.write_text(SEAT)
+    return file
+
+
+@pytest.fixture(autouse=True)
+def plain_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make every terminal the same: no colour, 100 columns."""
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "100")
+
+
+@pytest.fixture
+def drysim(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Command:
+    """Give `drysim` as a function, run in this process and in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*words: object) -> Answer:
+        code = main([str(word) for word in words])
+        return Answer(code, *capsys.readouterr())
+
+    return command
+
+
+@pytest.fixture
+def process(tmp_path: Path) -> Command:
+    """Give `drysim` as a function, run in a process of its own and in an empty folder."""
+
+    def command(*words: object, **environment: str) -> Answer:
+        done = subprocess.run(
+            [sys.executable, "-m", "drysim", *map(str, words)],
+            cwd=tmp_path,
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return Answer(done.returncode, done.stdout, done.stderr)
+
+    return command

@@ -1,0 +1,153 @@
+"""Bad input: exit code 2, a sentence that names what and where, and not a byte changed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+RECORDED = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation: {kind: record, file: base.csv, column: u_dd, time: t}
+"""
+
+SOUND = "t [s],u_dd [m/s2]\n0.00,0.1\n0.01,0.2\n0.02,0.3\n0.03,0.1\n"
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    """Give every file below a folder with its content."""
+    return {str(file): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def refused(drysim, folder, *words):
+    """Run and validate what must be refused; give what was said."""
+    before = tree(folder)
+    answer = drysim("run", *words)
+    assert answer.code == 2, answer
+    assert answer.out == ""
+    assert "Traceback" not in answer.err
+    assert "error: " in answer.err
+    assert tree(folder) == before
+    return answer.err
+
+
+def same_verdict(drysim, file):
+    """Make sure that validate says no, and says it about this file."""
+    answer = drysim("validate", file)
+    assert answer.code == 2, answer
+    assert str(file) in answer.out + answer.err
+
+
+FILES = {
+    "empty": (b"", "empty"),
+    "blank": (b"\n\n  \n", "empty"),
+    "binary": (bytes(range(256)) * 4, "binary"),
+    "list": (b"- 1\n- 2\n", "not a list"),
+    "negative mass": (
+        b"oscillator: {mass: -75, stiffness: 1, damping: 1}\n",
+        "oscillator.mass",
+    ),
+    "static below kinetic": (
+        b"oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        b"friction: {law: coulomb, kinetic: 15, static: 10}\n"
+        b"excitation: {kind: harmonic, frequency: 1, rms: 1}\n",
+        "friction.static",
+    ),
+}
+
+
+@pytest.mark.parametrize(("content", "word"), FILES.values(), ids=FILES)
+def test_faulty_scenario_is_refused(drysim, tmp_path, content, word):
+    (tmp_path / "bad.yaml").write_bytes(content)
+    said = refused(drysim, tmp_path, "bad.yaml")
+    assert "bad.yaml" in said
+    assert word in said
+    same_verdict(drysim, "bad.yaml")
+
+
+def test_missing_scenario_is_refused(drysim, tmp_path):
+    assert "none.yaml" in refused(drysim, tmp_path, "none.yaml")
+    same_verdict(drysim, "none.yaml")
+
+
+def test_folder_in_place_of_a_scenario_is_refused(drysim, tmp_path):
+    (tmp_path / "folder.yaml").mkdir()
+    assert "folder.yaml" in refused(drysim, tmp_path, "folder.yaml")
+
+
+RECORDS = {
+    "text cell": (SOUND.replace("0.2", "high"), ["base.csv:3", "high"]),
+    "nan": (SOUND.replace("0.2", "nan"), ["base.csv:3", "nan"]),
+    "uneven steps": (SOUND.replace("0.02", "0.025"), ["base.csv:", "step"]),
+    "one sample": ("t [s],u_dd [m/s2]\n0.00,0.1\n", ["base.csv", "sample"]),
+    "no such column": (SOUND.replace("u_dd", "acc"), ["u_dd", "acc"]),
+    "no unit": (SOUND.replace(" [m/s2]", ""), ["unit"]),
+    "empty": ("", ["base.csv", "empty"]),
+    "gap": (SOUND.replace("0.2", ""), ["base.csv:3"]),
+}
+
+
+@pytest.mark.parametrize(("text", "words"), RECORDS.values(), ids=RECORDS)
+def test_faulty_record_is_refused(drysim, tmp_path, text, words):
+    (tmp_path / "seat.yaml").write_text(RECORDED)
+    (tmp_path / "base.csv").write_text(text)
+    said = refused(drysim, tmp_path, "seat.yaml")
+    assert [word for word in words if word not in said] == []
+    assert drysim("validate", "seat.yaml").code == 2
+
+
+def test_missing_record_is_refused(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(RECORDED)
+    assert "base.csv" in refused(drysim, tmp_path, "seat.yaml")
+
+
+def test_sound_record_is_accepted(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(RECORDED)
+    (tmp_path / "base.csv").write_text(SOUND)
+    assert drysim("run", "seat.yaml", "--no-plots").code == 0
+
+
+def test_window_beyond_the_end_of_the_record_is_refused(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(RECORDED + "measure: {settle: 0, duration: 1}\n")
+    (tmp_path / "base.csv").write_text(SOUND)
+    said = refused(drysim, tmp_path, "seat.yaml")
+    assert "measure" in said
+    assert "0.03 s" in said
+    same_verdict(drysim, "seat.yaml")
+
+
+def test_more_memory_than_the_machine_has_is_refused_with_the_number(drysim, seat):
+    said = refused(drysim, seat.parent, seat, "--set", "measure.duration=1e12")
+    assert "GB of memory" in said
+    assert "4e+14 steps" in said
+    assert drysim("validate", seat, "--set", "measure.duration=1e12").code == 2
+
+
+def test_folder_below_a_file_is_refused_as_output(drysim, seat):
+    (seat.parent / "file").write_text("mine")
+    assert "file" in refused(drysim, seat.parent, seat, "--out", "file/deep")
+
+
+def test_folder_that_drysim_did_not_write_is_refused_as_output(drysim, seat):
+    (seat.parent / "mine").mkdir()
+    (seat.parent / "mine" / "thesis.txt").write_text("years of work")
+    assert "mine" in refused(drysim, seat.parent, seat, "-o", "mine")
+
+
+def test_working_folder_is_refused_as_output(drysim, seat):
+    assert "error: " in refused(drysim, seat.parent, seat, "--out", ".")
+
+
+def test_output_is_refused_before_anything_is_computed(seat):
+    program = (
+        "import sys, drysim.cli\n"
+        "code = drysim.cli.main(['run', 'seat.yaml', '-o', 'seat.yaml/deep'])\n"
+        "print(code, 'drysim.study.run' in sys.modules)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=seat.parent, capture_output=True, text=True
+    )
+    assert done.stdout == "2 False\n"

@@ -1,0 +1,312 @@
+"""The command line: exit codes, streams and files."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from drysim import __version__
+
+RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
+
+
+def tree(folder):
+    """Give every file below a folder with its content."""
+    return {
+        str(file.relative_to(folder)): file.read_bytes()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file()
+    }
+
+
+# run
+
+
+def test_run_writes_its_files_and_ends_with_0(drysim, seat):
+    answer = drysim("run", seat)
+    assert answer.code == 0, answer.err
+    assert sorted(file.name for file in (seat.parent / "out" / "seat").iterdir()) == RUN_FILES
+    assert "T_a" in answer.out
+
+
+def test_run_without_plots_draws_nothing(drysim, seat):
+    assert drysim("run", seat, "--no-plots", "-o", "here").code == 0
+    names = sorted(file.name for file in (seat.parent / "here").iterdir())
+    assert names == [name for name in RUN_FILES if not name.endswith(".png")]
+
+
+def test_json_is_exactly_one_object_on_stdout_also_with_warnings(drysim, seat):
+    answer = drysim("run", seat, "--json", "--no-plots", "--set", "stroke.limit=1 mm")
+    sidecar = json.loads(answer.out)
+    assert answer.code == sidecar["exit_code"] == 0
+    assert sidecar["format"]
+    assert [warning["slug"] for warning in sidecar["warnings"]] == ["stroke-violated"]
+    assert sidecar["metrics"]["violations"] > 0
+
+
+def test_json_on_stdout_is_the_sidecar_of_the_folder(drysim, seat):
+    printed = json.loads(drysim("run", seat, "--json", "--no-plots").out)
+    assert printed == json.loads((seat.parent / "out/seat/drysim.json").read_text())
+
+
+def test_sidecar_names_no_absolute_path(drysim, seat):
+    drysim("run", seat, "--no-plots", f"--out={seat.parent / 'here'}")
+    assert str(seat.parent) not in (seat.parent / "here/drysim.json").read_text()
+
+
+def test_quiet_prints_nothing_but_faults(drysim, seat):
+    assert drysim("run", seat, "-q", "--no-plots", "--set", "stroke.limit=1 mm")[1:] == ("", "")
+    assert drysim("run", "none.yaml", "-q").err != ""
+
+
+def test_failed_check_ends_with_1_and_results_are_written(drysim, seat):
+    answer = drysim("run", seat, "--no-plots", "--set", "checks=[T_a < 0.1]")
+    assert answer.code == 1
+    assert (seat.parent / "out/seat/response.csv").exists()
+
+
+def test_warning_fails_under_strict_only(drysim, seat):
+    words = ("run", seat, "--no-plots", "--set", "stroke.limit=1 mm")
+    assert drysim(*words).code == 0
+    answer = drysim(*words, "--strict")
+    assert answer.code == 1
+    assert json.loads((seat.parent / "out/seat/drysim.json").read_text())["exit_code"] == 1
+
+
+def test_stroke_violation_says_where_and_how_much_in_millimetres(drysim, seat):
+    answer = drysim("run", seat, "--no-plots", "--set", "stroke.limit=1 mm")
+    (sentence,) = [line for line in answer.err.splitlines() if "stroke limit of 1 mm" in line]
+    assert "first at t = " in answer.err
+    assert "mm too far" in answer.err
+    assert sentence
+
+
+def test_approach_is_chosen_on_the_command_line(drysim, seat):
+    answer = drysim(
+        "run", seat, "--json", "--no-plots", "--approach", "viscous", "--set", "friction=null"
+    )
+    assert json.loads(answer.out)["numerics"]["approach"] == "viscous"
+
+
+def test_mistyped_approach_is_a_fault_with_a_near_name(drysim, seat):
+    answer = drysim("run", seat, "--approach", "stickslip")
+    assert answer.code == 2
+    assert "stick-slip" in answer.err
+
+
+def test_resolved_scenario_runs_again_and_gives_the_same_numbers(drysim, seat):
+    first = json.loads(
+        drysim("run", seat, "--json", "--no-plots", "--set", "friction.kinetic=30").out
+    )
+    again = json.loads(
+        drysim("run", "out/seat/scenario.yaml", "--json", "--no-plots", "-o", "b").out
+    )
+    assert again["metrics"] == first["metrics"]
+
+
+def test_second_run_replaces_the_first_and_leaves_nothing_else(drysim, seat):
+    drysim("run", seat)
+    drysim("run", seat, "--no-plots")
+    assert sorted(file.name for file in (seat.parent / "out").iterdir()) == ["seat"]
+    assert not (seat.parent / "out/seat/response.png").exists()
+
+
+# dry run
+
+
+def test_dry_run_says_what_and_where_and_writes_nothing(drysim, seat):
+    before = tree(seat.parent)
+    answer = drysim("run", seat, "--dry-run")
+    assert answer.code == 0
+    assert "800 steps" in answer.out
+    assert os.path.join("out", "seat") in answer.out
+    assert tree(seat.parent) == before
+
+
+def test_dry_run_as_json_is_one_object(drysim, seat):
+    plan = json.loads(drysim("run", seat, "--dry-run", "--json").out)
+    assert plan["steps"] == 800
+    assert plan["folder"] == "out/seat"
+
+
+def test_dry_run_finds_the_same_faults(drysim, seat):
+    assert drysim("run", seat, "--dry-run", "--set", "oscillator.mass=-1").code == 2
+    (seat.parent / "file").write_text("")
+    assert drysim("run", seat, "--dry-run", "-o", "file/deep").code == 2
+
+
+# command line
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["rum", "seat.yaml"], "Did you mean 'run'"),
+        (["run", "seat.yaml", "--strct"], "--strict"),
+        (["run"], "Missing argument"),
+        (["run", "a.yaml", "b.yaml"], "unexpected extra argument"),
+        (
+            ["validate", "--format", "xml", "seat.yaml"],
+            "'xml' is not one of",
+        ),
+        (["run", "seat.yaml", "--set"], "requires an argument"),
+        (["run", "seat.yaml", "--set", "friction.kinetic"], "KEY=VALUE"),
+        (["init", "paper-low-frictoin"], "did you mean `paper-low-friction`"),
+    ],
+)
+def test_wrong_words_end_with_2_and_one_sentence(drysim, seat, words, sentence):
+    before = tree(seat.parent)
+    answer = drysim(*words)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert sentence.lower() in answer.err.lower()
+    assert "Traceback" not in answer.err
+    assert tree(seat.parent) == before
+
+
+def test_no_words_show_the_help_and_end_with_2(drysim):
+    answer = drysim()
+    assert answer.code == 2
+    assert answer.out == ""
+    assert "validate" in answer.err
+
+
+def test_help_and_version_end_with_0(drysim):
+    assert drysim("--version") == (0, f"drysim {__version__}\n", "")
+    assert drysim("run", "--help").code == 0
+
+
+def test_unknown_engine_is_a_fault_of_the_command_line(process, seat):
+    answer = process("run", seat, DRYSIM_ENGINE="turbo")
+    assert answer.code == 2
+    assert "DRYSIM_ENGINE" in answer.err
+    assert "Traceback" not in answer.err
+
+
+def test_bug_shows_its_traceback_and_where_to_report_it(drysim, seat, monkeypatch):
+    def broken(_):
+        raise ZeroDivisionError("a planted bug")
+
+    monkeypatch.setattr("drysim.study.case.prepare", broken)
+    answer = drysim("run", seat)
+    assert answer.code == 70
+    assert "ZeroDivisionError: a planted bug" in answer.err
+    assert "report" in answer.err
+
+
+def test_interruption_ends_with_130_and_writes_nothing(drysim, seat, monkeypatch):
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("drysim.study.run.solve", interrupted)
+    before = tree(seat.parent)
+    answer = drysim("run", seat)
+    assert answer.code == 130
+    assert "interrupted" in answer.err
+    assert "Traceback" not in answer.err
+    assert tree(seat.parent) == before
+
+
+def test_reader_of_stdout_may_leave_early(seat):
+    command = f"{sys.executable} -m drysim schema | head -c 1; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=seat.parent, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "{", "")
+
+
+@pytest.mark.skipif(
+    not os.path.exists("/dev/full"), reason="needs a device that is always full"
+)
+def test_full_stdout_is_a_fault_and_not_a_traceback(seat):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "drysim", "schema"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert done.returncode == 2
+    assert "stdout cannot be written" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+# validate, schema, init, doctor
+
+
+def test_validate_reads_several_files_and_ends_with_2_when_one_is_faulty(drysim, seat):
+    faulty = seat.with_name("faulty.yaml")
+    faulty.write_text(seat.read_text().replace("stiffness", "stifness"))
+    assert drysim("validate", seat).code == 0
+    answer = drysim("validate", seat, faulty)
+    assert answer.code == 2
+    assert "faulty.yaml:3" in answer.out + answer.err
+    assert "did you mean `stiffness`" in answer.out + answer.err
+
+
+def test_validate_as_json_is_one_object(drysim, seat):
+    answer = drysim("validate", seat, "--format", "json", "--set", "oscillator.mass=-1")
+    assert answer.code == 2
+    assert "oscillator.mass" in answer.out
+    json.loads(answer.out)
+
+
+def test_validate_for_github_annotates(drysim, seat):
+    seat.write_text(seat.read_text().replace("mass: 75", "mass: -75"))
+    answer = drysim("validate", "seat.yaml", "--format", "github")
+    assert answer.out.startswith("::error file=seat.yaml,line=3")
+
+
+def test_schema_is_json_with_descriptions(drysim):
+    described = json.loads(drysim("schema").out)
+    assert "oscillator" in described["properties"]
+    assert "description" in json.dumps(described)
+
+
+def test_init_writes_a_scenario_that_is_sound(drysim, tmp_path):
+    answer = drysim("init", "paper-low-friction")
+    assert answer.code == 0
+    assert answer.out.split() == ["paper-low-friction.yaml"]
+    assert drysim("validate", "paper-low-friction.yaml").code == 0
+
+
+def test_init_never_replaces_a_file(drysim, tmp_path):
+    file = tmp_path / "paper-low-friction.yaml"
+    file.write_text("mine")
+    answer = drysim("init", "paper-low-friction")
+    assert answer.code == 2
+    assert "exists already" in answer.err
+    assert file.read_text() == "mine"
+
+
+def test_list_shows_every_scenario_of_the_gallery(drysim):
+    from drysim.study.gallery import folder
+
+    shown = drysim("init", "--list").out
+    names = [file.stem for file in folder().glob("*.yaml")]
+    assert names
+    assert [name for name in names if name not in shown] == []
+
+
+def test_every_scenario_of_the_gallery_can_be_taken_out_and_is_sound(drysim, tmp_path):
+    from drysim.study.gallery import pieces
+
+    for piece in pieces():
+        assert drysim("init", piece.name).code == 0
+        assert drysim("validate", f"{piece.name}.yaml").code == 0
+
+
+def test_doctor_finds_this_installation_sound(drysim):
+    answer = drysim("doctor")
+    assert answer.code == 0, answer.out
+    assert "22.42355635" in answer.out
+    assert "1.307242" in answer.out
+
+
+def test_doctor_ends_with_3_when_an_answer_is_wrong(drysim, monkeypatch):
+    monkeypatch.setattr("drysim.study.doctor.DECAY_STOP", 22.0)
+    assert drysim("doctor").code == 3

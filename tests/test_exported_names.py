@@ -1,0 +1,79 @@
+"""The public names, and how little importing drysim brings with it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import drysim
+
+HEAVY = ("matplotlib", "numba", "pint", "scipy")
+
+NAMES = [
+    "DrysimError",
+    "Outcome",
+    "OutputError",
+    "RecordError",
+    "Scenario",
+    "ScenarioError",
+    "SolverError",
+    "UsageError",
+    "__version__",
+    "load",
+    "run",
+    "simulate",
+]
+
+
+def test_public_names_are_these_and_no_others():
+    assert drysim.__all__ == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_public_name_is_there_and_in_dir(name):
+    assert getattr(drysim, name) is not None
+    assert name in dir(drysim)
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'sweeep'"):
+        _ = drysim.sweeep
+
+
+def test_every_public_fault_is_a_drysim_error():
+    faults = [getattr(drysim, name) for name in NAMES if name.endswith("Error")]
+    assert len(faults) == 6
+    assert all(issubclass(fault, drysim.DrysimError) for fault in faults)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["--help"],
+        ["--version"],
+        ["schema"],
+        ["init", "--list"],
+        ["validate", "seat.yaml"],
+        ["run", "seat.yaml", "--dry-run"],
+    ],
+    ids=" ".join,
+)
+def test_light_commands_import_nothing_heavy(words, seat):
+    program = (
+        "import sys, drysim.cli\n"
+        f"code = drysim.cli.main({words!r})\n"
+        f"print('heavy:', [name for name in {HEAVY!r} if name in sys.modules], code)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=seat.parent, capture_output=True, text=True
+    )
+    assert done.stdout.splitlines()[-1] == f"heavy: [] {0 if words else 2}", done.stderr
+
+
+def test_importing_drysim_imports_none_of_its_parts():
+    program = "import sys, drysim; print([m for m in sys.modules if m.startswith('drysim.')])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"

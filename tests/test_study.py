@@ -1,0 +1,188 @@
+"""Studies: from a scenario to an outcome, and what is said about it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+import drysim
+from drysim.errors import Caution
+from drysim.study import gallery, memory
+from drysim.study.cautions import found
+from drysim.study.validate import examine
+
+LOUD = {"excitation.rms": 2.0}
+
+
+def outcome_of(seat, **overrides):
+    """Run the seat with overrides; a double underscore stands for the dot of a key."""
+    words = {key.replace("__", "."): value for key, value in overrides.items()}
+    return drysim.run(drysim.load(seat, words))
+
+
+def slugs(outcome):
+    """Give the slugs of the warnings."""
+    return [caution.slug for caution in outcome.warnings]
+
+
+def test_outcome_holds_response_metrics_checks_and_events(seat):
+    outcome = outcome_of(seat, checks=["T_a < 2", "T_a < 0.1"])
+    assert len(outcome.response.t) == 801
+    assert outcome.events is outcome.response.events
+    assert outcome.metrics["T_a"] > 1
+    assert [verdict.passed for verdict in outcome.checks] == [True, False]
+    assert outcome.warnings == ()
+
+
+def test_exit_code_is_1_for_a_failed_check_and_under_strict_for_a_warning(seat):
+    sound = outcome_of(seat, checks=["T_a < 2"])
+    failed = outcome_of(seat, checks=["T_a < 0.1"])
+    warned = replace(sound, warnings=(Caution("planted", "A planted warning."),))
+    assert [one.exit_code() for one in (sound, failed, warned)] == [0, 1, 0]
+    assert [one.exit_code(strict=True) for one in (sound, failed, warned)] == [0, 1, 1]
+
+
+def test_steady_motion_without_friction_is_the_closed_form(seat):
+    outcome = outcome_of(seat, friction=None, measure={"steady": True})
+    r, xi = 2 * math.pi * 1.6 / 10, 500 / (2 * 75 * 10)
+    expected = math.sqrt((1 + (2 * xi * r) ** 2) / ((1 - r * r) ** 2 + (2 * xi * r) ** 2))
+    assert outcome.metrics["T_a"] == pytest.approx(expected, rel=1e-12)
+    assert outcome.metrics["closure"] < 1e-10
+    assert slugs(outcome) == []
+
+
+def test_steady_response_is_one_repetition_that_says_how_well_it_closes(seat):
+    outcome = outcome_of(seat, measure={"steady": True})
+    numerics = outcome.response.numerics
+    assert numerics.period_multiple == 1
+    assert numerics.closure == outcome.metrics["closure"] < 1e-9
+    assert outcome.response.t[-1] == pytest.approx(1 / 1.6)
+
+
+def test_mass_below_the_static_limit_stands_still_exactly(seat):
+    outcome = outcome_of(seat, friction__kinetic=75 * 2**0.5 + 1, measure={"steady": True})
+    metrics = outcome.metrics
+    assert (metrics["x_r_peak"], metrics["T_a"], metrics["T_x"]) == (0, 1, 0)
+    assert metrics["stuck_share"] == 1
+
+
+def test_stroke_violation_in_the_window_is_a_warning_with_its_numbers(seat):
+    outcome = outcome_of(seat, stroke__limit="5 mm")
+    (caution,) = outcome.warnings
+    assert caution.slug == "stroke-violated"
+    assert "5 mm" in caution.sentence
+    assert caution.numbers["x_r_peak"] == outcome.metrics["x_r_peak"] > 0.005
+    assert outcome.exit_code() == 0
+
+
+def test_stroke_violation_before_the_window_is_a_warning_with_the_peak_of_that_time(seat):
+    words = {"start__x_r": 0.03, "stroke__limit": 0.025, "measure__settle": 5}
+    outcome = outcome_of(seat, **words)
+    (caution,) = outcome.warnings
+    assert caution.slug == "stroke-violated"
+    assert caution.numbers["x_r_peak"] == 0.03
+    assert outcome.metrics["x_r_peak"] < 0.025
+
+
+def test_stroke_violation_on_the_way_to_the_orbit_is_a_warning(seat):
+    words = {"start__x_r": 0.03, "stroke__limit": 0.025, "measure": {"steady": True}}
+    outcome = outcome_of(seat, **words)
+    assert outcome.metrics["violations"] == 0
+    assert slugs(outcome) == ["stroke-violated-settling"]
+
+
+def test_motion_that_never_settles_is_said_to_be_so(seat):
+    words = {"friction": None, "oscillator__damping": 0, "measure": {"steady": True}}
+    outcome = outcome_of(seat, **words)
+    assert slugs(outcome) == ["not-settled"]
+    assert outcome.warnings[0].numbers["closure"] == outcome.metrics["closure"] > 1e-6
+
+
+def test_open_energy_balance_and_close_decision_are_warnings(seat):
+    outcome = outcome_of(seat)
+    response, metrics = outcome.response, outcome.metrics
+    assert list(found(response, metrics, None)) == []
+    close = replace(response, numerics=replace(response.numerics, closest_decision=1e-8))
+    said = list(found(close, {**metrics, "energy_residual": 1e-6}, None))
+    assert [caution.slug for caution in said] == ["energy-open", "close-decision"]
+    not_a_number = list(found(response, {**metrics, "energy_residual": math.nan}, None))
+    assert [caution.slug for caution in not_a_number] == ["energy-open"]
+
+
+def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(monkeypatch):
+    monkeypatch.setattr(memory, "machine", lambda: 8e9)
+    memory.require(int(8e9 / memory.BYTES_PER_STEP))
+    with pytest.raises(drysim.UsageError, match=r"need 16 GB of memory, .* has 8 GB"):
+        memory.require(int(16e9 / memory.BYTES_PER_STEP))
+
+
+def test_machine_has_some_memory():
+    assert memory.machine() > 1e8
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        [],
+        ["oscillator.mass=-1"],
+        ["measure.duration=1e15"],
+        ["friction.static=1"],
+        ["nonsense"],
+    ],
+)
+def test_validate_says_no_exactly_when_run_would(seat, overrides):
+    errors = [one for one in examine(str(seat), overrides) if one.severity == "error"]
+    assert bool(errors) == (drysim_says_no(seat, overrides) is not None)
+
+
+def drysim_says_no(seat, overrides):
+    """Give the exit code of the fault that a run ends with, if there is one."""
+    try:
+        drysim.run(drysim.load(seat, overrides))
+    except drysim.DrysimError as fault:
+        return fault.exit_code
+    return None
+
+
+# gallery
+
+
+def test_gallery_is_found_in_the_checkout_or_beside_the_package():
+    assert (gallery.folder() / "paper-low-friction.yaml").is_file()
+    assert all(piece.about for piece in gallery.pieces())
+
+
+def test_record_of_a_scenario_is_copied_with_it_and_never_replaced(tmp_path):
+    written = gallery.copy("seat-on-em1", tmp_path)
+    assert len(written) == 2
+    assert sorted(written) == sorted(tmp_path.iterdir())
+    scenario, record = written
+    scenario.unlink()
+    assert gallery.copy("seat-on-em1", tmp_path) == [scenario]
+    scenario.unlink()
+    record.write_text("mine")
+    with pytest.raises(drysim.OutputError, match="exists already"):
+        gallery.copy("seat-on-em1", tmp_path)
+    assert record.read_text() == "mine"
+    assert not scenario.exists()
+
+
+def test_file_that_cannot_be_written_completely_is_removed(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        write_half(tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+def write_half(file):
+    """Write a file and be interrupted."""
+    with gallery.removed_on_failure(file):
+        file.write_text("half")
+        raise KeyboardInterrupt
+
+
+def test_target_that_is_no_folder_is_a_fault(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(drysim.OutputError, match="cannot be written"):
+        gallery.copy("paper-low-friction", tmp_path / "file")
