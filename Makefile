@@ -49,8 +49,8 @@ demo: $(READY) ## compute a seat on the EM1 base motion and draw it
 	@echo "The pictures:"; ls out/seat-on-em1/*.png
 
 schema: $(READY) ## write the JSON schema of scenarios beside the gallery
-	$(RUN) drysim schema > scenarios/schema.json.new
-	mv scenarios/schema.json.new scenarios/schema.json
+	$(RUN) drysim schema > scenarios/scenario.schema.json.new
+	mv scenarios/scenario.schema.json.new scenarios/scenario.schema.json
 
 clean: ## remove .venv, caches and builds; results in out/ stay
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .coverage

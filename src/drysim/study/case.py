@@ -9,12 +9,12 @@ from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
 from drysim.errors import Caution, Problem, ScenarioError, UsageError
+from drysim.scenario import Scenario, cautions, period
 from drysim.study.memory import require
 from drysim.wording import number
 
 if TYPE_CHECKING:
     from drysim.approach import Approach
-    from drysim.scenario import Scenario
 
 ON_THE_END = 1e-9
 """A window that ends this close to the end of the record, relative to it, ends there."""
@@ -84,8 +84,6 @@ def prepare(scenario: Scenario) -> Case:
     UsageError
         When the case needs more memory than the machine has, or the engine is unknown.
     """
-    from drysim.scenario import cautions, period
-
     require_engine()
     motion = scenario.excitation.motion()
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
@@ -101,7 +99,7 @@ def prepare(scenario: Scenario) -> Case:
         step,
         window(scenario, motion) if repeats is None else (0.0, repeats),
         repeats,
-        cautions(scenario),
+        (*cautions(scenario, motion), *getattr(motion, "cautions", ())),
     )
     require(case.steps)
     return case
