@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 
@@ -103,6 +104,8 @@ def solve_sines(
 
 def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: float) -> Orbit:
     """Follow a start to its periodic orbit."""
+    if law.F_fs == 0.0 and plant.k_x > 0.0 and plant.b > 0.0:
+        start = frequency_response(plant, motion)
     d = mode_at_start(plant, law, motion, start)
     past = held(np.zeros(orbit.MOST_MULTIPLE)), held(np.zeros(orbit.MOST_MULTIPLE))
     x_r, v_r, _, multiple, closure, periods, peak = orbit.settle(
@@ -112,3 +115,15 @@ def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: floa
     refuse_storm(multiple, periods * period, (x_r, v_r))
     settled = multiple > 0
     return Orbit(State(x_r, v_r), max(multiple, 1), closure, settled, periods * period, peak)
+
+
+def frequency_response(plant: Plant, motion: Sines) -> State:
+    """Give the steady state at t = 0 of the oscillator without dry friction, in closed form."""
+    m, k_x, b = plant
+    x_r, v_r = 0.0, 0.0
+    for A, f, phase in zip(*motion, strict=True):
+        omega = 2.0 * math.pi * f
+        swing = -m * A * cmath.exp(1j * phase) / complex(k_x - m * omega**2, b * omega)
+        x_r += swing.imag
+        v_r += omega * swing.real
+    return State(x_r, v_r)

@@ -21,8 +21,8 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 VARIABLE = "DRYSIM_ENGINE"
 PLAIN, COMPILED, AUTO = "plain", "compiled", "auto"
 
-PLAIN_STEPS = 40_000
-"""Up to this many steps plain Python ends before the compiler is loaded."""
+PLAIN_STEPS = 200_000
+"""Up to this many steps plain Python ends before the compiler is loaded (2 µs a step)."""
 
 
 def engine() -> str:

@@ -14,7 +14,10 @@ CLOSED = 1e-13
 """Scaled change over one repetition at which the orbit is closed: a few hundred roundings."""
 
 NOISE = 1e-10
-"""A change below this that no longer shrinks is rounding of a stiff scene."""
+"""A change below this that has long found no smaller one is rounding of a stiff scene."""
+
+PATIENCE = 20
+"""Periods without a new smallest change: swings of the change itself are shorter."""
 
 NEAR = 1e-2
 """Scaled change below which Newton's method may take over."""
@@ -140,6 +143,8 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
     highest = abs(x_r)
     events_before = -1
     change_before = math.inf
+    smallest = math.inf
+    smallest_at = 0
     wait = 0
     closure = math.inf
     for n in range(most):
@@ -158,7 +163,9 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
             i = (n + 1 - multiple) % MOST_MULTIPLE
             change = max(abs(x_r - past_x[i]), abs(v_r - past_v[i]) / rate) / scale
             closure = change if multiple == 1 else min(closure, change)
-            still = multiple == 1 and change <= NOISE and change >= change_before
+            if multiple == 1 and change < smallest:
+                smallest, smallest_at = change, n
+            still = change <= NOISE and change <= 10.0 * smallest and n - smallest_at > PATIENCE
             if change <= CLOSED or still:
                 return x_r, v_r, d, multiple, change, n + 1, highest
         change = max(abs(x_r - x_before), abs(v_r - v_before) / rate) / scale
