@@ -62,16 +62,16 @@ def test_summary_says_what_matters_in_words_and_millimetres(capsys):
     made = outcome(Law(15.0, 15.0), limit=0.005, checks=["x_r_peak < 25 mm", "T_x < 0.1"])
     console.show_outcome(made, Path("out/seat"))
     out = " ".join(capsys.readouterr().out.split())
-    peak = f"{made.metrics['x_r_peak'] * 1e3:.4g} mm"
+    peak = made.metrics["x_r_peak"] * 1e3
     for words in (
         "m 75 kg, k_x 7500 N/m, b 500 N·s/m, f_0 1.592 Hz, ξ 0.333",
         "F_fk 15 N, F_fs 15 N (not given: F_fs = F_fk)",
         "harmonic 1.6 Hz, 1.061 m/s² RMS",
         made.response.numerics.why,
-        f"peak |x_r| {peak}",
+        f"peak |x_r| {peak:.4g} mm",
         "of the stroke limit of 5 mm",
         "limit met 3 times",
-        f"✓ holds x_r_peak < 25 mm, with {peak}",
+        f"✓ holds x_r_peak < 25 mm, with {peak:.6g} mm",
         "✗ fails T_x < 0.1, with ",
         "written out/seat",
     ):

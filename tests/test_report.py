@@ -11,6 +11,7 @@ import time
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -152,10 +153,11 @@ def test_stuck_stretches_end_with_the_next_slip():
 
 def test_zoom_holds_the_largest_stroke_and_fits_the_response():
     made = outcome(Law(15.0, 15.0), record(9_000), None).response
-    part = curves.zoom(made)
     peak = np.abs(made.x_r)
-    assert peak[part].max() == peak.max()
-    assert 0 <= part.start < part.stop <= len(made.x_r)
+    for settled in (0, 5_000, 8_999):
+        part = curves.zoom(made, settled * made.dt)
+        assert peak[part].max() >= peak[settled:].max()
+        assert 0 <= part.start < part.stop <= len(made.x_r)
 
 
 def test_envelope_holds_every_value():
@@ -182,6 +184,7 @@ SCENES = {
     "violating": {"limit": 0.005},
     "unusual words": {"name": "$x_{ [bold] 日本\x1b[31m\n%s", "about": "$" * 500},
     "nothing about": {"about": ""},
+    "settling": {"measure": SimpleNamespace(settle=0.5)},
 }
 
 

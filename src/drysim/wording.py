@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cmath import rect
 from math import floor, log10, pi, sqrt
 
 from drysim.core.motion import Samples, Sines
@@ -104,6 +105,13 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
         return f"{kind}, the base stands still"
     low, high = min(motion.f), max(motion.f)
     band = number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
-    rms = sqrt(sum(A * A for A in motion.A) / 2)
-    count = f" {len(motion.A)} components," if len(motion.A) > 1 else ""
-    return f"{kind}{count} {band}, {number(rms, 'm/s² RMS')}"
+    count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
+    return f"{kind}{count} {band}, {number(_rms(motion), 'm/s² RMS')}"
+
+
+def _rms(motion: Sines) -> float:
+    """Give the RMS of a sum of sines; those of one frequency add up by their phases."""
+    sums: dict[float, complex] = {}
+    for A, f, phase in zip(*motion, strict=True):
+        sums[f] = sums.get(f, 0.0) + rect(A, phase)
+    return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)

@@ -22,6 +22,10 @@ VALUE = 13
 """Columns of the values beside them."""
 
 
+FINE = 6
+"""Digits of a value that stands beside the bound of its check."""
+
+
 class Row(NamedTuple):
     """A line of the summary: what, how much, and what that means."""
 
@@ -106,8 +110,8 @@ def _verdict(verdict: Verdict) -> str:
     check, value, unit = verdict.check, verdict.value, verdict.unit
     if value is None:
         return f"{check}; {check.metric} is not known here"
-    shown = millimetres(value) if unit == "m" else number(value, unit.replace("m/s2", "m/s²"))
-    return f"{check}, with {shown}"
+    scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit.replace("m/s2", "m/s²"))
+    return f"{check}, with {number(value * scale, unit, FINE)}"
 
 
 def _rows(outcome: Outcome) -> Iterator[Row]:

@@ -101,12 +101,19 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
     return (edges[:-1] + edges[1:]) / 2, low, high
 
 
-def zoom(response: Response) -> slice:
-    """Give the part of the grid around the largest stroke; around the largest ü when stuck."""
-    x_r = response.x_r
-    series = response.u_dd if x_r.min() == x_r.max() else x_r
+def zoom(response: Response, begin: float) -> slice:
+    """Give the part of the grid around the largest stroke; around the largest ü when stuck.
+
+    Parameters
+    ----------
+    response : Response
+    begin : float
+        End of the settling time [s]; the largest stroke is looked for behind it.
+    """
+    x_r, settled = response.x_r, min(round(begin / response.dt), len(response.x_r) - 1)
+    series = (response.u_dd if x_r.min() == x_r.max() else x_r)[settled:]
     top, bottom = int(series.argmax()), int(series.argmin())
-    peak = top if series[top] >= -series[bottom] else bottom
+    peak = settled + (top if series[top] >= -series[bottom] else bottom)
     m, k_x, _ = response.plant
     period = 2 * np.pi * np.sqrt(m / k_x) if k_x > 0 else np.inf
     points = min(max(WINDOW * period / response.dt, POINTS[0]), POINTS[1], len(x_r))

@@ -32,6 +32,7 @@ STATIC: dict[str, Any] = {"color": "#444444", "linewidth": 1.0, "linestyle": (0,
 BEYOND: dict[str, Any] = {"color": "#b3261e", "marker": "X", "markersize": 7, "zorder": 3}
 STUCK: dict[str, Any] = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
 FRAME: dict[str, Any] = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
+SETTLED: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (7, 2, 1, 2))}
 BAND = "#bdbdbd"
 
 
@@ -85,6 +86,13 @@ def frame(above: Axes, below: Axes, shown: Curve) -> None:
         axes.axvspan(shown.t[0], shown.t[-1], **FRAME)
 
 
+def settled(above: Axes, below: Axes, begin: float) -> None:
+    """Draw where the settling time ends, if there is any."""
+    if begin > 0:
+        for axes in (above, below):
+            axes.axvline(begin, **SETTLED, label="metrics begin")
+
+
 def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
     """Draw the stroke limit and mark where it is met.
 
@@ -110,7 +118,7 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
     at = at[(at * motion.dt >= begin) & (at * motion.dt <= end)]
     if len(at):
         series = at * motion.dt, motion.x_r[at] * MM
-        axes.plot(*series, **BEYOND, linestyle="none", label="limit met")
+        axes.plot(*series, **BEYOND, linestyle="none", clip_on=False, label="limit met")
 
 
 def loop(axes: Axes, shown: Curve, motion: Response) -> None:

@@ -88,15 +88,16 @@ def _whole(figure: Figure, outcome: Outcome) -> None:
 def _zoomed(figure: Figure, outcome: Outcome) -> None:
     """Draw a long response as it goes, and a stretch of it so that it can be read."""
     motion, stroke = outcome.response, outcome.scenario.stroke
-    shown = curves.curve(motion, curves.zoom(motion))
+    shown = curves.curve(motion, curves.zoom(motion, _settle(outcome)))
     end = (len(motion.x_r) - 1) * motion.dt
     above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), 0.0, end)
-    if len(motion.x_r) > LONG:
+    if len(motion.x_r) > 2 * curves.BINS:
         panels.bands(above, below, motion)
     else:
         panels.lines(above, below, curves.curve(motion, slice(None)))
     if stroke:
         panels.stroke(below, motion, stroke.limit, FAR)
+    panels.settled(above, below, _settle(outcome))
     panels.frame(above, below, shown)
     _stretch(figure, _grid(figure, 0.9, 4.15, 2), shown, outcome, NEAR)
     figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
@@ -112,7 +113,15 @@ def _stretch(
     panels.stuck(above, below, shown, motion)
     if stroke:
         panels.stroke(below, motion, stroke.limit, far)
+    if shown.t[0] < _settle(outcome) < shown.t[-1]:
+        panels.settled(above, below, _settle(outcome))
     panels.loop(figure.add_subplot(grid[:, 1]), shown, motion)
+
+
+def _settle(outcome: Outcome) -> float:
+    """Give the time before the window of the metrics [s]; a steady orbit has none."""
+    steady = outcome.response.numerics.period_multiple is not None
+    return 0.0 if steady else outcome.scenario.measure.settle
 
 
 def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
@@ -127,10 +136,10 @@ def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
 def _legend(figure: Figure) -> None:
     """Name the lines of all panels below them, each once."""
     known: dict[str, Any] = {}
-    for axes in figure.axes:
+    for axes in figure.axes[-3:] + figure.axes[:-3]:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             known.setdefault(label, handle)
     figure.legend(
-        list(known.values()), list(known), loc="lower center", ncols=6, frameon=False,
-        borderaxespad=0.2, columnspacing=1.2, handletextpad=0.5,
+        list(known.values()), list(known), loc="lower center", ncols=7, frameon=False,
+        fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5, handlelength=1.8,
     )  # fmt: skip

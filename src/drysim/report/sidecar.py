@@ -135,7 +135,7 @@ def _numerics(outcome: Outcome) -> dict[str, Any]:
 
 
 def _origin(origin: Mapping[str, Any]) -> dict[str, Any]:
-    return {**origin, "file": _bare_name(origin["file"])}
+    return {**origin, "file": _bare_name(str(origin.get("file", "")))}
 
 
 def _bare_name(file: str) -> str:
