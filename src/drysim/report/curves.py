@@ -135,7 +135,7 @@ def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[
 
 def excursions(response: Response, limit: float) -> list[int]:
     """Give the grid point of the largest |x_r| of every excursion to or beyond a limit [m]."""
-    over = np.abs(response.x_r) >= limit
+    over = (response.x_r >= limit) | (response.x_r <= -limit)
     steps = np.flatnonzero(np.diff(over, prepend=False, append=False))
     pairs = zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True)
     return [a + int(np.abs(response.x_r[a:b]).argmax()) for a, b in pairs]
