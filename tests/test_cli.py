@@ -198,6 +198,17 @@ def test_bug_shows_its_traceback_and_where_to_report_it(drysim, seat, monkeypatc
     assert "report" in answer.err
 
 
+def test_memory_that_runs_out_is_a_fault_and_not_a_bug(drysim, seat, monkeypatch):
+    def greedy(_):
+        raise MemoryError
+
+    monkeypatch.setattr("drysim.study.run.solve", greedy)
+    answer = drysim("run", seat)
+    assert answer.code == 2
+    assert "out of memory" in answer.err
+    assert "Traceback" not in answer.err
+
+
 def test_interruption_ends_with_130_and_writes_nothing(drysim, seat, monkeypatch):
     def interrupted(_):
         raise KeyboardInterrupt

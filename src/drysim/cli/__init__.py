@@ -45,6 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = wrong_words(fault)
     except DrysimError as fault:
         code = dressed(fault)
+    except MemoryError:
+        print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
+        code = EXIT_NOTHING_COMPUTED
     except KeyboardInterrupt:
         code = EXIT_INTERRUPTED
     except Exception:
