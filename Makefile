@@ -18,7 +18,7 @@ install: $(READY) ## make .venv with drysim and the tools of its developers
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "drysim needs Python 3.11 or newer; name one: make PYTHON=python3.11 install" >&2; exit 1; }
-	$(PYTHON) -m venv --clear $(VENV)
+	$(PYTHON) -m venv $(VENV)
 	$(RUN) pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
