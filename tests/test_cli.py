@@ -246,6 +246,16 @@ def test_full_stdout_is_a_fault_and_not_a_traceback(seat):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_closed_streams_change_nothing_but_what_is_heard(seat, closed):
+    command = f"{sys.executable} -m drysim run seat.yaml --no-plots {closed}"
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=seat.parent, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (seat.parent / "out/seat/response.csv").exists()
+
+
 # validate, schema, init, doctor
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import typer
 
 from drysim.cli.commands import app
-from drysim.cli.streams import reader_may_leave
+from drysim.cli.streams import open_closed_streams, reader_may_leave
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,
@@ -36,6 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 done, 1 a check failed, 2 nothing computed, 3 the numerics failed, 70 a bug,
         130 interrupted.
     """
+    open_closed_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         code = int(app(words, prog_name="drysim", obj=words, standalone_mode=False))

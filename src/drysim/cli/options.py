@@ -36,8 +36,8 @@ Version = Annotated[
     bool,
     typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
 ]
-File = Annotated[str, typer.Argument(help="Scenario file (YAML).")]
-Files = Annotated[list[str], typer.Argument(help="Scenario files (YAML).")]
+File = Annotated[str, typer.Argument(metavar="SCENARIO", help="File (YAML).")]
+Files = Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Files (YAML).")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a key; may be repeated."),
@@ -60,7 +60,9 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but fa
 Format = Annotated[
     Literal["text", "json", "github"], typer.Option("--format", help="How problems are shown.")
 ]
-Name = Annotated[str, typer.Argument(autocompletion=gallery_names, help="Name in the gallery.")]
+Name = Annotated[
+    str, typer.Argument(metavar="NAME", autocompletion=gallery_names, help="In the gallery.")
+]
 Show = Annotated[bool, typer.Option("--list", help="Show the gallery.")]
 
 

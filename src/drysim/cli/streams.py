@@ -1,4 +1,4 @@
-"""Stdout as it is: a pipe whose reader may leave early, or a file on a full disk."""
+"""Stdout as it is: a pipe whose reader may leave early, a file on a full disk, or closed."""
 
 from __future__ import annotations
 
@@ -8,6 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from drysim.errors import OutputError
+
+
+def open_closed_streams() -> None:
+    """Let what is said to a closed stream, as in `drysim run seat.yaml >&-`, go nowhere."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - open until the end
 
 
 @contextmanager
