@@ -8,13 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drysim.approach import APPROACHES
+from drysim.approach import APPROACHES, Approach
+from drysim.approach.moreau import Moreau
 from drysim.approach.response import Response
+from drysim.approach.signum import Signum
 from drysim.approach.simulate import simulate
+from drysim.approach.smooth import Smooth
 from drysim.approach.stick_slip import StickSlip
+from drysim.approach.switch import Switch
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
-from drysim.errors import UsageError
+from drysim.errors import SolverError, UsageError
 from drysim.metrics import METRICS, measure
 
 PAPER = Plant(75.0, 7500.0, 500.0)
@@ -241,3 +245,72 @@ def test_simulate_refuses_nonsense_in_a_sentence(change: dict[str, object], word
     }
     with pytest.raises(UsageError, match=words):
         simulate(**{**scene, **change})  # type: ignore[arg-type]
+
+
+STEPPED = [
+    (Signum(), 0.02), (Signum(method="rk4"), 0.02), (Smooth(sharpness=1e4), 0.01),
+    (Switch(), 0.02), (Moreau(), 5e-3),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("approach", "off"), STEPPED)
+def test_fixed_steps_come_near_the_exact_motion_where_the_mass_slides(
+    approach: Approach, off: float
+) -> None:
+    law, motion = Law(15.0, 15.0), Sines((1.0,), (5.0,), (0.3,))
+    exact = StickSlip().solve(PAPER, law, motion, REST, 5e-4, 4.0)
+    near = approach.solve(PAPER, law, motion, REST, 5e-4, 4.0)
+    assert np.abs(near.x_r - exact.x_r).max() <= off * np.abs(exact.x_r).max()
+
+
+def test_signum_invents_vibration_that_no_smaller_step_cures() -> None:
+    # Where the mass stands still signum gives T_a = F_fk/(m a_u), whatever the integrator.
+    law, motion = Law(45.0, 45.0), Sines((0.33 * math.sqrt(2),), (5.0,), (0.0,))
+    for method in ("euler", "semi-implicit", "heun", "rk4"):
+        for step in (2.5e-3, 2.5e-4):
+            response = Signum(method=method).solve(PAPER, law, motion, REST, step, 4.0)
+            metrics = measure(response, (2.0, 4.0), None)
+            assert metrics["T_a"] == pytest.approx(45.0 / (75.0 * 0.33), rel=0.02)
+            assert metrics["chatter_share"] > 0.9 or method != "semi-implicit"
+
+
+def test_moreau_sticks_truly_and_converges() -> None:
+    law, motion = Law(45.0, 45.0), Sines((0.75 * math.sqrt(2),), (2.0,), (0.0,))
+    exact = StickSlip().solve(PAPER, law, motion, REST, 2.5e-3, 4.0)
+    errors = []
+    for step in (2.5e-3, 1.25e-3):
+        near = Moreau().solve(PAPER, law, motion, REST, step, 4.0)
+        metrics = measure(near, (0.0, 4.0), None)
+        assert metrics["chatter_share"] == 0.0
+        assert metrics["stuck_share"] > 0.05
+        every = round(2.5e-3 / step)
+        errors.append(np.abs(near.x_r[::every] - exact.x_r).max())
+    assert errors[0] < 2e-3 * np.abs(exact.x_r).max()
+    assert errors[1] < errors[0] / 1.5
+
+
+@pytest.mark.parametrize("form", ["arctan", "tanh", "erf", "rational"])
+def test_smooth_forms_tend_to_the_exact_answer_as_they_sharpen(form: str) -> None:
+    law, motion = Law(15.0, 15.0), Sines((0.5 * math.sqrt(2),), (5.0,), (0.0,))
+    exact = measure(StickSlip().solve(PAPER, law, motion, REST, 1e-3, 4.0), (2.0, 4.0), None)
+    off = []
+    for sharpness in (1e2, 1e3):
+        smooth = Smooth(form=form, sharpness=sharpness)
+        metrics = measure(smooth.solve(PAPER, law, motion, REST, 1e-3, 4.0), (2.0, 4.0), None)
+        off.append(abs(metrics["T_a"] / exact["T_a"] - 1.0))
+    assert off[1] < off[0] / 3
+
+
+def test_adaptive_smooth_agrees_with_small_fixed_steps() -> None:
+    law, motion = Law(15.0, 15.0), Sines((1.0,), (5.0,), (0.3,))
+    adaptive, fixed = (
+        Smooth(sharpness=300.0, method=method).solve(PAPER, law, motion, REST, 1e-3, 1.0)
+        for method in ("adaptive", "rk4")
+    )
+    assert np.abs(adaptive.x_r - fixed.x_r).max() <= 1e-6 * np.abs(fixed.x_r).max()
+
+
+def test_fixed_step_that_blows_up_is_said_with_its_time() -> None:
+    stiff = Plant(1.0, 1e6, 0.0)
+    with pytest.raises(SolverError, match="a step of 0.1 s has left the numbers at t ="):
+        Signum(method="euler").solve(stiff, Law(1.0, 1.0), SINE, REST, 0.1, 500.0)

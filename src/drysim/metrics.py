@@ -31,6 +31,7 @@ METRICS = (
     Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
     Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
     Metric("stuck_share", "-", "share of the window without relative motion"),
+    Metric("chatter_share", "-", "share of the window in which v_r flips with every step"),
     Metric("violations", "-", "times that |x_r| reached the stroke limit, settling included"),
     Metric("t_first_violation", "s", "when it did so first"),
     Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
@@ -68,9 +69,12 @@ def measure(
     peak = greatest(track, window)
     values = means(totals, window[1] - window[0])
     values |= {"x_r_peak": peak, "closure": response.numerics.closure}
+    values["chatter_share"] = track.chatter(*window)
     values |= energies(response, totals, track.state(window[0]), track.state(window[1]))
     if x_rM is not None:
-        times, t_first, t_beyond = excursions(track, x_rM)
+        times, t_first, t_beyond = excursions(
+            track, x_rM, repeats=response.numerics.closure is not None
+        )
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return {metric.name: values.get(metric.name) for metric in METRICS}

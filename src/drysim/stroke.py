@@ -30,7 +30,7 @@ class Excursions(NamedTuple):
     t_beyond: float
 
 
-def excursions(track: Track, x_rM: float) -> Excursions:
+def excursions(track: Track, x_rM: float, repeats: bool = False) -> Excursions:
     """Give the excursions of a whole run, settling included; reaching the limit is one.
 
     Parameters
@@ -38,6 +38,8 @@ def excursions(track: Track, x_rM: float) -> Excursions:
     track : Track
     x_rM : float
         Stroke limit [m], above 0.
+    repeats : bool
+        Whether the end goes on at the start, as on a periodic orbit.
 
     Notes
     -----
@@ -56,8 +58,10 @@ def excursions(track: Track, x_rM: float) -> Excursions:
             enters.append(reach(track, side[i + 1] * x_rM, *bracket))
     if len(leaves) < len(enters):
         leaves.append(track.end)
-    beyond = sum(leaves) - sum(enters)
-    return Excursions(len(enters), min(enters, default=None), beyond)
+    # An excursion across the seam of an orbit is one, unless there is nothing else.
+    joined = repeats and side[0] != 0.0 and side[-1] == side[0] and len(enters) > 1
+    beyond = float(sum(leaves) - sum(enters))
+    return Excursions(len(enters) - joined, min(enters, default=None), beyond)
 
 
 def reach(track: Track, level: float, lo: float, hi: float) -> float:

@@ -1,8 +1,16 @@
-"""Shelf 3: how the motion is computed. An approach is one file and one name here."""
+"""Shelf 3: how the motion is computed. An approach is one file and one name here.
 
+The class attributes `use_friction`, `use_static` and `use_variation` say which friction fields
+an approach can use; a scenario that names another is at fault.
+"""
+
+from drysim.approach.moreau import Moreau
+from drysim.approach.signum import Signum
+from drysim.approach.smooth import Smooth
 from drysim.approach.stick_slip import StickSlip
+from drysim.approach.switch import Switch
 from drysim.approach.viscous import Viscous
 
-APPROACHES = (StickSlip, Viscous)
+APPROACHES = (StickSlip, Switch, Moreau, Signum, Smooth, Viscous)
 
-Approach = StickSlip | Viscous
+Approach = StickSlip | Switch | Moreau | Signum | Smooth | Viscous

@@ -80,6 +80,10 @@ class StepTrack:
         )  # fmt: skip
         return State(*found)
 
+    def chatter(self, begin: float, end: float) -> float:
+        """Give 0: located stops leave nothing to flip with the step."""
+        return 0.0
+
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
         dt = self.motion.dt

@@ -69,6 +69,9 @@ class Track(Protocol):
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
 
+    def chatter(self, begin: float, end: float) -> float:
+        """Give the share of a window in which v_r flips with every step [-]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Response:
@@ -90,6 +93,8 @@ class Response:
     numerics : Numerics
     track : Track or None
         The solution between the grid points; None where only the motion was asked for.
+    force : ndarray, shape (n,), or None
+        Friction force as the approach had it [N]; None where the mode and the law give it.
     """
 
     plant: Plant
@@ -103,6 +108,7 @@ class Response:
     events: Events
     numerics: Numerics
     track: Track | None = None
+    force: Floats | None = None
 
     @cached_property
     def t(self) -> Floats:
@@ -128,6 +134,8 @@ class Response:
 
     def friction(self, part: slice) -> Floats:
         """Give F_f [N] on a part of the grid, so that long responses need not hold it whole."""
+        if self.force is not None:
+            return self.force[part]
         kinetic = self.d[part] * self.law.F_fk
         if self.law.variation:
             t = np.arange(len(self.x_r))[part] * self.dt
@@ -141,7 +149,8 @@ class Response:
         """Give x_dd [m/s²] on a part of the grid."""
         m, k_x, b = self.plant
         pull = k_x * self.x_r[part] + b * self.v_r[part] + self.friction(part)
-        return np.where(self.d[part] == 0, self.u_dd[part], -pull / m)
+        stuck = self.stuck[part] if self.force is None else False
+        return np.where(stuck, self.u_dd[part], -pull / m)
 
 
 class Orbit(NamedTuple):

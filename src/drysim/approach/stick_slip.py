@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from drysim.approach.response import Orbit, Response
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
+from drysim.quantity import Block
 
 
-class StickSlip(BaseModel):
+class StickSlip(Block):
     """The mass sticks below the friction limit and slides above it; both exactly.
 
     Not to be confused with a fixed-step march that decides by a velocity band: here the stop is
     located and v_r is zero exactly.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     use_friction: ClassVar[bool] = True
+    use_static: ClassVar[bool] = True
+    use_variation: ClassVar[bool] = True
 
     approach: Literal["stick-slip"] = "stick-slip"
 

@@ -58,6 +58,10 @@ class LeapTrack:
         )
         return State(*found)
 
+    def chatter(self, begin: float, end: float) -> float:
+        """Give 0: located stops leave nothing to flip with the step."""
+        return 0.0
+
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
         turns = self.turns

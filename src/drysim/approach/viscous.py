@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from drysim.approach.response import Orbit, Response
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
+from drysim.quantity import Block
 
 NO_FRICTION = Law(0.0, 0.0)
 
 
-class Viscous(BaseModel):
+class Viscous(Block):
     """Spring and damper alone; what the friction of the scene would be is left out.
 
     Not to be confused with an equivalent viscous damping: nothing stands in for the friction.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
     use_friction: ClassVar[bool] = False
+    use_static: ClassVar[bool] = False
+    use_variation: ClassVar[bool] = False
 
     approach: Literal["viscous"] = "viscous"
 

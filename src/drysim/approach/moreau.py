@@ -1,0 +1,51 @@
+"""Moreau: set-valued implicit time stepping (Moreau and Jean; Acary and Brogliato 2008)."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from drysim.approach.response import Response
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State
+from drysim.quantity import Block
+
+
+class Moreau(Block):
+    """The sign is a set at zero velocity, and every step picks the point that fits.
+
+    Not to be confused with signum: the mass truly sticks, without chatter and without a band;
+    nor with stick-slip: stops fall on the grid, and no static friction above kinetic is known.
+    """
+
+    use_friction: ClassVar[bool] = True
+    use_static: ClassVar[bool] = False
+    use_variation: ClassVar[bool] = False
+
+    approach: Literal["moreau"] = "moreau"
+
+    def solve(
+        self,
+        plant: Plant,
+        law: Law,
+        motion: Sines | Samples,
+        start: State,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        import numpy as np
+
+        from drysim.approach.stepped import from_start, grid_of, respond
+        from drysim.core.compiled import held
+        from drysim.core.stepping import moreau_march
+
+        u_dd, _, dt = grid_of(motion, step, duration)
+        n = len(u_dd)
+        x_r, v_r = from_start(start, n)
+        force, mode = held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
+        moreau_march(plant, law.F_fk, held(u_dd), dt, x_r, v_r, force, mode)
+        state = (
+            np.asarray(x_r), np.asarray(v_r), np.asarray(force), np.asarray(mode, dtype=np.int8)
+        )  # fmt: skip
+        how = (self.approach, "the sign as a set, solved implicitly at every fixed step")
+        return respond(plant, law, motion, (u_dd, dt), state, how)

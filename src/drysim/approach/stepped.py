@@ -1,0 +1,166 @@
+"""What the fixed-step approaches share: the grid, and a response known on the grid only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.approach.events import Codes, Events, Floats
+from drysim.approach.response import Numerics, Response
+from drysim.approach.scene import grid_points
+from drysim.core.compiled import engine, held
+from drysim.core.motion import Samples, Sines, mean_squares
+from drysim.core.plant import Law, Plant, State, Totals
+from drysim.errors import SolverError
+
+
+def grid_of(
+    motion: Sines | Samples, step: float, duration: float | None
+) -> tuple[Floats, Floats, float]:
+    """Give ü at the grid points and halfway between them [m/s²], and the step [s]."""
+    if isinstance(motion, Samples):
+        last = len(motion.u_dd) if duration is None else grid_points(duration, motion.dt)
+        u_dd = motion.u_dd[:last]
+        return u_dd, 0.5 * (u_dd[:-1] + u_dd[1:]), motion.dt
+    assert duration is not None, "sines have no end of their own"
+    n = np.arange(grid_points(duration, step), dtype=float)
+    return acceleration(motion, n * step), acceleration(motion, (n[:-1] + 0.5) * step), step
+
+
+def acceleration(motion: Sines, t: Floats) -> Floats:
+    """Give ü of sines at any times [m/s²]."""
+    u_dd = np.zeros(len(t))
+    for A, f, phase in zip(*motion, strict=True):
+        u_dd += A * np.sin(2.0 * np.pi * ((f * t) % 1.0) + phase)
+    return u_dd
+
+
+def from_start(start: State, n: int) -> tuple[Floats, Floats]:
+    """Give empty x_r and v_r of n points that begin with the start."""
+    x_r, v_r = np.zeros(n), np.zeros(n)
+    x_r[0], v_r[0] = start
+    return held(x_r), held(v_r)
+
+
+@dataclass(frozen=True, eq=False)
+class SteppedTrack:
+    """A response known at grid points only: straight lines in between, sums for integrals."""
+
+    plant: Plant
+    motion: Sines | Samples
+    dt: float
+    u_dd: Floats
+    x_r: Floats
+    v_r: Floats
+    x_dd: Floats
+    force: Floats
+    F_fk: float
+    d: Codes
+
+    @property
+    def end(self) -> float:
+        """Last instant [s]."""
+        return (len(self.x_r) - 1) * self.dt
+
+    @property
+    def turns(self) -> Events:
+        """The start and the local extremes of x_r on the grid."""
+        rising = np.sign(np.diff(self.x_r))
+        n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))
+        F_L = self.plant.m * self.u_dd[n] + self.plant.k_x * self.x_r[n]
+        return Events(n * self.dt, self.d[n], self.x_r[n], F_L)
+
+    def state(self, t: float) -> State:
+        """Give the state at time t [s], on a straight line between grid points."""
+        n = min(int(t / self.dt), len(self.x_r) - 2)
+        q = t / self.dt - n
+        x_r = (1.0 - q) * self.x_r[n] + q * self.x_r[n + 1]
+        return State(float(x_r), float((1.0 - q) * self.v_r[n] + q * self.v_r[n + 1]))
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Give the sums over the grid points of a window [s]."""
+        part = self._part(begin, end)
+        x_r, v_r, u_dd = self.x_r[part], self.v_r[part], self.u_dd[part]
+        share = self.force[part] / self.F_fk if self.F_fk else np.zeros(len(x_r))
+        span = (end - begin) / max(len(x_r), 1)
+        sums = (
+            x_r @ x_r,
+            v_r @ v_r,
+            self.x_dd[part] @ self.x_dd[part],
+            u_dd @ v_r,
+            share @ v_r,
+        )
+        x2, v2, x_dd2, power, rub = (float(total) * span for total in sums)
+        stuck = float(np.count_nonzero(self.d[part] == 0)) * span
+        return Totals(
+            x2, v2, x_dd2, power, rub, stuck, float(u_dd @ u_dd) * span, self._u2(part)
+        )
+
+    def chatter(self, begin: float, end: float) -> float:
+        """Give the share of a window in which v_r flips with every step [-]."""
+        flips = np.diff(np.sign(self.v_r[self._part(begin, end)]))
+        twice = (np.abs(flips[1:]) == 2) & (np.abs(flips[:-1]) == 2)
+        return float(np.mean(twice)) if len(twice) else 0.0
+
+    def _part(self, begin: float, end: float) -> slice:
+        return slice(round(begin / self.dt), round(end / self.dt))
+
+    def _u2(self, part: slice) -> float | None:
+        """Give the integral of u² over the grid points of a window [m²s]."""
+        begin, end = part.start * self.dt, part.stop * self.dt
+        if isinstance(self.motion, Sines):
+            return mean_squares(self.motion, begin, end)[1] * (end - begin)
+        u = self.motion.u
+        return None if u is None else float(np.square(u[part]).sum() * self.dt)
+
+
+def respond(
+    plant: Plant,
+    law: Law,
+    motion: Sines | Samples,
+    grid: tuple[Floats, float],
+    state: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], Codes],
+    how: tuple[str, str],
+) -> Response:
+    """Give the response of a fixed-step approach.
+
+    Parameters
+    ----------
+    plant, law, motion
+        The scene.
+    grid : tuple
+        ü at the grid points [m/s²], shape (n,), and their distance [s].
+    state : tuple of ndarray, shape (n,)
+        x_r [m], v_r [m/s], F_f [N] and direction of sliding.
+    how : tuple of str
+        Name of the approach, and why it is solved as it is.
+
+    Raises
+    ------
+    SolverError
+        When the march has left the numbers.
+    """
+    u_dd, dt = grid
+    x_r, v_r, force, d = state
+    if not np.isfinite(x_r[-1]) or not np.isfinite(v_r[-1]):
+        at = int(np.flatnonzero(~np.isfinite(x_r + v_r))[0])
+        raise SolverError(
+            f"{how[0]} with a step of {dt:.6g} s has left the numbers at t = {at * dt:.6g} s",
+            "take a smaller solver.step, or an approach that needs none",
+        )
+    events = mode_changes(plant, u_dd, dt, x_r, d)
+    numerics = Numerics(how[0], "step", how[1], engine(), len(x_r) - 1, len(events))
+    x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
+    track = SteppedTrack(plant, motion, dt, u_dd, x_r, v_r, x_dd, force, law.F_fk, d)
+    return Response(plant, law, motion, dt, u_dd, x_r, v_r, d, events, numerics, track, force)
+
+
+def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Codes) -> Events:
+    """Give the grid points at which the mode changes as events; none is between them."""
+    n = np.concatenate(([0], np.flatnonzero(d[1:] != d[:-1]) + 1))
+    kind = d[n].astype(np.int8)
+    reverses = (d[n[1:]] != 0) & (d[n[1:] - 1] != 0)
+    kind[1:][reverses] *= 2
+    return Events(n * dt, kind, x_r[n], plant.m * u_dd[n] + plant.k_x * x_r[n])

@@ -1,0 +1,55 @@
+"""Switch: the paper's fixed-step march with a velocity band (Eq. 10; Karnopp 1985)."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from drysim.approach.response import Response
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State
+from drysim.quantity import Block, Quantity
+
+
+class Switch(Block):
+    """Within a band of small velocities the mass may stick; outside it slides.
+
+    Not to be confused with stick-slip, which locates the stop: here the band is wide enough for
+    a step to fall into it, and the answer is right to first order in step and band.
+    """
+
+    use_friction: ClassVar[bool] = True
+    use_static: ClassVar[bool] = True
+    use_variation: ClassVar[bool] = False
+
+    approach: Literal["switch"] = "switch"
+    band: Annotated[float, Quantity("m/s", above=0)] | None = None
+    """Half width ε of the band [m/s]; default: what friction takes in one step, F_fs/m times
+    the step."""
+
+    def solve(
+        self,
+        plant: Plant,
+        law: Law,
+        motion: Sines | Samples,
+        start: State,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        import numpy as np
+
+        from drysim.approach.stepped import from_start, grid_of, respond
+        from drysim.core.compiled import held
+        from drysim.core.stepping import switch_march
+
+        u_dd, _, dt = grid_of(motion, step, duration)
+        n = len(u_dd)
+        band = self.band or dt * law.F_fs / plant.m or np.finfo(float).tiny
+        x_r, v_r = from_start(start, n)
+        force, mode = held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
+        switch_march(plant, law.F_fk, law.F_fs, band, held(u_dd), dt, x_r, v_r, force, mode)
+        state = (
+            np.asarray(x_r), np.asarray(v_r), np.asarray(force), np.asarray(mode, dtype=np.int8)
+        )  # fmt: skip
+        how = (self.approach, f"fixed step, sticks within a band of {band:.3g} m/s")
+        return respond(plant, law, motion, (u_dd, dt), state, how)
