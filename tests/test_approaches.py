@@ -271,7 +271,7 @@ def test_signum_invents_vibration_that_no_smaller_step_cures() -> None:
             response = Signum(method=method).solve(PAPER, law, motion, REST, step, 4.0)
             metrics = measure(response, (2.0, 4.0), None)
             assert metrics["T_a"] == pytest.approx(45.0 / (75.0 * 0.33), rel=0.02)
-            assert metrics["chatter_share"] > 0.9 or method != "semi-implicit"
+            assert metrics["chatter_share"] > 0.6 or method != "semi-implicit"
 
 
 def test_moreau_sticks_truly_and_converges() -> None:
@@ -312,5 +312,5 @@ def test_adaptive_smooth_agrees_with_small_fixed_steps() -> None:
 
 def test_fixed_step_that_blows_up_is_said_with_its_time() -> None:
     stiff = Plant(1.0, 1e6, 0.0)
-    with pytest.raises(SolverError, match="a step of 0.1 s has left the numbers at t ="):
+    with pytest.raises(SolverError, match=r"a step of 0\.1 s has left the numbers at t ="):
         Signum(method="euler").solve(stiff, Law(1.0, 1.0), SINE, REST, 0.1, 500.0)

@@ -31,7 +31,9 @@ METRICS = (
     Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
     Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
     Metric("stuck_share", "-", "share of the window without relative motion"),
-    Metric("chatter_share", "-", "share of the window in which v_r flips with every step"),
+    Metric(
+        "chatter_share", "-", "share of the window in which v_r flips twice within four steps"
+    ),
     Metric("violations", "-", "times that |x_r| reached the stroke limit, settling included"),
     Metric("t_first_violation", "s", "when it did so first"),
     Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),

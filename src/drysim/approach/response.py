@@ -70,7 +70,7 @@ class Track(Protocol):
         """Give the integrals over a window [s]."""
 
     def chatter(self, begin: float, end: float) -> float:
-        """Give the share of a window in which v_r flips with every step [-]."""
+        """Give the share of a window in which v_r flips twice within four steps [-]."""
 
 
 @dataclass(frozen=True, eq=False)

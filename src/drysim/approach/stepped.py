@@ -99,10 +99,10 @@ class SteppedTrack:
         )
 
     def chatter(self, begin: float, end: float) -> float:
-        """Give the share of a window in which v_r flips with every step [-]."""
-        flips = np.diff(np.sign(self.v_r[self._part(begin, end)]))
-        twice = (np.abs(flips[1:]) == 2) & (np.abs(flips[:-1]) == 2)
-        return float(np.mean(twice)) if len(twice) else 0.0
+        """Give the share of a window in which v_r flips twice within four steps [-]."""
+        sign = np.sign(self.v_r[self._part(begin, end)])
+        flips = np.cumsum(np.concatenate(([0], sign[1:] * sign[:-1] < 0.0)))
+        return float(np.mean(flips[4:] - flips[:-4] >= 2)) if len(flips) > 4 else 0.0
 
     def _part(self, begin: float, end: float) -> slice:
         return slice(round(begin / self.dt), round(end / self.dt))
@@ -112,8 +112,9 @@ class SteppedTrack:
         begin, end = part.start * self.dt, part.stop * self.dt
         if isinstance(self.motion, Sines):
             return mean_squares(self.motion, begin, end)[1] * (end - begin)
-        u = self.motion.u
-        return None if u is None else float(np.square(u[part]).sum() * self.dt)
+        if self.motion.u is None:
+            return None
+        return float(np.sum(self.motion.u[part] ** 2) * self.dt)
 
 
 def respond(

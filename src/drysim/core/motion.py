@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -61,6 +63,8 @@ class Samples(NamedTuple):
         The files behind the samples.
     cautions : tuple of Caution
         What a reader of the numbers should know about them.
+    realised : mapping
+        Of a generated signal: what was asked for and what came out, by name and in SI.
     """
 
     u_dd: NDArray[np.float64]
@@ -68,6 +72,7 @@ class Samples(NamedTuple):
     u: NDArray[np.float64] | None = None
     inputs: tuple[Input, ...] = ()
     cautions: tuple[Caution, ...] = ()
+    realised: Mapping[str, float] = MappingProxyType({})
 
 
 def mean_squares(sines: Sines, begin: float, end: float) -> tuple[float, float]:
