@@ -10,7 +10,7 @@ import pytest
 
 from drysim.approach import APPROACHES, Approach
 from drysim.approach.moreau import Moreau
-from drysim.approach.response import Response
+from drysim.approach.response import Response, Track
 from drysim.approach.signum import Signum
 from drysim.approach.simulate import simulate
 from drysim.approach.smooth import Smooth
@@ -60,6 +60,12 @@ def solved(name: str) -> Response:
     return StickSlip().solve(plant, law, motion, start, 2.5e-3, duration)
 
 
+def track_of(response: Response) -> Track:
+    """Give the continuous solution of a response."""
+    assert response.track is not None
+    return response.track
+
+
 @pytest.mark.parametrize("approach", APPROACHES)
 @pytest.mark.parametrize("motion", [SINE, noise(400)])
 def test_every_approach_gives_a_whole_response(approach: type, motion: Sines | Samples) -> None:
@@ -72,19 +78,21 @@ def test_every_approach_gives_a_whole_response(approach: type, motion: Sines | S
     assert response.t[-1] == pytest.approx(0.9)
     assert response.numerics.approach == approach.model_fields["approach"].default
     assert response.numerics.why
-    assert set(measure(response, (0.0, 0.9), 0.025)) == {metric.name for metric in METRICS}
+    assert set(measure(track_of(response), (0.0, 0.9), 0.025)) == {
+        metric.name for metric in METRICS
+    }
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_energy_closes(name: str) -> None:
     duration = SCENES[name][-1]
-    metrics = measure(solved(name), (0.0, duration), None)
+    metrics = measure(track_of(solved(name)), (0.0, duration), None)
     assert metrics["energy_residual"] < 1e-11
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_energy_closes_in_a_window_that_begins_and_ends_anywhere(name: str) -> None:
-    metrics = measure(solved(name), (0.31234, 1.21987), None)
+    metrics = measure(track_of(solved(name)), (0.31234, 1.21987), None)
     assert metrics["energy_residual"] < 1e-11
 
 
@@ -124,7 +132,9 @@ def test_force_balance_holds_at_every_point_of_the_grid(name: str) -> None:
 def test_metrics_do_not_depend_on_the_output_step() -> None:
     coarse, fine = (
         measure(
-            StickSlip().solve(PAPER, Law(30.0, 36.0), PAIR, REST, step, 5.0), (1.0, 5.0), 0.02
+            track_of(StickSlip().solve(PAPER, Law(30.0, 36.0), PAIR, REST, step, 5.0)),
+            (1.0, 5.0),
+            0.02,
         )
         for step in (0.5, 1e-3)
     )
@@ -134,7 +144,7 @@ def test_metrics_do_not_depend_on_the_output_step() -> None:
 def test_without_friction_sines_give_the_closed_form_transmissibility() -> None:
     omega = 4 * math.pi
     response = StickSlip().solve(PAPER, Law(0.0, 0.0), SINE, REST, 0.01, 12.0)
-    metrics = measure(response, (10.0, 12.0), None)
+    metrics = measure(track_of(response), (10.0, 12.0), None)
     stiffness = PAPER.k_x - PAPER.m * omega**2
     exact = math.hypot(PAPER.k_x, PAPER.b * omega) / math.hypot(stiffness, PAPER.b * omega)
     relative = PAPER.m * omega**2 / math.hypot(stiffness, PAPER.b * omega)
@@ -145,7 +155,9 @@ def test_without_friction_sines_give_the_closed_form_transmissibility() -> None:
 
 def test_standstill_transmits_everything_and_moves_nothing() -> None:
     metrics = measure(
-        StickSlip().solve(PAPER, Law(75.0, 75.0), SINE, REST, 0.01, 3.0), (0.0, 3.0), 0.01
+        track_of(StickSlip().solve(PAPER, Law(75.0, 75.0), SINE, REST, 0.01, 3.0)),
+        (0.0, 3.0),
+        0.01,
     )
     assert metrics["T_a"] == pytest.approx(1.0, rel=1e-14)
     assert (metrics["T_x"], metrics["x_r_peak"], metrics["stuck_share"]) == (0.0, 0.0, 1.0)
@@ -158,7 +170,7 @@ def test_rigid_block_that_slides_without_stops_passes_on_its_friction() -> None:
     phase = math.acos(math.pi * 0.4 / 2)
     sine = Sines((1.0,), (1 / (2 * math.pi),), (phase,))
     response = StickSlip().solve(block, law, sine, REST, 0.1, 40 * math.pi)
-    metrics = measure(response, (2 * math.pi, 40 * math.pi), None)
+    metrics = measure(track_of(response), (2 * math.pi, 40 * math.pi), None)
     assert metrics["a_x"] == pytest.approx(0.4, rel=1e-12)
     assert metrics["stuck_share"] == 0.0
 
@@ -170,7 +182,7 @@ def test_orbit_loses_in_friction_four_times_force_times_stroke() -> None:
     response = approach.solve(
         PAPER, law, Sines((1.06,), (3.0,), (0.0,)), orbit.state, 1e-3, 1 / 3
     )
-    metrics = measure(response, (0.0, 1 / 3), None)
+    metrics = measure(track_of(response), (0.0, 1 / 3), None)
     assert metrics["energy_friction"] == pytest.approx(
         4 * 45.0 * metrics["x_r_peak"], rel=1e-12
     )
@@ -178,12 +190,14 @@ def test_orbit_loses_in_friction_four_times_force_times_stroke() -> None:
 
 def test_stroke_is_violated_at_the_very_limit_and_counted_by_excursion() -> None:
     response = StickSlip().solve(PAPER, Law(15.0, 15.0), SINE, REST, 0.01, 5.0)
-    peak = measure(response, (0.0, 5.0), None)["x_r_peak"]
+    peak = measure(track_of(response), (0.0, 5.0), None)["x_r_peak"]
     assert peak is not None
-    at, above = (measure(response, (0.0, 5.0), limit) for limit in (peak, peak * (1 + 1e-12)))
+    at, above = (
+        measure(track_of(response), (0.0, 5.0), limit) for limit in (peak, peak * (1 + 1e-12))
+    )
     assert at["violations"] >= 1
     assert above["violations"] == 0
-    half = measure(response, (0.0, 5.0), peak / 2)
+    half = measure(track_of(response), (0.0, 5.0), peak / 2)
     track = response.track
     assert track is not None
     assert abs(track.state(half["t_first_violation"]).x_r) == pytest.approx(peak / 2, rel=1e-13)
@@ -206,7 +220,7 @@ def test_rigid_block_on_el_centro(mu: float, peak: float, end: float, stuck: flo
     response = StickSlip().solve(
         Plant(1.0, 0.0, 0.0), Law(friction, friction), Samples(u_dd, 0.02), REST, 0.02
     )
-    metrics = measure(response, (0.0, 1559 * 0.02), None)
+    metrics = measure(track_of(response), (0.0, 1559 * 0.02), None)
     assert metrics["x_r_peak"] == pytest.approx(peak, abs=5e-8)
     assert response.x_r[-1] == pytest.approx(end, abs=5e-8)
     assert metrics["stuck_share"] == pytest.approx(stuck, abs=5e-6)
@@ -269,7 +283,7 @@ def test_signum_invents_vibration_that_no_smaller_step_cures() -> None:
     for method in ("euler", "semi-implicit", "heun", "rk4"):
         for step in (2.5e-3, 2.5e-4):
             response = Signum(method=method).solve(PAPER, law, motion, REST, step, 4.0)
-            metrics = measure(response, (2.0, 4.0), None)
+            metrics = measure(track_of(response), (2.0, 4.0), None)
             assert metrics["T_a"] == pytest.approx(45.0 / (75.0 * 0.33), rel=0.02)
             assert metrics["chatter_share"] > 0.6 or method != "semi-implicit"
 
@@ -280,7 +294,7 @@ def test_moreau_sticks_truly_and_converges() -> None:
     errors = []
     for step in (2.5e-3, 1.25e-3):
         near = Moreau().solve(PAPER, law, motion, REST, step, 4.0)
-        metrics = measure(near, (0.0, 4.0), None)
+        metrics = measure(track_of(near), (0.0, 4.0), None)
         assert metrics["chatter_share"] == 0.0
         assert metrics["stuck_share"] > 0.05
         every = round(2.5e-3 / step)
@@ -292,11 +306,15 @@ def test_moreau_sticks_truly_and_converges() -> None:
 @pytest.mark.parametrize("form", ["arctan", "tanh", "erf", "rational"])
 def test_smooth_forms_tend_to_the_exact_answer_as_they_sharpen(form: str) -> None:
     law, motion = Law(15.0, 15.0), Sines((0.5 * math.sqrt(2),), (5.0,), (0.0,))
-    exact = measure(StickSlip().solve(PAPER, law, motion, REST, 1e-3, 4.0), (2.0, 4.0), None)
+    exact = measure(
+        track_of(StickSlip().solve(PAPER, law, motion, REST, 1e-3, 4.0)), (2.0, 4.0), None
+    )
     off = []
     for sharpness in (1e2, 1e3):
         smooth = Smooth(form=form, sharpness=sharpness)
-        metrics = measure(smooth.solve(PAPER, law, motion, REST, 1e-3, 4.0), (2.0, 4.0), None)
+        metrics = measure(
+            track_of(smooth.solve(PAPER, law, motion, REST, 1e-3, 4.0)), (2.0, 4.0), None
+        )
         off.append(abs(metrics["T_a"] / exact["T_a"] - 1.0))
     assert off[1] < off[0] / 3
 

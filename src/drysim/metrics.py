@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.response import Response, Track
+from drysim.approach.response import Track
 from drysim.core.plant import Plant, State, Totals
 from drysim.stroke import excursions
 
@@ -49,34 +49,29 @@ METRICS = (
 
 
 def measure(
-    response: Response, window: tuple[float, float], x_rM: float | None
+    track: Track, window: tuple[float, float], x_rM: float | None, closure: float | None = None
 ) -> dict[str, float | int | None]:
     """Give every metric of `METRICS` by name; None where it is not known.
 
     Parameters
     ----------
-    response : Response
-        With its track.
+    track : Track
+        Of a response, or of an orbit that never was on a grid.
     window : tuple of float
         Begin and end of the window [s].
     x_rM : float or None
         Stroke limit [m]; the metrics of the stroke need it.
+    closure : float or None
+        What a periodic orbit closes to [-]; None where the window is no orbit.
     """
-    track = response.track
-    if track is None:
-        raise ValueError(
-            "metrics need the continuous solution; simulate() gives the motion only"
-        )
     totals = track.totals(*window)
     peak = greatest(track, window)
     values = means(totals, window[1] - window[0])
-    values |= {"x_r_peak": peak, "closure": response.numerics.closure}
+    values |= {"x_r_peak": peak, "closure": closure}
     values["chatter_share"] = track.chatter(*window)
-    values |= energies(response, totals, track.state(window[0]), track.state(window[1]))
+    values |= energies(track, totals, track.state(window[0]), track.state(window[1]))
     if x_rM is not None:
-        times, t_first, t_beyond = excursions(
-            track, x_rM, repeats=response.numerics.closure is not None
-        )
+        times, t_first, t_beyond = excursions(track, x_rM, repeats=closure is not None)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return {metric.name: values.get(metric.name) for metric in METRICS}
@@ -109,7 +104,7 @@ def means(totals: Totals, length: float) -> dict[str, float | int | None]:
 
 
 def energies(
-    response: Response, totals: Totals, first: State, last: State
+    track: Track, totals: Totals, first: State, last: State
 ) -> dict[str, float | int | None]:
     """Give the energy balance of a window, audited.
 
@@ -118,11 +113,11 @@ def energies(
     Each term is integrated on its own, so what the balance leaves certifies the solution. It is
     relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange.
     """
-    plant = response.plant
+    plant = track.plant
     work = -plant.m * totals.power
     stored = held_energy(plant, last) - held_energy(plant, first)
     viscous = plant.b * totals.v2
-    friction = response.law.F_fk * totals.rub
+    friction = track.law.F_fk * totals.rub
     exchanged = plant.m * math.sqrt(totals.u_dd2 * totals.v2)
     scale = max(exchanged, abs(stored), viscous, friction, held_energy(plant, first))
     left = abs(work - stored - viscous - friction)

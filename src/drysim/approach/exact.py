@@ -9,12 +9,12 @@ import numpy as np
 from drysim.approach.events import Events
 from drysim.approach.over_samples import solve_samples
 from drysim.approach.response import Response
-from drysim.approach.under_sines import find_orbit, solve_sines
+from drysim.approach.under_sines import find_orbit, follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
 from drysim.errors import UsageError
 
-__all__ = ["find_orbit", "frictionless", "solve"]
+__all__ = ["find_orbit", "follow_sines", "frictionless", "solve"]
 
 
 def solve(
@@ -30,7 +30,7 @@ def solve(
         return solve_samples(plant, law, motion, start, duration)
     if duration is None:
         raise UsageError("base motion by sines has no end of its own", "say how long to run")
-    return solve_sines(plant, law, motion, start, step, duration)
+    return on_grid(follow_sines(plant, law, motion, start, duration), step)
 
 
 def frictionless(response: Response) -> Response:

@@ -59,6 +59,7 @@ class StepTrack:
     x_r: Floats
     v_r: Floats
     d: Codes
+    closest: float
 
     def state(self, t: float) -> State:
         """Give the state at time t [s]."""
@@ -145,7 +146,7 @@ def solve_samples(
     turns = Events(t[keep], found.kind[keep], found.x_r[keep], found.F_L[keep])
     track = StepTrack(
         plant, law, motion, waves_of(motion, law), Log(*(column[1:] for column in found)),
-        turns, end_time, x_r, v_r, d,
+        turns, end_time, x_r, v_r, d, closest,
     )  # fmt: skip
     why = "samples are linear in between: one affine map a step, events located"
     if law.variation:

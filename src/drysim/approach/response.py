@@ -56,6 +56,18 @@ class Track(Protocol):
     """The continuous solution behind a response: any instant, any window."""
 
     @property
+    def plant(self) -> Plant:
+        """The oscillator."""
+
+    @property
+    def law(self) -> Law:
+        """Its friction."""
+
+    @property
+    def closest(self) -> float:
+        """Smallest relative margin of a stop decision; infinite for none."""
+
+    @property
     def turns(self) -> Events:
         """The start and every zero of v_r: between two of them x_r is monotone."""
 

@@ -55,8 +55,8 @@ def first_u_dd(motion: Sines | Samples) -> float:
 
 def empty_log() -> Log:
     """Give an empty log of `LOG_LENGTH` events."""
-    whole, real = np.zeros(LOG_LENGTH, dtype=np.int64), np.zeros(LOG_LENGTH)
-    return Log(*(held(column.copy()) for column in (whole, real, whole, real, real)))
+    kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
+    return Log(*(held(np.empty(LOG_LENGTH, dtype=kind)) for kind in kinds))
 
 
 def joined(logs: list[Log]) -> Log:

@@ -81,8 +81,8 @@ class Smooth(Block):
         import numpy as np
         from scipy.integrate import solve_ivp
 
-        from drysim.approach.stepped import acceleration
         from drysim.core.law import sliding_share
+        from drysim.core.motion import base_acceleration
         from drysim.errors import SolverError
 
         u_dd, dt = grid
@@ -92,7 +92,7 @@ class Smooth(Block):
         def base(now: float) -> float:
             if isinstance(motion, Samples):
                 return float(np.interp(now, t, u_dd))
-            return float(acceleration(motion, np.array([now]))[0])
+            return float(base_acceleration(motion, np.array([now]))[0])
 
         def rates(now: float, state: Floats) -> list[float]:
             F_f = law.F_fk * sliding_share(form, self.sharpness, state[1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.response import Numerics, Response
 from drysim.approach.scene import grid_points
 from drysim.core.compiled import engine, held
-from drysim.core.motion import Samples, Sines, mean_squares
+from drysim.core.motion import Samples, Sines, base_acceleration, mean_squares
 from drysim.core.plant import Law, Plant, State, Totals
 from drysim.errors import SolverError
 
@@ -26,15 +27,11 @@ def grid_of(
         return u_dd, 0.5 * (u_dd[:-1] + u_dd[1:]), motion.dt
     assert duration is not None, "sines have no end of their own"
     n = np.arange(grid_points(duration, step), dtype=float)
-    return acceleration(motion, n * step), acceleration(motion, (n[:-1] + 0.5) * step), step
-
-
-def acceleration(motion: Sines, t: Floats) -> Floats:
-    """Give ü of sines at any times [m/s²]."""
-    u_dd = np.zeros(len(t))
-    for A, f, phase in zip(*motion, strict=True):
-        u_dd += A * np.sin(2.0 * np.pi * ((f * t) % 1.0) + phase)
-    return u_dd
+    return (
+        base_acceleration(motion, n * step),
+        base_acceleration(motion, (n[:-1] + 0.5) * step),
+        step,
+    )
 
 
 def from_start(start: State, n: int) -> tuple[Floats, Floats]:
@@ -49,6 +46,7 @@ class SteppedTrack:
     """A response known at grid points only: straight lines in between, sums for integrals."""
 
     plant: Plant
+    law: Law
     motion: Sines | Samples
     dt: float
     u_dd: Floats
@@ -56,8 +54,8 @@ class SteppedTrack:
     v_r: Floats
     x_dd: Floats
     force: Floats
-    F_fk: float
     d: Codes
+    closest: float = math.inf
 
     @property
     def end(self) -> float:
@@ -83,7 +81,7 @@ class SteppedTrack:
         """Give the sums over the grid points of a window [s]."""
         part = self._part(begin, end)
         x_r, v_r, u_dd = self.x_r[part], self.v_r[part], self.u_dd[part]
-        share = self.force[part] / self.F_fk if self.F_fk else np.zeros(len(x_r))
+        share = self.force[part] / self.law.F_fk if self.law.F_fk else np.zeros(len(x_r))
         span = (end - begin) / max(len(x_r), 1)
         sums = (
             x_r @ x_r,
@@ -111,10 +109,12 @@ class SteppedTrack:
         """Give the integral of u² over the grid points of a window [m²s]."""
         begin, end = part.start * self.dt, part.stop * self.dt
         if isinstance(self.motion, Sines):
-            return mean_squares(self.motion, begin, end)[1] * (end - begin)
+            mean: float = mean_squares(self.motion, begin, end)[1]
+            return mean * (end - begin)
         if self.motion.u is None:
             return None
-        return float(np.sum(self.motion.u[part] ** 2) * self.dt)
+        u: Floats = self.motion.u[part]
+        return float(np.dot(u, u)) * self.dt
 
 
 def respond(
@@ -154,7 +154,7 @@ def respond(
     events = mode_changes(plant, u_dd, dt, x_r, d)
     numerics = Numerics(how[0], "step", how[1], engine(), len(x_r) - 1, len(events))
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
-    track = SteppedTrack(plant, motion, dt, u_dd, x_r, v_r, x_dd, force, law.F_fk, d)
+    track = SteppedTrack(plant, law, motion, dt, u_dd, x_r, v_r, x_dd, force, d)
     return Response(plant, law, motion, dt, u_dd, x_r, v_r, d, events, numerics, track, force)
 
 

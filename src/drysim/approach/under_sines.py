@@ -27,7 +27,7 @@ from drysim.core.events import Log, direction
 from drysim.core.grid import sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.leap import leap
-from drysim.core.motion import Sines, mean_squares
+from drysim.core.motion import Sines, base_acceleration, mean_squares
 from drysim.core.plant import Law, Plant, State, Totals
 from drysim.core.slide import Waves
 
@@ -46,6 +46,7 @@ class LeapTrack:
     start: State
     turns: Events
     end: float
+    closest: float
 
     def state(self, t: float) -> State:
         """Give the state at time t [s]."""
@@ -74,10 +75,10 @@ class LeapTrack:
         return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length)
 
 
-def solve_sines(
-    plant: Plant, law: Law, motion: Sines, start: State, step: float, duration: float
-) -> Response:
-    """Solve a scene under sines from event to event, then write it on the grid n·step."""
+def follow_sines(
+    plant: Plant, law: Law, motion: Sines, start: State, duration: float
+) -> LeapTrack:
+    """Solve a scene under sines from event to event; no grid takes part."""
     waves = waves_of(motion, law)
     d = mode_at_start(plant, law, motion, start)
     logs, log = [first_entry(plant, motion, start, d)], empty_log()
@@ -91,19 +92,23 @@ def solve_sines(
         logs.append(Log(*(column[:count].copy() for column in log)))
     found = joined(logs)
     turns = Events(found.s, found.kind, found.x_r, found.F_L)
-    track = LeapTrack(plant, law, motion, waves, start, turns, duration)
-    n = grid_points(duration, step)
+    return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
+
+
+def on_grid(track: LeapTrack, step: float) -> Response:
+    """Write a solution on the grid n·step."""
+    turns, motion = track.turns, track.motion
+    n = grid_points(track.end, step)
     x_r, v_r, modes = held(np.zeros(n)), held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
     columns = (held(turns.t), held(turns.kind), held(turns.x_r))
-    sample_leaps(plant, law, waves, *columns, start.v_r, step, x_r, v_r, modes)
-    u_dd = np.zeros(n)
-    for A, f, phase in zip(*motion, strict=True):
-        u_dd += A * np.sin(2.0 * np.pi * ((f * step * np.arange(n)) % 1.0) + phase)
+    scene = (track.plant, track.law, track.waves)
+    sample_leaps(*scene, *columns, track.start.v_r, step, x_r, v_r, modes)
+    u_dd = base_acceleration(motion, np.arange(n, dtype=np.float64) * step)
     how = numerics(
-        "leap", "sines are used analytically: from event to event", n, turns, closest
+        "leap", "sines are used analytically: from event to event", n, turns, track.closest
     )
     grid = (step, u_dd, np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
-    return Response(plant, law, motion, *grid, turns, how, track)
+    return Response(track.plant, track.law, motion, *grid, turns, how, track)
 
 
 def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: float) -> Orbit:

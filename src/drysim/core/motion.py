@@ -75,6 +75,14 @@ class Samples(NamedTuple):
     realised: Mapping[str, float] = MappingProxyType({})
 
 
+def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give ü of sines at any times [m/s²], shape of `t` [s]."""
+    u_dd = np.zeros_like(t)
+    for A, f, phase in zip(*sines, strict=True):
+        u_dd += A * np.sin(2.0 * np.pi * ((f * t) % 1.0) + phase)
+    return u_dd
+
+
 def mean_squares(sines: Sines, begin: float, end: float) -> tuple[float, float]:
     """Give the mean squares of ü [m²/s⁴] and of u [m²] over a window [s], in closed form.
 

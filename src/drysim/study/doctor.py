@@ -133,5 +133,6 @@ def steady(law: Law) -> tuple[float | int | None, float | int | None]:
     orbit = approach.orbit(plant, law, base, State(0.0, 0.0), 2 * pi)
     repetition = orbit.periods * 2 * pi
     response = approach.solve(plant, law, base, orbit.state, STEP, repetition)
-    metrics = measure(response, (0.0, repetition), None)
+    assert response.track is not None
+    metrics = measure(response.track, (0.0, repetition), None)
     return metrics["x_r_peak"], metrics["T_a"]

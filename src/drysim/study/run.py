@@ -10,6 +10,7 @@ from drysim.core.motion import Sines
 from drysim.study.case import Case, prepare
 from drysim.study.cautions import found, orbit_doubtful
 from drysim.study.outcome import Outcome
+from drysim.study.steady import fitted, march_to_orbit
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
@@ -35,7 +36,7 @@ def run(scenario: Scenario) -> Outcome:
     ------
     RecordError
         When the record of the excitation cannot be used.
-    UsageError
+    ScenarioError
         When the case needs more memory than the machine has.
     SolverError
         When the numerics fail; the time is named.
@@ -49,10 +50,12 @@ def solve(case: Case) -> Outcome:
     from drysim.metrics import measure
 
     response, window, doubts = march(case) if case.period is None else repetition(case)
-    metrics = measure(response, window, case.limit)
+    track = response.track
+    assert track is not None, "an approach gives its response with its track"
+    metrics = measure(track, window, case.limit, response.numerics.closure)
     # The stroke limit holds while the motion settles, too.
     late = window[0] > 0 and metrics["violations"]
-    whole = measure(response, (0.0, window[1]), case.limit) if late else metrics
+    whole = measure(track, (0.0, window[1]), case.limit) if late else metrics
     return Outcome(
         case.scenario,
         response,
@@ -76,9 +79,11 @@ def repetition(case: Case) -> Solved:
     assert period is not None
     assert isinstance(motion, Sines), "samples end, so they repeat nothing"
     scene = (case.plant, case.law, motion)
-    orbit = case.approach.orbit(*scene, case.start, period)
+    exact = getattr(case.approach, "orbit", None)
+    orbit = exact(*scene, case.start, period) if exact else march_to_orbit(case, period)
     length = orbit.periods * period
-    response = case.approach.solve(*scene, orbit.state, case.step, length)
+    step = case.step if exact else fitted(case.step, period)
+    response = case.approach.solve(*scene, orbit.state, step, length)
     numerics = replace(response.numerics, closure=orbit.closure, period_multiple=orbit.periods)
     doubts = tuple(orbit_doubtful(orbit, case.limit))
     return replace(response, numerics=numerics), (0.0, length), doubts
