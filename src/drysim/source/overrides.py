@@ -97,7 +97,9 @@ def _known(value: Any, place: Place, depth: int = 0) -> Node:
         value = getattr(value, "item", lambda: value)()  # a number of numpy
     if isinstance(value, str | bool | int | float) or value is None:
         return Node(value, place)
-    raise Unreadable(place.problem(f"a {type(value).__name__} has no place in a scenario"))
+    raise Unreadable(
+        place.problem(f"a value of type {type(value).__name__} has no place in a scenario")
+    )
 
 
 def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") -> Node:
@@ -127,11 +129,10 @@ def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") 
 def _put_in_list(node: Node, steps: list[str], new: Node, place: Place, done: str) -> Node:
     """Give the list with the new node in the entry that the first step counts, from 0."""
     step, rest = steps[0], steps[1:]
-    last = len(node.value) - 1
-    if not (step.isdecimal() and len(step) < 9 and int(step) <= last):
-        raise Unreadable(
-            place.problem(f"{done} is a list with entries 0 to {last}; it has no `{step}`")
-        )
+    count = len(node.value)
+    if not (step.isdecimal() and len(step) < 9 and int(step) < count):
+        entries = f"with entries 0 to {count - 1}" if count else "without entries"
+        raise Unreadable(place.problem(f"{done} is a list {entries}; it has no `{step}`"))
     children = list(node.value)
     old = children[int(step)]
     children[int(step)] = _put(old, rest, new, place, f"{done}.{step}") if rest else new

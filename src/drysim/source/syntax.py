@@ -33,10 +33,13 @@ def explained(fault: yaml.MarkedYAMLError, text: str, place: Placer) -> Problem:
                 return here(f"a space is missing after the colon: {words}", spot, len(glued[2]))
         if ": " in line[: at[1]]:
             return here("a second `: ` in one value; put the value in quotes")
-        before = next((ln for ln in reversed(lines[: at[0]]) if ln.strip()), "")
-        if _indent(line) > _indent(before):
-            return here("this line is indented deeper than the one before it allows")
-        return here("the line before this has no colon behind its key")
+        number = next((n for n in reversed(range(at[0])) if lines[n].strip()), at[0])
+        before = lines[number]
+        if ":" not in before:
+            spot = (number, _indent(before))
+            return here("a colon is missing behind this key", spot, len(before.strip()))
+        sentence = "this line is indented deeper than the one before it allows"
+        return here(sentence, *_head(at, line))
     if "cannot start any token" in what:
         sign = line[at[1] : at[1] + 1]
         if sign == "\t":
@@ -54,12 +57,18 @@ def explained(fault: yaml.MarkedYAMLError, text: str, place: Placer) -> Problem:
     if re.search(r"expected (key|<block end>|'-' indicator)", what):
         if line[: at[1]].strip():
             return here("nothing may follow the value in its line")
-        return here("this line fits no block above it; check its indentation")
+        return here("this line fits no block above it; check its indentation", *_head(at, line))
     if line.startswith("%"):
         return here("this directive is not understood; remove it", width=len(line.rstrip()))
     if "node content" in what:
-        return here(f"a value is missing before `{line[at[1] : at[1] + 1]}`")
+        sign = line[at[1] : at[1] + 1]
+        return here(f"a value is missing before {f'`{sign}`' if sign else 'the end'}")
     return here(f"this is not YAML: {fault.problem}")
+
+
+def _head(at: tuple[int, int], line: str) -> tuple[tuple[int, int], int]:
+    """Give where a line begins to speak, and how long its first word is."""
+    return (at[0], _indent(line)), len((line.split() or [""])[0])
 
 
 def _indent(line: str) -> int:

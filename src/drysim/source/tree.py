@@ -103,7 +103,7 @@ class _Builder:
         elif isinstance(event, yaml.SequenceStartEvent):
             node = self.sequence(place, depth)
         else:
-            node = self.mapping(place, depth)
+            node = self.mapping(place, depth, event.flow_style)
         if node.size > MAX_VALUES:
             raise Unreadable(
                 place.problem(f"this is more than {MAX_VALUES} values, aliases counted")
@@ -129,7 +129,7 @@ class _Builder:
             values.append(self.node(event, depth + 1))
         return self.collection(values, values, place)
 
-    def mapping(self, place: Place, depth: int) -> Node:
+    def mapping(self, place: Place, depth: int, flow: bool) -> Node:
         """Give the mapping whose start was read."""
         values: dict[str, Node] = {}
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
@@ -146,7 +146,8 @@ class _Builder:
             below = isinstance(child.value, dict | list) and child.place.line > key.place.line
             here = key.place if below or child.value is None else child.place
             values[event.value] = child._replace(key=key.place, place=here)
-        return self.collection(values, list(values.values()), place)
+        first = next((child.key for child in values.values() if child.key), place)
+        return self.collection(values, list(values.values()), place if flow else first)
 
     def collection(self, value: Any, children: list[Node], place: Place) -> Node:
         """Give a list or mapping with its size and depth."""
