@@ -83,8 +83,8 @@ class Solver(Block):
     def _on_the_shelf(cls, name: str) -> str:
         if name not in SHELF:
             nearest = near(name, SHELF)
-            hint = f"; did you mean `{nearest}`?" if nearest else ""
-            raise ValueError(f"must be {' or '.join(SHELF)}, not {shown(name)}{hint}")
+            hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(SHELF)}"
+            raise ValueError(f"unknown approach {shown(name)}; {hint}")
         return name
 
     def member(self) -> Approach:

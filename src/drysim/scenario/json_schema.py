@@ -37,5 +37,8 @@ def describe() -> dict[str, Any]:
     words["title"] = "drysim scenario"
     words["properties"]["drysim"]["const"] = FORMAT
     words["$defs"]["Solver"]["properties"]["approach"]["enum"] = list(SHELF)
+    for member in SHELF.values():
+        options = words["$defs"].get(member.__name__, {"properties": {}})
+        options["properties"].pop("approach", None)  # the block's own name says it
     del words["$defs"]["Measure"]["properties"]["steady"]["default"]
     return {"$schema": DIALECT} | words

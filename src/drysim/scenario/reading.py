@@ -6,6 +6,7 @@ unknown kind is left alone.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -85,15 +86,14 @@ class Reading:
         word = given.get(tag, given.get(mistyped))
         if isinstance(word, str) and word in tags:
             return tags[word]
-        *others, last = tags
-        choice = f"{', '.join(others)} or {last}" if others else last
         if word is None:
-            self.fault(f"{dotted((*at, tag))} is required: {choice}", at, at_key=True)
+            sentence = f"{dotted((*at, tag))} is required: {' or '.join(tags)}"
+            self.fault(sentence, at, at_key=True)
         else:
             nearest = near(word, tags) if isinstance(word, str) else None
-            hint = f"; did you mean `{nearest}`?" if nearest else ""
-            name = dotted((*at, tag))
-            self.fault(f"{name} must be {choice}, not {shown(word)}{hint}", (*at, tag))
+            hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(tags)}"
+            sentence = f"unknown {tag} {shown(word)} in {dotted(at)}; {hint}"
+            self.fault(sentence, (*at, tag))
         self.closed.add(at)
         return None
 
@@ -108,8 +108,7 @@ class Reading:
         if 0 < len(home) < 3:
             nearest, hint = None, f"; it belongs in {' or '.join(home)}"
         else:
-            known = f"; known are {', '.join(fields)}"
-            hint = f"; did you mean `{nearest}`?" if nearest else known
+            hint = f"; did you mean `{nearest}`?" if nearest else _instead(key, fields)
         self.fault(f"unknown key `{key}`{where}{hint}", (*at, key), at_key=True)
         return nearest if nearest not in given else None
 
@@ -117,7 +116,8 @@ class Reading:
         """Note the keys that a block needs."""
         for name, field in keys_of(model).items():
             if field.is_required() and name not in words:
-                self.fault(f"{dotted((*at, name))} is required", (*at, name), at_key=True)
+                sentence = f"{dotted((*at, name))} is required{_about(field)}"
+                self.fault(sentence, (*at, name), at_key=True)
         for group in getattr(model, "one_of", ()):
             if not words.keys() & set(group):
                 either = " or ".join(group)
@@ -142,3 +142,16 @@ class Reading:
 def dotted(keys: Keys) -> str:
     """Give the name of a value in sentences."""
     return ".".join(map(str, keys))
+
+
+def _instead(key: str, fields: Mapping[str, FieldInfo]) -> str:
+    """Say what to do about a key that resembles nothing."""
+    if key[:1].isdigit():
+        return "; write decimals with a point, not with a comma"
+    return f"; known are {', '.join(fields)}"
+
+
+def _about(field: FieldInfo) -> str:
+    """Give the first clause of a field's description."""
+    clause = " ".join(re.split(r"[;.](?:\s|$)", field.description or "")[0].split())
+    return f": {clause[0].lower()}{clause[1:]}" if clause else ""
