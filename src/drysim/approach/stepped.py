@@ -107,10 +107,10 @@ class SteppedTrack:
 
     def _u2(self, part: slice) -> float | None:
         """Give the integral of u² over the grid points of a window [m²s]."""
-        begin, end = part.start * self.dt, part.stop * self.dt
         if isinstance(self.motion, Sines):
-            mean: float = mean_squares(self.motion, begin, end)[1]
-            return mean * (end - begin)
+            begin: float = part.start * self.dt
+            end: float = part.stop * self.dt
+            return mean_squares(self.motion, begin, end)[1] * (end - begin)
         if self.motion.u is None:
             return None
         u: Floats = self.motion.u[part]
