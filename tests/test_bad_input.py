@@ -114,7 +114,7 @@ def test_window_beyond_the_end_of_the_record_is_refused(drysim, tmp_path):
     (tmp_path / "seat.yaml").write_text(RECORDED + "measure: {settle: 0, duration: 1}\n")
     (tmp_path / "base.csv").write_text(SOUND)
     said = refused(drysim, tmp_path, "seat.yaml")
-    assert "measure" in said
+    assert "seat.yaml:4:" in said
     assert "0.03 s" in said
     same_verdict(drysim, "seat.yaml")
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
-from drysim.errors import Caution, Problem, ScenarioError, UsageError
+from drysim.errors import Caution, ScenarioError, UsageError
 from drysim.scenario import Scenario, cautions, period
-from drysim.study.memory import require
+from drysim.study import memory
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -80,12 +80,13 @@ def prepare(scenario: Scenario) -> Case:
     RecordError
         When the record of the excitation cannot be used.
     ScenarioError
-        When the window of the metrics lies beyond the end of the record.
+        When the window of the metrics lies beyond the end of the motion, or the case needs more
+        memory than the machine has.
     UsageError
-        When the case needs more memory than the machine has, or the engine is unknown.
+        When the environment names an engine that there is not.
     """
     require_engine()
-    motion = scenario.excitation.motion()
+    motion = base_motion(scenario)
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     assert step is not None, "a scenario has a step unless its record owns one"
     repeats = period(scenario) if scenario.measure.steady else None
@@ -101,7 +102,10 @@ def prepare(scenario: Scenario) -> Case:
         repeats,
         (*cautions(scenario, motion), *getattr(motion, "cautions", ())),
     )
-    require(case.steps)
+    if shortage := memory.shortage(case.steps):
+        raise misfit(
+            scenario, f"solver.step and measure.duration: {shortage}", "measure.duration"
+        )
     return case
 
 
@@ -111,6 +115,15 @@ def require_engine() -> None:
         engine()
     except ValueError as fault:
         raise UsageError(str(fault)) from fault
+
+
+def base_motion(scenario: Scenario) -> Sines | Samples:
+    """Give the motion of the base; a signal that would not fit into memory is not made."""
+    step, duration = scenario.solver.step, getattr(scenario.excitation, "duration", None)
+    if step and duration and (shortage := memory.shortage(round(duration / step))):
+        sentence = f"solver.step and excitation.duration: {shortage}"
+        raise misfit(scenario, sentence, "excitation.duration")
+    return scenario.excitation.motion(step)
 
 
 def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
@@ -123,8 +136,13 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
     end = last if duration is None else settle + duration
     if settle >= last or end > last * (1.0 + ON_THE_END):
         key = "measure.settle" if settle >= last else "measure.duration"
-        file = str(scenario.origin.get("file", ""))
-        sentence = f"{key} asks for motion beyond the end of the record at {number(last, 's')}"
-        problem = Problem(sentence, file, key=key)
-        raise ScenarioError(f"{file} is not a scenario yet: 1 problem", (problem,))
+        sentence = f"{key} asks for motion beyond the end of the base motion at {number(last, 's')}"
+        raise misfit(scenario, sentence, key)
     return settle, min(end, last)
+
+
+def misfit(scenario: Scenario, sentence: str, key: str) -> ScenarioError:
+    """Give the error for a key that only the whole case shows to be wrong."""
+    problem = scenario.problem(sentence, key)
+    name = scenario.origin["file"] or scenario.name
+    return ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 
-from drysim.errors import UsageError
-
 BYTES_PER_STEP = 64
 """Memory of one step of the output grid: the response itself takes 25; with what measures and
 writes it some 30 were seen under sines, twice that is safe for samples, too."""
@@ -13,21 +11,15 @@ writes it some 30 were seen under sines, twice that is safe for samples, too."""
 GIGA = 1e9
 
 
-def require(steps: int) -> None:
-    """Make sure that a response of so many steps fits.
-
-    Raises
-    ------
-    UsageError
-        When it needs more memory than the machine has; says how much.
-    """
+def shortage(steps: int) -> str:
+    """Say what a response of so many steps lacks, or nothing when it fits."""
     wanted, owned = steps * BYTES_PER_STEP, machine()
-    if wanted > owned:
-        raise UsageError(
-            f"{steps:.4g} steps need {wanted / GIGA:.3g} GB of memory, "
-            f"this machine has {owned / GIGA:.3g} GB",
-            hint="take a longer solver.step or a shorter measure.duration",
-        )
+    if wanted <= owned:
+        return ""
+    return (
+        f"{steps:.4g} steps need {wanted / GIGA:.3g} GB of memory, this machine has "
+        f"{owned / GIGA:.3g} GB; take a longer step or a shorter duration"
+    )
 
 
 def machine() -> float:
