@@ -136,7 +136,9 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
     end = last if duration is None else settle + duration
     if settle >= last or end > last * (1.0 + ON_THE_END):
         key = "measure.settle" if settle >= last else "measure.duration"
-        sentence = f"{key} asks for motion beyond the end of the base motion at {number(last, 's')}"
+        sentence = (
+            f"{key} asks for motion beyond the end of the excitation at {number(last, 's')}"
+        )
         raise misfit(scenario, sentence, key)
     return settle, min(end, last)
 
