@@ -29,6 +29,7 @@ KINDS = {
     "Hz": "frequency",
     "J": "energy",
     "rad": "angle",
+    "(m/s²)²/Hz": "acceleration PSD",
     "": "plain number",
 }
 """The units of a scenario and what they measure."""
@@ -49,6 +50,12 @@ _PLAIN: dict[str, dict[str, float]] = {
     "Hz": {"Hz": 1, "1/s": 1, "kHz": 1e3},
     "J": {"J": 1, "mJ": 1e-3, "kJ": 1e3},
     "rad": {"rad": 1, "deg": math.pi / 180, "°": math.pi / 180},
+    "(m/s²)²/Hz": {
+        "m^2/s^3": 1,
+        "(m/s^2)^2/Hz": 1,
+        "(m/s^2)2/Hz": 1,
+        "g^2/Hz": 96.1703842225,
+    },
     "": {"-": 1, "–": 1, "%": 1e-2},
 }
 

@@ -43,9 +43,9 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     ----------
     scenario : Scenario
     motion : Sines or Samples, optional
-        Base motion, if it is at hand; a record is not read for this.
+        Base motion, if it is at hand; no record is read and no signal is made for this.
     """
-    if motion is None and scenario.excitation.kind != "record":
+    if motion is None and not getattr(scenario.excitation, "own_end", False):
         motion = scenario.excitation.motion()
     found = [*_lengths(scenario), *_oscillator(scenario)]
     if isinstance(motion, Sines):

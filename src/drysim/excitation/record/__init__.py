@@ -71,6 +71,10 @@ class Record(Block):
     """The part that counts, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "rate", "step"),)
+    own_step: ClassVar[bool] = True
+    """A record owns its step."""
+    own_end: ClassVar[bool] = True
+    """A run ends with its record unless the scenario says otherwise."""
 
     _folder: Path = PrivateAttr(default_factory=Path)
 
@@ -92,7 +96,7 @@ class Record(Block):
         here = os.path.join(os.path.realpath(path.parent), path.name)
         return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
 
-    def motion(self) -> Samples:
+    def motion(self, step: float | None = None) -> Samples:
         """Read the record and give its base acceleration.
 
         Returns

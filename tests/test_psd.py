@@ -1,0 +1,243 @@
+"""Random base motion: its spectrum, its level, its displacement, and what is refused."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.motion import sample_squares
+from drysim.core.plant import Law, Plant, State
+from drysim.errors import ScenarioError
+from drysim.excitation.psd import Psd, area
+from drysim.quantity import convert
+from drysim.scenario import load
+from drysim.study.case import prepare
+from drysim.study.run import run
+
+G = 9.80665
+CARRIER = ((10.0, 0.015), (40.0, 0.015), (500.0, 0.00015))
+"""Common carrier, vertical: Hz and g²/Hz."""
+
+FLAT = ([0.5, 1.0], [10.0, 1.0])
+STEP = 2.5e-3
+
+
+def psd(points=FLAT, duration=60.0, seed=1, **words):
+    """Give a psd of the shelf."""
+    return Psd.model_validate(
+        {"kind": "psd", "points": points, "duration": duration, "seed": seed, **words}
+    )
+
+
+def scenario(tmp_path, excitation, solver="{step: 2.5e-3}"):
+    """Load a scenario with some psd."""
+    file = tmp_path / "seat.yaml"
+    file.write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        f"excitation: {{kind: psd, {excitation}}}\nsolver: {solver}\n"
+    )
+    return load(file)
+
+
+def test_area_of_a_log_log_polygon_is_that_of_the_common_carrier():
+    assert sqrt(area(CARRIER)) == pytest.approx(1.043, abs=5e-4)
+
+
+@pytest.mark.parametrize("slope", [-3, -1 - 1e-9, -1, -1 + 1e-12, 0, 2])
+def test_area_of_a_segment_is_its_integral(slope):
+    f = np.geomspace(2, 7, 100_001)
+    fine = np.trapezoid(3 * (f / 2) ** slope, f)
+    assert area(((2.0, 3.0), (7.0, 3 * 3.5**slope))) == pytest.approx(fine, rel=1e-9)
+
+
+def test_the_samples_have_the_mean_square_of_the_psd_to_rounding():
+    motion = psd(((0.7, 2.0), (3.1, 0.3), (9.0, 1.0))).motion(STEP)
+    wanted = area(((0.7, 2.0), (3.1, 0.3), (9.0, 1.0)))
+    assert np.mean(motion.u_dd[:-1] ** 2) == pytest.approx(wanted, rel=1e-12)
+    assert motion.realised["rms_asked"] == pytest.approx(sqrt(wanted), rel=1e-12)
+
+
+def test_rms_is_met_to_rounding_by_the_motion_between_its_samples():
+    motion = psd(rms=0.33).motion(0.01)
+    squares, _ = sample_squares(motion, 0.0, 60.0)
+    assert sqrt(squares / 60.0) == pytest.approx(0.33, rel=1e-12)
+    assert motion.realised["rms"] == pytest.approx(0.33, rel=1e-12)
+
+
+def test_points_in_g_are_points_in_si():
+    spoken = psd([[10, "0.015 g²/Hz"], ["40 Hz", "0.015 g^2/Hz"], [500, "0.00015 g2/Hz"]])
+    assert [P for _, P in spoken.points] == pytest.approx([P * G**2 for _, P in CARRIER])
+    assert convert("3 (m/s²)²/Hz", "(m/s²)²/Hz") == convert("3 m²/s³", "(m/s²)²/Hz") == 3
+    assert convert("3 cm^2/s^3", "(m/s²)²/Hz") == pytest.approx(3e-4, rel=1e-15)
+
+
+def test_welch_finds_the_psd_that_was_asked_for():
+    from scipy.signal import welch
+
+    points = ((0.5, 0.2), (2.0, 1.0), (5.0, 1.0), (10.0, 0.1))
+    motion = psd(points, duration=4000.0).motion(0.01)
+    f, found = welch(motion.u_dd, 100.0, nperseg=1000)
+    inside = (f > 1.0) & (f < 9.5)
+    corners = np.log(np.array(points)).T
+    asked = np.exp(np.interp(np.log(f[inside]), *corners))
+    assert np.abs(found[inside] - asked).max() < 0.1
+    assert found[f > 10.5].max() < 1e-6
+
+
+def test_nothing_is_outside_the_band():
+    motion = psd(((2.0, 1.0), (4.0, 1.0))).motion(STEP)
+    lines = np.abs(np.fft.rfft(motion.u_dd[:-1], norm="forward"))
+    outside = np.ones(len(lines), bool)
+    outside[120:241] = False
+    assert lines[outside].max() < 1e-15
+    assert lines[120:241].min() > 0.04
+
+
+def test_same_seed_gives_the_same_bits_and_another_seed_another_signal():
+    first, again, other = (psd(seed=seed).motion(STEP).u_dd for seed in (7, 7, 8))
+    assert first.tobytes() == again.tobytes()
+    assert abs(np.corrcoef(first, other)[0, 1]) < 0.2
+
+
+def test_a_finer_step_draws_the_same_signal():
+    coarse, fine = psd().motion(STEP), psd().motion(STEP / 4)
+    assert np.abs(fine.u_dd[::4] - coarse.u_dd).max() < 1e-12
+
+
+def test_another_band_keeps_the_lines_that_both_have():
+    wide, narrow = (psd(((0.5, 1.0), (top, 1.0))).motion(STEP).u_dd for top in (10.0, 8.0))
+    wide, narrow = (np.fft.rfft(u_dd[:-1], norm="forward") for u_dd in (wide, narrow))
+    assert np.abs(np.angle(wide[40:400] / narrow[40:400])).max() < 1e-9
+
+
+def test_motion_covers_its_duration_and_closes():
+    motion = psd().motion(STEP)
+    assert len(motion.u_dd) == 24_001
+    assert motion.u_dd[0] == motion.u_dd[-1]
+    assert motion.u is not None
+    assert motion.u[0] == motion.u[-1]
+
+
+@pytest.mark.parametrize("step", [STEP, 0.02])
+def test_displacement_is_that_of_the_acceleration_as_it_is(step):
+    from scipy.interpolate import CubicSpline
+
+    motion = psd().motion(step)
+    t = step * np.arange(len(motion.u))
+    spline = CubicSpline(t, motion.u, bc_type="periodic")  # the one with continuous velocity
+    assert np.abs(spline(t, 2) - motion.u_dd).max() < 1e-8
+    assert abs(motion.u[:-1].mean()) < 1e-15
+    _, squares = sample_squares(motion, 0.0, 60.0)
+    fine = spline(np.arange(0, 60, step / 8))
+    assert squares / 60 == pytest.approx(np.mean(fine**2), rel=1e-6)
+
+
+def test_displacement_is_the_acceleration_over_omega_squared_for_fine_steps():
+    motion = psd(((1.0, 1.0), (1.5, 1.0))).motion(STEP)
+    u_dd, u = (np.fft.rfft(series[:-1]) for series in (motion.u_dd, motion.u))
+    k = np.arange(60, 91)
+    assert np.abs(-u[k] * (2 * np.pi * k / 60) ** 2 / u_dd[k] - 1).max() < 1e-4
+
+
+def test_without_friction_the_response_has_the_psd_of_the_transfer_function():
+    from scipy.signal import welch
+
+    plant, motion = Plant(75.0, 7500.0, 500.0), psd(duration=2000.0).motion(STEP)
+    response = StickSlip().solve(plant, Law(0.0, 0.0), motion, State(0.0, 0.0), STEP, 2000.0)
+    f, base = welch(motion.u_dd, 1 / STEP, nperseg=8000)
+    _, mass = welch(response.x_dd, 1 / STEP, nperseg=8000)
+    inside = (f > 0.6) & (f < 9.9)
+    s = 2j * np.pi * f[inside]
+    T = (500 * s + 7500) / (75 * s**2 + 500 * s + 7500)
+    ratio = mass[inside] / base[inside] / np.abs(T) ** 2
+    assert ratio.mean() == pytest.approx(1, abs=0.01)
+    assert np.abs(ratio - 1).max() < 0.1
+
+
+def test_metrics_cover_the_whole_duration_and_know_the_displacement(tmp_path):
+    outcome = run(
+        scenario(tmp_path, "points: [[0.5, 1], [10, 1]], rms: 0.33, duration: 60, seed: 1")
+    )
+    assert outcome.metrics["a_u"] == pytest.approx(0.33, rel=1e-12)
+    assert outcome.metrics["T_x"] is not None
+    assert len(outcome.response.x_r) == 24_001
+    assert outcome.scenario.measure.duration is None
+
+
+def test_few_lines_are_said_to_be_no_noise():
+    (caution,) = psd(duration=1.0).motion(STEP).cautions
+    assert (caution.slug, caution.numbers["lines"]) == ("few-lines", pytest.approx(10, rel=0.1))
+
+
+def test_a_coarse_step_is_said_with_one_that_is_not():
+    (caution,) = psd().motion(0.02).cautions
+    assert caution.slug == "coarse-step"
+    assert "; 0.0086 s would be fine" in caution.sentence
+    assert psd(duration=60.2).motion(0.0086).cautions == ()
+
+
+POINTS = {
+    "points: [[1, 1]]": "excitation.points must have two points",
+    "points: [[1, 1], [1, 2]]": "excitation.points.1.0 must be above the frequency before it",
+    "points: [[1, 1], [5, 2, 3]]": "excitation.points.1 must be a pair [frequency, PSD]",
+    "points: [[1, 1], 5]": "excitation.points.1 must be a pair [frequency, PSD], not 5",
+    "points: [[0, 1], [5, 1]]": "excitation.points.0.0 must be above 0 Hz",
+    "points: [[1, 0], [5, 1]]": "excitation.points.0.1 must be above 0 (m/s²)²/Hz",
+    "points: [[1, 1 m/s2], [5, 1]]": "excitation.points.0.1: `m/s2` is a unit of acceleration",
+    "points: [[1, 1], [1.01, 1]]": "excitation.duration must be at least 100 s",
+    "points: [[1, 1], [200, 1]]": "solver.step must be below 0.0025 s",
+}
+
+
+@pytest.mark.parametrize(("points", "sentence"), POINTS.items(), ids=POINTS)
+def test_faulty_points_are_refused_at_their_place(tmp_path, points, sentence):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(tmp_path, f"{points}, duration: 1.5, seed: 1")
+    (problem,) = fault.value.problems
+    assert problem.sentence.startswith(sentence)
+    assert problem.line in (2, 3)
+
+
+WORDS = {
+    "seed: 1": "excitation.duration is required",
+    "duration: 60": "excitation.seed is required",
+    "duration: 0, seed: 1": "excitation.duration must be above 0 s",
+    "duration: 60, seed: 1.5": "excitation.seed must be a whole number",
+    "duration: 60, seed: true": "excitation.seed must be a whole number",
+    "duration: 60, seed: -1": "excitation.seed must be at least 0",
+    "duration: 60, seed: 1, rms: 0": "excitation.rms must be above 0 m/s²",
+    "duration: 60.001, seed: 1": "solver.step must divide excitation.duration, 60.001 s",
+}
+
+
+@pytest.mark.parametrize(("words", "sentence"), WORDS.items(), ids=WORDS)
+def test_faulty_words_are_refused(tmp_path, words, sentence):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(tmp_path, f"points: [[1, 1], [5, 1]], {words}")
+    (problem,) = fault.value.problems
+    assert problem.sentence.startswith(sentence)
+
+
+def test_a_step_is_required(tmp_path):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(tmp_path, "points: [[1, 1], [5, 1]], duration: 60, seed: 1", "{}")
+    (problem,) = fault.value.problems
+    assert problem.sentence.startswith("solver.step is required")
+
+
+def test_a_signal_larger_than_the_memory_is_refused_before_it_is_made(tmp_path):
+    huge = scenario(tmp_path, "points: [[1, 1], [5, 1]], duration: 1e12, seed: 1")
+    with pytest.raises(ScenarioError) as fault:
+        prepare(huge)
+    assert "GB of memory" in fault.value.problems[0].sentence
+
+
+def test_motion_without_scenario_refuses_a_step_that_does_not_suit():
+    with pytest.raises(ValueError, match="must divide"):
+        psd().motion(0.007)
+    with pytest.raises(ValidationError, match="two points"):
+        psd(points=[])
