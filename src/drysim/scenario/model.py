@@ -21,6 +21,7 @@ from drysim.checks import Check
 from drysim.core.plant import Law
 from drysim.errors import Problem
 from drysim.excitation import EXCITATIONS
+from drysim.excitation.generated import Generated
 from drysim.excitation.record import Record
 from drysim.friction import FRICTIONS
 from drysim.quantity import Block, shown
@@ -118,6 +119,14 @@ class Scenario(Block):
                 f"as the output folder is named after it; not {shown(name)}"
             )
         return name
+
+    @field_validator("solver")
+    @classmethod
+    def _step_suits(cls, solver: Solver, info: ValidationInfo) -> Solver:
+        excitation = info.data.get("excitation")
+        if solver.step is not None and isinstance(excitation, Generated):
+            excitation.check_step(solver.step)
+        return solver
 
     @field_validator("measure", mode="before")
     @classmethod

@@ -11,9 +11,6 @@ from drysim.scenario.shape import tag_of
 from drysim.source import Keys
 
 Fault = tuple[Keys, str]
-OWNS_STEP = ("record",)
-"""Excitations that come with a step and an end of their own."""
-
 _KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
 
 
@@ -41,9 +38,10 @@ def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
 
 def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
     """A record owns its step, everything else needs one."""
-    if kind not in OWNS_STEP and "step" not in solver:
+    own = getattr(_KINDS[kind], "own_step", False)
+    if not own and "step" not in solver:
         yield ("solver", "step"), "solver.step is required: the distance of the output grid [s]"
-    if kind in OWNS_STEP and "step" in solver:
+    if own and "step" in solver:
         yield (
             ("solver", "step"),
             f"solver.step has no use here: a {kind} owns its step; remove it",
@@ -62,7 +60,7 @@ def _measure(measure: Mapping[str, Any], kind: str) -> Iterator[Fault]:
         for key in ("settle", "duration"):
             if key in times:
                 yield ("measure", key), f"measure.{key} has no use beside `steady: true`"
-    elif kind not in OWNS_STEP and "duration" not in times:
+    elif not getattr(_KINDS[kind], "own_end", False) and "duration" not in times:
         by_default = getattr(_KINDS[kind], "steady_by_default", False)
         if not by_default or times or steady is False:
             other = ", or `steady: true`" if periodic else ""
