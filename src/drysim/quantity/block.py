@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import sys
+from collections.abc import Iterator
+from functools import cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler
@@ -14,9 +20,7 @@ if TYPE_CHECKING:
 class Block(BaseModel):
     """A block of a scenario: frozen, unknown keys refused, documented under its fields."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
     """Groups of keys of which exactly one is given."""
@@ -29,8 +33,10 @@ class Block(BaseModel):
     def __get_pydantic_json_schema__(
         cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        """Give the schema with the rules between the keys."""
+        """Give the schema with the texts under the fields and the rules between the keys."""
         schema = handler.resolve_ref_schema(handler(core_schema))
+        for name, text in texts_of(cls).items():
+            schema["properties"][cls.model_fields[name].alias or name]["description"] = text
         rules: list[JsonSchemaValue] = [
             {"oneOf": [{"required": [key]} for key in group]} for group in cls.one_of
         ]
@@ -42,6 +48,41 @@ class Block(BaseModel):
         if cls.needs:
             schema["dependentRequired"] = {key: [other] for key, other in cls.needs.items()}
         return schema
+
+
+def texts_of(model: type[BaseModel]) -> dict[str, str]:
+    """Give the text under every field of a model, by the name of the field.
+
+    It is read from the source when somebody asks: at import it would take a third of the
+    time that loading a scenario takes.
+    """
+    texts: dict[str, str] = {}
+    for cls in reversed(model.__mro__):
+        if issubclass(cls, Block) and cls.__module__ in sys.modules:
+            texts |= _texts_in(cls.__module__).get(cls.__name__, {})
+    return {name: text for name, text in texts.items() if name in model.model_fields}
+
+
+@cache
+def _texts_in(module: str) -> dict[str, dict[str, str]]:
+    """Give the texts under the annotated names of every class in a module."""
+    try:
+        tree = ast.parse(inspect.getsource(sys.modules[module]))
+    except (OSError, TypeError):  # there is no source, as in a frozen program
+        return {}
+    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    return {cls.name: dict(_texts_under(cls.body)) for cls in classes}
+
+
+def _texts_under(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
+    """Give name and text where a text stands under an annotated name."""
+    for field, below in pairwise(body):
+        match field, below:
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)),
+                ast.Expr(value=ast.Constant(value=str() as text)),
+            ):
+                yield name, inspect.cleandoc(text)
 
 
 class Misfit(ValueError):

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from drysim.errors import Problem
-from drysim.quantity import near, shown
+from drysim.quantity import near, shown, texts_of
 from drysim.scenario.shape import Model, homes, keys_of, models_in, tag_of
 from drysim.source import LOST, Document, Keys
 
@@ -87,7 +87,7 @@ class Reading:
         if isinstance(word, str) and word in tags:
             return tags[word]
         if word is None:
-            sentence = f"{dotted((*at, tag))} is required: {' or '.join(tags)}"
+            sentence = f"{dotted((*at, tag))} is required; known are {', '.join(tags)}"
             self.fault(sentence, at, at_key=True)
         else:
             nearest = near(word, tags) if isinstance(word, str) else None
@@ -116,7 +116,7 @@ class Reading:
         """Note the keys that a block needs."""
         for name, field in keys_of(model).items():
             if field.is_required() and name not in words:
-                sentence = f"{dotted((*at, name))} is required{_about(field)}"
+                sentence = f"{dotted((*at, name))} is required{_about(model, field)}"
                 self.fault(sentence, (*at, name), at_key=True)
         for group in getattr(model, "one_of", ()):
             if not words.keys() & set(group):
@@ -151,7 +151,8 @@ def _instead(key: str, fields: Mapping[str, FieldInfo]) -> str:
     return f"; known are {', '.join(fields)}"
 
 
-def _about(field: FieldInfo) -> str:
-    """Give the first clause of a field's description."""
-    clause = " ".join(re.split(r"[;.](?:\s|$)", field.description or "")[0].split())
+def _about(model: Model, field: FieldInfo) -> str:
+    """Give the first clause of the text under a field."""
+    name = next(name for name, known in model.model_fields.items() if known is field)
+    clause = " ".join(re.split(r"[;.](?:\s|$)", texts_of(model).get(name, ""))[0].split())
     return f": {clause[0].lower()}{clause[1:]}" if clause else ""
