@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from drysim.errors import Problem, ScenarioError
 from drysim.scenario.model import NAME, Scenario
 from drysim.scenario.reading import Reading
-from drysim.scenario.rules import broken
+from drysim.scenario.rules import broken, unused
 from drysim.scenario.sentences import sentences
 from drysim.source import Document, Overrides, Unreadable, read
 
@@ -61,6 +61,9 @@ def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
     except ValidationError as fault:
         for keys, sentence in sentences(fault, words):
             reading.fault(sentence, keys, instead=KIND)
+    else:
+        for keys, sentence in unused(scenario):
+            reading.fault(sentence, keys, at_key=True)
     for keys, sentence in broken(words):
         reading.fault(sentence, keys, at_key=True, instead=KIND)
     problems = [*document.problems, *reading.problems]

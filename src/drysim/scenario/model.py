@@ -5,67 +5,25 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Union
+from typing import Any
 
-from pydantic import (
-    Field,
-    PlainSerializer,
-    PlainValidator,
-    PrivateAttr,
-    ValidationInfo,
-    WithJsonSchema,
-    field_validator,
-)
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
-from drysim.checks import Check
 from drysim.core.plant import Law
 from drysim.errors import Problem
-from drysim.excitation import EXCITATIONS
 from drysim.excitation.generated import Generated
-from drysim.excitation.record import Record
-from drysim.friction import FRICTIONS
 from drysim.quantity import Block, shown
-from drysim.scenario.blocks import SHELF, Oscillator, Solver, Start, Stroke, with_options
+from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
+from drysim.scenario.fields import CheckWords, Excitation, Friction, SolverBlock
 from drysim.scenario.measure import Measure, common_period, in_seconds
+from drysim.scenario.resolved import spelled_out
 from drysim.source import Document
-
-if TYPE_CHECKING:
-    from drysim.excitation import Excitation
-    from drysim.friction import Friction
-
-    SolverBlock = Solver
-else:
-
-    def _shelf(members: tuple[type, ...], tag: str) -> object:
-        """Give the type that takes any member of a shelf, told apart by its tag."""
-        many = len(members) > 1
-        union = Union[members]  # noqa: UP007 - a shelf is a tuple, not types side by side
-        return Annotated[union, Field(discriminator=tag)] if many else union
-
-    Excitation = _shelf(EXCITATIONS, "kind")
-    Friction = _shelf(FRICTIONS, "law")
-    SolverBlock = with_options(SHELF)
 
 FORMAT = 1
 """Version of the file format."""
 
 NAME = re.compile(r"[^\W_][\w .-]{0,98}[\w-]|[^\W_]")
 """A name that is a good name for a folder everywhere."""
-
-
-def _parse(given: object) -> Check:
-    """Give a check from its text."""
-    if not isinstance(given, str | Check):
-        raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(given)}")
-    return given if isinstance(given, Check) else Check.parse(given)
-
-
-CheckWords = Annotated[
-    Check,
-    PlainValidator(_parse),
-    PlainSerializer(str),
-    WithJsonSchema({"type": "string", "pattern": "^.*[<>=].*$", "examples": ["T_a < 1.5"]}),
-]
 
 
 class Scenario(Block):
@@ -179,15 +137,7 @@ class Scenario(Block):
         relative_to : Path, optional
             Folder that the words will be written to; default: the folder of this scenario.
         """
-        words = self.model_dump(by_alias=True, exclude_none=True, mode="json")
-        if self.friction is not None:
-            words["friction"] = self.friction.spelled_out(self.oscillator.mass)
-        words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]
-        if isinstance(self.excitation, Record) and relative_to is not None:
-            words["excitation"]["file"] = self.excitation.file_from(relative_to)
-        if self.measure.steady:
-            words["measure"] = {"steady": True}
-        return {key: value for key, value in words.items() if value not in ("", [], {})}
+        return spelled_out(self, relative_to)
 
 
 def period(scenario: Scenario) -> float | None:

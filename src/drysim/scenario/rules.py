@@ -1,33 +1,53 @@
-"""Rules between the blocks of a scenario, as far as they need no values."""
+"""Rules between the blocks of a scenario."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drysim.excitation import EXCITATIONS
 from drysim.scenario.blocks import SHELF
 from drysim.scenario.shape import tag_of
 from drysim.source import Keys
 
+if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
+
 Fault = tuple[Keys, str]
+STATIC = ("static", "static_ratio", "mu_static")
+"""The keys that can put the static limit above kinetic friction."""
+
 _KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
 
 
 def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
-    """Give the sentence for every rule that is broken, and the keys to blame."""
+    """Give the sentence for every rule on keys that is broken, and the keys to blame."""
     kind = _block(words, "excitation").get("kind")
     if kind in _KINDS:
         yield from _step(_block(words, "solver"), kind)
         yield from _measure(_block(words, "measure"), kind)
     approach = _block(words, "solver").get("approach")
     if approach in SHELF and "friction" in words and not SHELF[approach].use_friction:
-        others = [name for name, member in SHELF.items() if member.use_friction]
         yield (
             ("friction",),
-            f"approach {approach} has no use for friction: take the block away "
-            f"(--set friction=null) or choose {' or '.join(others)}",
+            f"approach {approach} has no use for friction; take the block away "
+            "(--set friction=null) or choose stick-slip",
         )
+
+
+def unused(scenario: Scenario) -> Iterator[Fault]:
+    """Give the sentence for every value that the approach cannot use, and its keys."""
+    name, law = scenario.solver.approach, scenario.law()
+    member, friction = SHELF[name], scenario.friction
+    if not member.use_friction or friction is None:
+        return
+    if law.F_fs > law.F_fk and not member.use_static:
+        key = next(key for key in STATIC if getattr(friction, key, None) is not None)
+        sentence = f"approach {name} has no use for a static limit above kinetic friction"
+        yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
+    if law.variation and not member.use_variation:
+        sentence = f"approach {name} has no use for a varying normal force"
+        yield ("friction", "normal_variation"), f"{sentence}; take it away or choose stick-slip"
 
 
 def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -40,7 +60,7 @@ def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
     """A record owns its step, everything else needs one."""
     own = getattr(_KINDS[kind], "own_step", False)
     if not own and "step" not in solver:
-        yield ("solver", "step"), "solver.step is required: the distance of the output grid [s]"
+        yield ("solver", "step"), "solver.step is required: distance of the output grid [s]"
     if own and "step" in solver:
         yield (
             ("solver", "step"),

@@ -1,0 +1,35 @@
+"""A scenario as plain words again: overrides and defaults spelled out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drysim.excitation.record import Record
+
+if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
+
+
+def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
+    """Give the words of `Scenario.resolved`."""
+    words = scenario.model_dump(by_alias=True, exclude_none=True, mode="json")
+    if scenario.friction is not None:
+        words["friction"] = scenario.friction.spelled_out(scenario.oscillator.mass)
+    words["excitation"] = {"kind": scenario.excitation.kind} | words["excitation"]
+    if isinstance(scenario.excitation, Record) and relative_to is not None:
+        words["excitation"]["file"] = scenario.excitation.file_from(relative_to)
+    member = scenario.solver.member().model_dump(mode="json")
+    solver = words["solver"] | {scenario.solver.approach: member}
+    plain = {key: _options(value) for key, value in solver.items()}
+    words["solver"] = {key: value for key, value in plain.items() if value != {}}
+    if scenario.measure.steady:
+        words["measure"] = {"steady": True}
+    return {key: value for key, value in words.items() if value not in ("", [], {})}
+
+
+def _options(value: Any) -> Any:
+    """Give the options of an approach without its name, which their key says."""
+    if not isinstance(value, dict):
+        return value
+    return {key: option for key, option in value.items() if key != "approach"}
