@@ -1,0 +1,103 @@
+"""What a sound scenario deserves to be told about before anything is computed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drysim.core.motion import Samples
+from drysim.scenario import cautions, load
+
+WORDS = {
+    "oscillator": {"mass": 75, "stiffness": 7500, "damping": 500},
+    "friction": {"law": "coulomb", "kinetic": 15, "static": 18},
+    "excitation": {"kind": "harmonic", "frequency": 1.6, "rms": 1.0},
+    "solver": {"step": 2.5e-3},
+    "stroke": {"limit": "25 mm"},
+}
+
+
+@pytest.fixture
+def slugs(tmp_path):
+    """Give the slugs and sentences of the warnings that a scenario with overrides deserves."""
+    (tmp_path / "seat.yaml").write_text("drysim: 1\n")
+
+    def found(motion=None, **words: object) -> dict[str, str]:
+        nested = {**WORDS, **{key.replace("__", "."): value for key, value in words.items()}}
+        scenario = load(tmp_path / "seat.yaml", nested)
+        return {caution.slug: caution.sentence for caution in cautions(scenario, motion)}
+
+    return found
+
+
+def test_plausible_scenario_deserves_no_warning(slugs):
+    assert slugs() == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "slug", "part"),
+    [
+        ({"stroke__limit": 25}, "looks-like-millimetres", "write `25 mm`"),
+        ({"start__x_r": 12}, "looks-like-millimetres", "start.x_r is 12 m"),
+        ({"excitation__rms": 1000}, "looks-like-millimetres", "swings by 14 m"),
+        ({"oscillator__mass": 75000}, "looks-like-grams", "(`75000 g`)"),
+        ({"oscillator__stiffness": 7.5}, "looks-like-grams", "(`7.5 N/mm`)"),
+        ({"excitation__phase": 90}, "looks-like-degrees", "`90 deg`"),
+        ({"solver__step": 0.05}, "coarse-step", "12.5 steps a period at 1.6 Hz; 0.031 s"),
+    ],
+)
+def test_value_in_another_unit_or_too_coarse_is_said(slugs, words, slug, part):
+    assert part in slugs(**words)[slug]
+
+
+def test_damping_ratio_in_percent_is_said(slugs):
+    oscillator = {"mass": 75, "stiffness": 7500, "damping_ratio": 33.3}
+    assert "`33.3 %`" in slugs(oscillator=oscillator)["looks-like-percent"]
+
+
+def test_scene_in_units_of_its_own_is_left_alone(slugs):
+    words = {
+        "oscillator": {"mass": 1, "stiffness": 1, "damping": 0},
+        "friction": {"law": "coulomb", "kinetic": 1, "static": 1},
+        "start": {"x_r": 12, "v_r": 6},
+        "excitation": {"kind": "rest"},
+        "measure": {"duration": 25},
+    }
+    assert slugs(**words) == {}
+
+
+def test_mass_that_will_not_move_is_said(slugs):
+    """The base pulls at the mass with √2·m·a_u = 53.03 N at most."""
+    assert "will-not-move" in slugs(excitation__rms=0.5, friction__static=53.1)
+    assert slugs(excitation__rms=0.5, friction__static=53) == {}
+
+
+@pytest.mark.parametrize("start", [{"x_r": 0.001}, {"v_r": 0.1}])
+def test_mass_that_starts_outside_the_stuck_zone_moves(slugs, start):
+    assert slugs(excitation__rms=0.5, friction__static=53.1, start=start) == {}
+
+
+def test_weakest_hold_of_a_varying_normal_force_counts(slugs):
+    varied = {"amplitude": 0.4, "frequency": 1.6}
+    held = {"law": "coulomb", "kinetic": 15, "static": 60, "normal_variation": varied}
+    assert slugs(excitation__rms=0.5, friction=held) == {}
+    assert "will-not-move" in slugs(excitation__rms=0.5, friction={**held, "static": 89})
+
+
+def test_answer_that_hinges_on_a_static_limit_nobody_gave_is_said(slugs):
+    """45 N at 0.50 m/s² creeps when F_fs = F_fk, and stands still from a ratio of 1.1785 up."""
+    friction = {"law": "coulomb", "kinetic": 45}
+    assert "1.179" in slugs(excitation__rms=0.5, friction=friction)["static-not-given"]
+    assert slugs(excitation__rms=0.5, friction={**friction, "static_ratio": 1}) == {}
+    assert slugs(excitation__rms=0.75, friction=friction) == {}
+
+
+def test_samples_at_hand_tell_whether_the_mass_moves(slugs):
+    motion = Samples(np.array([0.0, 0.2, -0.24, 0.0]), 0.01)
+    assert "will-not-move" in slugs(motion)
+    assert slugs(motion._replace(u_dd=motion.u_dd * 1.1)) == {}
+
+
+def test_record_that_is_not_at_hand_is_not_read(slugs):
+    words = {"excitation": {"kind": "record", "file": "no.csv"}, "solver": {}}
+    assert slugs(**words) == {}

@@ -1,0 +1,80 @@
+"""What every member of the shelf of excitations keeps, and the sines in particular."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from typing import get_args
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from drysim.core.motion import Samples, Sines
+from drysim.excitation import EXCITATIONS, Excitation, Harmonic, Rest, SineSum
+from drysim.quantity import Quantity, texts_of
+
+WORDS = {
+    "rest": {},
+    "harmonic": {"frequency": 1.6, "rms": 1.0},
+    "sines": {"components": [{"frequency": 1, "amplitude": 2}, {"frequency": 3, "rms": 1}]},
+    "psd": {"points": [[1, 0.1], [10, 0.1]], "duration": 10, "seed": 1},
+    "record": {"file": "base.csv", "column": 2, "time": 1},
+}
+
+
+@pytest.fixture(params=EXCITATIONS, ids=lambda member: member.__name__)
+def member(request, tmp_path):
+    """Give an excitation of every kind."""
+    (tmp_path / "base.csv").write_text("t [s],u_dd [m/s2]\n0,0\n0.1,1\n0.2,0\n")
+    kind = get_args(request.param.model_fields["kind"].annotation)[0]
+    words = {"kind": kind, **WORDS[kind]}
+    return request.param.model_validate(words, context={"folder": tmp_path})
+
+
+def test_shelf_and_type_name_the_same_members():
+    assert set(EXCITATIONS) == set(get_args(Excitation))
+
+
+def test_motion_is_sines_or_samples(member):
+    assert isinstance(member.motion(0.01), Sines | Samples)
+
+
+def test_excitation_cannot_be_changed(member):
+    with pytest.raises(ValidationError, match="frozen"):
+        member.kind = "other"
+
+
+def test_unknown_words_are_refused(member):
+    with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
+        type(member).model_validate({**member.model_dump(exclude_none=True), "colour": "red"})
+
+
+def test_every_field_is_documented_and_says_its_unit(member):
+    texts = texts_of(type(member))
+    for name, field in type(member).model_fields.items():
+        assert texts[name]
+        for unit in (part.unit for part in field.metadata if isinstance(part, Quantity)):
+            assert f"[{unit or '-'}]" in texts[name], name
+
+
+def test_excitation_says_what_it_should_not_be_confused_with(member):
+    assert isinstance(member, BaseModel)
+    assert "Not to be confused with" in (type(member).__doc__ or "")
+
+
+def test_rest_is_no_sine_at_all():
+    assert Rest(kind="rest").motion() == Sines((), (), ())
+
+
+def test_rms_is_the_amplitude_over_root_two():
+    harmonic = Harmonic(kind="harmonic", frequency=1.6, rms=0.5, phase="90 deg")
+    assert harmonic.motion() == Sines((sqrt(2) * 0.5,), (1.6,), (pi / 2,))
+
+
+def test_amplitude_is_taken_as_it_is():
+    harmonic = Harmonic(kind="harmonic", frequency="96 rpm", amplitude="0.05 g")
+    assert harmonic.motion() == Sines((0.4903325,), (1.6,), (0.0,))
+
+
+def test_sum_of_sines_keeps_their_order():
+    words = {"kind": "sines", **WORDS["sines"]}
+    assert SineSum.model_validate(words).motion() == Sines((2, sqrt(2)), (1, 3), (0, 0))

@@ -1,0 +1,93 @@
+"""What every member of the shelf of friction laws keeps, and Coulomb's in particular."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+from pydantic import ValidationError
+
+from drysim.core.plant import Law
+from drysim.friction import FRICTIONS, Coulomb
+from drysim.quantity import Quantity, texts_of
+
+WORDS = {Coulomb: {"law": "coulomb", "kinetic": 15}}
+M = 75.0
+
+
+@pytest.fixture(params=FRICTIONS, ids=lambda member: member.__name__)
+def member(request):
+    """Give a friction of every law."""
+    return request.param.model_validate(WORDS[request.param])
+
+
+def coulomb(**words: object) -> Coulomb:
+    return Coulomb.model_validate({"law": "coulomb", **words})
+
+
+def test_static_limit_is_never_below_kinetic_friction(member):
+    law = member.limits(M)
+    assert law.F_fs >= law.F_fk >= 0
+
+
+def test_words_spelled_out_mean_the_same_law(member):
+    words = member.spelled_out(M)
+    assert type(member).model_validate(words).limits(M) == member.limits(M)
+
+
+def test_every_field_is_documented_and_says_its_unit(member):
+    texts = texts_of(type(member))
+    for name, field in type(member).model_fields.items():
+        assert texts[name]
+        for unit in (part.unit for part in field.metadata if isinstance(part, Quantity)):
+            assert f"[{unit or '-'}]" in texts[name], name
+
+
+def test_friction_says_what_it_should_not_be_confused_with(member):
+    assert "Not to be confused with" in (type(member).__doc__ or "")
+
+
+def test_static_limit_defaults_to_kinetic_friction():
+    friction = coulomb(kinetic=45)
+    assert friction.limits(M) == Law(45.0, 45.0)
+    assert not friction.static_given
+    assert friction.spelled_out(M)["static_ratio"] == 1.0
+
+
+@pytest.mark.parametrize(
+    "static", [{"static": 54}, {"static": "0.054 kN"}, {"static_ratio": 1.2}]
+)
+def test_static_limit_is_a_force_or_a_ratio(static):
+    friction = coulomb(kinetic=45, **static)
+    assert friction.limits(M) == Law(45.0, 54.0)
+    assert friction.static_given
+
+
+def test_coefficients_work_on_the_weight():
+    friction = coulomb(mu_kinetic=0.02, mu_static=0.03)
+    assert friction.limits(M) == Law(0.02 * 735.75, 0.03 * 735.75)
+    assert friction.spelled_out(M)["normal"] == 735.75
+
+
+def test_coefficients_work_on_the_normal_force_when_it_is_given():
+    assert coulomb(mu_kinetic=0.5, normal=100).limits(M) == Law(50.0, 50.0)
+    assert coulomb(mu_kinetic=0.5, normal=100, static_ratio=2).limits(M) == Law(50.0, 100.0)
+
+
+def test_varying_normal_force_keeps_its_sine():
+    varied = {"amplitude": 0.4, "frequency": 1.7, "phase": "90 deg"}
+    law = coulomb(kinetic=30, static=40, normal_variation=varied).limits(M)
+    assert law == Law(30.0, 40.0, 0.4, 2 * pi * 1.7, pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ({"kinetic": 15, "static": 12}, "must be at least the kinetic 15 N, not 12 N"),
+        ({"mu_kinetic": 0.3, "mu_static": 0.2}, "must be at least the kinetic 0.3, not 0.2"),
+        ({"kinetic": 15, "static_ratio": 0.9}, "must be at least 1, not 0.9"),
+    ],
+)
+def test_static_below_kinetic_is_refused(words, sentence):
+    with pytest.raises(ValidationError, match=sentence):
+        coulomb(**words)

@@ -1,0 +1,110 @@
+"""Values laid over a scenario: the same road from the shell and from Python."""
+
+from __future__ import annotations
+
+import pytest
+
+from drysim.errors import ScenarioError
+from drysim.scenario import Scenario, load
+
+SEAT = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {step: 2.5e-3}
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """Give the scenario of a text, with overrides."""
+
+    def loaded(text: str, overrides: object) -> Scenario:
+        (tmp_path / "seat.yaml").write_text(text)
+        return load(tmp_path / "seat.yaml", overrides)
+
+    return loaded
+
+
+def sentences(fault: pytest.ExceptionInfo[ScenarioError]) -> list[str]:
+    return [f"{problem.file}: {problem.sentence}" for problem in fault.value.problems]
+
+
+def test_overrides_count_from_the_shell_and_from_python(scenario):
+    shell = ["oscillator.mass=80", "stroke.limit=20 mm", "excitation.rms=1e0"]
+    python = {"oscillator.mass": 80, "stroke": {"limit": "20 mm"}, "excitation.rms": 1.0}
+    assert scenario(SEAT, shell).resolved() == scenario(SEAT, python).resolved()
+    assert scenario(SEAT, shell).stroke.limit == 0.02
+
+
+def test_overrides_reach_into_lists_and_take_keys_away(scenario):
+    sines = "sines, components: [{frequency: 1, rms: 1}, {frequency: 2, rms: 1}]"
+    text = SEAT.replace("harmonic, frequency: 1.6, rms: 1.0", sines)
+    shell = ["excitation.components.1.frequency=3 Hz", "measure.duration=9", "stroke=null"]
+    found = scenario(f"{text}stroke: {{limit: 1 cm}}\n", shell)
+    assert found.excitation.motion().f == (1.0, 3.0)
+    assert found.stroke is None
+
+
+def test_faulty_overrides_are_named_all_at_once(scenario):
+    shell = ["oscillator.mas=8", "strok.limit=20mm", "solver.step=0", "mass", "a=[", "b="]
+    with pytest.raises(ScenarioError) as fault:
+        scenario(SEAT, shell)
+    assert sorted(sentences(fault)) == sorted(
+        [
+            "--set oscillator.mas=8: unknown key `mas` in oscillator; did you mean `mass`?",
+            "--set strok.limit=20mm: unknown key `strok`; did you mean `stroke`?",
+            "--set solver.step=0: solver.step must be above 0 s, not 0",
+            "--set mass: write KEY=VALUE, such as `friction.kinetic=30`",
+            "--set a=[: a value is missing before the end",
+            "--set b=: has no value; `null` takes the key away",
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        ("solver.step.size", 1, "solver.step is a value; it has no `size`"),
+        ("checks.0", "T_a < 1", "checks is a list without entries; it has no `0`"),
+        ("friction", None, "there is no `friction` to take away"),
+        ("solver.step", object(), "a value of type object has no place in a scenario"),
+        ("oscillator.mass", True, "oscillator.mass must be a number [kg], not true"),
+    ],
+)
+def test_faulty_override_from_python_names_its_key(scenario, key, value, sentence):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(SEAT + "checks: []\n", {key: value})
+    assert sentences(fault) == [f"overrides[{key!r}]: {sentence}"]
+
+
+def test_value_is_read_by_the_rules_of_the_file(scenario):
+    shell = [
+        "about=on",
+        "checks=[T_a < 1, x_r_peak < 25 mm]",
+        "friction={law: coulomb, kinetic: 1e1}",
+    ]
+    found = scenario(SEAT, shell)
+    assert found.about == "on"
+    assert [check.limit for check in found.checks] == [1.0, 0.025]
+    assert found.law().F_fk == 10.0
+
+
+def test_last_value_of_a_key_counts(scenario):
+    assert scenario(SEAT, ["oscillator.mass=80", "oscillator.mass=90"]).oscillator.mass == 90.0
+
+
+def test_approach_without_friction_is_taken_once_the_friction_is(scenario):
+    text = SEAT + "friction: {law: coulomb, kinetic: 15}\n"
+    with pytest.raises(ScenarioError, match="1 problem") as fault:
+        scenario(text, ["solver.approach=viscous"])
+    assert "--set friction=null" in fault.value.problems[0].sentence
+    assert scenario(text, ["solver.approach=viscous", "friction=null"]).friction is None
+
+
+def test_numbers_of_numpy_are_numbers(scenario):
+    numpy = pytest.importorskip("numpy")
+    overrides = {"oscillator.mass": numpy.float64(80), "excitation.rms": numpy.int32(2)}
+    assert scenario(SEAT, overrides).origin["overrides"] == {
+        "oscillator.mass": 80.0,
+        "excitation.rms": 2,
+    }

@@ -1,0 +1,129 @@
+"""Numbers with units, and what a mistyped word meant."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from math import pi
+
+import pytest
+
+from drysim.quantity import KINDS, Quantity, convert, factor, near
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("25 mm", "m", 0.025),
+        ("35mm", "m", 0.035),
+        ("1.1 mm", "m", 0.0011),
+        ("2.5e1 cm", "m", 0.25),
+        ("0.05 g", "m/s²", 0.4903325),
+        ("50 g", "kg", 0.05),
+        ("2 m/s2", "m/s²", 2.0),
+        ("2 m/s^2", "m/s2", 2.0),
+        ("2 m s⁻²", "m/s²", 2.0),
+        ("7.5 N/mm", "N/m", 7500.0),
+        ("500 N·s/m", "N·s/m", 500.0),
+        ("500 Ns/m", "N·s/m", 500.0),
+        ("−15 N", "N", -15.0),
+        ("40 %", "", 0.4),
+        ("1.5 in", "m", 0.0381),
+        ("96 rpm", "Hz", 1.6),
+        ("7 1/min", "Hz", 7 / 60),
+        ("1 rad/s", "Hz", 1 / (2 * pi)),
+        ("90 deg", "rad", pi / 2),
+        ("0.25 turn", "rad", pi / 2),
+        ("5 stone", "kg", 31.7514659),
+        ("3 kJ", "J", 3000.0),
+        ("75", "kg", 75.0),
+        ("0 mm", "m", 0.0),
+    ],
+)
+def test_text_with_a_unit_is_converted_and_rounded_once(text, unit, value):
+    assert convert(text, unit) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "sentence"),
+    [
+        ("25 mn", "m", "unknown unit `mn`; did you mean `mm`?"),
+        ("25 N", "m", "`N` is a unit of force, not length [m]"),
+        ("15 kn", "N", "`kn` is a unit of velocity, not force [N]; did you mean `kN`?"),
+        ("3 deg", "", "`deg` is a unit of angle, not a plain number"),
+        ("9 degC", "m", "unknown unit `degC`"),
+        ("3 dB", "", "unknown unit `dB`"),
+        ("2,5 mm", "m", "`2,5 mm` has a comma; write numbers with a decimal point"),
+        ("1_000", "N", "must be a number [N] or a number with a unit, not `1_000`"),
+        ("soft", "", "must be a number, not `soft`"),
+        ("3 m**9**9**9", "m", "unknown unit `m**9**9**9`"),
+    ],
+)
+def test_text_that_is_no_quantity_earns_a_sentence(text, unit, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)) as fault:
+        convert(text, unit)
+    assert str(fault.value) == sentence
+
+
+def test_an_exponent_beyond_all_numbers_costs_no_time():
+    assert convert("1e-999999999 mm", "m") == 0.0
+    assert convert("1e999999999 mm", "m") == float("inf")
+
+
+@pytest.mark.parametrize("unit", [unit for unit in KINDS if unit])
+def test_a_unit_is_one_of_itself(unit):
+    assert factor(unit, unit) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        (True, "must be a number [N], not true"),
+        (None, "must be a number [N], not nothing"),
+        ([1], "must be a number [N], not a list"),
+        (float("nan"), "must be a finite number [N], not nan"),
+        ("1e999 N", "must be a finite number [N], not `1e999 N`"),
+        (-15, "must be at least 0 N, not -15"),
+        ("-0.1 kN", "must be at least 0 N, not `-0.1 kN`"),
+        (100.0, "must be below 100 N, not 100"),
+    ],
+)
+def test_value_outside_its_field_earns_a_sentence(given, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)) as fault:
+        Quantity("N", at_least=0, below=100).read(given)
+    assert str(fault.value) == sentence
+
+
+def test_an_integer_beyond_doubles_is_not_finite():
+    with pytest.raises(ValueError, match="must be a finite number"):
+        Quantity("kg").read(10**400)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("stifness", "stiffness"),
+        ("Mass", "mass"),
+        ("damp", "damping"),
+        ("dampign", "damping"),
+        ("static-ratio", "static_ratio"),
+        ("colour", None),
+        ("b", None),
+    ],
+)
+def test_near_name_is_the_word_that_was_meant(written, meant):
+    known = ["mass", "stiffness", "damping", "damping_ratio", "static", "static_ratio"]
+    assert near(written, known) == meant
+
+
+def test_everyday_units_need_no_units_library():
+    code = (
+        "import sys; from drysim.quantity import convert\n"
+        "for text, unit in [('25 mm', 'm'), ('0.05 g', 'm/s²'), ('90 deg', 'rad')]:\n"
+        "    convert(text, unit)\n"
+        "assert 'pint' not in sys.modules\n"
+        "convert('1.5 in', 'm')\n"
+        "assert 'pint' in sys.modules"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

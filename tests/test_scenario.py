@@ -1,0 +1,226 @@
+"""A scenario file that is sound: what it means, what it defaults to, and how it runs again."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from typing import ClassVar, Literal
+
+import pytest
+from pydantic import BaseModel
+
+from drysim.core.plant import Law, Plant, State
+from drysim.errors import ScenarioError
+from drysim.scenario import Scenario, load, period
+from drysim.scenario.blocks import SHELF, with_options
+from drysim.source import dump
+
+SEAT = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {step: 2.5e-3}
+"""
+
+EVERYTHING = """\
+drysim: 1
+name: everything
+about: "All of it: once"
+oscillator: {mass: 75 kg, stiffness: 7.5 kN/m, damping_ratio: 0.333}
+friction:
+  law: coulomb
+  mu_kinetic: 0.02
+  mu_static: 0.03
+  normal_variation: {amplitude: 0.4, frequency: 0.8, phase: 90 deg}
+stroke: {limit: 25 mm}
+start: {x_r: -1 mm, v_r: 0.1}
+excitation: {kind: harmonic, frequency: 1.6, rms: 0.05 g}
+solver: {approach: stick-slip, step: 2.5 ms}
+measure: {settle: 4 periods, duration: 20 periods}
+checks: [x_r_peak < 25 mm, T_a < 1.75]
+"""
+
+RECORD = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+excitation: {kind: record, file: data/base.csv, column: u_dd, window: {from: 1 s}}
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """Give the scenario of a text, with overrides."""
+
+    def loaded(text: str, overrides: object = ()) -> Scenario:
+        (tmp_path / "my seat.yaml").write_text(text)
+        return load(tmp_path / "my seat.yaml", overrides)
+
+    return loaded
+
+
+def test_only_oscillator_and_excitation_and_a_step_are_needed(scenario):
+    found = scenario(SEAT)
+    assert found.name == "my seat"
+    assert found.oscillator.plant() == Plant(75.0, 7500.0, 500.0)
+    assert found.law() == Law(0.0, 0.0)
+    assert found.start.state() == State(0.0, 0.0)
+    assert found.stroke is None
+    assert found.solver.approach == "stick-slip"
+    assert found.measure.steady
+    assert found.checks == ()
+
+
+def test_every_word_is_read_in_si(scenario):
+    found = scenario(EVERYTHING)
+    assert found.oscillator.plant() == Plant(75.0, 7500.0, 0.333 * 2 * 750.0)
+    assert found.law()[:3] == (0.02 * 735.75, 0.03 * 735.75, 0.4)
+    assert found.start.state() == State(-0.001, 0.1)
+    assert found.stroke.limit == 0.025
+    assert found.excitation.rms == 0.4903325
+    assert found.solver.step == 0.0025
+    assert [str(check) for check in found.checks] == ["x_r_peak < 25 mm", "T_a < 1.75"]
+
+
+def test_periods_are_the_common_period_of_base_and_normal_force(scenario):
+    found = scenario(EVERYTHING)
+    assert period(found) == 1.25
+    assert (found.measure.settle, found.measure.duration) == (5.0, 25.0)
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "common"),
+    [([1.6], 0.625), ([1.6, 0.7], 10.0), ([0.1, 0.2, 0.3], 10.0), ([1.0, 1.00001], None)],
+)
+def test_common_period_is_exact_for_decimal_frequencies(scenario, frequencies, common):
+    sines = ", ".join(f"{{frequency: {f}, rms: 1}}" for f in frequencies)
+    text = SEAT.replace("harmonic, frequency: 1.6, rms: 1.0", f"sines, components: [{sines}]")
+    assert period(scenario(text + "measure: {duration: 10}\n")) == common
+
+
+@pytest.mark.parametrize(
+    ("measure", "steady", "settle", "duration"),
+    [
+        ("{}", True, 0.0, None),
+        ("{steady: true}", True, 0.0, None),
+        ("{duration: 60}", False, 0.0, 60.0),
+        ("{settle: 1 min, duration: 2 min}", False, 60.0, 120.0),
+        ("{steady: false, duration: 1 period}", False, 0.0, 0.625),
+    ],
+)
+def test_harmonic_is_steady_unless_a_window_is_given(
+    scenario, measure, steady, settle, duration
+):
+    found = scenario(f"{SEAT}measure: {measure}\n").measure
+    assert (found.steady, found.settle, found.duration) == (steady, settle, duration)
+
+
+def test_record_is_measured_to_its_end_and_not_read_yet(scenario, tmp_path):
+    found = scenario(RECORD)
+    assert (found.measure.settle, found.measure.duration) == (0.0, None)
+    assert found.solver.step is None
+    assert found.folder == tmp_path
+    assert period(found) is None
+
+
+@pytest.mark.parametrize("text", [SEAT, EVERYTHING, RECORD])
+def test_resolved_scenario_runs_again_as_it_is(scenario, text):
+    found = scenario(text)
+    words, law = found.resolved(), found.law()
+    again = scenario(dump(words))
+    assert again.resolved() == words
+    assert again.law() == law
+
+
+def test_resolved_scenario_spells_out_defaults_and_overrides(scenario):
+    words = scenario(SEAT, ["friction={law: coulomb, kinetic: 15}", "name=other"]).resolved()
+    assert words["name"] == "other"
+    assert words["friction"] == {"law": "coulomb", "kinetic": 15.0, "static_ratio": 1.0}
+    assert words["solver"] == {"approach": "stick-slip", "step": 0.0025}
+    assert words["measure"] == {"steady": True}
+    assert words["start"] == {"x_r": 0.0, "v_r": 0.0}
+
+
+def test_resolved_scenario_spells_out_the_options_of_its_approach(scenario):
+    words = scenario(SEAT, ["solver.approach=signum"]).resolved()["solver"]
+    assert words == {
+        "approach": "signum",
+        "step": 0.0025,
+        "signum": {"method": "semi-implicit"},
+    }
+
+
+def test_resolved_record_is_found_from_another_folder(scenario, tmp_path):
+    words = scenario(RECORD).resolved(tmp_path / "out" / "seat")
+    assert words["excitation"]["file"] == "../../data/base.csv"
+    assert words["excitation"]["window"] == {"from": 1.0}
+
+
+def test_origin_names_file_hash_and_overrides(scenario):
+    origin = scenario(SEAT, {"oscillator.mass": 80}).origin
+    assert (origin["file"], origin["overrides"]) == ("my seat.yaml", {"oscillator.mass": 80})
+    assert len(origin["sha256"]) == 64
+
+
+def test_problem_found_later_is_shown_at_its_key(scenario):
+    problem = scenario(SEAT).problem("is too long", "solver.step")
+    assert (problem.line, problem.column, problem.width) == (3, 16, 6)
+
+
+@pytest.mark.parametrize(
+    ("file", "name"), [("a b.yaml", "a b"), (".seat.yaml", "seat"), ("ä(1).yaml", "ä-1")]
+)
+def test_name_defaults_to_the_file_made_safe_for_a_folder(tmp_path, file, name):
+    (tmp_path / file).write_text(SEAT)
+    assert load(tmp_path / file).name == name
+
+
+def test_scenario_cannot_be_changed(scenario):
+    with pytest.raises(ValueError, match="frozen"):
+        scenario(SEAT).name = "other"
+
+
+@pytest.mark.parametrize(
+    ("words", "key"),
+    [
+        ("static_ratio: 1.2", "friction.static_ratio"),
+        ("normal_variation: {amplitude: 0.1, frequency: 1.6}", "friction.normal_variation"),
+    ],
+)
+def test_friction_that_the_approach_cannot_use_is_refused(scenario, words, key):
+    text = f"{SEAT}friction: {{law: coulomb, kinetic: 15, {words}}}\n"
+    with pytest.raises(ScenarioError) as fault:
+        scenario(text, ["solver.approach=signum"])
+    (problem,) = fault.value.problems
+    assert (problem.key, problem.line) == (key, 4)
+    assert "approach signum has no use for" in problem.sentence
+
+
+def test_missing_kind_is_asked_for_with_the_whole_shelf(scenario):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(SEAT.replace("kind: harmonic, ", ""))
+    (problem,) = fault.value.problems
+    assert problem.sentence.startswith("excitation.kind is required; known are rest, harmonic, sines")
+
+
+def test_approach_with_options_brings_its_own_block():
+    class Smooth(BaseModel):
+        use_friction: ClassVar[bool] = True
+        approach: Literal["smooth"] = "smooth"
+        sharpness: float = 1e3
+
+    block = with_options({**SHELF, "smooth": Smooth})
+    solver = block.model_validate({"approach": "stick-slip", "smooth": {"sharpness": 5}})
+    assert solver.smooth == Smooth(sharpness=5)
+    assert solver.member() == SHELF["stick-slip"]()
+
+
+def test_loading_needs_no_heavy_library_and_little_time(tmp_path):
+    (tmp_path / "seat.yaml").write_text(EVERYTHING.replace(" deg", ""))
+    code = (
+        "import sys; from drysim.scenario import load, cautions\n"
+        "cautions(load('seat.yaml'))\n"
+        "assert not {'numba', 'scipy', 'pint', 'matplotlib'} & sys.modules.keys()"
+    )
+    began = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=False)
+    assert done.returncode == 0
+    assert time.perf_counter() - began < 5
