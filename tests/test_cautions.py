@@ -66,6 +66,10 @@ def test_scene_in_units_of_its_own_is_left_alone(slugs):
     assert slugs(**words) == {}
 
 
+def test_slow_sine_of_ordinary_acceleration_is_left_alone(slugs):
+    assert slugs(excitation__frequency=0.05) == {}
+
+
 def test_mass_that_will_not_move_is_said(slugs):
     """The base pulls at the mass with √2·m·a_u = 53.03 N at most."""
     assert "will-not-move" in slugs(excitation__rms=0.5, friction__static=53.1)

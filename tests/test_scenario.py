@@ -86,33 +86,6 @@ def test_periods_are_the_common_period_of_base_and_normal_force(scenario):
     assert (found.measure.settle, found.measure.duration) == (5.0, 25.0)
 
 
-@pytest.mark.parametrize(
-    ("frequencies", "common"),
-    [([1.6], 0.625), ([1.6, 0.7], 10.0), ([0.1, 0.2, 0.3], 10.0), ([1.0, 1.00001], None)],
-)
-def test_common_period_is_exact_for_decimal_frequencies(scenario, frequencies, common):
-    sines = ", ".join(f"{{frequency: {f}, rms: 1}}" for f in frequencies)
-    text = SEAT.replace("harmonic, frequency: 1.6, rms: 1.0", f"sines, components: [{sines}]")
-    assert period(scenario(text + "measure: {duration: 10}\n")) == common
-
-
-@pytest.mark.parametrize(
-    ("measure", "steady", "settle", "duration"),
-    [
-        ("{}", True, 0.0, None),
-        ("{steady: true}", True, 0.0, None),
-        ("{duration: 60}", False, 0.0, 60.0),
-        ("{settle: 1 min, duration: 2 min}", False, 60.0, 120.0),
-        ("{steady: false, duration: 1 period}", False, 0.0, 0.625),
-    ],
-)
-def test_harmonic_is_steady_unless_a_window_is_given(
-    scenario, measure, steady, settle, duration
-):
-    found = scenario(f"{SEAT}measure: {measure}\n").measure
-    assert (found.steady, found.settle, found.duration) == (steady, settle, duration)
-
-
 def test_record_is_measured_to_its_end_and_not_read_yet(scenario, tmp_path):
     found = scenario(RECORD)
     assert (found.measure.settle, found.measure.duration) == (0.0, None)
@@ -192,13 +165,6 @@ def test_friction_that_the_approach_cannot_use_is_refused(scenario, words, key):
     (problem,) = fault.value.problems
     assert (problem.key, problem.line) == (key, 4)
     assert "approach signum has no use for" in problem.sentence
-
-
-def test_missing_kind_is_asked_for_with_the_whole_shelf(scenario):
-    with pytest.raises(ScenarioError) as fault:
-        scenario(SEAT.replace("kind: harmonic, ", ""))
-    (problem,) = fault.value.problems
-    assert problem.sentence.startswith("excitation.kind is required; known are rest, harmonic, sines")
 
 
 def test_approach_with_options_brings_its_own_block():

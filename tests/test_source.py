@@ -36,6 +36,15 @@ def test_faulty_file_earns_exactly_these_words(file, monkeypatch):
     assert "\n".join(words) + "\n" == file.with_suffix(".txt").read_text()
 
 
+def test_missing_kind_is_asked_for_with_the_whole_shelf(tmp_path):
+    text = (PROBLEMS / "mistyped-block.yaml").read_text().replace("exitation", "excitation")
+    (tmp_path / "seat.yaml").write_text(text.replace("  kind: harmonic\n", ""))
+    with pytest.raises(ScenarioError) as fault:
+        load(tmp_path / "seat.yaml")
+    (problem,) = fault.value.problems
+    assert problem.sentence.startswith("excitation.kind is required; known are rest, harmonic")
+
+
 def test_every_pair_of_problems_is_complete():
     assert {f.stem for f in PROBLEMS.glob("*.yaml")} == {f.stem for f in PROBLEMS.glob("*.txt")}
 

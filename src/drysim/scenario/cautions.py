@@ -18,13 +18,10 @@ FAR = 1.0
 """An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
 
 HARD = 100.0
-"""No spring is let go at this acceleration [m/s²]; one pulled by 12 for 12 mm seems to be."""
+"""Ten times gravity [m/s²] over a metre is in millimetres."""
 
 SLOW = 0.1
 """Below this natural frequency [Hz] masses are in grams or springs in N/mm, not on springs."""
-
-THROW = 10.0
-"""No base swings by this amplitude [m]; one given in mm/s² seems to."""
 
 DAMPED = 5.0
 """Above this damping ratio [-] somebody meant percent."""
@@ -90,7 +87,7 @@ def _sines(motion: Sines) -> Iterator[Caution]:
     """Say which sines look like sines in other units."""
     for A, f, phase in zip(*motion, strict=True):
         u = A / (2 * pi * f) ** 2
-        if u >= THROW:
+        if u >= FAR and A >= HARD:
             yield Caution(
                 "looks-like-millimetres",
                 f"at {f:g} Hz the base swings by {u:.3g} m; if the excitation is in mm/s², "
