@@ -10,7 +10,7 @@ import pytest
 
 PARTS = (
     "plant", "motion", "compiled", "flow", "stop", "events", "march", "slide", "leave", "leap",
-    "grid", "orbit", "integrals", "forms", "recursion",
+    "grid", "period_map", "orbit", "integrals", "forms", "recursion",
 )  # fmt: skip
 
 

@@ -28,11 +28,11 @@ def orbit(
     x_r, v_r, d, multiple, closure, periods, _ = kernel.orbit.settle(
         plant, law, waves, period, *start, d, most, *past, log, len(log.n)
     )
-    *_, events, peak = kernel.orbit.one_period(
-        plant, law, waves, period, x_r, v_r, d, log, len(log.n)
-    )
+    scene = (plant, law, waves, period, x_r, v_r, d, log, len(log.n))
+    marginal = kernel.orbit.marginal(*scene)
+    *_, events, peak = kernel.orbit.one_period(*scene)
     return SimpleNamespace(
-        peak=peak * K / M, multiple=multiple, closure=closure, periods=periods, events=events,
+        state=(x_r, v_r), marginal=marginal, peak=peak * K / M, multiple=multiple, closure=closure, periods=periods, events=events,
         kinds=log.kind[:events].tolist(),
     )  # fmt: skip
 
@@ -119,3 +119,17 @@ def test_motion_that_keeps_growing_is_not_called_settled(kernel: SimpleNamespace
 def test_mass_that_never_moves_is_settled_after_one_period(kernel: SimpleNamespace) -> None:
     found = orbit(kernel, 1.0, 0.1, 1.0)
     assert (found.multiple, found.periods, found.events, found.peak) == (1, 1, 0, 0.0)
+
+
+@pytest.mark.parametrize(("zeta", "marginal"), [(0.0, True), (0.01, False)])
+def test_continuum_of_orbits_at_half_the_natural_frequency_is_recognised(
+    kernel: SimpleNamespace, zeta: float, marginal: bool
+) -> None:
+    # Without damping, β = 1/2 has a continuum of asymmetric orbits (Csernák, Stépán, Shaw 2007).
+    ends = []
+    for x_r in (0.0035, 0.0045):
+        found = orbit(kernel, 0.5, zeta, 0.2, start=(x_r, -0.0666666))
+        assert found.multiple == 1
+        assert found.marginal == marginal
+        ends.append(found.state[0])
+    assert (abs(ends[1] - ends[0]) > 9e-4) == marginal

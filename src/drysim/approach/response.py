@@ -178,6 +178,8 @@ class Orbit(NamedTuple):
         Largest scaled change of the state over the repetition [-].
     settled : bool
         Whether the scene closed at all.
+    unique : bool
+        Whether neighbours are drawn to it; false for one of a continuum of orbits.
     run_up : float
         Time from the start to the beginning of the repetition [s].
     run_up_peak : float
@@ -188,5 +190,6 @@ class Orbit(NamedTuple):
     periods: int
     closure: float
     settled: bool
+    unique: bool
     run_up: float
     run_up_peak: float

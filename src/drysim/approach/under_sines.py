@@ -116,14 +116,18 @@ def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: floa
     if law.F_fs == 0.0 and plant.k_x > 0.0 and plant.b > 0.0:
         start = frequency_response(plant, motion)
     d = mode_at_start(plant, law, motion, start)
+    waves, log = waves_of(motion, law), empty_log()
     past = held(np.zeros(orbit.MOST_MULTIPLE)), held(np.zeros(orbit.MOST_MULTIPLE))
-    x_r, v_r, _, multiple, closure, periods, peak = orbit.settle(
-        plant, law, waves_of(motion, law), period, start.x_r, start.v_r, d, MOST_PERIODS,
-        *past, empty_log(), LOG_LENGTH,
-    )  # fmt: skip
+    x_r, v_r, d, multiple, closure, periods, peak = orbit.settle(
+        plant, law, waves, period, *start, d, MOST_PERIODS, *past, log, LOG_LENGTH
+    )
     refuse_storm(multiple, periods * period, (x_r, v_r))
-    settled = multiple > 0
-    return Orbit(State(x_r, v_r), max(multiple, 1), closure, settled, periods * period, peak)
+    scene = (plant, law, waves, max(multiple, 1) * period, x_r, v_r, d, log, LOG_LENGTH)
+    unique = plant.b > 0.0 or not orbit.marginal(*scene)
+    return Orbit(
+        State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
+        periods * period, peak,
+    )  # fmt: skip
 
 
 def frequency_response(plant: Plant, motion: Sines) -> State:

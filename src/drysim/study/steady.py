@@ -53,7 +53,7 @@ def march_to_orbit(case: Case, period: float) -> Orbit:
         closure = float(changes[multiple - 1])
         state = State(float(x_r[BURST * steps]), float(v_r[BURST * steps]))
         peak, bursts = max(peak, float(np.abs(x_r).max())), bursts + 1
-    return Orbit(state, multiple, closure, closure <= CLOSED, bursts * BURST * period, peak)
+    return Orbit(state, multiple, closure, closure <= CLOSED, True, bursts * BURST * period, peak)
 
 
 def repeats(series: Floats, steps: int) -> Floats:
