@@ -1,0 +1,116 @@
+"""Table: the outcomes of many cases, without their responses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from drysim.approach.response import Response
+    from drysim.checks import Verdict
+    from drysim.errors import Caution
+    from drysim.scenario import Axis, Scenario
+
+OK = "ok"
+NOT_SETTLED = "not settled"
+NOT_UNIQUE = "not unique"
+FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case of a sweep, solved by one approach.
+
+    Attributes
+    ----------
+    point : mapping
+        Swept keys and their values in SI, in the order of the axes; a key that the approach has
+        no use for (friction under `viscous`) is missing.
+    approach : str
+        Name on the shelf.
+    F_fk, F_fs : float
+        Friction forces [N].
+    metrics : mapping
+        As `drysim.metrics.measure` gives them; all None where the status is not `ok`.
+    status : str
+        `ok`, `not settled`, `not unique` or `failed`.
+    note : str
+        What is to be said about a status other than `ok`.
+    """
+
+    point: Mapping[str, float]
+    approach: str
+    F_fk: float
+    F_fs: float
+    metrics: Mapping[str, float | int | None]
+    status: str = OK
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """All cases of a sweep or of a comparison.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    axes : tuple of Axis
+        Swept keys with unit and values; the first varies fastest. Empty for a comparison of one
+        case.
+    rows : tuple of Row
+        Approach by approach, each in the order of the grid.
+    checks : tuple of Verdict
+    warnings : tuple of Caution
+    complete : bool
+        Whether every case was computed.
+    """
+
+    scenario: Scenario
+    axes: tuple[Axis, ...]
+    rows: tuple[Row, ...]
+    checks: tuple[Verdict, ...] = ()
+    warnings: tuple[Caution, ...] = ()
+    complete: bool = True
+
+    @property
+    def approaches(self) -> tuple[str, ...]:
+        """The approaches in the order in which they were asked for."""
+        return tuple(dict.fromkeys(row.approach for row in self.rows))
+
+    def of(self, approach: str) -> Iterator[Row]:
+        """Give the rows of one approach."""
+        return (row for row in self.rows if row.approach == approach)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Several approaches on the very same base motion.
+
+    Attributes
+    ----------
+    table : Table
+        One row for each approach and case.
+    yardstick : str
+        The approach that the others are measured against.
+    responses : mapping
+        Response of each approach for one case, for a picture of the motion itself.
+    shown : mapping
+        The swept values of that case; empty without a sweep.
+    verdict : tuple of str
+        What the comparison says, in sentences; the first is the verdict itself.
+    """
+
+    table: Table
+    yardstick: str
+    responses: Mapping[str, Response]
+    shown: Mapping[str, float]
+    verdict: tuple[str, ...]
+
+    def deviation(self, row: Row) -> float | None:
+        """Give T_a of a row relative to the yardstick's at the same point, minus 1 [-]."""
+        for other in self.table.of(self.yardstick):
+            if all(row.point.get(key, value) == value for key, value in other.point.items()):
+                own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
+                return own / theirs - 1.0 if own is not None and theirs else None
+        return None
