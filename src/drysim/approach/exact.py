@@ -8,13 +8,13 @@ import numpy as np
 
 from drysim.approach.events import Events
 from drysim.approach.over_samples import solve_samples
-from drysim.approach.response import Response
+from drysim.approach.response import Response, Track
 from drysim.approach.under_sines import find_orbit, follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
 from drysim.errors import UsageError
 
-__all__ = ["find_orbit", "follow_sines", "frictionless", "solve"]
+__all__ = ["find_orbit", "follow", "frictionless", "solve"]
 
 
 def solve(
@@ -25,12 +25,28 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene with the core that fits its base motion."""
+    """Solve a scene with the core that fits its base motion, and write it on its grid."""
     if isinstance(motion, Samples):
         return solve_samples(plant, law, motion, start, duration)
+    return on_grid(follow_sines(plant, law, motion, start, needed(duration)), step)
+
+
+def follow(
+    plant: Plant, law: Law, motion: Sines | Samples, start: State, duration: float | None
+) -> Track:
+    """Solve a scene with the core that fits its base motion, without a grid where it can."""
+    if isinstance(motion, Samples):
+        track = solve_samples(plant, law, motion, start, duration).track
+        assert track is not None, "samples are solved with their track"
+        return track
+    return follow_sines(plant, law, motion, start, needed(duration))
+
+
+def needed(duration: float | None) -> float:
+    """Give the duration [s], which sines need."""
     if duration is None:
         raise UsageError("base motion by sines has no end of its own", "say how long to run")
-    return on_grid(follow_sines(plant, law, motion, start, duration), step)
+    return duration
 
 
 def frictionless(response: Response) -> Response:

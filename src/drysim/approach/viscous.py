@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from drysim.approach.response import Orbit, Response
+from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
@@ -36,6 +36,18 @@ class Viscous(Block):
     ) -> Response:
         """Give the response without dry friction; parameters as in `StickSlip.solve`."""
         return StickSlip().solve(plant, NO_FRICTION, motion, start, step, duration)
+
+    def track(
+        self,
+        plant: Plant,
+        law: Law,
+        motion: Sines | Samples,
+        start: State,
+        step: float,
+        duration: float | None = None,
+    ) -> Track:
+        """Give the solution without its grid; parameters as in `StickSlip.track`."""
+        return StickSlip().track(plant, NO_FRICTION, motion, start, step, duration)
 
     def orbit(
         self, plant: Plant, law: Law, motion: Sines, start: State, period: float
