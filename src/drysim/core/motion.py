@@ -72,7 +72,7 @@ class Samples(NamedTuple):
     u: NDArray[np.float64] | None = None
     inputs: tuple[Input, ...] = ()
     cautions: tuple[Caution, ...] = ()
-    realised: Mapping[str, float] = MappingProxyType({})
+    realised: Mapping[str, object] = MappingProxyType({})
 
 
 def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -50,7 +50,7 @@ class Harmonic(Component):
         """What repeats [Hz]."""
         return (self.frequency,)
 
-    def motion(self, step: float | None = None) -> Sines:
+    def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Give the base acceleration, used analytically."""
         return Sines((self.A,), (self.frequency,), (self.phase,))
 
@@ -71,7 +71,7 @@ class SineSum(Block):
         """What repeats [Hz], if the sines have a common period."""
         return tuple(sine.frequency for sine in self.components)
 
-    def motion(self, step: float | None = None) -> Sines:
+    def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Give the base acceleration, used analytically."""
         sines = self.components
         return Sines(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import expm1, log
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator
 
 from drysim.core.motion import Samples
 from drysim.excitation.generated import Drawn
-from drysim.excitation.noise import Floats, lines, noise, numbers
+from drysim.excitation.noise import Floats, lines, noise
 from drysim.quantity import Frequency, Misfit, Quantity, shown
 
 Density = Annotated[float, Quantity("(m/s²)²/Hz", above=0)]
@@ -54,30 +54,20 @@ class Psd(Drawn):
                 raise Misfit(sentence, i + 1, 0)
         return points
 
-    @model_validator(mode="after")
-    def _long_enough(self) -> Self:
-        low, high = self.points[0][0], self.points[-1][0]
-        first, last = numbers(low, high, self.duration)
-        if first > last:
-            raise Misfit(
-                f"must be at least {1 / (high - low):.4g} s: the lines of the spectrum are "
-                f"1/duration apart, and none would be from {low:g} to {high:g} Hz",
-                "duration",
-            )
-        return self
-
     @property
-    def highest(self) -> float:
-        """Highest frequency of the PSD [Hz]."""
-        return self.points[-1][0]
+    def band(self) -> tuple[float, float]:
+        """First and last frequency of the PSD [Hz]."""
+        return self.points[0][0], self.points[-1][0]
 
-    def motion(self, step: float | None = None) -> Samples:
+    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
         """Draw the base acceleration on a grid, and the displacement that goes with it.
 
         Parameters
         ----------
         step : float
             Distance of the samples [s].
+        end : float, optional
+            Not used: the motion has a length of its own.
 
         Returns
         -------
@@ -92,9 +82,8 @@ class Psd(Drawn):
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)
         f, G = (np.array(column) for column in zip(*self.points, strict=True))
-        wanted = lines(
-            lambda at: density(f, G, at), (f[0], f[-1]), area(self.points), self.duration
-        )
+        square = area(self.points)
+        wanted = lines(lambda at: density(f, G, at), self.band, square, self.duration)
         return noise(wanted, step, self.seed, self.rms)
 
 

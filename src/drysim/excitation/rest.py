@@ -17,6 +17,6 @@ class Rest(Block):
     kind: Literal["rest"]
     """The base stands still."""
 
-    def motion(self, step: float | None = None) -> Sines:
+    def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Give the base acceleration: no sine at all."""
         return Sines((), (), ())

@@ -42,7 +42,7 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     motion : Sines or Samples, optional
         Base motion, if it is at hand; no record is read and no signal is made for this.
     """
-    if motion is None and not getattr(scenario.excitation, "own_end", False):
+    if motion is None and hasattr(scenario.excitation, "frequencies"):
         motion = scenario.excitation.motion()
     found = [*_lengths(scenario), *_oscillator(scenario)]
     if isinstance(motion, Sines):

@@ -87,6 +87,15 @@ def prepare(scenario: Scenario) -> Case:
     """
     require_engine()
     motion = base_motion(scenario)
+    return assemble(
+        scenario, motion, (*cautions(scenario, motion), *getattr(motion, "cautions", ()))
+    )
+
+
+def assemble(
+    scenario: Scenario, motion: Sines | Samples, remarks: tuple[Caution, ...] = ()
+) -> Case:
+    """Give the case of a scenario whose base motion is known; errors as in `prepare`."""
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     assert step is not None, "a scenario has a step unless its record owns one"
     repeats = period(scenario) if scenario.measure.steady else None
@@ -100,7 +109,7 @@ def prepare(scenario: Scenario) -> Case:
         step,
         window(scenario, motion) if repeats is None else (0.0, repeats),
         repeats,
-        (*cautions(scenario, motion), *getattr(motion, "cautions", ())),
+        remarks,
     )
     if shortage := memory.shortage(case.steps):
         raise misfit(
@@ -119,11 +128,15 @@ def require_engine() -> None:
 
 def base_motion(scenario: Scenario) -> Sines | Samples:
     """Give the motion of the base; a signal that would not fit into memory is not made."""
-    step, duration = scenario.solver.step, getattr(scenario.excitation, "duration", None)
-    if step and duration and (shortage := memory.shortage(round(duration / step))):
-        sentence = f"solver.step and excitation.duration: {shortage}"
-        raise misfit(scenario, sentence, "excitation.duration")
-    return scenario.excitation.motion(step)
+    excitation, step, measure = scenario.excitation, scenario.solver.step, scenario.measure
+    end = None if measure.duration is None else measure.settle + measure.duration
+    span, block = end, "measure"
+    if getattr(excitation, "own_end", False):
+        span, block = getattr(excitation, "duration", None), "excitation"
+    if step and span and (shortage := memory.shortage(round(span / step))):
+        sentence = f"solver.step and {block}.duration: {shortage}"
+        raise misfit(scenario, sentence, f"{block}.duration")
+    return excitation.motion(step, end)
 
 
 def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:

@@ -96,7 +96,7 @@ class Record(Block):
         here = os.path.join(os.path.realpath(path.parent), path.name)
         return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
 
-    def motion(self, step: float | None = None) -> Samples:
+    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
         """Read the record and give its base acceleration.
 
         Returns
