@@ -17,6 +17,9 @@ WORDS = {
     "harmonic": {"frequency": 1.6, "rms": 1.0},
     "sines": {"components": [{"frequency": 1, "amplitude": 2}, {"frequency": 3, "rms": 1}]},
     "psd": {"points": [[1, 0.1], [10, 0.1]], "duration": 10, "seed": 1},
+    "psd": {"points": [[1, 1], [5, 1]], "duration": 10, "seed": 1},
+    "standard": {"class": "EM1", "duration": 10, "seed": 1},
+    "road": {"class": "B", "speed": 5, "duration": 10, "seed": 1},
     "record": {"file": "base.csv", "column": 2, "time": 1},
 }
 

@@ -99,14 +99,28 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
     if isinstance(motion, Samples):
         length = (len(motion.u_dd) - 1) * motion.dt
         files = "".join(f" {clean(source.file)}" for source in motion.inputs)
+        files += f" {motion.realised['class']}" if "class" in motion.realised else ""
         grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
-        return f"{kind}{files}, {grid}, {number(length, 's')}"
+        return f"{kind}{files}, {grid}, {number(length, 's')}{_realised(motion)}"
     if not motion.A:
         return f"{kind}, the base stands still"
     low, high = min(motion.f), max(motion.f)
     band = number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
     count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
     return f"{kind}{count} {band}, {number(_rms(motion), 'm/s² RMS')}"
+
+
+def _realised(motion: Samples) -> str:
+    """Give what came out of a generated signal beside what was asked for."""
+    words = []
+    for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
+        found, asked = motion.realised.get(name), motion.realised.get(f"{name}_asked")
+        if isinstance(found, float) and isinstance(asked, float):
+            words.append(f"{number(found, unit)} (asked for: {number(asked)})")
+    error = motion.realised.get("psd_error")
+    if isinstance(error, float):
+        words.append(f"PSD within {percent(error)} of its peak")
+    return "".join(f", {word}" for word in words)
 
 
 def _rms(motion: Sines) -> float:

@@ -4,7 +4,9 @@ from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.excitation.psd import Psd
 from drysim.excitation.record import Record
 from drysim.excitation.rest import Rest
+from drysim.excitation.road import Road
+from drysim.excitation.standards import Standard
 
-EXCITATIONS = (Rest, Harmonic, SineSum, Psd, Record)
+EXCITATIONS = (Rest, Harmonic, SineSum, Psd, Standard, Road, Record)
 
-Excitation = Rest | Harmonic | SineSum | Psd | Record
+Excitation = Rest | Harmonic | SineSum | Psd | Standard | Road | Record

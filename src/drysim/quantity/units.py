@@ -30,6 +30,8 @@ KINDS = {
     "J": "energy",
     "rad": "angle",
     "(m/s²)²/Hz": "acceleration PSD",
+    "m³": "PSD of height",
+    "1/m": "wave number",
     "": "plain number",
 }
 """The units of a scenario and what they measure."""
@@ -56,6 +58,8 @@ _PLAIN: dict[str, dict[str, float]] = {
         "(m/s^2)2/Hz": 1,
         "g^2/Hz": 96.1703842225,
     },
+    "m³": {"m^3": 1, "cm^3": 1e-6, "mm^3": 1e-9},
+    "1/m": {"1/m": 1, "cycle/m": 1, "cycles/m": 1, "rad/m": 0.5 / math.pi},
     "": {"-": 1, "–": 1, "%": 1e-2},
 }
 

@@ -121,6 +121,8 @@ def _excitation(outcome: Outcome) -> dict[str, Any]:
     if isinstance(motion, Samples):
         series = np.ascontiguousarray(motion.u_dd, dtype="<f8")
         fields["sha256"] = hashlib.sha256(series.data).hexdigest()
+        if motion.realised:
+            fields["realised"] = motion.realised
     return fields
 
 
