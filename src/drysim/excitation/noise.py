@@ -101,7 +101,7 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
         "scale": scale,
         "lines": float(len(squares)),
     }
-    cautions = (*_few(squares), *_coarse(sqrt(kept / asked), step))
+    cautions = (*_few(squares), *coarse(sqrt(kept / asked), step, "RMS than its spectrum"))
     return Samples(u_dd, step, _closed(spectrum, n), (), cautions, realised)
 
 
@@ -135,12 +135,15 @@ def _few(squares: Floats) -> Iterator[Caution]:
         yield Caution("few-lines", sentence, {"lines": effective})
 
 
-def _coarse(kept: float, step: float) -> Iterator[Caution]:
-    """Say when the samples are too far apart to be joined by straight lines."""
+def coarse(kept: float, step: float, what: str) -> Iterator[Caution]:
+    """Say when the samples are too far apart to be joined by straight lines.
+
+    `kept` is the share of `what` that is left; the loss goes with the step squared.
+    """
     if kept < 1 - LOST:
-        fine = 0.9 * step * sqrt(LOST / (1 - kept))  # the loss goes with the step squared
+        fine = 0.9 * step * sqrt(LOST / (1 - kept))
         sentence = (
             f"solver.step is coarse: joined by straight lines, the samples of the base have "
-            f"{(1 - kept) * 100:.2g} % less RMS than its spectrum; {fine:.2g} s would be fine"
+            f"{(1 - kept) * 100:.2g} % less {what}; {fine:.2g} s would be fine"
         )
         yield Caution("coarse-step", sentence, {"solver.step": step, "kept": kept})
