@@ -43,7 +43,7 @@ def outcome(
 ):
     """Give an outcome; further words become attributes of the scenario."""
     response = StickSlip().solve(PAPER, law, motion, start, 2.5e-3, duration)
-    metrics = measure(response, (0.0, (len(response.x_r) - 1) * response.dt), limit)
+    metrics = measure(response.track, (0.0, (len(response.x_r) - 1) * response.dt), limit)
     kind = "record" if isinstance(motion, Samples) else "harmonic" if motion.A else "rest"
     words = {
         "name": "seat",
