@@ -20,8 +20,10 @@ from drysim import report
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, State
 from drysim.errors import Caution, OutputError
-from drysim.report import curves, tables
+from drysim.report import tables
 from drysim.report.folder import fresh
+from drysim.report.plots import curves
+from drysim.report.plots.response import draw
 from outcomes import SINE, outcome, record
 
 
@@ -195,7 +197,7 @@ def test_picture_is_drawn_without_a_warning(scene, tmp_path):
 
 
 def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
-    figure = report.pictures.draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.01))
+    figure = draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.01))
     assert len(figure.axes) == 5
     for axes in figure.axes:
         assert axes.get_title("left").endswith("]")
@@ -221,7 +223,7 @@ def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):
 
 def test_limit_far_beyond_the_motion_is_left_out():
     def drawn(limit):
-        (legend,) = report.pictures.draw(outcome(limit=limit)).legends
+        (legend,) = draw(outcome(limit=limit)).legends
         return any("stroke limit" in text.get_text() for text in legend.get_texts())
 
     assert drawn(0.012)

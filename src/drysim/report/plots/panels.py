@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim import wording
-from drysim.report import curves
+from drysim.report.plots import curves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from drysim.approach.events import Floats
     from drysim.approach.response import Response
-    from drysim.report.curves import Curve
+    from drysim.report.plots.curves import Curve
 
 MM = 1e3
 

@@ -1,18 +1,17 @@
-"""PNG; Figure objects only, never pyplot, so that nothing is shared between two pictures."""
+"""The picture of a response: the motion over time and the friction loop."""
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drysim.report import curves, heading, panels
+from drysim.report.plots import canvas, curves, heading, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-    from drysim.report.curves import Curve
+    from drysim.report.plots.curves import Curve
     from drysim.study.outcome import Outcome
 
 LONG = 20_000
@@ -24,21 +23,6 @@ BUSY = 60
 FAR, NEAR = 3.0, 1.3
 """How many times the peak a stroke limit may be away to be drawn, in all and when zoomed."""
 
-WIDTH, DOTS = 9.0, 150
-"""Width of a picture [inch] and dots per inch; all heights below are inches from its foot."""
-
-STYLE: dict[str, Any] = {
-    "axes.axisbelow": True,
-    "axes.formatter.limits": (-3, 4),
-    "axes.grid": True,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlesize": 10,
-    "font.size": 10,
-    "grid.color": "#dcdcdc",
-    "grid.linewidth": 0.6,
-}
-
 
 def response(outcome: Outcome, folder: Path) -> None:
     """Write response.png: the motion over time and the friction loop.
@@ -49,30 +33,16 @@ def response(outcome: Outcome, folder: Path) -> None:
     folder : Path
         Where to write.
     """
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    # Nobody's own matplotlibrc changes the picture.
-    style: Any = dict(matplotlib.rcParamsDefault)
-    style.update(STYLE)
-    del style["backend"]
-    with matplotlib.rc_context(style), warnings.catch_warnings():
-        # A sign that the font lacks is drawn as a box; that is all there is to say.
-        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        canvas: Any = FigureCanvasAgg(draw(outcome))
-        # The version of matplotlib would change the file where the picture is the same.
-        canvas.print_png(str(folder / "response.png"), metadata={"Software": None})
+    canvas.paint(lambda: draw(outcome), folder / "response.png")
 
 
 def draw(outcome: Outcome) -> Figure:
     """Give the picture of a response, not yet rendered."""
-    from matplotlib.figure import Figure
-
     motion = outcome.response
     zoomed = len(motion.x_r) > LONG or len(motion.events) > BUSY
     body, arrange = (8.05, _zoomed) if zoomed else (5.15, _whole)
     head = heading.lines(outcome)
-    figure = Figure(figsize=(WIDTH, body + heading.height(head)), dpi=DOTS)
+    figure = canvas.blank(body + heading.height(head))
     heading.write(figure, head)
     arrange(figure, outcome)
     _legend(figure)

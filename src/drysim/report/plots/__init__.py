@@ -1,0 +1,3 @@
+"""PNG: each picture is a function of what it shows and the folder to write it in."""
+
+from drysim.report.plots.response import response as response
