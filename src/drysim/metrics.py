@@ -88,7 +88,8 @@ def greatest(track: Track, window: tuple[float, float]) -> float:
 def means(totals: Totals, length: float) -> dict[str, float | int | None]:
     """Give RMS values, their ratios and the stuck share from the integrals over a window."""
     a_u = math.sqrt(totals.u_dd2 / length)
-    a_x = math.sqrt(totals.x_dd2 / length)
+    # A mass that never moves has the base's motion to the last bit, not to rounding.
+    a_x = a_u if totals.stuck >= length else math.sqrt(totals.x_dd2 / length)
     x_r = math.sqrt(totals.x2 / length)
     u = None if totals.u2 is None else math.sqrt(totals.u2 / length)
     return {

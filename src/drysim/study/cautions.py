@@ -90,6 +90,12 @@ def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
         )
         numbers = {"closure": orbit.closure, "run_up": orbit.run_up}
         yield Caution("not-settled", sentence, numbers)
+    if not orbit.unique:
+        sentence = (
+            "the periodic orbit is one of a continuum: without damping its neighbours close, "
+            "too; it is the one that this start leads to"
+        )
+        yield Caution("not-unique", sentence)
     if limit is not None and orbit.run_up_peak >= limit:
         sentence = (
             f"on the way to the periodic orbit |x_r| reaches {millimetres(orbit.run_up_peak)}: "

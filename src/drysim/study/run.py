@@ -6,11 +6,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from drysim.core.compiled import settle
-from drysim.core.motion import Sines
 from drysim.study.case import Case, prepare
 from drysim.study.cautions import found, orbit_doubtful
 from drysim.study.outcome import Outcome
-from drysim.study.steady import fitted, march_to_orbit
+from drysim.study.steady import orbit_of
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
@@ -75,15 +74,10 @@ def march(case: Case) -> Solved:
 
 def repetition(case: Case) -> Solved:
     """Give one repetition of the periodic orbit that the start state leads to."""
-    period, motion = case.period, case.motion
-    assert period is not None
-    assert isinstance(motion, Sines), "samples end, so they repeat nothing"
-    scene = (case.plant, case.law, motion)
-    exact = getattr(case.approach, "orbit", None)
-    orbit = exact(*scene, case.start, period) if exact else march_to_orbit(case, period)
-    length = orbit.periods * period
-    step = case.step if exact else fitted(case.step, period)
-    response = case.approach.solve(*scene, orbit.state, step, length)
+    orbit, step = orbit_of(case)
+    assert case.period is not None
+    length = orbit.periods * case.period
+    response = case.approach.solve(case.plant, case.law, case.motion, orbit.state, step, length)
     numerics = replace(response.numerics, closure=orbit.closure, period_multiple=orbit.periods)
     doubts = tuple(orbit_doubtful(orbit, case.limit))
     return replace(response, numerics=numerics), (0.0, length), doubts

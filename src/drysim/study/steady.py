@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim.approach.response import Orbit
+from drysim.approach.stick_slip import StickSlip
+from drysim.approach.viscous import Viscous
+from drysim.core.motion import Sines
 from drysim.core.plant import State
 
 if TYPE_CHECKING:
@@ -19,6 +22,9 @@ BURST = 8
 
 MOST_BURSTS = 64
 """Bursts after which a motion counts as not settled: what decays has decayed by then."""
+
+PATIENCE = 3
+"""Bursts at least; more only while each closes better by a third than the one before."""
 
 CLOSED = 1e-9
 """Scaled change of the state over a repetition that counts as none [-]."""
@@ -32,28 +38,42 @@ def fitted(step: float, period: float) -> float:
     return period / max(1, ceil(period / step - ON_GRID))
 
 
-def march_to_orbit(case: Case, period: float) -> Orbit:
-    """Follow the start of a case to its periodic orbit, step by step.
+def orbit_of(case: Case) -> tuple[Orbit, float]:
+    """Give the periodic orbit of a case, and the step that it is solved with [s]."""
+    period = case.period
+    assert period is not None, "only what repeats has an orbit"
+    approach, motion = case.approach, case.motion
+    assert isinstance(motion, Sines), "samples end, so they repeat nothing"
+    scene = (case.plant, case.law, motion)
+    if isinstance(approach, StickSlip | Viscous):
+        return approach.orbit(*scene, case.start, period), case.step
+    step = fitted(case.step, period)
+    exact = StickSlip().orbit(*scene, case.start, period)
+    return march_to_orbit(case, exact.state, step, period), step
+
+
+def march_to_orbit(case: Case, state: State, dt: float, period: float) -> Orbit:
+    """Follow the exact orbit, step by step, to the orbit of a fixed-step approach.
 
     Notes
     -----
-    Fixed steps have an orbit of their own near that of the motion; a march that chatters may
-    have none, and its closure says so.
+    Fixed steps have an orbit of their own near that of the motion, so a march begins on the
+    latter. One that chatters may have none, and its closure says so.
     """
-    dt = fitted(case.step, period)
     steps = round(period / dt)
     scene = (case.plant, case.law, case.motion)
-    state, peak, closure, multiple, bursts = case.start, 0.0, np.inf, BURST, 0
-    while closure > CLOSED and bursts < MOST_BURSTS:
+    peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, BURST, 0
+    while bursts < PATIENCE or (CLOSED < closure < before / 1.5 and bursts < MOST_BURSTS):
         response = case.approach.solve(*scene, state, dt, BURST * period)
         x_r, v_r = response.x_r, response.v_r
         changes = np.maximum(repeats(x_r, steps), repeats(v_r, steps))
         closed = np.flatnonzero(changes <= CLOSED)
         multiple = int(closed[0]) + 1 if len(closed) else BURST
-        closure = float(changes[multiple - 1])
+        closure, before = float(changes[multiple - 1]), closure
         state = State(float(x_r[BURST * steps]), float(v_r[BURST * steps]))
         peak, bursts = max(peak, float(np.abs(x_r).max())), bursts + 1
-    return Orbit(state, multiple, closure, closure <= CLOSED, True, bursts * BURST * period, peak)
+    run_up = bursts * BURST * period
+    return Orbit(state, multiple, closure, closure <= CLOSED, True, run_up, peak)
 
 
 def repeats(series: Floats, steps: int) -> Floats:

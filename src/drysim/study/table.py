@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -107,10 +108,17 @@ class Comparison:
     shown: Mapping[str, float]
     verdict: tuple[str, ...]
 
+    def counterpart(self, row: Row) -> Row | None:
+        """Give the yardstick's row at the same point; None where there is no single one."""
+        return self._yardstick_rows.get(frozenset(row.point.items()))
+
     def deviation(self, row: Row) -> float | None:
         """Give T_a of a row relative to the yardstick's at the same point, minus 1 [-]."""
-        for other in self.table.of(self.yardstick):
-            if all(row.point.get(key, value) == value for key, value in other.point.items()):
-                own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
-                return own / theirs - 1.0 if own is not None and theirs else None
-        return None
+        other = self.counterpart(row)
+        own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a") if other else None
+        return own / theirs - 1.0 if own is not None and theirs else None
+
+    @cached_property
+    def _yardstick_rows(self) -> dict[frozenset[tuple[str, float]], Row]:
+        rows = self.table.of(self.yardstick)
+        return {frozenset(row.point.items()): row for row in rows}
