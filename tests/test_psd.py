@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -241,3 +242,33 @@ def test_motion_without_scenario_refuses_a_step_that_does_not_suit():
         psd().motion(0.007)
     with pytest.raises(ValidationError, match="two points"):
         psd(points=[])
+
+
+def test_a_block_on_white_noise_has_the_laplace_law():
+    """Density of v_r ∝ exp(-F|v_r|/(m D)), for noise of two-sided intensity 2D."""
+    white, step, T = [[0.001, 4.0], [98.0, 4.0]], 0.005, 5000.0  # one-sided in Hz, D is 1
+    motion = psd(white, T, seed=3).motion(step)
+    response = StickSlip().solve(
+        Plant(1.0, 0.0, 0.0), Law(1.0, 1.0), motion, State(0.0, 0.0), step, T
+    )
+    speed = np.abs(response.v_r)
+    assert speed.mean() == pytest.approx(1, abs=0.05)
+    shares = [(speed > limit).mean() for limit in (0.5, 1, 2, 3)]
+    assert shares == pytest.approx(np.exp([-0.5, -1, -2, -3]), abs=0.02)
+
+
+@pytest.mark.slow
+def test_ten_million_samples_cost_at_most_three_transforms():
+    drawn, lines = psd(duration=25_000.0), np.zeros(5_000_001, dtype=complex)
+    lines[10:250_000] = 1
+
+    def shortest(work):
+        times = []
+        for _ in range(4):
+            begin = perf_counter()
+            work()
+            times.append(perf_counter() - begin)
+        return min(times)
+
+    transform = shortest(lambda: np.fft.irfft(lines, 10_000_000))
+    assert shortest(lambda: drawn.motion(STEP)) < 3 * transform

@@ -95,11 +95,11 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
     u_dd = _closed(spectrum, n)
     band *= step * step * (1 / 6 - 1 / 4 / bend)  # -1/ω² for steps without end
     asked = float(squares.sum())
-    realised = {
+    realised: dict[str, object] = {
         "rms_asked": sqrt(asked) if rms is None else rms,
         "rms": sqrt(kept) * scale,
         "scale": scale,
-        "lines": float(len(squares)),
+        "lines": len(squares),
     }
     cautions = (*_few(squares), *coarse(sqrt(kept / asked), step, "RMS than its spectrum"))
     return Samples(u_dd, step, _closed(spectrum, n), (), cautions, realised)
