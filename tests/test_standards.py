@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from math import log2, sqrt
 
 import numpy as np
@@ -10,9 +11,7 @@ import pytest
 from drysim.core.motion import sample_squares
 from drysim.errors import ScenarioError
 from drysim.excitation.standards import CLASSES, Standard, proof
-from drysim.report.sidecar import sidecar
 from drysim.scenario import load
-from drysim.study.run import run
 from drysim.wording import excitation
 
 STEP = 2.5e-3
@@ -118,14 +117,16 @@ def seat(tmp_path):
     return file
 
 
-def test_proof_is_in_the_sidecar_and_the_class_in_the_metrics(seat):
-    outcome = run(load(seat))
-    assert outcome.metrics["a_u"] == pytest.approx(1.73, rel=1e-12)
-    assert outcome.metrics["T_x"] is not None
-    told = sidecar(outcome, "drysim run seat.yaml", 0, {})["excitation"]
-    assert (told["kind"], told["seed"], len(told["sha256"])) == ("standard", 1, 64)
-    assert told["realised"]["rms"] == pytest.approx(1.73)
-    assert len(told["realised"]["psd"]) == 21
+def test_proof_is_in_the_sidecar_and_the_class_in_the_metrics(drysim, seat):
+    answer = drysim("run", seat, "--json", "--no-plots")
+    assert answer.code == 0
+    told = json.loads(answer.out)
+    assert told["metrics"]["a_u"] == pytest.approx(1.73, rel=1e-12)
+    assert told["metrics"]["T_x"] is not None
+    base = told["excitation"]
+    assert (base["kind"], base["seed"], len(base["sha256"])) == ("standard", 1, 64)
+    assert base["realised"]["rms"] == pytest.approx(1.73)
+    assert len(base["realised"]["psd"]) == 21
 
 
 def test_unknown_class_is_named_with_its_nearest_relative(seat):
