@@ -6,7 +6,7 @@ from math import pi
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from drysim.core.motion import Samples
 from drysim.errors import Caution
@@ -59,11 +59,11 @@ class Road(Drawn):
     ] = None
     """Class of ISO 8608, A (smooth) to H; its geometric mean, G_d(n0) = 16e-6 m³ for A and four
     times as much a class."""
-    roughness: Annotated[float, Quantity("m³", above=0)] | None = None
-    """PSD of the profile's height at the reference [m³], in place of `class`."""
     reference: Literal["n0", "Omega0"] | None = None
     """What `roughness` refers to: n0, per cycle/m at 0.1 cycle/m; Omega0, per rad/m at 1 rad/m.
     """
+    roughness: Annotated[float, Quantity("m³", above=0)] | None = None
+    """PSD of the profile's height at the reference [m³], in place of `class`."""
     speed: Annotated[float, Quantity("m/s", above=0)]
     """Speed V [m/s]."""
     wave_numbers: Band = Band()
@@ -72,15 +72,16 @@ class Road(Drawn):
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("class", "roughness"),)
     needs: ClassVar[dict[str, str]] = {"reference": "roughness"}
 
-    @model_validator(mode="after")
-    def _refers_to_something(self) -> Self:
-        if self.roughness is not None and self.reference is None:
-            raise Misfit(
+    @field_validator("roughness")
+    @classmethod
+    def _refers(cls, roughness: float | None, info: ValidationInfo) -> float | None:
+        said = {"grade", "reference"} & {key for key, word in info.data.items() if word}
+        if roughness is not None and not said and "reference" in info.data:
+            raise ValueError(
                 "needs its reference: `reference: n0` for a PSD per cycle/m at 0.1 cycle/m, "
-                "`reference: Omega0` for one per rad/m at 1 rad/m, 16 times as much road",
-                "roughness",
+                "`reference: Omega0` for one per rad/m at 1 rad/m, 16 times as much road"
             )
-        return self
+        return roughness
 
     @property
     def G_d(self) -> float:
