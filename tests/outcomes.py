@@ -31,6 +31,25 @@ def record(n, rms=1.0):
     return Samples(noise(n, rms), 2.5e-3, inputs=(Input("road.csv", "ab" * 32, 1234),))
 
 
+def stand_in(kind, limit=None, law=STICKY, **words):
+    """Give what reports ask of a scenario; further words replace or add attributes."""
+    usual = {
+        "name": "seat",
+        "about": "A seat on its suspension.",
+        "oscillator": SimpleNamespace(plant=lambda: PAPER),
+        "law": lambda: law,
+        "stroke": None if limit is None else SimpleNamespace(limit=limit),
+        "excitation": SimpleNamespace(kind=kind),
+        "friction": SimpleNamespace(static_given=False),
+        "static_given": False,
+        "solver": SimpleNamespace(step=2.5e-3, approach="stick-slip"),
+        "measure": SimpleNamespace(settle=0.0, steady=True),
+        "origin": {"file": "seat.yaml", "sha256": "cd" * 32, "overrides": {}},
+        "resolved": lambda relative_to: {"drysim": 1, "name": "seat"},
+    }
+    return SimpleNamespace(**usual | words)
+
+
 def outcome(
     law=STICKY,
     motion=SINE,
@@ -45,16 +64,7 @@ def outcome(
     response = StickSlip().solve(PAPER, law, motion, start, 2.5e-3, duration)
     metrics = measure(response.track, (0.0, (len(response.x_r) - 1) * response.dt), limit)
     kind = "record" if isinstance(motion, Samples) else "harmonic" if motion.A else "rest"
-    words = {
-        "name": "seat",
-        "about": "A seat on its suspension.",
-        "stroke": None if limit is None else SimpleNamespace(limit=limit),
-        "excitation": SimpleNamespace(kind=kind),
-        "friction": SimpleNamespace(static_given=False),
-        "measure": SimpleNamespace(settle=0.0),
-        "origin": {"file": "seat.yaml", "sha256": "cd" * 32, "overrides": {}},
-        "resolved": lambda relative_to: {"drysim": 1, "name": "seat"},
-    }
+    words = stand_in(kind, limit, law, **scenario)
     verdicts = tuple(Check.parse(text).judge(metrics) for text in checks)
     cautions = tuple(Caution("slug", sentence) for sentence in warnings)
-    return Outcome(SimpleNamespace(**words | scenario), response, metrics, verdicts, cautions)
+    return Outcome(words, response, metrics, verdicts, cautions)

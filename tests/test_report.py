@@ -20,7 +20,7 @@ from drysim import report
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, State
 from drysim.errors import Caution, OutputError
-from drysim.report import tables
+from drysim.report import swap, tables
 from drysim.report.folder import fresh
 from drysim.report.plots import curves
 from drysim.report.plots.response import draw
@@ -192,7 +192,7 @@ SCENES = {
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_picture_is_drawn_without_a_warning(scene, tmp_path):
-    report.pictures.response(outcome(**scene), tmp_path)
+    report.plots.response(outcome(**scene), tmp_path)
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -214,10 +214,10 @@ def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):
     import matplotlib
 
     made = outcome()
-    report.pictures.response(made, tmp_path)
+    report.plots.response(made, tmp_path)
     first = (tmp_path / "response.png").read_bytes()
     with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red", "text.usetex": True}):
-        report.pictures.response(made, tmp_path)
+        report.plots.response(made, tmp_path)
     assert (tmp_path / "response.png").read_bytes() == first
 
 
@@ -480,7 +480,7 @@ def killed_at(step, act):
 @pytest.mark.parametrize("atomic", [True, False], ids=["exchange", "two renames"])
 def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, atomic):
     if not atomic:
-        monkeypatch.setattr(report.folder, "_exchange", lambda *_: False)
+        monkeypatch.setattr(swap, "_exchange", lambda *_: False)
 
     def put(word):
         with fresh(Path("out")) as partial:

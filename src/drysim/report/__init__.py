@@ -1,41 +1,58 @@
-"""Files: what a finished outcome leaves on the disk. Computes nothing and shows nothing."""
+"""Files: what finished work leaves on the disk. Computes nothing and shows nothing."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from drysim.report import plots as pictures
-from drysim.report import tables
-from drysim.report.claim import MARKER
+from drysim.errors import EXIT_INTERRUPTED
+from drysim.report import digest, plots, rows, tables
+from drysim.report.claim import JOURNAL, MARKER
 from drysim.report.claim import check as check
-from drysim.report.folder import fresh, mark
+from drysim.report.folder import Claim as Claim
+from drysim.report.folder import claim_partial as claim_partial
+from drysim.report.folder import finish, mark
 from drysim.report.sidecar import sidecar as sidecar
 from drysim.report.sidecar import text as text
 from drysim.source import dump
 
 if TYPE_CHECKING:
     from drysim.study.outcome import Outcome
+    from drysim.study.table import Comparison, Table
+
+Made = TypeVar("Made")
 
 
-def resolved_scenario(outcome: Outcome, folder: Path) -> None:
+def resolved_scenario(made: Outcome | Table, folder: Path) -> None:
     """Write scenario.yaml: overrides and defaults spelled out; it runs again as it is."""
-    words = dump(outcome.scenario.resolved(relative_to=folder))
+    words = dump(made.scenario.resolved(relative_to=folder))
     (folder / "scenario.yaml").write_text(words, encoding="utf-8", newline="\n")
+
+
+def compared_scenario(made: Comparison, folder: Path) -> None:
+    """Write the scenario that all approaches share."""
+    resolved_scenario(made.table, folder)
 
 
 WRITERS = (resolved_scenario, tables.response, tables.events, tables.stroke_violations)
 """Each takes an outcome and a folder, and writes its file when there is anything to write."""
 
-PAINTERS = (pictures.response,)
+PAINTERS = (plots.response,)
 """The same, for files that `--no-plots` leaves out."""
+
+TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
+TABLE_PAINTERS = ()
+COMPARISON_WRITERS = (compared_scenario, rows.comparison)
+COMPARISON_PAINTERS = ()
 
 
 def write(
     outcome: Outcome, folder: Path, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
-    """Write the output folder, completely or not at all.
+    """Write the output folder of a run, completely or not at all.
 
     Parameters
     ----------
@@ -59,14 +76,54 @@ def write(
     OutputError
         The folder is not ours to replace, or cannot be written.
     """
-    with fresh(folder) as partial:
-        for writer in WRITERS + PAINTERS * plots:
-            writer(outcome, partial)
-        written = sorted(path for path in partial.iterdir() if path.name != MARKER)
-        told = sidecar(
-            outcome, command, exit_code, {path.name: _sha256(path) for path in written}
+    writers = WRITERS + PAINTERS * plots
+    return _write(outcome, folder, writers, sidecar, command, exit_code)
+
+
+def write_table(
+    table: Table, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
+) -> dict[str, Any]:
+    """Write the output folder of a sweep; parameters and errors are those of `write`.
+
+    Parameters
+    ----------
+    folder : Path or Claim
+        A claim is finished: its `<name>.partial` takes the place of the output folder. With
+        exit code 130 it stays where it is and keeps its finished cases, for `--resume`.
+    """
+    painters = () if exit_code == EXIT_INTERRUPTED else TABLE_PAINTERS * plots
+    writers = TABLE_WRITERS + painters
+    return _write(table, folder, writers, digest.of_table, command, exit_code)
+
+
+def write_comparison(
+    comparison: Comparison, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
+) -> dict[str, Any]:
+    """Write the output folder of a comparison; parameters and errors are those of `write`."""
+    writers = COMPARISON_WRITERS + COMPARISON_PAINTERS * plots
+    return _write(comparison, folder, writers, digest.of_comparison, command, exit_code)
+
+
+def _write(
+    made: Made,
+    folder: Path | Claim,
+    writers: Sequence[Callable[[Made, Path], None]],
+    tell: Callable[[Made, str, int, dict[str, str]], dict[str, Any]],
+    command: str,
+    exit_code: int,
+) -> dict[str, Any]:
+    """Let all writers write, tell what made their files, and put the folder in its place."""
+    with nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder) as claim:
+        for writer in writers:
+            writer(made, claim.partial)
+        written = sorted(
+            path for path in claim.partial.iterdir() if path.name not in (MARKER, JOURNAL)
         )
-        mark(partial, text(told))
+        files = {path.name: _sha256(path) for path in written}
+        told = tell(made, command, exit_code, files)
+        mark(claim.partial, text(told))
+        if exit_code != EXIT_INTERRUPTED:
+            finish(claim)
     return told
 
 

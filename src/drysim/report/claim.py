@@ -18,6 +18,10 @@ MARKER = "drysim.json"
 DRAFT = "drysim.json.new"
 """A marker that is being written; it becomes `MARKER` by rename, so that none is ever torn."""
 
+JOURNAL = "cases.jsonl"
+"""Finished cases of a sweep under way, kept in `<name>.partial`: one line says what is swept,
+each further one is a case."""
+
 STRAY = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """What file managers leave behind without being asked; it may go with the folder."""
 

@@ -4,29 +4,43 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
 
-from drysim.errors import OutputError
-from drysim.report.claim import DRAFT, ELSEWHERE, MARKER, beside, named, sentences
-from drysim.report.claim import check as check
+from drysim.report.claim import DRAFT, JOURNAL, MARKER, beside, check, named, sentences
+from drysim.report.swap import alone, empty, recover, remove, swap, sync
+
+
+class Claim(NamedTuple):
+    """Our hold on an output folder: its name, and `<name>.partial`, where the work is done."""
+
+    folder: Path
+    partial: Path
+
+    @property
+    def journal(self) -> Path:
+        """Where finished cases are kept while the work goes on."""
+        return self.partial / JOURNAL
 
 
 @contextlib.contextmanager
-def fresh(folder: Path) -> Iterator[Path]:
-    """Give an empty folder to write in; when the block ends well it takes the place of another.
+def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
+    """Take `<name>.partial` for ourselves, marked as ours and locked, for as long as the block.
 
     Parameters
     ----------
     folder : Path
         The output folder as the user names it.
+    resume : bool, optional
+        Keep the finished cases that an interrupted sweep has left there.
 
     Yields
     ------
-    Path
-        `<name>.partial`, marked as ours. When the block fails it is removed, and `folder` is as
-        it was.
+    Claim
+        To be handed to whoever writes the files. When the block fails, `<name>.partial` stays
+        if it holds finished cases and is removed otherwise; `folder` is as it was.
 
     Raises
     ------
@@ -36,20 +50,39 @@ def fresh(folder: Path) -> Iterator[Path]:
     check(folder)
     with sentences(folder):
         place = named(folder)
-        partial, aside = beside(place, "partial"), beside(place, "replaced")
+        partial = beside(place, "partial")
         partial.mkdir(parents=True, exist_ok=True)
-        with _alone(partial, folder):
+        with alone(partial, folder):
             try:
-                _recover(place, aside)
-                _empty(partial)
+                recover(place, beside(place, "replaced"))
+                # Without its marker the journal would be a stranger to the next drysim.
+                empty(partial, {JOURNAL, MARKER} if resume else set())
                 mark(partial, '{"format": 1, "complete": false}\n')
-                yield partial
-                for path in [*partial.iterdir(), partial]:
-                    _sync(path)
-                _swap(partial, place, aside)
+                yield Claim(folder, partial)
             except BaseException:
-                _remove(partial)
+                if not _resumable(partial):
+                    remove(partial)
                 raise
+
+
+def finish(claim: Claim) -> None:
+    """Put `<name>.partial` in the place of the output folder, without its journal."""
+    place = named(claim.folder)
+    for path in [*claim.partial.iterdir(), claim.partial]:
+        sync(path)
+    claim.journal.unlink(missing_ok=True)
+    swap(claim.partial, place, beside(place, "replaced"))
+
+
+@contextlib.contextmanager
+def fresh(folder: Path) -> Iterator[Path]:
+    """Give an empty folder to write in; when the block ends well it takes the place of another.
+
+    Parameters and errors as those of `claim_partial`.
+    """
+    with claim_partial(folder) as claim:
+        yield claim.partial
+        finish(claim)
 
 
 def mark(folder: Path, text: str) -> None:
@@ -58,97 +91,10 @@ def mark(folder: Path, text: str) -> None:
     os.replace(folder / DRAFT, folder / MARKER)
 
 
-def _swap(partial: Path, place: Path, aside: Path) -> None:
-    """Put the new folder in place of the old one, and remove that."""
-    if place.exists() and not any(place.iterdir()):
-        place.rmdir()
-    if not place.exists():
-        partial.rename(place)
-        _sync(place.parent)
-        return
-    with _alone(place, place):
-        if _exchange(partial, place):
-            aside = partial
-        else:
-            # A kill between these two leaves the old folder aside: see _recover().
-            place.rename(aside)
-            try:
-                partial.rename(place)
-            except OSError:
-                aside.rename(place)
-                raise
-        _sync(place.parent)
-        _remove(aside)
-
-
-def _exchange(one: Path, other: Path) -> bool:
-    """Swap two folders at one instant; False where the system cannot (all but Linux)."""
-    import ctypes
-
+def _resumable(partial: Path) -> bool:
+    """Whether a folder holds finished cases."""
     try:
-        rename = ctypes.CDLL(None).renameat2
-    except (AttributeError, OSError, TypeError):
+        with (partial / JOURNAL).open("rb") as lines:
+            return len(list(islice(lines, 2))) == 2
+    except OSError:
         return False
-    here, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
-    return bool(rename(here, os.fsencode(one), here, os.fsencode(other), swap) == 0)
-
-
-def _recover(place: Path, aside: Path) -> None:
-    """Finish what a kill between two renames left behind."""
-    if aside.exists() and place.exists():
-        _remove(aside)
-    elif aside.exists():
-        aside.rename(place)
-
-
-@contextlib.contextmanager
-def _alone(place: Path, folder: Path) -> Iterator[None]:
-    """Hold a folder against other drysims; the lock dies with the process, even by kill -9."""
-    if os.name == "nt":  # Folders cannot be locked there.
-        yield
-        return
-    import fcntl
-
-    taken = OutputError(
-        f"another drysim is writing {folder} right now", f"wait for it, or {ELSEWHERE}"
-    )
-    handle = os.open(place, os.O_RDONLY)
-    try:
-        # Some network disks know no locks: any other OSError means to go on without.
-        with contextlib.suppress(OSError):
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise taken from None
-        if not os.path.samestat(os.fstat(handle), os.stat(place)):
-            raise taken
-        yield
-    finally:
-        os.close(handle)
-
-
-def _empty(folder: Path) -> None:
-    """Remove what a folder holds, the marker last, so that the rest stays known as ours."""
-    for path in sorted(folder.iterdir(), key=lambda path: path.name == MARKER):
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path)
-        else:
-            path.unlink()
-
-
-def _remove(folder: Path) -> None:
-    """Remove a folder of ours; what cannot be removed now goes with the next run."""
-    with contextlib.suppress(OSError):
-        _empty(folder)
-        folder.rmdir()
-
-
-def _sync(path: Path) -> None:
-    """Wait until a file or folder is on the disk."""
-    if os.name == "nt" and path.is_dir():  # Folders cannot be opened there.
-        return
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

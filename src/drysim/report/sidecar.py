@@ -5,25 +5,25 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import re
-import shlex
 import sys
 import time
 from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
-from math import isfinite
-from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import drysim
-from drysim.core.motion import Samples
+from drysim.core.motion import Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
+from drysim.report.bare import bare_command, bare_name, plain
 
 if TYPE_CHECKING:
+    from drysim.checks import Verdict
+    from drysim.scenario import Scenario
     from drysim.study.outcome import Outcome
+    from drysim.study.table import Table
 
 FORMAT = 1
 """Version of the layout of drysim.json."""
@@ -31,18 +31,10 @@ FORMAT = 1
 SOFTWARE = ("numpy", "scipy", "numba", "pydantic", "yaml", "matplotlib")
 """Packages that take part in the numbers and pictures; named when they were loaded."""
 
-ABSOLUTE = re.compile(
-    r"(?<![\w.)\]/~:-])(?:~\w*|[A-Za-z]:)?[\\/](?:[^\\/\s'\"`:;,=]+[\\/])*(?=\w)"
-)
-"""The folders of an absolute path within a sentence."""
-
-LEADING = re.compile(r"(^|=)(?:~\w*|[A-Za-z]:)?[\\/](?:.*[\\/])?(?=.)")
-"""The folders of an absolute path that is a word of a command, spaces and all."""
+Fields = dict[str, Any]
 
 
-def sidecar(
-    outcome: Outcome, command: str, exit_code: int, files: Mapping[str, str]
-) -> dict[str, Any]:
+def sidecar(outcome: Outcome, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:
     """Give everything that made the numbers of an outcome, ready for JSON.
 
     Parameters
@@ -60,31 +52,57 @@ def sidecar(
     dict
         As the contract has it; values that are not finite are None.
     """
-    scenario = outcome.scenario
+    numerics = {
+        **asdict(outcome.response.numerics),
+        "step": outcome.response.dt,
+        "cases": 1,
+        "energy_residual": outcome.metrics["energy_residual"],
+    }
+    found = {"numerics": numerics, "software": software(), "metrics": outcome.metrics}
+    return framed(outcome, outcome.response.motion, found, command, exit_code, files)
+
+
+def framed(
+    made: Outcome | Table,
+    motion: Sines | Samples | None,
+    found: Mapping[str, Any],
+    command: str,
+    exit_code: int,
+    files: Mapping[str, str],
+) -> Fields:
+    """Give what was found with all that every drysim.json says.
+
+    Parameters
+    ----------
+    made : Outcome or Table
+        What was computed.
+    motion : Sines or Samples or None
+        How the base moved; None where it moved differently from case to case.
+    found : mapping
+        Numerics, software and metrics.
+    command, exit_code, files
+        As in `sidecar`.
+    """
+    scenario, complete = made.scenario, getattr(made, "complete", True)
     fields = {
         "format": FORMAT,
         "version": drysim.__version__,
-        "command": _command(command),
+        "command": bare_command(command),
         "created": created(),
-        "complete": exit_code not in (EXIT_NUMERICS_FAILED, EXIT_INTERRUPTED),
+        "complete": complete and exit_code not in (EXIT_NUMERICS_FAILED, EXIT_INTERRUPTED),
         "exit_code": exit_code,
         "scenario": {"name": scenario.name, **_origin(scenario.origin)},
         "inputs": [
-            {"file": _bare_name(file), "sha256": sha256, "size": size}
-            for file, sha256, size in getattr(outcome.response.motion, "inputs", ())
+            {"file": bare_name(file), "sha256": sha256, "size": size}
+            for file, sha256, size in getattr(motion, "inputs", ())
         ],
-        "excitation": _excitation(outcome),
-        "numerics": _numerics(outcome),
-        "software": software(),
-        "metrics": outcome.metrics,
-        "checks": [
-            {"check": str(verdict.check), "passed": verdict.passed, "value": verdict.value}
-            for verdict in outcome.checks
-        ],
-        "warnings": [asdict(caution) for caution in outcome.warnings],
+        "excitation": _excitation(scenario, motion),
+        **found,
+        "checks": [_check(verdict) for verdict in made.checks],
+        "warnings": [asdict(caution) for caution in made.warnings],
         "files": files,
     }
-    return {key: _plain(value) for key, value in fields.items()}
+    return {key: plain(value) for key, value in fields.items()}
 
 
 def text(fields: Mapping[str, Any]) -> str:
@@ -111,13 +129,10 @@ def software() -> dict[str, str]:
     return versions
 
 
-def _excitation(outcome: Outcome) -> dict[str, Any]:
+def _excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
     """Give the kind of base motion and, where it is a series, its hash."""
-    excitation, motion = outcome.scenario.excitation, outcome.response.motion
-    fields: dict[str, Any] = {
-        "kind": excitation.kind,
-        "seed": getattr(excitation, "seed", None),
-    }
+    excitation = scenario.excitation
+    fields: Fields = {"kind": excitation.kind, "seed": getattr(excitation, "seed", None)}
     if isinstance(motion, Samples):
         series = np.ascontiguousarray(motion.u_dd, dtype="<f8")
         fields["sha256"] = hashlib.sha256(series.data).hexdigest()
@@ -126,43 +141,11 @@ def _excitation(outcome: Outcome) -> dict[str, Any]:
     return fields
 
 
-def _numerics(outcome: Outcome) -> dict[str, Any]:
-    """Give how the numbers were made, and how well they close."""
-    return {
-        **asdict(outcome.response.numerics),
-        "step": outcome.response.dt,
-        "cases": 1,
-        "energy_residual": outcome.metrics["energy_residual"],
-    }
+def _check(verdict: Verdict) -> Fields:
+    """Give a verdict; over many cases also where it was decided, if anywhere."""
+    fields = {"check": str(verdict.check), "passed": verdict.passed, "value": verdict.value}
+    return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
 
 
-def _origin(origin: Mapping[str, Any]) -> dict[str, Any]:
-    return {**origin, "file": _bare_name(str(origin.get("file", "")))}
-
-
-def _bare_name(file: str) -> str:
-    """Give the name of a file as it was given, but without the folders of an absolute one."""
-    return LEADING.sub("", file, count=1)
-
-
-def _command(command: str) -> str:
-    try:
-        words = shlex.split(command)
-    except ValueError:
-        return command
-    return shlex.join(LEADING.sub(r"\1", word) for word in words)
-
-
-def _plain(value: Any) -> Any:
-    """Give a value as JSON knows it: finite numbers, no absolute path, nothing of numpy."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float):
-        return value if isfinite(value) else None
-    if isinstance(value, str):
-        return ABSOLUTE.sub("", value).encode(errors="replace").decode()
-    return str(value) if isinstance(value, PurePath) else value
+def _origin(origin: Mapping[str, Any]) -> Fields:
+    return {**origin, "file": bare_name(str(origin.get("file", "")))}

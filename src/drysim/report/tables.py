@@ -27,8 +27,20 @@ UNITS = {
     "x_r_peak": "m",
     "t_beyond": "s",
     "violations": "-",
+    "F_fk": "N",
+    "F_fs": "N",
+    "a_u": "m/s2",
+    "a_x": "m/s2",
+    "T_a": "-",
+    "T_x": "-",
+    "x_r_rms": "m",
+    "stroke_used": "-",
+    "stuck_share": "-",
+    "chatter_share": "-",
+    "closure": "-",
+    "T_a_deviation": "-",
 }
-"""Every column that drysim writes, with its unit; an empty one stands for words."""
+"""Every column of fixed name, with its unit; an empty one stands for words."""
 
 RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
 EVENTS = ("t", "event", "x_r", "F_L")
@@ -49,7 +61,7 @@ def response(outcome: Outcome, folder: Path) -> None:
     """
     motion = outcome.response
     blocks = (_motion(motion, part) for part in _parts(len(motion.x_r)))
-    _write(folder / "response.csv", RESPONSE, blocks)
+    write(folder / "response.csv", [*map(heading, RESPONSE)], blocks)
 
 
 def events(outcome: Outcome, folder: Path) -> None:
@@ -60,7 +72,7 @@ def events(outcome: Outcome, folder: Path) -> None:
         [_texts(found.t[part]), names[part], _texts(found.x_r[part]), _texts(found.F_L[part])]
         for part in _parts(len(found))
     )
-    _write(folder / "events.csv", EVENTS, blocks)
+    write(folder / "events.csv", [*map(heading, EVENTS)], blocks)
 
 
 def stroke_violations(outcome: Outcome, folder: Path) -> None:
@@ -74,7 +86,7 @@ def stroke_violations(outcome: Outcome, folder: Path) -> None:
             found |= caution.numbers
     row = (found[name] for name in ("t_first_violation", "x_r_peak", "t_beyond", "violations"))
     cells = [["" if value is None else str(value)] for value in row]
-    _write(folder / "stroke_violations.csv", STROKE, [cells])
+    write(folder / "stroke_violations.csv", [*map(heading, STROKE)], [cells])
 
 
 def _motion(motion: Response, part: slice) -> list[Iterable[str]]:
@@ -101,14 +113,16 @@ def _parts(length: int) -> Iterator[slice]:
     return (slice(at, min(at + BLOCK, length)) for at in range(0, length, BLOCK))
 
 
-def _write(file: Path, names: Sequence[str], blocks: Iterable[Sequence[Iterable[str]]]) -> None:
+def write(
+    file: Path, headings: Sequence[str], blocks: Iterable[Sequence[Iterable[str]]]
+) -> None:
     """Write a header row and blocks of columns."""
     with file.open("w", encoding="utf-8", newline="\n") as out:
-        out.write(",".join(map(_heading, names)) + "\n")
+        out.write(",".join(headings) + "\n")
         for block in blocks:
             out.writelines(map("{}\n".format, map(",".join, zip(*block, strict=True))))
 
 
-def _heading(name: str) -> str:
+def heading(name: str) -> str:
     """Give the header cell of a column, e.g. `x_r [m]`."""
     return f"{name} [{UNITS[name]}]" if UNITS[name] else name

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Set
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
+
+from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.checks import Verdict
+    from drysim.core.motion import Samples, Sines
     from drysim.errors import Caution
     from drysim.scenario import Axis, Scenario
 
@@ -65,6 +68,10 @@ class Table:
     warnings : tuple of Caution
     complete : bool
         Whether every case was computed.
+    motion : Sines or Samples or None
+        The base motion, where all cases share one.
+    numerics : mapping
+        How the numbers were made, as far as all cases share it: core, why, engine, ...
     """
 
     scenario: Scenario
@@ -73,11 +80,25 @@ class Table:
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[Caution, ...] = ()
     complete: bool = True
+    motion: Sines | Samples | None = None
+    numerics: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def approaches(self) -> tuple[str, ...]:
         """The approaches in the order in which they were asked for."""
         return tuple(dict.fromkeys(row.approach for row in self.rows))
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
+        if any(row.status == FAILED for row in self.rows):
+            return EXIT_NUMERICS_FAILED
+        failed = not all(verdict.passed for verdict in self.checks)
+        return EXIT_CHECK_FAILED if failed or (strict and self.warnings) else EXIT_OK
+
+    @property
+    def own(self) -> tuple[Row, ...]:
+        """The rows of the approach that was asked for, those of its reference left aside."""
+        return tuple(self.of(self.approaches[0])) if self.rows else ()
 
     def of(self, approach: str) -> Iterator[Row]:
         """Give the rows of one approach."""
@@ -109,8 +130,11 @@ class Comparison:
     verdict: tuple[str, ...]
 
     def counterpart(self, row: Row) -> Row | None:
-        """Give the yardstick's row at the same point; None where there is no single one."""
-        return self._yardstick_rows.get(frozenset(row.point.items()))
+        """Give the yardstick's row at the same point; None where there is no single one.
+
+        A key that the yardstick has no use for takes no part.
+        """
+        return self._yardstick_rows.get(_place(row, self._yardstick_keys))
 
     def deviation(self, row: Row) -> float | None:
         """Give T_a of a row relative to the yardstick's at the same point, minus 1 [-]."""
@@ -118,7 +142,32 @@ class Comparison:
         own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a") if other else None
         return own / theirs - 1.0 if own is not None and theirs else None
 
+    def pairs(self, approach: str) -> Iterator[tuple[Row, Row]]:
+        """Give the rows of an approach, each with the yardstick's row at the same point.
+
+        Where the approach has no use for a key of the yardstick, its row stands for many.
+        """
+        own = list(self.table.of(approach))
+        keys: Set[str] = own[0].point.keys() if own else frozenset()
+        if not self._yardstick_keys - keys:
+            found = ((row, self.counterpart(row)) for row in own)
+            yield from ((row, other) for row, other in found if other is not None)
+            return
+        places = {_place(row, keys): row for row in own}
+        for other in self.table.of(self.yardstick):
+            if (row := places.get(_place(other, keys))) is not None:
+                yield row, other
+
+    @cached_property
+    def _yardstick_keys(self) -> Set[str]:
+        return next((row.point.keys() for row in self.table.of(self.yardstick)), frozenset())
+
     @cached_property
     def _yardstick_rows(self) -> dict[frozenset[tuple[str, float]], Row]:
         rows = self.table.of(self.yardstick)
-        return {frozenset(row.point.items()): row for row in rows}
+        return {_place(row, self._yardstick_keys): row for row in rows}
+
+
+def _place(row: Row, keys: Collection[str]) -> frozenset[tuple[str, float]]:
+    """Give what a row is at, as far as some keys tell."""
+    return frozenset((key, value) for key, value in row.point.items() if key in keys)

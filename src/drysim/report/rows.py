@@ -1,0 +1,87 @@
+"""CSV files of many cases: a row for each case of each approach."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drysim.report.tables import STROKE, heading, write
+
+if TYPE_CHECKING:
+    from drysim.study.table import Comparison, Row, Table
+
+FORCES = ("F_fk", "F_fs")
+METRICS = (
+    "a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak",
+    "stroke_used", "stuck_share", "chatter_share", "violations", "closure",
+)  # fmt: skip
+VIOLATION = ("t_first_violation", "x_r_peak", "t_beyond", "violations")
+"""The metrics in the columns of stroke_violations.csv."""
+
+
+def transmissibility(table: Table, folder: Path) -> None:
+    """Write transmissibility.csv: every case of a sweep, then those of its reference.
+
+    Parameters
+    ----------
+    table : Table
+    folder : Path
+        Where to write.
+    """
+    write(folder / "transmissibility.csv", _headings(table), [_columns(table)])
+
+
+def comparison(made: Comparison, folder: Path) -> None:
+    """Write comparison.csv: every case under every approach, and what it is off by."""
+    off = [_text(made.deviation(row)) for row in made.table.rows]
+    headings = [*_headings(made.table), heading("T_a_deviation")]
+    write(folder / "comparison.csv", headings, [[*_columns(made.table), off]])
+
+
+def stroke_violations(table: Table, folder: Path) -> None:
+    """Write stroke_violations.csv of a sweep, but only when the stroke limit was met.
+
+    The reference is no seat that anybody would build, so it is left out.
+    """
+    rows = [row for row in table.own if row.metrics.get("violations")]
+    if rows:
+        headings = [*_keys(table), *map(heading, STROKE)]
+        columns = [*_points(table, rows), *_values(rows, VIOLATION)]
+        write(folder / "stroke_violations.csv", headings, [columns])
+
+
+def _headings(table: Table) -> list[str]:
+    """Give the header cells of a table of cases."""
+    return ["approach", *_keys(table), *map(heading, (*FORCES, *METRICS)), "status"]
+
+
+def _columns(table: Table) -> list[Iterable[str]]:
+    """Give the cells of a table of cases, column by column."""
+    rows = table.rows
+    return [
+        [row.approach for row in rows],
+        *_points(table, rows),
+        [_text(row.F_fk) for row in rows],
+        [_text(row.F_fs) for row in rows],
+        *_values(rows, METRICS),
+        [row.status for row in rows],
+    ]
+
+
+def _keys(table: Table) -> list[str]:
+    """Give the header cells of the swept keys."""
+    return [f"{axis.key} [{axis.unit or '-'}]" for axis in table.axes]
+
+
+def _points(table: Table, rows: Sequence[Row]) -> list[list[str]]:
+    return [[_text(row.point.get(axis.key)) for row in rows] for axis in table.axes]
+
+
+def _values(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
+    return [[_text(row.metrics.get(name)) for row in rows] for name in metrics]
+
+
+def _text(value: float | None) -> str:
+    """Give the shortest text that reads back as the same number; nothing for not known."""
+    return "" if value is None else str(value + 0)

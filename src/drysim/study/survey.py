@@ -1,0 +1,87 @@
+"""What a table says at a glance: extremes with where they are, and where the seat isolates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from drysim.study.table import Comparison, Row
+
+FREQUENCY = "excitation.frequency"
+"""The key over which a transmissibility is drawn and read."""
+
+
+class Extreme(NamedTuple):
+    """A metric at its least or greatest, and the row that has it."""
+
+    value: float
+    row: Row
+
+
+class Isolation(NamedTuple):
+    """From which frequency [Hz] on T_a stays below 1; None where it does nowhere."""
+
+    point: Mapping[str, float]
+    above: float | None
+
+
+class Deviation(NamedTuple):
+    """T_a of a row relative to the yardstick's at the same point, minus 1 [-]."""
+
+    value: float
+    point: Mapping[str, float]
+
+
+def extremes(rows: Iterable[Row], metric: str) -> tuple[Extreme, Extreme] | None:
+    """Give the least and the greatest value of a metric, each the first of its kind.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+    metric : str
+        Name of the metric; rows that do not know it are passed over.
+    """
+    known = [Extreme(v, row) for row in rows if (v := row.metrics.get(metric)) is not None]
+    if not known:
+        return None
+    return min(known, key=lambda one: one.value), max(known, key=lambda one: one.value)
+
+
+def isolation(rows: Iterable[Row]) -> list[Isolation]:
+    """Give where isolation begins on every curve over the frequency.
+
+    Notes
+    -----
+    A frequency at which T_a is not known counts as one that is not isolated.
+    """
+    curves: dict[tuple[tuple[str, float], ...], list[Row]] = {}
+    for row in rows:
+        rest = tuple(item for item in row.point.items() if item[0] != FREQUENCY)
+        curves.setdefault(rest, []).append(row)
+    return [Isolation(dict(rest), _begin(curve)) for rest, curve in curves.items()]
+
+
+def _begin(curve: Sequence[Row]) -> float | None:
+    """Give the frequency from which on T_a stays below 1."""
+    begin = None
+    for row in sorted(curve, key=lambda row: -row.point[FREQUENCY]):
+        T_a = row.metrics.get("T_a")
+        if T_a is None or T_a >= 1.0:
+            break
+        begin = row.point[FREQUENCY]
+    return begin
+
+
+def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
+    """Give by how much an approach is off its yardstick, wherever both know T_a."""
+    found = []
+    for row, other in comparison.pairs(approach):
+        own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
+        if own is not None and theirs:
+            found.append(Deviation(own / theirs - 1.0, {**other.point, **row.point}))
+    return found
+
+
+def worst(found: Sequence[Deviation]) -> Deviation | None:
+    """Give the greatest deviation, the first of its kind."""
+    return max(found, key=lambda one: abs(one.value), default=None)
