@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 
 from drysim.metrics import METRICS
 from drysim.quantity import convert, near, shown
+from drysim.wording import number
+
+Metrics = Mapping[str, float | None]
+Point = Mapping[str, float]
 
 _OPERATORS: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
@@ -19,12 +23,36 @@ _OPERATORS: dict[str, Callable[[float, float], bool]] = {
     "==": operator.eq,
 }
 _UNITS = {metric.name: metric.unit for metric in METRICS}
-_FORM = re.compile(r"\s*(?P<metric>[A-Za-z_]\w*)\s*(?P<op>[<>=!]{1,2})\s*(?P<limit>.*\S)\s*")
+_BOUND = r"\s*(?P<op>[<>=!]{1,2})\s*(?P<limit>.*\S)\s*"
+_FORM = re.compile(rf"\s*(?P<metric>[A-Za-z_]\w*){_BOUND}")
+_CONDITION = re.compile(rf"\s*(?P<key>[A-Za-z_][\w.-]*){_BOUND}")
+AT = re.compile(r"\sat(?=\s|$)")
+"""What parts a promise from where it applies."""
+_AND = re.compile(r"\sand(?=\s|$)")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Where a check applies: a bound on a key of the scenario."""
+
+    key: str
+    """Dotted key, such as `excitation.frequency`."""
+    op: str
+    """One of < <= > >= and ==."""
+    limit: float
+    """In the SI unit of the key."""
+    here: float | None = None
+    """Value of the key in the scenario itself, which counts where it is not swept."""
+
+    def holds(self, point: Point) -> bool:
+        """Whether a point is where the check applies."""
+        value = point.get(self.key, self.here)
+        return value is not None and _OPERATORS[self.op](value, self.limit)
 
 
 @dataclass(frozen=True)
 class Check:
-    """A promise about a metric, e.g. `x_r_peak < 25 mm`."""
+    """A promise about a metric, e.g. `x_r_peak < 25 mm`, everywhere or `at` some cases."""
 
     text: str
     """As it stands in the scenario."""
@@ -34,17 +62,27 @@ class Check:
     """One of < <= > >= and ==."""
     limit: float
     """In the unit of the metric."""
+    conditions: tuple[Condition, ...] = ()
+    """All must hold where the check applies."""
 
     @classmethod
-    def parse(cls, text: str) -> Check:
-        """Give the check that a text means: `metric op value`, the value with or without unit.
+    def parse(cls, text: str, units: Mapping[str, str] | None = None) -> Check:
+        """Give the check that a text means: `metric op value [at key op value [and ...]]`.
+
+        Parameters
+        ----------
+        text : str
+            Every value with or without unit.
+        units : mapping, optional
+            Unit of every key that a condition may name; default: any key, without units.
 
         Raises
         ------
         ValueError
             With a sentence, when it means none.
         """
-        form = _FORM.fullmatch(text)
+        promise, *where = AT.split(text, maxsplit=1)
+        form = _FORM.fullmatch(promise)
         if form is None:
             raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(text)}")
         metric, op = form["metric"], form["op"]
@@ -52,15 +90,53 @@ class Check:
             nearest = near(metric, _UNITS)
             hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(_UNITS)}"
             raise ValueError(f"unknown metric `{metric}`; {hint}")
-        if op not in _OPERATORS:
-            raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(_OPERATORS)}")
-        return cls(text, metric, op, _limit(form["limit"], metric))
+        _refuse_unknown(op)
+        limit = _limit(form["limit"], _UNITS[metric])
+        parts = [part for whole in where for part in _AND.split(whole)]
+        return cls(text, metric, op, limit, tuple(_condition(part, units) for part in parts))
 
-    def judge(self, metrics: Mapping[str, float | None]) -> Verdict:
-        """Give the verdict; a metric that is not known fails the check."""
+    def where(self, here: Mapping[str, float | None]) -> Check:
+        """Give the check of a scenario in which some keys have these values."""
+        conditions = tuple(
+            replace(condition, here=here.get(condition.key, condition.here))
+            for condition in self.conditions
+        )
+        return replace(self, conditions=conditions)
+
+    def judge(self, metrics: Metrics) -> Verdict:
+        """Give the verdict on one case; a metric that is not known fails the check.
+
+        A check that does not apply to the case, by its `at`, is passed over: it has not failed.
+        """
+        if not self.applies({}):
+            return Verdict(self, True, None, applies=False)
+        return self._verdict(metrics, None)
+
+    def judge_all(self, rows: Iterable[tuple[Point, Metrics]]) -> Verdict:
+        """Give the verdict on the cases of a sweep: the worst of those that it applies to.
+
+        Parameters
+        ----------
+        rows : iterable of (point, metrics)
+            A key that a point does not name has its value in the scenario itself.
+
+        Returns
+        -------
+        Verdict
+            Failed when the check applies to no case, or a metric is not known in one.
+        """
+        verdicts = (self._verdict(metrics, p) for p, metrics in rows if self.applies(p))
+        return max(verdicts, key=_badness, default=Verdict(self, False, None, applies=False))
+
+    def applies(self, point: Point) -> bool:
+        """Whether a check is about the case at a point."""
+        return all(condition.holds(point) for condition in self.conditions)
+
+    def _verdict(self, metrics: Metrics, where: Point | None) -> Verdict:
+        """Give the verdict on a case that the check applies to."""
         value = metrics.get(self.metric)
         holds = value is not None and _OPERATORS[self.op](value, self.limit)
-        return Verdict(self, bool(holds), value)
+        return Verdict(self, bool(holds), value, where)
 
     def __str__(self) -> str:
         """Give the text of the scenario."""
@@ -75,6 +151,10 @@ class Verdict:
     passed: bool
     value: float | None
     """In the unit of the metric; None when it is not known in this scene."""
+    where: Point | None = None
+    """Of many cases the one that decided, by its swept keys; None for a single case."""
+    applies: bool = True
+    """Whether the check is about this case, or about any case of the sweep."""
 
     @property
     def unit(self) -> str:
@@ -84,19 +164,56 @@ class Verdict:
     @property
     def sentence(self) -> str:
         """What was asked, and what came out."""
+        if not self.applies and self.passed:
+            return f"{self.check}: passed over, this case lies elsewhere"
+        if not self.applies:
+            return f"{self.check}: no case lies there, so the check fails"
         if self.value is None:
-            return f"{self.check}: {self.check.metric} is not known here, so the check fails"
+            where = self.place or " here"
+            return f"{self.check}: {self.check.metric} is not known{where}, so the check fails"
         unit = "" if self.unit == "-" else f" {self.unit}"
-        return (
-            f"{self.check}: {'holds' if self.passed else 'fails'} with {self.value:.6g}{unit}"
-        )
+        outcome = "holds" if self.passed else "fails"
+        return f"{self.check}: {outcome} with {self.value:.6g}{unit}{self.place}"
+
+    @property
+    def place(self) -> str:
+        """The deciding case in words, such as ` at excitation.frequency = 8`."""
+        point = self.where or {}
+        values = [f"{key} = {number(value, digits=6)}" for key, value in point.items()]
+        return f" at {', '.join(values)}" if values else ""
 
 
-def _limit(text: str, metric: str) -> float:
-    """Give the number [unit of the metric] that a check compares with."""
-    if re.search(r"\sat\s", text):
-        raise ValueError("`at` belongs to a sweep; the check of one case is `metric < value`")
-    limit = convert(text, _UNITS[metric])
+def _badness(verdict: Verdict) -> float:
+    """Give how far a case is from what was promised; what is not known is the worst."""
+    if verdict.value is None or math.isnan(verdict.value):
+        return math.inf
+    away = verdict.value - verdict.check.limit
+    return {"<": away, ">": -away, "=": abs(away)}[verdict.check.op[0]]
+
+
+def _refuse_unknown(op: str) -> None:
+    if op not in _OPERATORS:
+        raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(_OPERATORS)}")
+
+
+def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
+    """Give one condition behind `at`."""
+    form = _CONDITION.fullmatch(text)
+    if form is None:
+        example = "at excitation.frequency >= 8"
+        raise ValueError(f"write `at key >= value`, such as `{example}`, not `at{text}`")
+    key, op = form["key"], form["op"]
+    _refuse_unknown(op)
+    if units is not None and key not in units:
+        nearest = near(key, units)
+        hint = f"; did you mean `{nearest}`?" if nearest else ""
+        raise ValueError(f"unknown key `{key}` behind `at`{hint}")
+    return Condition(key, op, _limit(form["limit"], units[key] if units else ""))
+
+
+def _limit(text: str, unit: str) -> float:
+    """Give the number [unit] that a text compares with."""
+    limit = convert(text, unit)
     if not math.isfinite(limit):
         raise ValueError(f"must compare with a finite number, not {shown(text)}")
     return limit

@@ -81,11 +81,7 @@ class Solver(Block):
     @field_validator("approach")
     @classmethod
     def _on_the_shelf(cls, name: str) -> str:
-        if name not in SHELF:
-            nearest = near(name, SHELF)
-            hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(SHELF)}"
-            raise ValueError(f"unknown approach {shown(name)}; {hint}")
-        return name
+        return on_the_shelf(name)
 
     def member(self) -> Approach:
         """Give the approach with its options."""
@@ -97,6 +93,15 @@ SHELF: dict[str, type[Approach]] = {
     member.model_fields["approach"].default: member for member in APPROACHES
 }
 """The approaches by name."""
+
+
+def on_the_shelf(name: str) -> str:
+    """Give the name of an approach that there is."""
+    if name not in SHELF:
+        nearest = near(name, SHELF)
+        hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(SHELF)}"
+        raise ValueError(f"unknown approach {shown(name)}; {hint}")
+    return name
 
 
 def with_options(shelf: dict[str, Any]) -> type[Solver]:

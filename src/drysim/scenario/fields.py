@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Union
+from typing import TYPE_CHECKING, Annotated, Any, Union
 
-from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    Field,
+    GetJsonSchemaHandler,
+    PlainSerializer,
+    PlainValidator,
+    WithJsonSchema,
+)
+from pydantic_core import CoreSchema
 
 from drysim.checks import Check
 from drysim.excitation import EXCITATIONS
 from drysim.friction import FRICTIONS
 from drysim.quantity import shown
-from drysim.scenario.blocks import SHELF, Solver, with_options
+from drysim.scenario.axis import Axis, Range
+from drysim.scenario.blocks import SHELF, Solver, on_the_shelf, with_options
 
 if TYPE_CHECKING:
     from drysim.excitation import Excitation as Excitation
@@ -42,4 +51,42 @@ CheckWords = Annotated[
     PlainValidator(_parse),
     PlainSerializer(str),
     WithJsonSchema({"type": "string", "pattern": "^.*[<>=].*$", "examples": ["T_a < 1.5"]}),
+]
+
+
+def _read_before(given: object) -> tuple[Axis, ...]:
+    """Give the axes, which the loading has made: it knows every key of the scenario."""
+    if not isinstance(given, tuple) or not all(isinstance(axis, Axis) for axis in given):
+        raise ValueError("must be read from a file, whose keys it is about")
+    return given
+
+
+class _SweepSchema:
+    """What the sweep block looks like to an editor."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Give the JSON schema: dotted keys, each with a list or a range."""
+        values = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
+        return {
+            "type": "object",
+            "minProperties": 1,
+            "propertyNames": {"pattern": r"^\w+(\.[\w-]+)+$"},
+            "additionalProperties": {
+                "anyOf": [values, handler(Range.__pydantic_core_schema__)]
+            },
+            "examples": [{"excitation.frequency": {"from": 0.5, "to": 10, "step": 0.1}}],
+        }
+
+
+Sweep = Annotated[
+    tuple[Axis, ...],
+    PlainValidator(_read_before),
+    PlainSerializer(lambda axes: {axis.key: axis.words for axis in axes}),
+    _SweepSchema(),
+]
+
+ApproachName = Annotated[
+    str, AfterValidator(on_the_shelf), WithJsonSchema({"enum": list(SHELF)})
 ]

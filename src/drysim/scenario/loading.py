@@ -9,9 +9,11 @@ from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError
 from drysim.scenario.model import NAME, Scenario
+from drysim.scenario.points import in_conflict
 from drysim.scenario.reading import Reading
 from drysim.scenario.rules import broken, unused
 from drysim.scenario.sentences import sentences
+from drysim.scenario.sweeping import with_axes
 from drysim.source import Document, Overrides, Unreadable, read
 
 KIND = ("excitation", "kind")
@@ -53,7 +55,7 @@ def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
     """Give the scenario of a document and the problems; without problems there is one."""
     file = Path(document.file)
     reading = Reading(document, Scenario)
-    words = {"name": _name(file.stem)} | reading.words
+    words = {"name": _name(file.stem)} | reading.words | with_axes(reading, Scenario)
     context = {"folder": file.parent, "document": document}
     scenario = None
     try:
@@ -67,6 +69,8 @@ def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
     for keys, sentence in broken(words):
         reading.fault(sentence, keys, at_key=True, instead=KIND)
     problems = [*document.problems, *reading.problems]
+    if scenario is not None and not problems:
+        problems = in_conflict(scenario)
     return scenario, sorted(problems, key=lambda p: (p.file != document.file, p.line, p.column))
 
 

@@ -30,6 +30,12 @@ class Measure(Block):
     """Length of the window [s], or `20 periods`; default: to the end of the record."""
 
 
+def in_periods(given: Mapping[str, Any]) -> bool:
+    """Whether the words of the block count any time in periods."""
+    times = (given.get("settle"), given.get("duration"))
+    return any(isinstance(time, str) and _PERIODS.fullmatch(time) for time in times)
+
+
 def in_seconds(
     given: Mapping[str, Any], frequencies: tuple[float, ...] | None, steady: bool
 ) -> dict[str, Any]:

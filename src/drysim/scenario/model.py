@@ -13,11 +13,21 @@ from drysim.core.plant import Law
 from drysim.errors import Problem
 from drysim.excitation.generated import Generated
 from drysim.quantity import Block, shown
+from drysim.scenario.axis import Axis
 from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
-from drysim.scenario.fields import CheckWords, Excitation, Friction, SolverBlock
+from drysim.scenario.fields import (
+    ApproachName,
+    CheckWords,
+    Excitation,
+    Friction,
+    SolverBlock,
+    Sweep,
+)
 from drysim.scenario.measure import Measure, common_period, in_seconds
+from drysim.scenario.others import left_out, solved_by
+from drysim.scenario.points import case_at
 from drysim.scenario.resolved import spelled_out
-from drysim.source import Document
+from drysim.source import Document, Keys
 
 FORMAT = 1
 """Version of the file format."""
@@ -49,11 +59,17 @@ class Scenario(Block):
     """How the motion is computed."""
     measure: Measure = Field(Measure(), validate_default=True)
     """The window of the metrics."""
+    sweep: Sweep = ()
+    """What to vary: dotted keys of this file, each with a list of values, or with from, to and
+    step or count. Every combination is a case; the first key varies fastest."""
+    reference: ApproachName | None = None
+    """Name of an approach that computes the sweep, too, as the curve to compare with."""
     checks: tuple[CheckWords, ...] = ()
     """Promises about the metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1.
     """
 
     _document: Document | None = PrivateAttr(default=None)
+    _words: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
 
     def model_post_init(self, context: Any, /) -> None:
         """Keep the document, which the context of the validation names."""
@@ -121,11 +137,63 @@ class Scenario(Block):
         file = Path(read.file).name
         return {"file": file, "sha256": read.sha256, "overrides": dict(read.overrides)}
 
-    def problem(self, sentence: str, key: str) -> Problem:
-        """Give the located problem of a dotted key, for faults that only a run can find."""
+    def problem(self, sentence: str, key: str | Keys) -> Problem:
+        """Give the located problem of a key, for faults that only a run can find."""
+        keys = tuple(key.split(".")) if isinstance(key, str) else key
+        name = ".".join(map(str, keys))
         if self._document is None:
-            return Problem(sentence, key=key)
-        return self._document.locate(tuple(key.split("."))).problem(sentence, key)
+            return Problem(sentence, key=name)
+        return self._document.locate(keys).problem(sentence, name)
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Swept keys with their values, the first varying fastest; empty without a sweep."""
+        return self.sweep
+
+    def at(self, point: Mapping[str, float]) -> Scenario:
+        """Give the case at a point of the sweep: a scenario without one.
+
+        Parameters
+        ----------
+        point : mapping
+            Values in SI by dotted key; every other key keeps its value.
+
+        Raises
+        ------
+        ScenarioError
+            When the values do not go together; the sentence names the point.
+        """
+        return case_at(self, point)
+
+    def with_approach(self, name: str) -> Scenario:
+        """Give the same scene solved by another approach, without what it cannot use.
+
+        What that is, `losses` says. Keys that the approach has no use for are not swept.
+        """
+        return solved_by(self, name)
+
+    def losses(self, name: str) -> tuple[str, ...]:
+        """Give a sentence for everything in the scene that an approach leaves out."""
+        return tuple(left_out(self, name))
+
+    def copied(self, changed: Mapping[str, Any]) -> Scenario:
+        """Give the scenario with other values in some fields, which must be valid ones."""
+        copy = self.model_copy(update=changed)
+        copy._words = {}
+        return copy
+
+    def words_of(self, name: str) -> dict[str, Any]:
+        """Give the words of a block as it is now; empty where there is none."""
+        if name not in self._words:
+            block = getattr(self, name, None)
+            if not isinstance(block, Block):
+                return {}
+            self._words[name] = block.model_dump(by_alias=True, exclude_none=True)
+        return self._words[name]
+
+    def spoken(self, name: str) -> dict[str, Any]:
+        """Give the words of a block as the file says them, overrides included."""
+        return dict((self._document.value if self._document else {}).get(name) or {})
 
     def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
         """Give the plain words of a scenario that runs again as this one did.

@@ -29,7 +29,7 @@ class Reading:
         """Keys as the document spells them, by what they were taken for."""
         self.closed: set[Keys] = set()
         """Values with a fault of their own, about which no more is to be said."""
-        self.words = self._block(model, document.value, ())
+        self.words = self.block(model, document.value, ())
 
     def fault(
         self, sentence: str, keys: Keys, at_key: bool = False, instead: Keys = ()
@@ -47,7 +47,7 @@ class Reading:
         place = self.document.locate(spelt, at_key)
         self.problems.append(place.problem(sentence, dotted(keys)))
 
-    def _block(self, model: Model, given: Mapping[str, Any], at: Keys) -> dict[str, Any]:
+    def block(self, model: Model, given: Mapping[str, Any], at: Keys) -> dict[str, Any]:
         """Give a block with the keys that its model knows."""
         fields, words = keys_of(model), {}
         for key, value in given.items():
@@ -70,7 +70,7 @@ class Reading:
             return [self._value(field, entry, (*at, i)) for i, entry in enumerate(value)]
         elif models and isinstance(value, dict):
             model = self._chosen(models, value, at)
-            return self._block(model, value, at) if model else None
+            return self.block(model, value, at) if model else None
         elif isinstance(value, dict) and LOST in value:
             self.closed.add(at)  # such as `mass: {{ mass }}`, which has its problem already
         return value

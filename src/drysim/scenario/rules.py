@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from drysim.excitation import EXCITATIONS
-from drysim.scenario.blocks import SHELF
+from drysim.scenario.blocks import SHELF, Solver
 from drysim.scenario.shape import tag_of
 from drysim.source import Keys
 
@@ -17,6 +17,9 @@ Fault = tuple[Keys, str]
 STATIC = ("static", "static_ratio", "mu_static")
 """The keys that can put the static limit above kinetic friction."""
 
+DEFAULT = Solver.model_fields["approach"].default
+"""The approach of a scenario that names none."""
+
 _KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
 
 
@@ -26,6 +29,7 @@ def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
     if kind in _KINDS:
         yield from _step(_block(words, "solver"), kind)
         yield from _measure(_block(words, "measure"), kind)
+    yield from _reference(words)
     approach = _block(words, "solver").get("approach")
     if approach in SHELF and "friction" in words and not SHELF[approach].use_friction:
         yield (
@@ -33,6 +37,17 @@ def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
             f"approach {approach} has no use for friction; take the block away "
             "(--set friction=null) or choose stick-slip",
         )
+
+
+def _reference(words: Mapping[str, Any]) -> Iterator[Fault]:
+    """A reference is another approach beside a sweep."""
+    reference = words.get("reference")
+    approach = _block(words, "solver").get("approach", DEFAULT)
+    if reference is not None and "sweep" not in words:
+        yield ("reference",), "reference has a meaning only beside sweep"
+    elif reference is not None and reference == approach:
+        sentence = f"reference must be another approach than solver.approach, {approach}"
+        yield ("reference",), f"{sentence} (--set reference=null)"
 
 
 def unused(scenario: Scenario) -> Iterator[Fault]:

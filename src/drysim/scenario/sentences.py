@@ -39,16 +39,21 @@ _WORDED = {
 }
 
 
-def sentences(fault: ValidationError, words: Mapping[str, Any]) -> Iterator[tuple[Keys, str]]:
-    """Give the keys to blame and the sentence for every complaint."""
+def sentences(
+    fault: ValidationError, words: Mapping[str, Any], at: Keys = ()
+) -> Iterator[tuple[Keys, str]]:
+    """Give the keys to blame and the sentence for every complaint.
+
+    `at` are the keys of the block that was validated, if it was not the whole scenario.
+    """
     for error in fault.errors(include_url=False):
         if error["type"] in READ_BEFORE:
             continue
-        keys = _keys(error["loc"], words)
+        keys = _keys((*at, *error["loc"]), words)
         cause = error.get("ctx", {}).get("error")
         if isinstance(cause, Misfit):
             keys = (*keys, *cause.at)
-        text = str(cause) if cause is not None else _worded(error)
+        text = str(cause) if cause is not None else worded(error)
         yield keys, f"{dotted(keys)}{' ' if text.startswith(_VERBS) else ': '}{text}"
 
 
@@ -64,7 +69,7 @@ def _keys(loc: Keys, words: Any) -> Keys:
     return tuple(keys)
 
 
-def _worded(error: ErrorDetails) -> str:
+def worded(error: ErrorDetails) -> str:
     """Give the sentence for a complaint of the validation library, without its subject."""
     given, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":

@@ -1,0 +1,73 @@
+"""The same scene under another approach, and what that approach leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from drysim.scenario.blocks import SHELF, on_the_shelf
+from drysim.scenario.rules import STATIC
+
+if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
+
+_STATIC = tuple(f"friction.{key}" for key in STATIC)
+_VARIATION = "friction.normal_variation."
+EQUAL = {"static": None, "mu_static": None, "static_ratio": 1.0}
+"""A static limit as an approach takes it that knows none above kinetic friction."""
+
+
+def solved_by(scenario: Scenario, name: str) -> Scenario:
+    """Give the scene solved by an approach; what it cannot use is gone, swept keys included.
+
+    Raises
+    ------
+    ValueError
+        When there is no such approach.
+    """
+    member, friction = SHELF[on_the_shelf(name)], scenario.friction
+    if friction is not None and not member.use_friction:
+        friction = None
+    if friction is not None:
+        less: dict[str, Any] = {}
+        if not member.use_static and friction.static_given:
+            less |= EQUAL
+        if not member.use_variation:
+            less["normal_variation"] = None
+        friction = friction.model_copy(update=less)
+    changed = {
+        "solver": scenario.solver.model_copy(update={"approach": name}),
+        "friction": friction,
+        "sweep": tuple(axis for axis in scenario.axes if has_use(name, axis.key)),
+        "reference": None,
+    }
+    return scenario.copied(changed)
+
+
+def has_use(name: str, key: str) -> bool:
+    """Whether an approach has a use for a key of the scenario."""
+    member = SHELF[name]
+    if key.startswith("friction.") and not member.use_friction:
+        return False
+    if key in _STATIC and not member.use_static:
+        return False
+    if key.startswith(_VARIATION) and not member.use_variation:
+        return False
+    block, option, *rest = key.split(".")
+    return not (block == "solver" and rest) or option == name
+
+
+def left_out(scenario: Scenario, name: str) -> Iterator[str]:
+    """Give a sentence for everything in the scene that an approach leaves out."""
+    member, law = SHELF[on_the_shelf(name)], scenario.law()
+    swept = {axis.key for axis in scenario.axes}
+    rubs = law.F_fk > 0 or any(key.startswith("friction.") for key in swept)
+    if not member.use_friction:
+        if rubs:
+            yield f"{name} leaves the dry friction out"
+        return
+    if not member.use_static and (law.F_fs > law.F_fk or swept & set(_STATIC)):
+        yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
+    varies = law.variation or any(key.startswith(_VARIATION) for key in swept)
+    if not member.use_variation and varies:
+        yield f"{name} knows no varying normal force and takes it as constant"
