@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import typer
 
-from drysim.cli.commands import app
 from drysim.cli.streams import open_closed_streams, reader_may_leave
+from drysim.cli.studies import app
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,

@@ -56,6 +56,27 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything, compu
 Strict = Annotated[bool, typer.Option("--strict", help="Warnings count as failed checks.")]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object in place of the summary.")]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", min=1, metavar="N", help="Threads; default: one a processor."),
+]
+Resume = Annotated[
+    bool, typer.Option("--resume", help="Go on where an interrupted sweep has stopped.")
+]
+Approaches = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="A vs B [vs C ...]",
+        autocompletion=approach_names,
+        help="Approaches; the last is the yardstick, viscous is added.",
+    ),
+]
+ScenarioFile = Annotated[
+    str | None,
+    typer.Option(
+        "--scenario", "-s", metavar="FILE", help="Default: ./scenario.yaml, else the gallery's."
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but faults.")]
 Format = Annotated[
     Literal["text", "json", "github"], typer.Option("--format", help="How problems are shown.")

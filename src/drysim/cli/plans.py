@@ -56,3 +56,26 @@ def plan(case: Case, folder: Path) -> dict[str, object]:
         "folder": folder.as_posix(),
         "warnings": [caution.sentence for caution in case.cautions],
     }
+
+
+def show_grid(case: Case, folder: Path, approaches: int, as_json: bool, quiet: bool) -> int:
+    """Show what a sweep or a comparison would do."""
+    from drysim import console
+    from drysim.study.cases import size
+
+    scenario = case.scenario
+    cases = size(scenario.axes)
+    swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.axes]
+    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": approaches}
+    with reader_may_leave():
+        if as_json:
+            typer.echo(json.dumps(fields, indent=2, ensure_ascii=False))
+        elif not quiet:
+            by = "1 approach" if approaches == 1 else f"{approaches} approaches"
+            typer.echo(
+                f"{scenario.name}: {cases} cases by {by}; {', '.join(swept) or 'no sweep'}"
+            )
+            typer.echo("\n".join(sentences(case, folder)[1:]))
+        if not quiet:
+            console.show_warnings(case.cautions)
+    return EXIT_OK

@@ -1,0 +1,153 @@
+"""The commands over many cases: sweep and compare."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from drysim.cli import options, plans
+from drysim.cli.commands import app as app
+from drysim.cli.streams import reader_may_leave
+from drysim.errors import EXIT_INTERRUPTED
+
+HERE = "scenario.yaml"
+"""What `drysim compare` takes when no scenario is named."""
+
+FALLBACK = "paper-random"
+"""What it takes of the gallery where that is missing."""
+
+if TYPE_CHECKING:
+    from drysim.study.case import Case
+    from drysim.study.table import Row, Table
+
+
+@app.command()
+def sweep(
+    context: typer.Context,
+    scenario: options.File,
+    settings: options.Settings = None,
+    out: options.Out = None,
+    approach: options.Approach = None,
+    workers: options.Workers = None,
+    resume: options.Resume = False,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """Every case of the sweep block: transmissibility."""
+    from drysim.report.claim import check
+    from drysim.scenario import load
+    from drysim.study.case import prepare
+    from drysim.study.cases import count
+    from drysim.study.sweep import approaches_of
+
+    case = prepare(load(scenario, options.overrides(settings, approach)))
+    wanted = approaches_of(case.scenario)
+    folder = Path("out", case.scenario.name) if out is None else out
+    check(folder)
+    if dry_run:
+        return plans.show_grid(case, folder, len(wanted), as_json, quiet)
+    from drysim import console, report
+
+    command = shlex.join(["drysim", *context.obj])
+    with report.claim_partial(folder, resume) as claim:
+        table = swept(case, claim.journal, count(wanted), workers, resume)
+        code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
+        told = report.write_table(
+            table, claim, plots=not no_plots, command=command, exit_code=code
+        )
+    with reader_may_leave():
+        if as_json:
+            typer.echo(report.text(told), nl=False)
+        elif not quiet:
+            console.show_table(table, folder)
+        if as_json and not quiet:
+            console.show_warnings(table.warnings)
+    return code
+
+
+def swept(case: Case, file: Path, total: int, workers: int | None, resume: bool) -> Table:
+    """Give the table of a sweep; incomplete when it was interrupted on the way."""
+    from drysim import console
+    from drysim.study.journal import Journal, identity
+    from drysim.study.sweep import solve, table_of
+
+    with Journal(file, identity(case.scenario), resume) as journal:
+        done = dict(journal.done)
+        with console.progress(total - len(done), "cases") as advance:
+
+            def finished(number: int, row: Row) -> None:
+                journal.add(number, row)
+                advance()
+
+            try:
+                return solve(case, workers=workers, done=done, finished=finished)
+            except KeyboardInterrupt:
+                rows = tuple(row for _, row in sorted(journal.done.items()))
+                return table_of(case, rows, complete=False)
+
+
+@app.command()
+def compare(
+    context: typer.Context,
+    approaches: options.Approaches,
+    scenario: options.ScenarioFile = None,
+    settings: options.Settings = None,
+    out: options.Out = None,
+    workers: options.Workers = None,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """The same base motion under different approaches, and a verdict."""
+    from drysim.report.claim import check
+    from drysim.scenario import load
+    from drysim.study.case import prepare
+    from drysim.study.compare import ALWAYS, named, solve
+
+    names = named(approaches)
+    loaded = load(scenario_or_default(scenario, quiet), settings or [])
+    case = prepare(loaded.with_approach(names[-1]))
+    folder = Path("out", f"{loaded.name}-compare") if out is None else out
+    check(folder)
+    if dry_run:
+        return plans.show_grid(case, folder, len({*names, ALWAYS}), as_json, quiet)
+    from drysim import console, report
+    from drysim.study.cases import size
+
+    total = size(loaded.axes) * len({*names, ALWAYS})
+    with console.progress(total, "cases") as advance:
+        comparison = solve(loaded, case, names, workers=workers, finished=lambda *_: advance())
+    code = comparison.table.exit_code(strict)
+    command = shlex.join(["drysim", *context.obj])
+    told = report.write_comparison(
+        comparison, folder, plots=not no_plots, command=command, exit_code=code
+    )
+    with reader_may_leave():
+        if as_json:
+            typer.echo(report.text(told), nl=False)
+        elif not quiet:
+            console.show_comparison(comparison, folder)
+        if as_json and not quiet:
+            console.show_warnings(comparison.table.warnings)
+    return code
+
+
+def scenario_or_default(file: str | None, quiet: bool) -> str:
+    """Give the scenario to compare: the one named, else ./scenario.yaml, else the gallery's."""
+    if file is not None:
+        return file
+    if Path(HERE).exists():
+        return HERE
+    from drysim.study import gallery
+
+    if not quiet:
+        typer.echo(f"no {HERE} here: comparing the gallery's {FALLBACK}", err=True)
+    return str(gallery.find(FALLBACK).file)

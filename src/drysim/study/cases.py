@@ -1,0 +1,141 @@
+"""The cases of a sweep: enumerated lazily, solved one by one, each giving a row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import prod
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import State
+from drysim.errors import SolverError
+from drysim.study.case import Case, assemble, base_motion
+from drysim.study.steady import orbit_of
+from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
+
+if TYPE_CHECKING:
+    from drysim.approach.response import Response, Track
+    from drysim.scenario import Axis, Scenario
+
+KEPT = 4
+"""Base motions kept: neighbouring cases differ in friction more often than in motion."""
+
+FIXED_STEP = "step"
+"""Core of the approaches whose orbits are measured even where they do not close."""
+
+
+class Job(NamedTuple):
+    """One case of one approach: its number, the scenario to take it from, and its point."""
+
+    number: int
+    scenario: Scenario
+    point: dict[str, float]
+
+
+def jobs(scenarios: Sequence[Scenario]) -> Iterator[Job]:
+    """Give every case of every scenario, in order; the first axis varies fastest."""
+    number = 0
+    for scenario in scenarios:
+        for point in points(scenario.axes):
+            yield Job(number, scenario, point)
+            number += 1
+
+
+def count(scenarios: Sequence[Scenario]) -> int:
+    """Give the number of cases without making one."""
+    return sum(size(scenario.axes) for scenario in scenarios)
+
+
+def size(axes: Sequence[Axis]) -> int:
+    """Give the number of points of a grid."""
+    sizes = [len(axis.values) for axis in axes]
+    return prod(sizes)
+
+
+def points(axes: Sequence[Axis]) -> Iterator[dict[str, float]]:
+    """Give the points of a grid; the first axis varies fastest."""
+    if not axes:
+        yield {}
+        return
+    *inner, last = axes
+    for value in last.values:
+        for point in points(inner):
+            yield {**point, last.key: value}
+
+
+@dataclass
+class Motions:
+    """The base motions of the latest cases: what cases share is not made anew."""
+
+    kept: list[tuple[object, Sines | Samples]] = field(default_factory=list)
+
+    @classmethod
+    def beginning_with(cls, case: Case) -> Self:
+        """Give the motions that know that of a case already."""
+        motions = cls()
+        motions.kept.append((words(case.scenario), case.motion))
+        return motions
+
+    def of(self, scenario: Scenario) -> Sines | Samples:
+        """Give the base motion of a scenario."""
+        wanted = words(scenario)
+        for known, motion in self.kept:
+            if known == wanted:
+                return motion
+        motion = base_motion(scenario)
+        self.kept = [*self.kept[-KEPT + 1 :], (wanted, motion)]
+        return motion
+
+
+def words(scenario: Scenario) -> tuple[object, ...]:
+    """Give everything in a scenario that its base motion depends on."""
+    return scenario.excitation, scenario.solver.step, scenario.measure
+
+
+def row_of(job: Job, motions: Motions) -> Row:
+    """Give the row of one case; a failure of the numerics is a status, not an end."""
+    scenario = job.scenario.at(job.point)
+    law = scenario.law()
+    approach = scenario.solver.approach
+    try:
+        metrics, status, note = measured(assemble(scenario, motions.of(scenario)))
+    except SolverError as fault:
+        metrics, status, note = {}, FAILED, str(fault)
+    return Row(job.point, approach, law.F_fk, law.F_fs, metrics, status, note)
+
+
+def measured(case: Case) -> tuple[Mapping[str, float | int | None], str, str]:
+    """Give the metrics of a case, its status and what is to be said about it."""
+    from drysim.metrics import METRICS, measure
+
+    if case.period is None:
+        track = track_of(case, case.start, case.step, case.window[1])
+        return measure(track, case.window, case.limit), OK, ""
+    orbit, step = orbit_of(case)
+    unknown: dict[str, float | int | None] = {metric.name: None for metric in METRICS}
+    unknown["closure"] = orbit.closure
+    if hasattr(case.approach, "orbit"):
+        if not orbit.settled:
+            return unknown, NOT_SETTLED, f"not settled after {orbit.run_up:.6g} s"
+        if not orbit.unique:
+            return unknown, NOT_UNIQUE, "one of a continuum of orbits"
+    length = orbit.periods * case.period
+    track = track_of(case, orbit.state, step, length)
+    return measure(track, (0.0, length), case.limit, orbit.closure), OK, ""
+
+
+def track_of(case: Case, start: State, step: float, duration: float) -> Track:
+    """Give the solution of a case, without its grid where the approach needs none."""
+    scene = (case.plant, case.law, case.motion, start, step, duration)
+    follow = getattr(case.approach, "track", None)
+    track: Track | None = follow(*scene) if follow else case.approach.solve(*scene).track
+    assert track is not None, "every approach gives a track"
+    return track
+
+
+def response_of(scenario: Scenario) -> Response:
+    """Give the response of one case, on its grid."""
+    from drysim.study.run import solve as solve_case
+
+    return solve_case(assemble(scenario, base_motion(scenario))).response

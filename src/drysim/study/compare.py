@@ -1,0 +1,120 @@
+"""Compare: the same base motion under several approaches, and what to think of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from drysim.errors import Caution, UsageError
+from drysim.quantity import near
+from drysim.scenario.blocks import SHELF
+from drysim.study.case import prepare
+from drysim.study.cases import Motions, response_of
+from drysim.study.diagnosis import diagnose
+from drysim.study.sweep import Finished, doubts, nothing, solved
+from drysim.study.table import OK, Comparison, Row, Table
+
+if TYPE_CHECKING:
+    from drysim.scenario import Scenario
+    from drysim.study.case import Case
+
+ALWAYS = "viscous"
+"""The approach that is added to every comparison: the curve without dry friction."""
+
+
+def named(words: Sequence[str]) -> tuple[str, ...]:
+    """Give the approaches that a list of words names; `vs` is dropped.
+
+    Raises
+    ------
+    UsageError
+        When a word is no approach, is named twice, or there are fewer than two.
+    """
+    names = [word for word in words if word != "vs"]
+    for name in names:
+        if name not in SHELF:
+            nearest = near(name, SHELF)
+            hint = (
+                f"did you mean `{nearest}`?" if nearest else f"choose from {', '.join(SHELF)}"
+            )
+            raise UsageError(f"there is no approach `{name}`", hint)
+        if names.count(name) > 1:
+            raise UsageError(f"`{name}` is named twice", "compare it with another approach")
+    if len(names) < 2:
+        others = ", ".join(name for name in SHELF if name not in names)
+        raise UsageError(
+            "a comparison needs two approaches at least, such as `signum vs stick-slip`",
+            f"add one of {others}",
+        )
+    return tuple(names)
+
+
+def compare(
+    scenario: Scenario,
+    names: Sequence[str],
+    *,
+    workers: int | None = None,
+    finished: Finished = nothing,
+) -> Comparison:
+    """Give what several approaches make of one scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a sweep block, every case of it is compared.
+    names : sequence of str
+        Approaches; the last is the yardstick. `viscous` is added.
+    workers : int, optional
+        Threads.
+    finished : callable, optional
+        As in `sweep`.
+
+    Returns
+    -------
+    Comparison
+    """
+    case = prepare(scenario.with_approach(names[-1]))
+    return solve(scenario, case, names, workers=workers, finished=finished)
+
+
+def solve(
+    scenario: Scenario,
+    case: Case,
+    names: Sequence[str],
+    *,
+    workers: int | None = None,
+    finished: Finished = nothing,
+) -> Comparison:
+    """Compare where the yardstick's case is ready to be solved; otherwise as `compare` does."""
+    yardstick = names[-1]
+    every = (*names, *(() if ALWAYS in names else (ALWAYS,)))
+    scenarios = {name: scenario.with_approach(name) for name in every}
+    motions = Motions.beginning_with(case)
+    rows = tuple(solved(list(scenarios.values()), motions, workers, {}, finished))
+    own = [row for row in rows if row.approach == yardstick and row.status == OK]
+    pairs = [(row.point, row.metrics) for row in own]
+    checks = tuple(check.judge_all(pairs) for check in scenario.checks)
+    losses = tuple(
+        Caution("left-out", sentence) for name in every for sentence in scenario.losses(name)
+    )
+    table = Table(
+        scenario, scenario.axes, rows, checks, (*losses, *case.cautions, *doubts(own, scenario))
+    )
+    shown = telling(table, names, yardstick)
+    responses = {name: response_of(case_at(scenarios[name], shown.point)) for name in every}
+    bare = Comparison(table, yardstick, responses, shown.point, ())
+    return Comparison(table, yardstick, responses, shown.point, diagnose(bare, scenarios))
+
+
+def telling(table: Table, names: Sequence[str], yardstick: str) -> Row:
+    """Give the yardstick's row at the case that tells most: the worst of the first named."""
+    scale = Comparison(table, yardstick, {}, {}, ())
+    rows = list(table.of(names[0]))
+    worst = max(rows, key=lambda row: abs(scale.deviation(row) or 0.0))
+    return scale.counterpart(worst) or worst
+
+
+def case_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
+    """Give the case of a scenario at a point of another, whose axes it may not have."""
+    keys = {axis.key for axis in scenario.axes}
+    return scenario.at({key: value for key, value in point.items() if key in keys})

@@ -1,0 +1,163 @@
+"""Diagnosis: what a comparison says in sentences, each decided by computing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import log2
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim.errors import SolverError
+from drysim.study.case import assemble
+from drysim.study.cases import FIXED_STEP, Motions, measured, response_of
+from drysim.study.table import Comparison, Row
+from drysim.wording import number, percent
+
+if TYPE_CHECKING:
+    from drysim.approach.response import Response
+    from drysim.scenario import Scenario
+
+AGREE = 0.05
+"""Deviation of T_a up to which two approaches agree [-]."""
+
+CURED = 0.7
+"""Share of an error that a halved step may leave to be a cure: first order leaves half."""
+
+PARASITIC = -0.3
+"""Correlation of neighbouring errors of x_dd below which they flip with every step."""
+
+WANTED = 0.01
+"""Error of T_a for which the needed sharpness is told [-]."""
+
+
+def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
+    """Give the verdict on every approach that is not the yardstick, the worst first."""
+    names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
+    verdicts = sorted(
+        ((worst_of(comparison, name), name) for name in names),
+        key=lambda pair: -abs(pair[0][1]),
+    )
+    said: list[str] = []
+    for (row, deviation), name in verdicts:
+        if row is not None:
+            said += sentences(comparison, scenarios[name], name, row, deviation)
+    return (*said, *without_friction(comparison))
+
+
+def worst_of(comparison: Comparison, name: str) -> tuple[Row | None, float]:
+    """Give the row of an approach that deviates most, and its deviation [-]."""
+    found = [(row, comparison.deviation(row)) for row in comparison.table.of(name)]
+    known = [(row, deviation) for row, deviation in found if deviation is not None]
+    return max(known, key=lambda pair: abs(pair[1]), default=(None, 0.0))
+
+
+def sentences(
+    comparison: Comparison, scenario: Scenario, name: str, row: Row, deviation: float
+) -> Iterator[str]:
+    """Give what is to be said about one approach at the case where it deviates most."""
+    yardstick, exact = comparison.yardstick, comparison.counterpart(row)
+    place = f" at {at(row)}" if row.point else ""
+    if abs(deviation) <= AGREE:
+        yield f"{name} agrees with {yardstick}: T_a within {percent(abs(deviation))}{place}"
+    else:
+        yield f"{name} is off: T_a {signed(deviation)} against {yardstick}{place}"
+        yield from range_of_agreement(comparison, name)
+    if exact is None:
+        return
+    case = scenario.at(row.point)
+    response = response_of(case)
+    if response.numerics.core != FIXED_STEP:
+        return
+    flipping = flips(response, response_of(comparison.table.scenario.at(exact.point)))
+    if flipping < PARASITIC and abs(deviation) > AGREE:
+        yield (
+            f"the error of {name} is parasitic vibration of period 2Δt = "
+            f"{number(2 * response.dt, 's')}: where the mass should stick, friction of "
+            f"{number(row.F_fk, 'N')} flips with every step"
+        )
+    if abs(deviation) > WANTED:
+        yield from remedy(case, name, deviation, exact.metrics["T_a"])
+
+
+def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
+    """Say where an approach agrees with the yardstick."""
+    rows = list(comparison.table.of(name))
+    good = [row for row in rows if abs(comparison.deviation(row) or np.inf) <= AGREE]
+    if len(rows) < 2:
+        return
+    if not good:
+        yield f"{name} agrees within {percent(AGREE)} nowhere in this sweep"
+        return
+    axes = (
+        f"{key} {min(values):g} to {max(values):g}"
+        for key, values in ((key, [row.point[key] for row in good]) for key in good[0].point)
+    )
+    share = f"{len(good)} of {len(rows)} cases"
+    yield f"{name} agrees within {percent(AGREE)} in {share}: {', '.join(axes)}"
+
+
+def flips(response: Response, exact: Response) -> float:
+    """Give the correlation of neighbouring errors of x_dd: -1 where they flip each step."""
+    last = min(response.t[-1], exact.t[-1])
+    t = response.t[response.t <= last]
+    error = response.x_dd[: len(t)] - np.interp(t, exact.t, exact.x_dd)
+    error -= error.mean()
+    power = float(np.dot(error, error))
+    return float(np.dot(error[1:], error[:-1])) / power if power else 0.0
+
+
+def remedy(case: Scenario, name: str, deviation: float, T_a: float | None) -> Iterator[str]:
+    """Say whether a smaller step or a sharper function helps, by trying it."""
+    step = case.solver.step
+    finer = None if step is None else tried(case, {"step": 0.5 * step}, T_a)
+    if step is not None and finer is not None:
+        halved = number(0.5 * step, "s")
+        cured = abs(finer) <= CURED * abs(deviation)
+        yield (
+            f"halving the step of {name} leaves {signed(finer)}"
+            if cured
+            else f"a smaller step will not help {name}: at {halved} T_a is {signed(finer)}"
+        )
+    chosen: Any = case.solver.member()
+    sharpness = getattr(chosen, "sharpness", None)
+    if sharpness is None:
+        return
+    doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
+    sharper = tried(case, {name: doubled}, T_a)
+    if sharper is not None and 0 < abs(sharper) < abs(deviation):
+        order = log2(abs(deviation / sharper))
+        needed = number(sharpness * (abs(deviation) / WANTED) ** (1 / order), "s/m", 2)
+        yield f"{name} needs a sharpness of about {needed} for an error of {percent(WANTED)}"
+
+
+def tried(case: Scenario, change: Mapping[str, Any], T_a: float | None) -> float | None:
+    """Give the deviation from T_a of a case whose solver is changed; None where it fails."""
+    solver = case.solver.model_copy(update=dict(change))
+    changed = case.model_copy(update={"solver": solver})
+    try:
+        metrics, _, _ = measured(assemble(changed, Motions().of(changed)))
+    except SolverError:
+        return None
+    found = metrics.get("T_a")
+    return found / T_a - 1.0 if found is not None and T_a else None
+
+
+def without_friction(comparison: Comparison) -> Iterator[str]:
+    """Say what dry friction does to the transmissibility, where one case is compared."""
+    if comparison.table.axes or comparison.yardstick == "viscous":
+        return
+    by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
+    bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
+    if bare and exact:
+        yield f"without dry friction T_a would be {number(bare)} in place of {number(exact)}"
+
+
+def at(row: Row) -> str:
+    """Give the point of a row in words."""
+    return ", ".join(f"{key} = {value:g}" for key, value in row.point.items())
+
+
+def signed(value: float) -> str:
+    """Give a deviation in percent with its sign."""
+    return f"{100 * value:+.3g} %"

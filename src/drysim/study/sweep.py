@@ -1,0 +1,153 @@
+"""Sweep: every case of the sweep block, in threads, in the order of the grid."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from drysim.core import compiled
+from drysim.errors import Caution, ScenarioError
+from drysim.study.case import Case, prepare
+from drysim.study.cases import Job, Motions, count, jobs, row_of
+from drysim.study.table import FAILED, OK, Row, Table
+from drysim.wording import millimetres
+
+if TYPE_CHECKING:
+    from drysim.scenario import Scenario
+
+BLOCK = 256
+"""Cases handed to the threads at a time: enough to keep them busy, few enough to hold."""
+
+STEPS_A_CASE = 2_000
+"""What a case weighs against loading the compiler, in steps of a plain march."""
+
+Finished = Callable[[int, Row], None]
+
+
+def nothing(number: int, row: Row) -> None:
+    """Do nothing with a finished case."""
+
+
+def sweep(
+    scenario: Scenario,
+    *,
+    workers: int | None = None,
+    done: Mapping[int, Row] | None = None,
+    finished: Finished = nothing,
+) -> Table:
+    """Give the table of every case of a scenario's sweep, the reference last.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a sweep block.
+    workers : int, optional
+        Threads; default: one for each processor. The table does not depend on it.
+    done : mapping, optional
+        Rows by number that an interrupted sweep has left.
+    finished : callable, optional
+        Called with number and row of every case as it is computed, in order.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    ScenarioError
+        When the scenario has no sweep block, or a case is at fault.
+    RecordError
+        When the record of the excitation cannot be used.
+    """
+    return solve(prepare(scenario), workers=workers, done=done, finished=finished)
+
+
+def solve(
+    case: Case,
+    *,
+    workers: int | None = None,
+    done: Mapping[int, Row] | None = None,
+    finished: Finished = nothing,
+) -> Table:
+    """Give the table of the sweep of a case that is ready to be solved; as `sweep` does."""
+    scenarios = approaches_of(case.scenario)
+    motions = Motions.beginning_with(case)
+    rows = tuple(solved(scenarios, motions, workers, done or {}, finished))
+    return table_of(case, rows)
+
+
+def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
+    """Give the scenario, and its reference where one is asked for."""
+    if not scenario.axes:
+        problem = scenario.problem(
+            "sweep is required: which keys to vary, and over what", "sweep"
+        )
+        raise ScenarioError(f"{scenario.name} has nothing to sweep: 1 problem", (problem,))
+    reference = scenario.reference
+    return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
+
+
+def solved(
+    scenarios: Sequence[Scenario],
+    motions: Motions,
+    workers: int | None,
+    done: Mapping[int, Row],
+    finished: Finished,
+) -> Iterator[Row]:
+    """Give the rows of every case in order; those that are done already are not done again."""
+    compiled.settle(STEPS_A_CASE * count(scenarios))
+
+    def row(job: Job) -> Row:
+        return done.get(job.number) or row_of(job, motions)
+
+    waiting = jobs(scenarios)
+    threads = ThreadPoolExecutor(workers or os.cpu_count() or 1)
+    try:
+        while block := list(islice(waiting, BLOCK)):
+            for job, result in zip(block, threads.map(row, block), strict=True):
+                if job.number not in done:
+                    finished(job.number, result)
+                yield result
+    finally:
+        # An interrupt waits for the cases under way, not for those in the queue.
+        threads.shutdown(cancel_futures=True)
+
+
+def table_of(case: Case, rows: tuple[Row, ...], complete: bool = True) -> Table:
+    """Give the table of finished rows, with its verdicts and warnings."""
+    scenario = case.scenario
+    own = [row for row in rows if row.approach == scenario.solver.approach]
+    good = [(row.point, row.metrics) for row in own if row.status == OK]
+    checks = tuple(check.judge_all(good) for check in scenario.checks)
+    warnings = (*case.cautions, *doubts(own, scenario))
+    return Table(scenario, scenario.axes, rows, checks, warnings, complete)
+
+
+def doubts(rows: Sequence[Row], scenario: Scenario) -> Iterator[Caution]:
+    """Give every warning that follows from the rows: statuses counted, the worst stroke."""
+    for status in dict.fromkeys(row.status for row in rows if row.status != OK):
+        found = [row for row in rows if row.status == status]
+        sentence = (
+            f"{len(found)} of {len(rows)} cases: {status}; the first at {where(found[0])}: "
+            f"{found[0].note}"
+        )
+        slug = "case-failed" if status == FAILED else status.replace(" ", "-")
+        yield Caution(slug, sentence, {"cases": len(found)})
+    beyond = [row for row in rows if row.metrics.get("violations")]
+    if beyond and scenario.stroke is not None:
+        worst = max(beyond, key=lambda row: row.metrics.get("x_r_peak") or 0.0)
+        peak = worst.metrics.get("x_r_peak") or 0.0
+        sentence = (
+            f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in {len(beyond)} "
+            f"of {len(rows)} cases; |x_r| reaches {millimetres(peak)} at {where(worst)}"
+        )
+        numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": len(beyond)}
+        yield Caution("stroke-violated", sentence, numbers)
+
+
+def where(row: Row) -> str:
+    """Give the point of a row in words."""
+    return ", ".join(f"{key} = {value:g}" for key, value in row.point.items())
