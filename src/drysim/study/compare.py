@@ -11,7 +11,7 @@ from drysim.scenario.blocks import SHELF
 from drysim.study.case import prepare
 from drysim.study.cases import Motions, response_of
 from drysim.study.diagnosis import diagnose
-from drysim.study.sweep import Finished, doubts, nothing, solved
+from drysim.study.sweep import Finished, doubts, nothing, settle, solved
 from drysim.study.table import OK, Comparison, Row, Table
 
 if TYPE_CHECKING:
@@ -89,6 +89,7 @@ def solve(
     yardstick = names[-1]
     every = (*names, *(() if ALWAYS in names else (ALWAYS,)))
     scenarios = {name: scenario.with_approach(name) for name in every}
+    settle(case, list(scenarios.values()))
     motions = Motions.beginning_with(case)
     rows = tuple(solved(list(scenarios.values()), motions, workers, {}, finished))
     own = [row for row in rows if row.approach == yardstick and row.status == OK]

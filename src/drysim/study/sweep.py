@@ -22,7 +22,7 @@ BLOCK = 256
 """Cases handed to the threads at a time: enough to keep them busy, few enough to hold."""
 
 STEPS_A_CASE = 2_000
-"""What a case weighs against loading the compiler, in steps of a plain march."""
+"""What an orbit weighs against loading the compiler, in steps of a plain march."""
 
 Finished = Callable[[int, Row], None]
 
@@ -74,9 +74,15 @@ def solve(
 ) -> Table:
     """Give the table of the sweep of a case that is ready to be solved; as `sweep` does."""
     scenarios = approaches_of(case.scenario)
+    settle(case, scenarios)
     motions = Motions.beginning_with(case)
     rows = tuple(solved(scenarios, motions, workers, done or {}, finished))
     return table_of(case, rows)
+
+
+def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
+    """Settle the engine for so many cases like this one."""
+    compiled.settle(max(case.steps, STEPS_A_CASE) * count(scenarios))
 
 
 def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
@@ -98,8 +104,6 @@ def solved(
     finished: Finished,
 ) -> Iterator[Row]:
     """Give the rows of every case in order; those that are done already are not done again."""
-    compiled.settle(STEPS_A_CASE * count(scenarios))
-
     def row(job: Job) -> Row:
         return done.get(job.number) or row_of(job, motions)
 
