@@ -1,0 +1,151 @@
+"""Sweeps: every case in order, whatever the workers, the interruptions and the statuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from drysim.errors import ScenarioError
+from drysim.scenario import load
+from drysim.study.cases import count, points, size
+from drysim.study.journal import Journal, identity
+from drysim.study.sweep import approaches_of, sweep
+from drysim.study.table import Row, Table
+
+GRID = """\
+drysim: 1
+name: grid
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+stroke: {limit: 16 mm}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+sweep:
+  excitation.frequency: {from: 1, to: 4, step: 1}
+  friction.kinetic: [15, 45]
+reference: viscous
+checks: [T_a < 1.6, T_a < 0.9 at excitation.frequency >= 4]
+"""
+
+
+@pytest.fixture
+def grid(tmp_path: Path) -> Path:
+    """Write a small sweep."""
+    file = tmp_path / "grid.yaml"
+    file.write_text(GRID)
+    return file
+
+
+def as_written(table: Table) -> list[Row]:
+    """Give the rows with everything that a file would hold of them."""
+    return [
+        Row(dict(row.point), row.approach, row.F_fk, row.F_fs, dict(row.metrics), row.status)
+        for row in table.rows
+    ]
+
+
+def test_first_key_varies_fastest_and_the_reference_comes_last(grid: Path) -> None:
+    table = sweep(load(grid))
+    own = list(table.of("stick-slip"))
+    assert [tuple(row.point.values()) for row in own] == [
+        (f, F) for F in (15.0, 45.0) for f in (1.0, 2.0, 3.0, 4.0)
+    ]
+    assert [row.F_fk for row in own] == [15.0] * 4 + [45.0] * 4
+    reference = list(table.of("viscous"))
+    assert table.rows[-len(reference) :] == tuple(reference)
+    assert [dict(row.point) for row in reference] == [
+        {"excitation.frequency": f} for f in (1.0, 2.0, 3.0, 4.0)
+    ]
+
+
+def test_case_of_a_sweep_is_what_a_run_of_it_gives(grid: Path) -> None:
+    from drysim.study.run import run
+
+    row = list(sweep(load(grid)).of("stick-slip"))[6]
+    overrides = {"excitation.frequency": 3, "friction.kinetic": 45}
+    alone = run(load(grid, overrides)).metrics
+    assert {name: alone[name] for name in row.metrics} == dict(row.metrics)
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5])
+def test_table_does_not_depend_on_the_workers(grid: Path, workers: int) -> None:
+    assert as_written(sweep(load(grid), workers=workers)) == as_written(sweep(load(grid)))
+
+
+def test_interrupted_sweep_goes_on_to_the_very_same_table(grid: Path, tmp_path: Path) -> None:
+    scenario = load(grid)
+    whole = sweep(scenario)
+    file = tmp_path / "cases.jsonl"
+    with Journal(file, identity(scenario), resume=False) as journal:
+        for number, row in enumerate(whole.rows[:5]):
+            journal.add(number, row)
+    # A kill may cut a line short anywhere.
+    file.write_text(file.read_text()[:-17])
+    computed = []
+    with Journal(file, identity(scenario), resume=True) as journal:
+        assert sorted(journal.done) == [0, 1, 2, 3]
+        done = dict(journal.done)
+        resumed = sweep(scenario, done=done, finished=lambda n, row: computed.append(n))
+    assert as_written(resumed) == as_written(whole)
+    assert computed == list(range(4, len(whole.rows)))
+
+
+def test_journal_of_another_sweep_is_refused(grid: Path, tmp_path: Path) -> None:
+    from drysim.errors import UsageError
+
+    file = tmp_path / "cases.jsonl"
+    with Journal(file, identity(load(grid)), resume=False):
+        pass
+    other = load(grid, {"oscillator.mass": 76})
+    with pytest.raises(UsageError, match="cases of another sweep"):
+        Journal(file, identity(other), resume=True)
+
+
+def test_checks_are_judged_by_their_worst_case(grid: Path) -> None:
+    table = sweep(load(grid))
+    first, second = table.checks
+    worst = max(table.of("stick-slip"), key=lambda row: row.metrics["T_a"])
+    assert first.value == worst.metrics["T_a"]
+    assert first.where == dict(worst.point)
+    assert second.where is not None
+    assert second.where["excitation.frequency"] == 4.0
+
+
+def test_stroke_violations_are_summed_up_with_their_worst_case(grid: Path) -> None:
+    table = sweep(load(grid, {"stroke.limit": 0.010}))
+    found = [caution for caution in table.warnings if caution.slug == "stroke-violated"]
+    assert len(found) == 1
+    assert "10 mm" in found[0].sentence
+    assert found[0].numbers["cases"] == sum(
+        bool(row.metrics["violations"]) for row in table.of("stick-slip")
+    )
+
+
+def test_motion_that_does_not_settle_is_a_status_and_not_a_number(grid: Path) -> None:
+    # Without damping, friction below π/4 of the force cannot hold resonance.
+    resonance = GRID.replace("{from: 1, to: 4, step: 1}", "[1.5915494309189535]")
+    grid.write_text(resonance.replace("damping: 500", "damping: 0").replace("[15, 45]", "[1]"))
+    table = sweep(load(grid))
+    row = next(table.of("stick-slip"))
+    assert row.status == "not settled"
+    assert row.metrics["T_a"] is None
+    assert any(caution.slug == "not-settled" for caution in table.warnings)
+    assert not table.checks[0].passed
+
+
+def test_scenario_without_a_sweep_says_so(grid: Path) -> None:
+    grid.write_text(GRID[: GRID.index("sweep:")])
+    with pytest.raises(ScenarioError) as fault:
+        approaches_of(load(grid))
+    assert "sweep" in fault.value.problems[0].sentence
+
+
+def test_huge_grid_is_counted_and_begun_without_being_built(grid: Path) -> None:
+    axis = "{from: 1, to: 2, count: 3000}"
+    text = GRID.replace("{from: 1, to: 4, step: 1}", axis).replace("[15, 45]", axis)
+    grid.write_text(text)
+    scenario = load(grid)
+    assert size(scenario.axes) == 9_000_000
+    assert count(approaches_of(scenario)) == 9_003_000
+    assert set(next(points(scenario.axes))) == {"friction.kinetic", "excitation.frequency"}
