@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from drysim.scenario.axis import Axis as Axis
 from drysim.scenario.cautions import cautions as cautions
 from drysim.scenario.loading import load as load
 from drysim.scenario.model import Scenario as Scenario
 from drysim.scenario.model import period as period
+from drysim.scenario.sweep.axis import Axis as Axis
 
 
 def schema() -> dict[str, Any]:

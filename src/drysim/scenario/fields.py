@@ -18,8 +18,8 @@ from drysim.checks import Check
 from drysim.excitation import EXCITATIONS
 from drysim.friction import FRICTIONS
 from drysim.quantity import shown
-from drysim.scenario.axis import Axis, Range
 from drysim.scenario.blocks import SHELF, Solver, on_the_shelf, with_options
+from drysim.scenario.sweep.axis import Axis, Range
 
 if TYPE_CHECKING:
     from drysim.excitation import Excitation as Excitation

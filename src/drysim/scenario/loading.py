@@ -9,11 +9,11 @@ from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError
 from drysim.scenario.model import NAME, Scenario
-from drysim.scenario.points import in_conflict
 from drysim.scenario.reading import Reading
 from drysim.scenario.rules import broken, unused
 from drysim.scenario.sentences import sentences
-from drysim.scenario.sweeping import with_axes
+from drysim.scenario.sweep.points import in_conflict
+from drysim.scenario.sweep.words import with_axes
 from drysim.source import Document, Overrides, Unreadable, read
 
 KIND = ("excitation", "kind")

@@ -7,13 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from drysim.core.plant import Law
-from drysim.errors import Problem
 from drysim.excitation.generated import Generated
-from drysim.quantity import Block, shown
-from drysim.scenario.axis import Axis
+from drysim.quantity import shown
 from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
 from drysim.scenario.fields import (
     ApproachName,
@@ -23,11 +21,12 @@ from drysim.scenario.fields import (
     SolverBlock,
     Sweep,
 )
+from drysim.scenario.from_file import FromFile
 from drysim.scenario.measure import Measure, common_period, in_seconds
 from drysim.scenario.others import left_out, solved_by
-from drysim.scenario.points import case_at
 from drysim.scenario.resolved import spelled_out
-from drysim.source import Document, Keys
+from drysim.scenario.sweep.axis import Axis
+from drysim.scenario.sweep.points import case_at
 
 FORMAT = 1
 """Version of the file format."""
@@ -36,7 +35,7 @@ NAME = re.compile(r"[^\W_][\w .-]{0,98}[\w-]|[^\W_]")
 """A name that is a good name for a folder everywhere."""
 
 
-class Scenario(Block):
+class Scenario(FromFile):
     """A vibration isolator, how its base moves, and what is asked about it."""
 
     drysim: int = FORMAT
@@ -67,14 +66,6 @@ class Scenario(Block):
     checks: tuple[CheckWords, ...] = ()
     """Promises about the metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1.
     """
-
-    _document: Document | None = PrivateAttr(default=None)
-    _words: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
-
-    def model_post_init(self, context: Any, /) -> None:
-        """Keep the document, which the context of the validation names."""
-        if isinstance(context, Mapping):
-            self._document = context.get("document")
 
     @field_validator("drysim", mode="before")
     @classmethod
@@ -124,26 +115,9 @@ class Scenario(Block):
         return self.friction is None or self.friction.static_given
 
     @property
-    def folder(self) -> Path:
-        """The folder that the paths of records are relative to."""
-        return Path(self._document.file).parent if self._document else Path()
-
-    @property
-    def origin(self) -> dict[str, Any]:
-        """Name of the file, its SHA-256 and the overrides, as plain values."""
-        read = self._document
-        if read is None:
-            return {"file": "", "sha256": "", "overrides": {}}
-        file = Path(read.file).name
-        return {"file": file, "sha256": read.sha256, "overrides": dict(read.overrides)}
-
-    def problem(self, sentence: str, key: str | Keys) -> Problem:
-        """Give the located problem of a key, for faults that only a run can find."""
-        keys = tuple(key.split(".")) if isinstance(key, str) else key
-        name = ".".join(map(str, keys))
-        if self._document is None:
-            return Problem(sentence, key=name)
-        return self._document.locate(keys).problem(sentence, name)
+    def frequencies(self) -> tuple[float, ...]:
+        """Every frequency of the scene [Hz], if its base moves periodically."""
+        return frequencies(self.excitation, self.friction)
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -176,25 +150,6 @@ class Scenario(Block):
         """Give a sentence for everything in the scene that an approach leaves out."""
         return tuple(left_out(self, name))
 
-    def copied(self, changed: Mapping[str, Any]) -> Scenario:
-        """Give the scenario with other values in some fields, which must be valid ones."""
-        copy = self.model_copy(update=changed)
-        copy._words = {}
-        return copy
-
-    def words_of(self, name: str) -> dict[str, Any]:
-        """Give the words of a block as it is now; empty where there is none."""
-        if name not in self._words:
-            block = getattr(self, name, None)
-            if not isinstance(block, Block):
-                return {}
-            self._words[name] = block.model_dump(by_alias=True, exclude_none=True)
-        return self._words[name]
-
-    def spoken(self, name: str) -> dict[str, Any]:
-        """Give the words of a block as the file says them, overrides included."""
-        return dict((self._document.value if self._document else {}).get(name) or {})
-
     def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
         """Give the plain words of a scenario that runs again as this one did.
 
@@ -210,7 +165,7 @@ class Scenario(Block):
 
 def period(scenario: Scenario) -> float | None:
     """Give the common period of base motion and normal force [s]; None when nothing repeats."""
-    return common_period(frequencies(scenario.excitation, scenario.friction))
+    return common_period(scenario.frequencies)
 
 
 def frequencies(excitation: Excitation | None, friction: Friction | None) -> tuple[float, ...]:

@@ -3,51 +3,28 @@
 from __future__ import annotations
 
 import math
-import operator
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from drysim.checks.condition import AT as AT
+from drysim.checks.condition import (
+    BOUND,
+    COMPARISONS,
+    Condition,
+    Point,
+    conditions,
+    limit,
+    refuse_unknown,
+)
 from drysim.metrics import METRICS
-from drysim.quantity import convert, near, shown
+from drysim.quantity import near, shown
 from drysim.wording import number
 
 Metrics = Mapping[str, float | None]
-Point = Mapping[str, float]
 
-_OPERATORS: dict[str, Callable[[float, float], bool]] = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "==": operator.eq,
-}
 _UNITS = {metric.name: metric.unit for metric in METRICS}
-_BOUND = r"\s*(?P<op>[<>=!]{1,2})\s*(?P<limit>.*\S)\s*"
-_FORM = re.compile(rf"\s*(?P<metric>[A-Za-z_]\w*){_BOUND}")
-_CONDITION = re.compile(rf"\s*(?P<key>[A-Za-z_][\w.-]*){_BOUND}")
-AT = re.compile(r"\sat(?=\s|$)")
-"""What parts a promise from where it applies."""
-_AND = re.compile(r"\sand(?=\s|$)")
-
-
-@dataclass(frozen=True)
-class Condition:
-    """Where a check applies: a bound on a key of the scenario."""
-
-    key: str
-    """Dotted key, such as `excitation.frequency`."""
-    op: str
-    """One of < <= > >= and ==."""
-    limit: float
-    """In the SI unit of the key."""
-    here: float | None = None
-    """Value of the key in the scenario itself, which counts where it is not swept."""
-
-    def holds(self, point: Point) -> bool:
-        """Whether a point is where the check applies."""
-        value = point.get(self.key, self.here)
-        return value is not None and _OPERATORS[self.op](value, self.limit)
+_FORM = re.compile(rf"\s*(?P<metric>[A-Za-z_]\w*){BOUND}")
 
 
 @dataclass(frozen=True)
@@ -90,18 +67,14 @@ class Check:
             nearest = near(metric, _UNITS)
             hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(_UNITS)}"
             raise ValueError(f"unknown metric `{metric}`; {hint}")
-        _refuse_unknown(op)
-        limit = _limit(form["limit"], _UNITS[metric])
-        parts = [part for whole in where for part in _AND.split(whole)]
-        return cls(text, metric, op, limit, tuple(_condition(part, units) for part in parts))
+        refuse_unknown(op)
+        bound = limit(form["limit"], _UNITS[metric])
+        return cls(text, metric, op, bound, conditions(where[0], units) if where else ())
 
-    def where(self, here: Mapping[str, float | None]) -> Check:
+    def based_on(self, here: Mapping[str, float | None]) -> Check:
         """Give the check of a scenario in which some keys have these values."""
-        conditions = tuple(
-            replace(condition, here=here.get(condition.key, condition.here))
-            for condition in self.conditions
-        )
-        return replace(self, conditions=conditions)
+        known = (replace(one, here=here.get(one.key, one.here)) for one in self.conditions)
+        return replace(self, conditions=tuple(known))
 
     def judge(self, metrics: Metrics) -> Verdict:
         """Give the verdict on one case; a metric that is not known fails the check.
@@ -135,7 +108,7 @@ class Check:
     def _verdict(self, metrics: Metrics, where: Point | None) -> Verdict:
         """Give the verdict on a case that the check applies to."""
         value = metrics.get(self.metric)
-        holds = value is not None and _OPERATORS[self.op](value, self.limit)
+        holds = value is not None and COMPARISONS[self.op](value, self.limit)
         return Verdict(self, bool(holds), value, where)
 
     def __str__(self) -> str:
@@ -189,31 +162,3 @@ def _badness(verdict: Verdict) -> float:
         return math.inf
     away = verdict.value - verdict.check.limit
     return {"<": away, ">": -away, "=": abs(away)}[verdict.check.op[0]]
-
-
-def _refuse_unknown(op: str) -> None:
-    if op not in _OPERATORS:
-        raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(_OPERATORS)}")
-
-
-def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
-    """Give one condition behind `at`."""
-    form = _CONDITION.fullmatch(text)
-    if form is None:
-        example = "at excitation.frequency >= 8"
-        raise ValueError(f"write `at key >= value`, such as `{example}`, not `at{text}`")
-    key, op = form["key"], form["op"]
-    _refuse_unknown(op)
-    if units is not None and key not in units:
-        nearest = near(key, units)
-        hint = f"; did you mean `{nearest}`?" if nearest else ""
-        raise ValueError(f"unknown key `{key}` behind `at`{hint}")
-    return Condition(key, op, _limit(form["limit"], units[key] if units else ""))
-
-
-def _limit(text: str, unit: str) -> float:
-    """Give the number [unit] that a text compares with."""
-    limit = convert(text, unit)
-    if not math.isfinite(limit):
-        raise ValueError(f"must compare with a finite number, not {shown(text)}")
-    return limit

@@ -1,0 +1,90 @@
+"""Condition: where a check applies, and the comparisons that both are made of."""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from drysim.quantity import convert, near, shown
+
+Point = Mapping[str, float]
+
+COMPARISONS: dict[str, Callable[[float, float], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+}
+BOUND = r"\s*(?P<op>[<>=!]{1,2})\s*(?P<limit>.*\S)\s*"
+"""A comparison and what is compared with."""
+
+AT = re.compile(r"\sat(?=\s|$)")
+"""What parts a promise from where it applies."""
+
+_FORM = re.compile(rf"\s*(?P<key>[A-Za-z_][\w.-]*){BOUND}")
+_AND = re.compile(r"\sand(?=\s|$)")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Where a check applies: a bound on a key of the scenario."""
+
+    key: str
+    """Dotted key, such as `excitation.frequency`."""
+    op: str
+    """One of < <= > >= and ==."""
+    limit: float
+    """In the SI unit of the key."""
+    here: float | None = None
+    """Value of the key in the scenario itself, which counts where it is not swept."""
+
+    def holds(self, point: Point) -> bool:
+        """Whether a point is where the check applies."""
+        value = point.get(self.key, self.here)
+        return value is not None and COMPARISONS[self.op](value, self.limit)
+
+
+def conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:
+    """Give the conditions in the text behind `at`, which `and` joins.
+
+    Parameters
+    ----------
+    text : str
+    units : mapping or None
+        Unit of every key that there is; None takes any key, and plain numbers.
+    """
+    return tuple(_condition(part, units) for part in _AND.split(text))
+
+
+def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
+    """Give one condition."""
+    form = _FORM.fullmatch(text)
+    if form is None:
+        found = f"at{text}" if text.strip() else "at"
+        example = "at excitation.frequency >= 8"
+        raise ValueError(f"write `at key >= value`, such as `{example}`, not {shown(found)}")
+    key, op = form["key"], form["op"]
+    if units is not None and key not in units:
+        nearest = near(key, units)
+        hint = f"; did you mean `{nearest}`?" if nearest else ""
+        raise ValueError(f"unknown key `{key}` behind `at`{hint}")
+    refuse_unknown(op)
+    return Condition(key, op, limit(form["limit"], units[key] if units else ""))
+
+
+def refuse_unknown(op: str) -> None:
+    """Make sure that there is such a comparison."""
+    if op not in COMPARISONS:
+        raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(COMPARISONS)}")
+
+
+def limit(text: str, unit: str) -> float:
+    """Give the number [unit] that a text compares with."""
+    value = convert(text, unit)
+    if not math.isfinite(value):
+        raise ValueError(f"must compare with a finite number, not {shown(text)}")
+    return value
