@@ -74,7 +74,10 @@ class _SweepSchema:
             "minProperties": 1,
             "propertyNames": {"pattern": r"^\w+(\.[\w-]+)+$"},
             "additionalProperties": {
-                "anyOf": [values, handler(Range.__pydantic_core_schema__)]
+                "anyOf": [
+                    values,
+                    Range.__get_pydantic_json_schema__(Range.__pydantic_core_schema__, handler),
+                ]
             },
             "examples": [{"excitation.frequency": {"from": 0.5, "to": 10, "step": 0.1}}],
         }
