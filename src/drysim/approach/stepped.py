@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,26 @@ def grid_of(
         base_acceleration(motion, (n[:-1] + 0.5) * step),
         step,
     )
+
+
+def finer(motion: Sines | Samples, pieces: int) -> Sines | Samples:
+    """Give the same base motion on a grid of so many pieces a step."""
+    if isinstance(motion, Sines):
+        return motion
+    n = len(motion.u_dd)
+    u_dd = np.interp(np.arange((n - 1) * pieces + 1) / pieces, np.arange(n), motion.u_dd)
+    return Samples(u_dd, motion.dt / pieces)
+
+
+def thinned(response: Response, motion: Sines | Samples, pieces: int) -> Response:
+    """Give every so-manieth point of a response; its track keeps them all."""
+    every = slice(None, None, pieces)
+    assert response.force is not None, "a fixed-step approach gives its friction force"
+    return replace(
+        response, motion=motion, dt=response.dt * pieces, u_dd=response.u_dd[every],
+        x_r=response.x_r[every], v_r=response.v_r[every], d=response.d[every],
+        force=response.force[every],
+    )  # fmt: skip
 
 
 def from_start(start: State, n: int) -> tuple[Floats, Floats]:

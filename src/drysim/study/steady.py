@@ -24,7 +24,10 @@ MOST_BURSTS = 64
 """Bursts after which a motion counts as not settled: what decays has decayed by then."""
 
 PATIENCE = 3
-"""Bursts at least; more only while each closes better by a third than the one before."""
+"""Bursts at least; more only while each closes better than the one before."""
+
+BETTER = 0.99
+"""Share of the change before that counts as closing better: what creeps closes slowly."""
 
 CLOSED = 1e-9
 """Scaled change of the state over a repetition that counts as none [-]."""
@@ -63,7 +66,7 @@ def march_to_orbit(case: Case, state: State, dt: float, period: float) -> Orbit:
     steps = round(period / dt)
     scene = (case.plant, case.law, case.motion)
     peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, BURST, 0
-    while bursts < PATIENCE or (CLOSED < closure < before / 1.5 and bursts < MOST_BURSTS):
+    while bursts < PATIENCE or (CLOSED < closure < BETTER * before and bursts < MOST_BURSTS):
         response = case.approach.solve(*scene, state, dt, BURST * period)
         x_r, v_r = response.x_r, response.v_r
         changes = np.maximum(repeats(x_r, steps), repeats(v_r, steps))

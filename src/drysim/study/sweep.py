@@ -104,6 +104,7 @@ def solved(
     finished: Finished,
 ) -> Iterator[Row]:
     """Give the rows of every case in order; those that are done already are not done again."""
+
     def row(job: Job) -> Row:
         return done.get(job.number) or row_of(job, motions)
 

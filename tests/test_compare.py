@@ -1,0 +1,135 @@
+"""Comparisons: the same base motion for all, and a verdict that was computed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drysim.errors import UsageError
+from drysim.scenario import load
+from drysim.study.compare import compare, named
+from drysim.study.table import Comparison
+
+SCENE = """\
+drysim: 1
+name: scene
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45}
+stroke: {limit: 25 mm}
+excitation: {kind: harmonic, frequency: 5, rms: 0.5}
+solver: {approach: stick-slip, step: 2.5e-3}
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    """Write the paper's oscillator where it sticks half the time."""
+    file = tmp_path / "scene.yaml"
+    file.write_text(SCENE)
+    return file
+
+
+def of(comparison: Comparison, approach: str) -> float:
+    """Give the deviation of an approach in a comparison of one case."""
+    deviation = comparison.deviation(next(comparison.table.of(approach)))
+    assert deviation is not None
+    return deviation
+
+
+def test_words_name_approaches_and_vs_is_dropped() -> None:
+    assert named(["signum", "vs", "stick-slip"]) == ("signum", "stick-slip")
+    assert named(["signum", "vs", "smooth", "vs", "stick-slip"])[-1] == "stick-slip"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence", "hint"),
+    [
+        (["signom", "vs", "stick-slip"], "no approach `signom`", "did you mean `signum`?"),
+        (["signum"], "needs two approaches", "add one of"),
+        (["vs"], "needs two approaches", "add one of"),
+        (["signum", "vs", "signum"], "`signum` is named twice", "another"),
+    ],
+)
+def test_words_that_name_no_comparison_are_said(
+    words: list[str], sentence: str, hint: str
+) -> None:
+    with pytest.raises(UsageError, match=sentence) as fault:
+        named(words)
+    assert hint in fault.value.hint
+
+
+@pytest.mark.parametrize(
+    ("F_fk", "rms", "f", "signum", "tanh"),
+    [(15, 0.5, 5, 1.8, -0.43), (45, 0.75, 2, 1.8, 0.71), (45, 0.5, 5, 24.0, -0.37),
+     (45, 0.5, 1.6, 25.0, 0.32), (45, 0.33, 5, 84.0, -0.17)],
+)  # fmt: skip
+def test_approximations_are_off_by_what_is_known(
+    scene: Path, F_fk: float, rms: float, f: float, signum: float, tanh: float
+) -> None:
+    case = {"friction.kinetic": F_fk, "excitation.rms": rms, "excitation.frequency": f}
+    found = compare(load(scene, case), ("signum", "smooth", "stick-slip"))
+    assert 100 * of(found, "signum") == pytest.approx(signum, abs=1.1)
+    assert 100 * of(found, "smooth") == pytest.approx(tanh, abs=0.006)
+    assert of(found, "stick-slip") == 0.0
+
+
+def test_last_named_is_the_yardstick_and_viscous_is_added(scene: Path) -> None:
+    found = compare(load(scene), ("stick-slip", "moreau"))
+    assert found.yardstick == "moreau"
+    assert found.table.approaches == ("stick-slip", "moreau", "viscous")
+    assert of(found, "moreau") == 0.0
+
+
+def test_signum_is_told_to_chatter_beyond_the_help_of_a_smaller_step(scene: Path) -> None:
+    found = compare(load(scene), ("signum", "stick-slip"))
+    verdict = " ".join(found.verdict)
+    assert found.verdict[0].startswith("signum is off: T_a +2")
+    assert "period 2Δt" in verdict
+    assert "a smaller step will not help signum" in verdict
+
+
+def test_switch_is_told_that_a_smaller_step_helps(scene: Path) -> None:
+    found = compare(load(scene), ("switch", "stick-slip"))
+    verdict = " ".join(found.verdict)
+    assert "halving the step of switch leaves" in verdict
+    assert "2Δt" not in verdict
+
+
+def test_dull_smoothing_is_told_the_sharpness_it_needs(scene: Path) -> None:
+    dull = {"solver.smooth.sharpness": 100}
+    found = compare(load(scene, dull), ("smooth", "stick-slip"))
+    (sentence,) = (words for words in found.verdict if "needs a sharpness" in words)
+    needed = float(sentence.split("about ")[1].split()[0])
+    enough = compare(
+        load(scene, {"solver.smooth.sharpness": 2 * needed}), ("smooth", "stick-slip")
+    )
+    assert abs(of(enough, "smooth")) < 0.012
+
+
+def test_range_of_agreement_is_told_over_a_sweep(scene: Path) -> None:
+    scene.write_text(SCENE + "sweep: {friction.kinetic: [2, 15, 45]}\n")
+    found = compare(load(scene, {"excitation.frequency": 2}), ("signum", "stick-slip"))
+    (sentence,) = (words for words in found.verdict if "agrees within" in words)
+    assert "in 2 of 3 cases: friction.kinetic 2 to 15" in sentence
+    assert found.shown == {"friction.kinetic": 45.0}
+
+
+def test_all_get_the_very_same_random_motion(scene: Path) -> None:
+    noise = "{kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.33, duration: 5, seed: 3}"
+    text = SCENE.replace("{kind: harmonic, frequency: 5, rms: 0.5}", noise)
+    scene.write_text(text)
+    found = compare(load(scene), ("signum", "moreau", "stick-slip"))
+    first, *others = found.responses.values()
+    for other in others:
+        assert np.array_equal(first.u_dd, other.u_dd)
+
+
+def test_what_an_approach_leaves_out_is_a_caution_that_names_it(scene: Path) -> None:
+    found = compare(load(scene, {"friction.static_ratio": 1.2}), ("signum", "stick-slip"))
+    sentences = [caution.sentence for caution in found.table.warnings]
+    assert any("signum" in sentence and "static" in sentence for sentence in sentences)
+    exact = next(found.table.of("stick-slip"))
+    assert (exact.F_fk, exact.F_fs) == (45.0, 54.0)
+    assert next(found.table.of("signum")).F_fs == 45.0
