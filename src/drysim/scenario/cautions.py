@@ -10,6 +10,8 @@ import numpy as np
 
 from drysim.core.motion import Samples, Sines
 from drysim.errors import Caution
+from drysim.scenario.sweep.cautions import needless
+from drysim.scenario.unfit import unfit
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
@@ -34,7 +36,7 @@ COMMON_RATIO = 1.3
 
 
 def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple[Caution, ...]:
-    """Give the warnings that the words of a scenario deserve.
+    """Give the warnings that the words of a scenario deserve; its sweep is warned of once.
 
     Parameters
     ----------
@@ -48,8 +50,8 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     if isinstance(motion, Sines):
         found += [*_sines(motion), *_step(scenario, motion)]
     if motion is not None:
-        found += _friction(scenario, motion)
-    return tuple(found)
+        found += [*_friction(scenario, motion), *unfit(scenario, motion)]
+    return (*found, *needless(scenario))
 
 
 def _lengths(scenario: Scenario) -> Iterator[Caution]:

@@ -13,7 +13,7 @@ from drysim.scenario.reading import Reading
 from drysim.scenario.rules import broken, unused
 from drysim.scenario.sentences import sentences
 from drysim.scenario.sweep.points import in_conflict
-from drysim.scenario.sweep.words import with_axes
+from drysim.scenario.sweep.words import SWEEP, with_axes
 from drysim.source import Document, Overrides, Unreadable, read
 
 KIND = ("excitation", "kind")
@@ -29,7 +29,9 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         YAML file.
     overrides : mapping or sequence of str
         Values by dotted key, `{"friction.kinetic": 30}`, or words such as
-        `"friction.kinetic=30"`, whose value is read as YAML.
+        `"friction.kinetic=30"`, whose value is read as YAML. Behind `sweep.` the rest is one
+        key, `"sweep.excitation.rms=[0.5, 1]"`, or leads into one that the file sweeps already,
+        `"sweep.excitation.rms.0=0.6"`.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         With every problem of the file.
     """
     try:
-        document = read(path, overrides)
+        document = read(path, overrides, (SWEEP,))
     except Unreadable as fault:
         raise _error(str(path), [fault.problem]) from None
     scenario, problems = _understood(document)

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drysim.excitation.record import Record
+from drysim.scenario.measure import in_periods
+from drysim.scenario.rules import STATIC
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
@@ -15,7 +17,8 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
     """Give the words of `Scenario.resolved`."""
     words = scenario.model_dump(by_alias=True, exclude_none=True, mode="json")
     if scenario.friction is not None:
-        words["friction"] = scenario.friction.spelled_out(scenario.oscillator.mass)
+        spelt = scenario.friction.spelled_out(scenario.oscillator.mass)
+        words["friction"] = {k: v for k, v in spelt.items() if k not in _open(scenario)}
     words["excitation"] = {"kind": scenario.excitation.kind} | words["excitation"]
     if isinstance(scenario.excitation, Record) and relative_to is not None:
         words["excitation"]["file"] = scenario.excitation.file_from(relative_to)
@@ -23,9 +26,22 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
     solver = words["solver"] | {scenario.solver.approach: member}
     plain = {key: _options(value) for key, value in solver.items()}
     words["solver"] = {key: value for key, value in plain.items() if value != {}}
-    if scenario.measure.steady:
+    if scenario.axes and in_periods(spoken := scenario.spoken("measure")):
+        words["measure"] |= spoken  # the period may vary from case to case
+    elif scenario.measure.steady:
         words["measure"] = {"steady": True}
     return {key: value for key, value in words.items() if value not in ("", [], {})}
+
+
+def _open(scenario: Scenario) -> set[str]:
+    """Give the defaults of the friction block that depend on what a sweep varies."""
+    friction, swept = scenario.friction, {axis.key for axis in scenario.axes}
+    left: set[str] = set()
+    if friction is not None and friction.normal is None and "oscillator.mass" in swept:
+        left.add("normal")
+    if friction is not None and not friction.static_given:
+        left |= {"static_ratio"} if swept & {f"friction.{key}" for key in STATIC} else set()
+    return left
 
 
 def _options(value: Any) -> Any:

@@ -15,7 +15,7 @@ from drysim.source import Keys
 READ_BEFORE = {"missing", "extra_forbidden", "union_tag_invalid", "union_tag_not_found"}
 """Complaints about keys, which the reading of the file has made already."""
 
-_VERBS = ("must ", "needs ", "has ")
+_VERBS = ("must ", "needs ", "has ", "is ", "asks ", "gives ", "stands ")
 
 _WORDED = {
     "string_type": "must be text, not {given}; put it in quotes",
@@ -54,7 +54,12 @@ def sentences(
         if isinstance(cause, Misfit):
             keys = (*keys, *cause.at)
         text = str(cause) if cause is not None else worded(error)
-        yield keys, f"{dotted(keys)}{' ' if text.startswith(_VERBS) else ': '}{text}"
+        yield keys, about(keys, text)
+
+
+def about(keys: Keys, text: str) -> str:
+    """Give the sentence about a value from its key and what is said of it."""
+    return f"{dotted(keys)}{' ' if text.startswith(_VERBS) else ': '}{text}"
 
 
 def _keys(loc: Keys, words: Any) -> Keys:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import takewhile
 from typing import Any
 
 from drysim.excitation import EXCITATIONS
@@ -35,14 +36,15 @@ def refusal(words: Mapping[str, Any], key: str, known: Known) -> str | None:
     if numeral is None:
         return _no_number(key, known)
     block, _, name = key.rpartition(".")
-    swept = [other.rpartition(".") for other in words["sweep"] if other != key]
-    beside = {other for where, _, other in swept if where == block}
+    before = takewhile(lambda other: other != key, words["sweep"])
+    beside = {other.rpartition(".")[2] for other in before if other.rpartition(".")[0] == block}
     if sentence := _excluded(block, name, numeral, beside):
         return sentence
     if block == "measure" and not _windowed(words):
-        return f"{key} has no use here: the metrics cover the periodic orbit; give {key} first"
-    before = set(broken(words))
-    return next((s for k, s in broken(_with(words, block, name)) if (k, s) not in before), None)
+        return f"{key} has no use here: metrics cover the periodic orbit; give it in measure"
+    known_faults = {sentence for _, sentence in broken(words)}
+    faults = (sentence for _, sentence in broken(_with(words, block, name)))
+    return next((sentence for sentence in faults if sentence not in known_faults), None)
 
 
 def _no_number(key: str, known: Known) -> str:
@@ -58,23 +60,35 @@ def _no_number(key: str, known: Known) -> str:
     elif top in known and not any(other.startswith(f"{top}.") for other in known):
         hint = f"; this scenario has no {top} block"
     else:
-        others = [k.removeprefix(f"{top}.") for k in known if known[k] and k.startswith(top)]
-        hint = f"; in {top}, known are {', '.join(others)}" if others else ""
+        hint = _instead(top, known)
     return f"unknown key `{key}` in sweep{hint}"
+
+
+def _instead(top: str, known: Known) -> str:
+    """Give the keys that a block has, and the member of a shelf that it is."""
+    inside = {k: numeral for k, numeral in known.items() if numeral and k.startswith(f"{top}.")}
+    if not inside:
+        return ""
+    model = next(iter(inside.values())).model
+    tag = tag_of(model) if model else None
+    kind = f" of {' '.join(tag)}" if tag else ""
+    return f"; known in {top}{kind} are {', '.join(key.partition('.')[2] for key in inside)}"
 
 
 def _meant(key: str, known: Known) -> str | None:
     """Give the numeric key that was probably meant by one that is not there."""
-    steps, alike = key.split("."), []
-    for candidate in (name for name, numeral in known.items() if numeral):
+    steps, best, found = key.split("."), (0, False, 0), None
+    for candidate, numeral in known.items():
         parts = candidate.split(".")
         ours = parts[-1:] if len(steps) == 1 else parts
-        if len(ours) == len(steps) and all(
-            a == b or near(a, [b]) for a, b in zip(steps, ours, strict=True)
-        ):
+        if numeral is None or len(ours) != len(steps):
+            continue
+        if all(a == b or near(a, [b]) for a, b in zip(steps, ours, strict=True)):
             same = sum(a == b for a, b in zip(steps, ours, strict=True))
-            alike.append((same, candidate))
-    return max(alike, key=lambda found: found[0])[1] if alike else None
+            rank = (same, numeral.there, -len(parts))
+            if found is None or rank > best:
+                best, found = rank, candidate
+    return found
 
 
 def _excluded(block: str, name: str, numeral: Numeral, beside: set[str]) -> str | None:

@@ -7,7 +7,8 @@ from math import nan
 from typing import Any
 
 from drysim.quantity import Quantity, shown
-from drysim.scenario.reading import Reading, dotted
+from drysim.scenario.reading import Reading
+from drysim.scenario.sentences import about
 from drysim.scenario.sweep.axis import Axis, Range
 from drysim.scenario.sweep.numerals import Numeral
 from drysim.scenario.sweep.spread import (
@@ -56,7 +57,7 @@ class Values:
     def _fault(self, sentence: str, *inner: str | int) -> Faulty:
         """Note a problem of a value."""
         keys = (*self.at, *inner)
-        self.reading.fault(f"{dotted(keys)} {sentence}", keys)
+        self.reading.fault(about(keys, sentence), keys)
         return Faulty()
 
     def _one(self, given: Any, *inner: str | int) -> float:

@@ -1,0 +1,52 @@
+"""What a reader of a sweep should know before it is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from drysim.errors import Caution
+
+if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
+    from drysim.scenario.sweep.axis import Axis
+
+
+def needless(scenario: Scenario) -> Iterator[Caution]:
+    """Say which swept keys change nothing, and what the reference leaves out."""
+    for axis in scenario.axes:
+        if why := _why_needless(scenario, axis):
+            sentence = f"sweep of {axis.key} {why}"
+            yield Caution("sweep-changes-nothing", sentence, {"values": len(axis.values)})
+    reference = scenario.reference
+    if reference is not None and scenario.with_approach(reference).friction is not None:
+        for sentence in scenario.losses(reference):
+            yield Caution("left-out", f"reference: {sentence}")
+
+
+def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
+    """Say why a swept key changes nothing; None when it changes something."""
+    if len(axis.values) == 1:
+        return "has one value only; set it in the scenario instead"
+    if axis.key == "stroke.limit":
+        return "changes no motion and no transmissibility, only which stroke counts as too much"
+    approach = scenario.solver.approach
+    block, option, *rest = axis.key.split(".")
+    if block == "solver" and rest and option != approach:
+        return f"changes nothing: the approach is {approach}, which has no use for {option}"
+    exact = hasattr(scenario.solver.member(), "orbit")
+    if axis.key == "solver.step" and exact and hasattr(scenario.excitation, "frequencies"):
+        return f"changes nothing: {approach} under sines makes no error that depends on it"
+    last = {other.key: other.values[-1] for other in scenario.axes}
+    if _scene(scenario, last) == _scene(scenario, {**last, axis.key: axis.values[0]}):
+        return "changes nothing: what it stands for is 0 or not used"
+    return None
+
+
+def _scene(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
+    """Give all that the metrics of a case depend on."""
+    case = scenario.at(point)
+    solver = case.solver.step, case.solver.member()
+    return (
+        case.oscillator.plant(), case.law(), case.excitation, case.start, solver, case.measure
+    )  # fmt: skip
