@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -57,8 +57,16 @@ class Document:
         return place
 
 
-def read(path: str | Path, overrides: Overrides = ()) -> Document:
+def read(path: str | Path, overrides: Overrides = (), dotted: Collection[str] = ()) -> Document:
     """Give the document of a YAML file.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : mapping or sequence of str
+        Values by dotted key, or `KEY=VALUE` words.
+    dotted : collection of str
+        Blocks whose keys have dots of their own.
 
     Raises
     ------
@@ -75,7 +83,7 @@ def read(path: str | Path, overrides: Overrides = ()) -> Document:
         raise Unreadable(
             tree.place.problem(f"must be keys such as `name: value`, not {shown(tree.value)}")
         )
-    tree, taken, faults = laid_over(tree, overrides)
+    tree, taken, faults = laid_over(tree, overrides, dotted)
     return Document(file, hashlib.sha256(data).hexdigest(), tree, problems + faults, taken)
 
 

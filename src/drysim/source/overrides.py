@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from drysim.errors import Problem
@@ -16,17 +16,20 @@ Overrides = Mapping[str, object] | Sequence[str]
 
 
 def laid_over(
-    tree: Node, overrides: Overrides
+    tree: Node, overrides: Overrides, dotted: Collection[str] = ()
 ) -> tuple[Node, dict[str, Any], tuple[Problem, ...]]:
     """Give the tree with the overrides in it, the overrides as plain values, and problems.
 
-    A value of nothing (`KEY=null`) takes the key away.
+    A value of nothing (`KEY=null`) takes the key away. In the blocks named by `dotted` the keys
+    have dots of their own.
     """
     taken: dict[str, Any] = {}
     problems: list[Problem] = []
     for place, key, value in _items(overrides):
         try:
             steps = _steps(key, place)
+            if steps[0] in dotted:
+                steps = _whole(tree, steps)
             node, faults = (
                 _read(str(value), place)
                 if isinstance(value, _Text)
@@ -71,6 +74,22 @@ def _steps(key: str, place: Place) -> list[str]:
     if not all(steps) or len(steps) > MAX_DEPTH:
         raise Unreadable(place.problem("write KEY=VALUE, such as `friction.kinetic=30`"))
     return steps
+
+
+def _whole(tree: Node, steps: list[str]) -> list[str]:
+    """Give the steps to a value in a block whose keys have dots.
+
+    What follows the name of the block is one key, unless its beginning is a key already there:
+    then the rest leads into that.
+    """
+    name, *rest = steps
+    block = tree.value.get(name)
+    known = block.value if block is not None and isinstance(block.value, dict) else {}
+    for end in range(len(rest), 0, -1):
+        key = ".".join(rest[:end])
+        if key in known:
+            return [name, key, *rest[end:]]
+    return [name, ".".join(rest)] if rest else [name]
 
 
 def _read(text: str, place: Place) -> tuple[Node, tuple[Problem, ...]]:
