@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from cmath import rect
+from collections.abc import Collection, Mapping, Sequence
 from math import floor, log10, pi, sqrt
+from typing import Protocol
 
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant
 
 SIGNIFICANT = 4
 """Digits that an engineer reads; the files hold them all."""
+
+FEW = 5
+"""Values of a swept key up to which each is named."""
 
 UNKNOWN = "not known"
 
@@ -81,6 +87,13 @@ def scene(plant: Plant) -> str:
     return ", ".join(parts)
 
 
+def unswept(plant: Plant, law: Law, axes: Sequence[Swept]) -> str:
+    """Give what a sweep leaves alone of oscillator and friction; nothing of both varied."""
+    blocks = {axis.key.partition(".")[0] for axis in axes if len(axis.values) > 1}
+    known = [("oscillator", scene(plant)), ("friction", friction(law))]
+    return "; ".join(words for block, words in known if block not in blocks)
+
+
 def friction(law: Law, defaulted: bool = False) -> str:
     """Give the dry friction; `defaulted` says that nobody named a static limit."""
     if law.F_fs == 0:
@@ -129,3 +142,51 @@ def _rms(motion: Sines) -> float:
     for A, f, phase in zip(*motion, strict=True):
         sums[f] = sums.get(f, 0.0) + rect(A, phase)
     return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)
+
+
+class Swept(Protocol):
+    """A swept key with its unit and values."""
+
+    @property
+    def key(self) -> str:
+        """Dotted key of the scenario."""
+
+    @property
+    def unit(self) -> str:
+        """SI unit as in the header of a table."""
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Values in the unit."""
+
+
+def pretty(unit: str) -> str:
+    """Give the unit of a table as people write it; nothing for a plain number."""
+    signs = {"2": "²", "3": "³"}
+    unit = re.sub(r"(?<=[a-z)])[23]", lambda digit: signs[digit[0]], unit)
+    return "" if unit == "-" else unit.replace("*", "·")
+
+
+def swept(axis: Swept) -> str:
+    """Give what is swept, e.g. `excitation.frequency 0.5 to 10 Hz (96 values)`."""
+    unit, values = pretty(axis.unit), axis.values
+    if len(values) <= FEW:
+        spelled = number(values[-1], unit)
+        return f"{axis.key} {', '.join([*map(number, values[:-1]), spelled])}"
+    low, high = number(min(values)), number(max(values), unit)
+    return f"{axis.key} {low} to {high} ({len(values)} values)"
+
+
+def place(point: Mapping[str, float], axes: Sequence[Swept]) -> str:
+    """Give where a case is, e.g. `frequency 1.6 Hz, rms 0.5 m/s²`."""
+    units = {axis.key: pretty(axis.unit) for axis in axes}
+    return ", ".join(
+        f"{short(key, units)} {number(value, units.get(key, ''))}"
+        for key, value in point.items()
+    )
+
+
+def short(key: str, keys: Collection[str]) -> str:
+    """Give the last word of a swept key, as long as no other ends in it."""
+    last = key.rpartition(".")[2]
+    return key if sum(other.rpartition(".")[2] == last for other in keys) > 1 else last

@@ -44,7 +44,7 @@ PAINTERS = (plots.response,)
 """The same, for files that `--no-plots` leaves out."""
 
 TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
-TABLE_PAINTERS = ()
+TABLE_PAINTERS = (plots.transmissibility, plots.stroke)
 COMPARISON_WRITERS = (compared_scenario, rows.comparison)
 COMPARISON_PAINTERS = ()
 

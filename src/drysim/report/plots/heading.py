@@ -11,7 +11,9 @@ from drysim import wording
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from drysim.scenario import Scenario
     from drysim.study.outcome import Outcome
+    from drysim.study.table import Table
 
 WRAP = 118
 """Letters that fit into a line of the scene."""
@@ -24,16 +26,34 @@ Lines = tuple[str, list[str], list[str]]
 
 
 def lines(outcome: Outcome) -> Lines:
-    """Give the heading of a picture, line by line."""
+    """Give the heading of the picture of a response, line by line."""
     scenario, motion = outcome.scenario, outcome.response
-    about = textwrap.wrap(
-        wording.clean(scenario.about or ""), WRAP, max_lines=2, placeholder=" …"
-    )
     base = wording.excitation(scenario.excitation.kind, motion.motion)
     scene = f"{wording.scene(motion.plant)}; {wording.friction(motion.law)}"
-    title = textwrap.shorten(wording.clean(scenario.name), 80, placeholder=" …")
     base = textwrap.shorten(f"base motion: {base}", WRAP, placeholder=" …")
-    return title, [*about, base], [scene, _found(outcome)]
+    return _title(scenario), [*_about(scenario), base], [scene, _found(outcome)]
+
+
+def of_table(table: Table, left_out: int = 0) -> Lines:
+    """Give the heading of the picture of a table; `left_out` curves are not drawn."""
+    scenario = table.scenario
+    swept = "; ".join(wording.swept(axis) for axis in table.axes)
+    solved = f"{scenario.excitation.kind} base motion"
+    base = f"{solved}; swept: {swept}"
+    if left_out:
+        base += f" ({left_out} curves are not drawn)"
+    scene = wording.unswept(scenario.oscillator.plant(), scenario.law(), table.axes)
+    words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
+    return _title(scenario), words, [scene] if scene else []
+
+
+def _title(scenario: Scenario) -> str:
+    return textwrap.shorten(wording.clean(scenario.name), 80, placeholder=" …")
+
+
+def _about(scenario: Scenario) -> list[str]:
+    about = wording.clean(scenario.about or "")
+    return textwrap.wrap(about, WRAP, max_lines=2, placeholder=" …")
 
 
 def _found(outcome: Outcome) -> str:

@@ -1,0 +1,185 @@
+"""How curves over a swept key are drawn: lines told apart in grey as well, gaps, axes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from math import inf, isclose, isfinite, isnan, nan, sqrt
+from typing import TYPE_CHECKING, Any
+
+from drysim.report.plots.views import View
+from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from drysim.report.plots.views import Line, Panel
+    from drysim.scenario import Axis
+    from drysim.study.table import Row
+
+Value = Callable[["Row"], float | None]
+Style = dict[str, Any]
+
+FEW_LINES = 8
+"""Lines up to which each has a style of its own; more are coloured by their value."""
+
+FEW_POINTS, MARKS = 20, 0.12
+"""Points up to which each is marked; beyond, how far marks are apart [diagonals of a panel]."""
+
+DECADE = 10.0
+"""Span from which on an axis is logarithmic."""
+
+LIGHTEST = 0.82
+"""Part of the colour map that is dark enough on white."""
+
+MARKERS = "os^DvPX*"
+REFERENCE: Style = {"color": "black", "linewidth": 1.3, "linestyle": (0, (4, 2))}
+FAINT: Style = {"linewidth": 0.9, "linestyle": (0, (4, 2))}
+UNITY: Style = {"color": "#404040", "linewidth": 0.8, "zorder": 1}
+FREQUENCIES: Style = {
+    "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
+}  # fmt: skip
+GAPS: dict[str, Style] = {
+    NOT_SETTLED: {"marker": "x", "color": "black"},
+    NOT_UNIQUE: {"marker": "o", "color": "black", "fillstyle": "none"},
+    FAILED: {"marker": "P", "color": "#b3261e"},
+}
+OTHER_GAP: Style = {"marker": "1", "color": "black"}
+
+
+def styles(view: View) -> list[Style]:
+    """Give a style to every line of a panel: by lightness, and by marks where lines are few."""
+    import matplotlib
+
+    colours = matplotlib.colormaps["viridis"]
+    lines = view.panels[0].lines
+    if view.line is None:
+        return [{"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}]
+    if len(lines) > FEW_LINES:
+        norm, many = scale(view.line)
+        return [{"color": many(norm(line.value)), "linewidth": 1.0} for line in lines]
+    steps = max(len(lines) - 1, 1)
+    return [
+        {"color": colours(LIGHTEST * at / steps), "linewidth": 1.5,
+         "marker": MARKERS[at], "markersize": 4}
+        for at in range(len(lines))
+    ]  # fmt: skip
+
+
+def scale(axis: Axis) -> tuple[Any, Any]:
+    """Give the scale on which values become colours, and the colours."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap, LogNorm, Normalize
+
+    low, high = min(axis.values), max(axis.values)
+    dark = matplotlib.colormaps["viridis"]([LIGHTEST * at / 255 for at in range(256)])
+    return (LogNorm if wide(axis.values) else Normalize)(low, high), ListedColormap(dark)
+
+
+def wide(values: Iterable[float]) -> bool:
+    """Whether values span a decade, all above zero."""
+    low, high = inf, -inf
+    for value in values:
+        low, high = min(low, value), max(high, value)
+    return low > 0 and high >= DECADE * low
+
+
+def curves(axes: Axes, view: View, panel: Panel, value: Value) -> None:
+    """Draw the lines of a panel, a gap and a mark wherever the value is not known."""
+    looks = styles(view)
+    for at, (line, style) in enumerate(zip(panel.lines, looks, strict=True)):
+        x, y = series(view, line, value)
+        every = 1 if len(x) <= FEW_POINTS else (0.03 * at, MARKS)
+        axes.plot(x, y, **style, markevery=every, label=line.label)
+        alone = [i for i in range(len(y)) if _alone(y, i)]
+        axes.plot([x[i] for i in alone], [y[i] for i in alone], "o", ms=3, color=style["color"])
+    references(axes, view, panel, value, looks)
+
+
+def references(
+    axes: Axes, view: View, panel: Panel, value: Value, looks: Sequence[Style]
+) -> None:
+    """Draw the reference dashed: once where it is the same for all lines."""
+    drawn = [(line, *series(view, line, value)) for line in panel.references]
+    one = all(_same(y, drawn[0][2]) for _, _, y in drawn)
+    if not one and len(panel.lines) > FEW_LINES:
+        return
+    for at, (line, x, y) in enumerate(drawn[:1] if one else drawn):
+        style = REFERENCE if one else {"color": looks[at % len(looks)]["color"], **FAINT}
+        words = "_" if at else f"{line.label}, no dry friction"
+        if x and isnan(x[0]):
+            axes.axhline(y[0], **style, label=words)
+        else:
+            axes.plot(x, y, **style, label=words)
+
+
+def _same(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two curves are one to the eye."""
+    return len(one) == len(other) and all(
+        isclose(a, b, rel_tol=1e-6) or a != a or b != b for a, b in zip(one, other, strict=True)
+    )
+
+
+def _alone(y: Sequence[float], at: int) -> bool:
+    """Whether a point stands between two gaps, where no line shows it."""
+    beside = [y[i] for i in (at - 1, at + 1) if 0 <= i < len(y)]
+    return isfinite(y[at]) and not any(map(isfinite, beside))
+
+
+def series(view: View, line: Line, value: Value) -> tuple[list[float], list[float]]:
+    """Give a line along the axis, in its order; nan is a gap."""
+    found = [(view.x(row), _number(value(row))) for row in line.rows]
+    found.sort(key=lambda pair: -inf if isnan(pair[0]) else pair[0])
+    return [x for x, _ in found], [y for _, y in found]
+
+
+def _number(value: float | None) -> float:
+    return nan if value is None or not isfinite(value) else float(value)
+
+
+def gaps(axes: Axes, view: View, panel: Panel) -> None:
+    """Mark at the foot of a panel where there is no number, and why."""
+    lost = [row for line in panel.lines for row in line.rows if row.status != OK]
+    for status, count in Counter(row.status for row in lost).items():
+        x = [view.x(row) for row in lost if row.status == status]
+        axes.plot(
+            x, [0.025] * count, transform=axes.get_xaxis_transform(), linestyle="none",
+            markersize=5, clip_on=False, label=status, **GAPS.get(status, OTHER_GAP),
+        )  # fmt: skip
+
+
+def along(axes: Axes, view: View, named: bool) -> None:
+    """Make the axis of the swept key: logarithmic where it spans a decade."""
+    rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
+    x = [value for row in rows if not isnan(value := view.x(row))]
+    if wide(x):
+        from matplotlib.ticker import LogLocator, NullFormatter
+
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    if x and min(x) < max(x):
+        axes.set_xlim(min(x), max(x))
+    axes.tick_params(labelbottom=named)
+    if named:
+        axes.set_xlabel(view.label)
+
+
+def frequencies(axes: Axes, f_0: float) -> None:
+    """Mark the natural frequency, and where a viscous isolator begins to isolate."""
+    low, high = axes.get_xlim()
+    for words, f, side in (("$f_0$", f_0, "right"), ("$\\sqrt{2}f_0$", sqrt(2) * f_0, "left")):
+        if low < f < high:
+            axes.axvline(f, **FREQUENCIES)
+            foot = axes.get_xaxis_transform()
+            axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
+
+
+def known(view: View, value: Value) -> Iterator[float]:
+    """Give every value of the lines of a view that is known."""
+    for panel in view.panels:
+        for line in panel.lines:
+            for row in line.rows:
+                if (found := value(row)) is not None and isfinite(found):
+                    yield found

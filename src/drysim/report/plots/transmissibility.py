@@ -1,0 +1,154 @@
+"""The pictures of a sweep: transmissibilities and stroke over what is swept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import nan, pi, sqrt
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from drysim import wording
+from drysim.report.plots import canvas, heading, ink, layout, panels
+from drysim.report.plots.views import axis_label, view
+from drysim.study.survey import FREQUENCY
+from drysim.study.table import OK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from drysim.report.plots.views import Panel, View
+    from drysim.study.table import Row, Table
+
+STEEP = 100.0
+"""Greatest over least value from which on a transmissibility is drawn logarithmically."""
+
+FAR = 3.0
+"""How many times the peak a stroke limit may be away to be drawn."""
+
+
+class Quantity(NamedTuple):
+    """What a panel shows: its words and symbol, its metric, in which scale."""
+
+    title: str
+    symbol: str
+    metric: str
+    scale: float = 1.0
+
+    def of(self, row: Row) -> float | None:
+        """Give the value of a row; None where it is not known."""
+        found = row.metrics.get(self.metric) if row.status == OK else None
+        return None if found is None else found * self.scale
+
+
+T_X = Quantity("relative displacement transmissibility", "$T_x$ [–]", "T_x")
+T_A = Quantity("acceleration transmissibility", "$T_a$ [–]", "T_a")
+PEAK = Quantity("stroke:", "peak |$x_r$| [mm]", "x_r_peak", 1e3)
+
+
+def transmissibility(table: Table, folder: Path) -> None:
+    """Write transmissibility.png: T_x on the left, T_a on the right, as in the paper.
+
+    Parameters
+    ----------
+    table : Table
+    folder : Path
+        Where to write.
+    """
+    canvas.paint(lambda: draw(table), folder / "transmissibility.png")
+
+
+def stroke(table: Table, folder: Path) -> None:
+    """Write stroke.png: the peak of |x_r|, its limit, and where that is met."""
+    canvas.paint(lambda: draw_stroke(table), folder / "stroke.png")
+
+
+def draw(table: Table) -> Figure:
+    """Give the picture of the transmissibilities, not yet rendered."""
+    drawn = view(table)
+    known = [one for one in (T_X, T_A) if any(True for _ in ink.known(drawn, one.of))] or [T_A]
+
+    def unity(axes: Axes, panel: Panel) -> None:
+        axes.axhline(1.0, **ink.UNITY)
+
+    return _drawn(table, drawn, known, unity)
+
+
+def draw_stroke(table: Table) -> Figure:
+    """Give the picture of the stroke, not yet rendered."""
+    drawn, limit = view(table), table.scenario.stroke
+    top = max(ink.known(drawn, PEAK.of), default=0.0)
+
+    def bound(axes: Axes, panel: Panel) -> None:
+        if limit is not None and limit.limit * 1e3 <= FAR * top:
+            label = f"stroke limit {wording.millimetres(limit.limit)}"
+            axes.axhline(limit.limit * 1e3, **panels.LIMIT, label=label)
+        _violations(axes, drawn, panel)
+
+    return _drawn(table, drawn, [PEAK], bound)
+
+
+def _drawn(
+    table: Table,
+    drawn: View,
+    quantities: Sequence[Quantity],
+    extra: Callable[[Axes, Panel], None],
+) -> Figure:
+    """Give a picture with a row for each panel of the view, a column for each quantity."""
+    count = len(drawn.panels)
+    coloured = drawn.line is not None and len(drawn.panels[0].lines) > ink.FEW_LINES
+    figure, grid = layout.sheet(count, len(quantities), 0.89 if coloured else 0.98)
+    for place, quantity in enumerate(quantities):
+        first = None
+        for at, panel in enumerate(drawn.panels):
+            # One scale for all rows: they are there to be compared.
+            axes = first = figure.add_subplot(grid[at, place], sharey=first)
+            words = f"{panel.title}:" if panel.title else quantity.title
+            axes.set_title(f"{words} {quantity.symbol}", loc="left", pad=15)
+            ink.along(axes, drawn, named=at == count - 1)
+            ink.curves(axes, drawn, panel, quantity.of)
+            extra(axes, panel)
+            _upright(axes, [] if quantity is PEAK else list(ink.known(drawn, quantity.of)))
+            ink.gaps(axes, drawn, panel)
+            _marks(axes, table, drawn)
+    unnamed = {line.label for line in drawn.panels[0].lines} if coloured else ()
+    head = heading.of_table(table, drawn.left_out)
+    bottom, top = layout.complete(figure, grid, head, unnamed)
+    if coloured:
+        _colours(figure, drawn, bottom, top)
+    return figure
+
+
+def _upright(axes: Axes, values: Sequence[float]) -> None:
+    """Let a panel begin at 0, or draw it logarithmically where the values are steep."""
+    if values and 0 < STEEP * min(values) <= max(values):
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(bottom=0.0)
+
+
+def _violations(axes: Axes, drawn: View, panel: Panel) -> None:
+    """Mark where the stroke limit is met."""
+    rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
+    if rows:
+        x, y = [drawn.x(row) for row in rows], [PEAK.of(row) or nan for row in rows]
+        style: Any = {**panels.BEYOND, "markersize": 6, "linestyle": "none", "clip_on": False}
+        axes.plot(x, y, **style, label="limit met")
+
+
+def _marks(axes: Axes, table: Table, drawn: View) -> None:
+    """Mark the frequencies of the oscillator, where all cases share one."""
+    swept = {axis.key.partition(".")[0] for axis in table.axes if len(axis.values) > 1}
+    plant = table.scenario.oscillator.plant()
+    if drawn.key == FREQUENCY and "oscillator" not in swept and plant.k_x > 0:
+        ink.frequencies(axes, sqrt(plant.k_x / plant.m) / (2 * pi))
+
+
+def _colours(figure: Figure, drawn: View, bottom: float, top: float) -> None:
+    """Draw the scale by which many lines are coloured."""
+    from matplotlib.cm import ScalarMappable
+
+    assert drawn.line is not None
+    axes = figure.add_axes((0.915, bottom, 0.018, top - bottom))
+    bar = figure.colorbar(ScalarMappable(*ink.scale(drawn.line)), cax=axes)
+    bar.set_label(axis_label(drawn.line))
