@@ -1,0 +1,111 @@
+"""The findings of the paper, one test each; how far its words hold is in the bounds."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from pathlib import Path
+
+import pytest
+
+from drysim.scenario import load
+from drysim.study.compare import compare
+from drysim.study.sweep import sweep
+from drysim.study.table import Row
+
+HARMONIC = """\
+drysim: 1
+name: harmonic
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+sweep:
+  excitation.frequency: {from: 0.5, to: 10, step: 0.5}
+  excitation.rms: [0.50, 0.75, 1.00]
+  friction.kinetic: [15, 45]
+reference: viscous
+"""
+
+RANDOM = """\
+drysim: 1
+name: random
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation:
+  {kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.33, duration: 60, seed: 1}
+solver: {approach: stick-slip, step: 2.5e-3}
+sweep: {friction.kinetic: [5, 15, 25, 35, 45, 55]}
+"""
+
+F_0 = sqrt(7500 / 75) / (2 * pi)
+
+Curve = dict[float, Row]
+
+
+@pytest.fixture(scope="module")
+def curves(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[float, float], Curve]:
+    """Give the curves of Figs. 3 and 4 by friction force and intensity; 0 N is viscous."""
+    file = tmp_path_factory.mktemp("paper") / "harmonic.yaml"
+    file.write_text(HARMONIC)
+    found: dict[tuple[float, float], Curve] = {}
+    for row in sweep(load(file)).rows:
+        key = row.point.get("friction.kinetic", 0.0), row.point["excitation.rms"]
+        found.setdefault(key, {})[row.point["excitation.frequency"]] = row
+    return found
+
+
+def peak(curve: Curve) -> float:
+    """Give the greatest T_a of a curve."""
+    return max(row.metrics["T_a"] for row in curve.values())
+
+
+@pytest.mark.parametrize("rms", [0.50, 0.75, 1.00])
+def test_friction_worsens_isolation_above_root_two_of_the_natural_frequency(
+    curves: dict[tuple[float, float], Curve], rms: float
+) -> None:
+    bare, low, high = (curves[F, rms] for F in (0.0, 15.0, 45.0))
+    above = [f for f in bare if f > 1.05 * sqrt(2) * F_0]
+    assert len(above) > 10
+    for f in above:
+        assert bare[f].metrics["T_a"] < low[f].metrics["T_a"] < high[f].metrics["T_a"]
+
+
+def test_peak_falls_with_friction_and_more_so_at_low_intensity(
+    curves: dict[tuple[float, float], Curve],
+) -> None:
+    for rms in (0.50, 0.75, 1.00):
+        assert peak(curves[0.0, rms]) > peak(curves[15.0, rms]) > peak(curves[45.0, rms])
+    for F in (15.0, 45.0):
+        assert peak(curves[F, 0.50]) < peak(curves[F, 0.75]) < peak(curves[F, 1.00])
+
+
+def test_high_friction_at_low_intensity_hovers_around_unity_and_zero(
+    curves: dict[tuple[float, float], Curve],
+) -> None:
+    # It creeps: about half the time stuck, and never quite still.
+    for row in curves[45.0, 0.50].values():
+        assert 0.98 < row.metrics["T_a"] < 1.02
+        assert row.metrics["T_x"] < 0.07
+        assert 0.4 < row.metrics["stuck_share"] < 0.6
+
+
+def test_signum_leaves_stick_slip_as_friction_grows(tmp_path: Path) -> None:
+    file = tmp_path / "random.yaml"
+    file.write_text(RANDOM)
+    found = compare(load(file), ("signum", "stick-slip"))
+    deviations = [found.deviation(row) for row in found.table.of("signum")]
+    assert all(deviation is not None for deviation in deviations)
+    assert abs(deviations[0]) < 0.02
+    assert deviations[1:] == sorted(deviations[1:])
+    assert deviations[-1] > 0.25
+
+
+def test_at_low_friction_the_viscous_model_shows_slightly_more_than_either(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "random.yaml"
+    file.write_text(RANDOM[: RANDOM.index("sweep:")])
+    found = compare(load(file, {"friction.kinetic": 5}), ("signum", "stick-slip"))
+    T_a = {row.approach: row.metrics["T_a"] for row in found.table.rows}
+    for approach in ("signum", "stick-slip"):
+        assert T_a[approach] < T_a["viscous"] < 1.1 * T_a[approach]
