@@ -45,3 +45,4 @@ def test_wheel_holds_the_whole_gallery_and_the_licence(site):
     assert gallery - {file.name for file in (site / "drysim" / "scenarios").iterdir()} == set()
     assert list(site.glob("drysim-*.dist-info/licenses/**/LICENSE"))
     assert (site / "drysim" / "py.typed").exists()
+    assert not (site / "drysim" / "scenarios" / "pictures").exists()
