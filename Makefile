@@ -7,7 +7,7 @@ RUN := $(VENV)/bin/python -m
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test slow check demo schema clean
+.PHONY: help install fmt lint types layers test slow check demo readme pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -47,6 +47,12 @@ check: lint types layers test ## all but the slow tests
 demo: $(READY) ## compute a seat on the EM1 base motion and draw it
 	$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1
 	@echo "The pictures:"; ls out/seat-on-em1/*.png
+
+readme: $(READY) ## write tables and console output of README.md anew
+	$(VENV)/bin/python tests/readme.py
+
+pictures: $(READY) ## draw the pictures of README.md
+	$(VENV)/bin/python scenarios/pictures/draw.py
 
 schema: $(READY) ## write the JSON schema of scenarios beside the gallery
 	$(RUN) drysim schema > scenarios/scenario.schema.json.new

@@ -1,0 +1,34 @@
+"""Draws the pictures of README.md. Run it in the checkout by `make pictures`.
+
+The pictures are those that the commands write, in a few colours, which makes them small.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+HERE = Path(__file__).parent
+COLOURS = 32
+PICTURES = {
+    "seat-on-em1.png": (["run", str(HERE.parent / "seat-on-em1.yaml")], "response.png"),
+}
+"""The command behind every picture, and what it calls the picture."""
+
+
+def draw(name: str, words: list[str], drawn: str) -> None:
+    """Run a command and keep its picture."""
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place, "out")
+        command = [sys.executable, "-m", "drysim", *words, "--quiet", "--out", str(out)]
+        subprocess.run(command, check=True)
+        few = Image.open(out / drawn).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+        few.save(HERE / name, optimize=True)
+
+
+for picture, (words, drawn) in PICTURES.items():
+    draw(picture, words, drawn)
