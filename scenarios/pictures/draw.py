@@ -26,7 +26,8 @@ def draw(name: str, words: list[str], drawn: str) -> None:
         out = Path(place, "out")
         command = [sys.executable, "-m", "drysim", *words, "--quiet", "--out", str(out)]
         subprocess.run(command, check=True)
-        few = Image.open(out / drawn).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+        whole = Image.open(out / drawn).convert("RGB")
+        few = whole.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
         few.save(HERE / name, optimize=True)
 
 
