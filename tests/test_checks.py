@@ -80,3 +80,119 @@ def test_metric_that_is_not_known_fails_its_check(metrics):
     verdict = Check.parse("T_x < 1").judge(metrics)
     assert (verdict.passed, verdict.value) == (False, None)
     assert verdict.sentence == "T_x < 1: T_x is not known here, so the check fails"
+
+
+UNITS = {"excitation.frequency": "Hz", "excitation.rms": "m/s²", "friction.kinetic": "N"}
+
+
+def rows(
+    **metrics: list[float | None],
+) -> list[tuple[dict[str, float], dict[str, float | None]]]:
+    """Give rows of a sweep over 1, 2, 3 ... Hz."""
+    names = list(metrics)
+    return [
+        ({"excitation.frequency": 1.0 + i}, dict(zip(names, values, strict=True)))
+        for i, values in enumerate(zip(*metrics.values(), strict=True))
+    ]
+
+
+def test_check_with_at_holds_its_conditions_in_si():
+    check = Check.parse(
+        "T_a < 0.6 at excitation.frequency >= 0.008 kHz and excitation.rms==0.05 g", UNITS
+    )
+    found = [(one.key, one.op, one.limit) for one in check.conditions]
+    assert found == [
+        ("excitation.frequency", ">=", 8.0),
+        ("excitation.rms", "==", 0.4903325),
+    ]
+    assert (check.metric, check.op, check.limit) == ("T_a", "<", 0.6)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (
+            "T_a < 1 at frequency > 1",
+            "`frequency` behind `at` is no numeric key of this scenario",
+        ),
+        (
+            "T_a < 1 at excitation.frequenzy > 1",
+            "`excitation.frequenzy` behind `at` is no numeric key of this scenario; did you "
+            "mean `excitation.frequency`?",
+        ),
+        (
+            "T_a < 1 at excitation.rms",
+            "write `at key >= value`, such as `at excitation.frequency >= 8`, not "
+            "`at excitation.rms`",
+        ),
+        (
+            "T_a < 1 at excitation.rms > 1 and",
+            "write `at key >= value`, such as `at excitation.frequency >= 8`, not `at`",
+        ),
+        ("T_a < 1 at excitation.rms > 3 N", "`N` is a unit of force, not acceleration [m/s²]"),
+        ("T_a < 1 at excitation.rms =< 3", "unknown comparison `=<`; use one of < <= > >= =="),
+    ],
+)
+def test_text_behind_at_that_is_no_condition_earns_a_sentence(text, sentence):
+    with pytest.raises(ValueError, match=re.escape(sentence)) as fault:
+        Check.parse(text, UNITS)
+    assert str(fault.value) == sentence
+
+
+def test_worst_case_decides_over_many():
+    verdict = Check.parse("T_a < 1").judge_all(rows(T_a=[0.5, 0.9, 0.7]))
+    assert (verdict.passed, verdict.value) == (True, 0.9)
+    assert verdict.where == {"excitation.frequency": 2.0}
+    assert verdict.sentence == "T_a < 1: holds with 0.9 at excitation.frequency = 2"
+
+
+def test_worst_case_of_a_lower_bound_is_the_least():
+    verdict = Check.parse("stuck_share > 0.1").judge_all(rows(stuck_share=[0.5, 0.0, 0.7]))
+    assert (verdict.passed, verdict.value) == (False, 0.0)
+
+
+def test_worst_case_of_an_equality_is_the_farthest():
+    verdict = Check.parse("violations == 0").judge_all(rows(violations=[0, 3, 1]))
+    assert (verdict.passed, verdict.value) == (False, 3)
+
+
+@pytest.mark.parametrize("unknown", [None, float("nan")])
+def test_case_with_an_unknown_metric_decides(unknown):
+    verdict = Check.parse("T_a < 1").judge_all(rows(T_a=[5.0, unknown, 0.7]))
+    assert not verdict.passed
+    assert verdict.where == {"excitation.frequency": 2.0}
+
+
+def test_unknown_metric_names_its_case():
+    verdict = Check.parse("T_x < 1").judge_all(rows(T_x=[0.5, None]))
+    assert verdict.sentence == (
+        "T_x < 1: T_x is not known at excitation.frequency = 2, so the check fails"
+    )
+
+
+def test_check_is_about_the_cases_in_reach_of_its_condition():
+    check = Check.parse("T_a < 0.6 at excitation.frequency >= 2", UNITS)
+    verdict = check.judge_all(rows(T_a=[1.5, 0.4, 0.5]))
+    assert (verdict.passed, verdict.value) == (True, 0.5)
+
+
+def test_check_without_a_case_in_reach_fails():
+    check = Check.parse("T_a < 0.6 at excitation.frequency >= 9", UNITS)
+    verdict = check.judge_all(rows(T_a=[0.1]))
+    assert (verdict.passed, verdict.value, verdict.where) == (False, None, None)
+    assert verdict.sentence.endswith("no case lies there, so the check fails")
+
+
+def test_single_case_out_of_reach_is_passed_over():
+    check = Check.parse("T_a < 0.6 at excitation.frequency >= 8", UNITS)
+    verdict = check.based_on({"excitation.frequency": 1.6}).judge({"T_a": 1.5})
+    assert (verdict.passed, verdict.value, verdict.applies) == (True, None, False)
+    assert verdict.sentence.endswith("passed over, this case lies elsewhere")
+    near = check.based_on({"excitation.frequency": 9.0}).judge({"T_a": 1.5})
+    assert (near.passed, near.value, near.applies) == (False, 1.5, True)
+
+
+def test_key_that_is_not_swept_has_its_value_in_the_scenario():
+    check = Check.parse("T_a < 0.6 at friction.kinetic >= 20", UNITS)
+    assert check.based_on({"friction.kinetic": 30.0}).judge_all(rows(T_a=[0.1])).passed
+    assert not check.based_on({"friction.kinetic": 10.0}).judge_all(rows(T_a=[0.1])).applies

@@ -7,9 +7,11 @@ from pathlib import Path
 import pytest
 
 import drysim
+from drysim.study.sweep import sweep
 
 GALLERY = Path(__file__).parents[1] / "scenarios"
 SCENARIOS = sorted(GALLERY.glob("*.yaml"))
+SWEEPS = [file for file in SCENARIOS if drysim.load(file).axes]
 
 
 @pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
@@ -17,6 +19,21 @@ def test_scenario_keeps_its_promises(file):
     outcome = drysim.run(drysim.load(file))
     assert outcome.checks
     assert all(verdict.passed for verdict in outcome.checks)
+
+
+@pytest.mark.parametrize("file", SWEEPS, ids=lambda file: file.stem)
+def test_sweep_keeps_the_promises_of_its_scenario(file):
+    checks = sweep(drysim.load(file)).checks
+    assert checks
+    assert all(verdict.passed and verdict.applies for verdict in checks)
+
+
+def test_gallery_sweeps_the_figures_of_the_paper():
+    sizes = {
+        file.stem: [len(axis.values) for axis in drysim.load(file).axes] for file in SWEEPS
+    }
+    assert sizes["paper-low-friction"] == sizes["paper-high-friction"] == [96, 3]
+    assert sizes["paper-random"] == [15, 2]
 
 
 @pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)

@@ -7,6 +7,7 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from drysim.quantity import convert, near, shown
 
@@ -69,11 +70,17 @@ def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
         raise ValueError(f"write `at key >= value`, such as `{example}`, not {shown(found)}")
     key, op = form["key"], form["op"]
     if units is not None and key not in units:
-        nearest = near(key, units)
+        nearest = next((other for other in units if _alike(key, other)), "")
         hint = f"; did you mean `{nearest}`?" if nearest else ""
-        raise ValueError(f"unknown key `{key}` behind `at`{hint}")
+        raise ValueError(f"`{key}` behind `at` is no numeric key of this scenario{hint}")
     refuse_unknown(op)
     return Condition(key, op, limit(form["limit"], units[key] if units else ""))
+
+
+def _alike(key: str, other: str) -> bool:
+    """Whether one dotted key may have been meant by another, step by step."""
+    pairs = list(zip_longest(key.split("."), other.split("."), fillvalue=""))
+    return all(a == b or near(a, [b]) for a, b in pairs)
 
 
 def refuse_unknown(op: str) -> None:

@@ -41,4 +41,5 @@ def describe() -> dict[str, Any]:
         options = words["$defs"].get(member.__name__, {"properties": {}})
         options["properties"].pop("approach", None)  # the block's own name says it
     del words["$defs"]["Measure"]["properties"]["steady"]["default"]
+    del words["properties"]["sweep"]["default"]  # no sweep is no block
     return {"$schema": DIALECT} | words

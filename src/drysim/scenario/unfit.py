@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from math import sqrt
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from drysim.core.motion import Samples, Sines
 from drysim.errors import Caution
 from drysim.wording import number
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
 
 STIFF = 2.5
-"""F_fk c Δt/m [-] beyond which fixed steps on a smooth sign are close to instability, at 2.8."""
+"""F_fk c Δt/m [-] beyond which rk4 on a smooth sign comes close to instability, at 2.8."""
 
 CHATTERING = 0.5
 """F_fk/(m a_u) [-] beyond which the bare sign gives an acceleration that is mostly chatter."""
@@ -30,12 +28,12 @@ def unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
     if member.approach == "smooth" and member.method == "rk4" and step is not None:
         stiffness = F_fk * member.sharpness * step / m
         if stiffness > STIFF:
+            enough = STIFF * m / (F_fk * step)
             yield Caution(
                 "smooth-stiff",
-                f"F_fk c Δt/m is {number(stiffness, digits=3)}, and smooth with fixed steps is "
-                f"unstable from about 2.8 up: take a sharpness of "
-                f"{number(STIFF * m / (F_fk * step), 's/m', 2)} or less, a smaller step, or "
-                "`method: adaptive`",
+                f"F_fk c Δt/m is {number(stiffness, digits=3)}, and smooth by rk4 is unstable "
+                f"from about 2.8 up: take a sharpness of {number(enough, 's/m', 2)} or less, a "
+                "smaller step, or another method",
                 {"stiffness": stiffness},
             )
     if member.approach == "signum" and (a_u := _rms(motion)) > 0:
@@ -43,9 +41,9 @@ def unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
         if share > CHATTERING:
             yield Caution(
                 "signum-chatters",
-                f"F_fk/(m a_u) is {number(share, digits=3)}: where the mass should stick, signum "
-                "chatters with period 2Δt and T_a tends to this number, whatever the step; "
-                "stick-slip has no such error",
+                f"F_fk/(m a_u) is {number(share, digits=3)}: where the mass should stick, "
+                "signum chatters with period 2Δt, and T_a tends to this number whatever the "
+                "step; stick-slip has no such error",
                 {"share": share},
             )
 
@@ -53,5 +51,5 @@ def unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
 def _rms(motion: Sines | Samples) -> float:
     """Give the RMS of ü [m/s²], of sines without regard to their phases."""
     if isinstance(motion, Samples):
-        return float(np.sqrt(np.mean(np.square(motion.u_dd))))
+        return sqrt(float(motion.u_dd @ motion.u_dd) / len(motion.u_dd))
     return sqrt(sum(A * A for A in motion.A) / 2)

@@ -147,7 +147,8 @@ def _with(words: Any, steps: list[str], value: float, key: str) -> Any:
         raise Odd(key, f"there is no {key}")
     old = words.get(first)
     if rest:
-        return {**words, first: _with({} if old is None else old, rest, value, key)}
+        inner = old if isinstance(old, Mapping | list | tuple) else {}
+        return {**words, first: _with(inner, rest, value, key)}
     # A whole number, such as a seed, may come as a float from an array.
     whole = type(old) is int and isinstance(value, float) and value.is_integer()
     return {**words, first: int(value) if whole else value}

@@ -1,0 +1,345 @@
+"""The sweep block of a scenario: axes from words, and how a file says them again."""
+
+from __future__ import annotations
+
+import json
+from math import pi, prod
+
+import pytest
+
+from drysim.errors import ScenarioError
+from drysim.scenario import Axis, Scenario, cautions, load, schema
+from drysim.source import dump
+
+SEAT = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {step: 2.5e-3}
+"""
+
+RECORD = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation: {kind: record, file: base.csv, column: u_dd, time: t}
+"""
+
+NOISE = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+excitation: {kind: psd, points: [[0.5, 1], [10, 1]], duration: 60, seed: 1}
+solver: {step: 2.5e-3}
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """Give the scenario of a text with a sweep block, with overrides."""
+
+    def loaded(text: str, sweep: object = None, overrides: object = ()) -> Scenario:
+        words = "" if sweep is None else dump({"sweep": sweep})
+        (tmp_path / "seat.yaml").write_text(text + words)
+        return load(tmp_path / "seat.yaml", overrides)
+
+    return loaded
+
+
+@pytest.fixture
+def values(scenario):
+    """Give the values of the only axis that a sweep of some key has."""
+
+    def found(spoken: object, key: str = "excitation.frequency", text: str = SEAT) -> object:
+        (axis,) = scenario(text, {key: spoken}).axes
+        return axis.values
+
+    return found
+
+
+@pytest.fixture
+def fault(scenario):
+    """Give the sentences that a faulty sweep earns."""
+
+    def told(sweep: object, text: str = SEAT, overrides: object = ()) -> list[str]:
+        with pytest.raises(ScenarioError) as found:
+            scenario(text, sweep, overrides)
+        return [problem.sentence for problem in found.value.problems]
+
+    return told
+
+
+def test_axes_are_in_the_order_of_the_file_and_in_si(scenario):
+    sweep = {"excitation.rms": [0.5, "0.1 g"], "friction.kinetic": ["15 N", 45]}
+    assert scenario(SEAT, sweep).axes == (
+        Axis("excitation.rms", "m/s2", (0.5, 0.980665)),
+        Axis("friction.kinetic", "N", (15.0, 45.0)),
+    )
+
+
+def test_scenario_without_a_sweep_has_no_axes(scenario):
+    assert scenario(SEAT).axes == ()
+    assert scenario(SEAT).reference is None
+
+
+def test_steps_are_the_decimal_numbers_that_they_mean(values):
+    found = values({"from": 0.5, "to": 10, "step": 0.1})
+    assert [repr(value) for value in found] == [f"{n / 10}" for n in range(5, 101)]
+
+
+def test_steps_may_have_units_of_their_own(values):
+    found = values({"from": 0, "to": "25 mm", "step": "5 mm"}, "start.x_r")
+    assert found == (0.0, 0.005, 0.01, 0.015, 0.02, 0.025)
+
+
+def test_steps_that_are_no_decimals_meet_their_end_exactly(values):
+    found = values({"from": 0, "to": "90 deg", "step": "30 deg"}, "excitation.phase")
+    assert found == pytest.approx([0, pi / 6, pi / 3, pi / 2])
+    assert found[-1] == pi / 2
+
+
+def test_count_includes_both_ends(values):
+    assert values({"from": 0.1, "to": 0.7, "count": 7}) == (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
+    assert values({"from": 1, "to": 2, "count": 4}) == pytest.approx([1, 4 / 3, 5 / 3, 2])
+
+
+def test_logarithmic_count_hits_the_decades(values):
+    spoken = {"from": 0.001, "to": 1000, "count": 7, "scale": "log"}
+    assert values(spoken) == (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
+
+
+def test_seeds_stay_whole_numbers(values):
+    found = values({"from": 1, "to": 4, "step": 1}, "excitation.seed", NOISE)
+    assert [repr(value) for value in found] == ["1", "2", "3", "4"]
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "unit"),
+    [
+        (SEAT, "oscillator.mass", "kg"),
+        (SEAT, "oscillator.stiffness", "N/m"),
+        (SEAT, "oscillator.damping", "N*s/m"),
+        (SEAT, "friction.static_ratio", "-"),
+        (SEAT, "stroke.limit", "m"),
+        (SEAT, "start.v_r", "m/s"),
+        (SEAT, "solver.smooth.sharpness", "s/m"),
+        (SEAT, "solver.switch.band", "m/s"),
+        (SEAT, "excitation.phase", "rad"),
+        (RECORD, "excitation.scale", "-"),
+        (RECORD, "measure.duration", "s"),
+        (RECORD, "excitation.window.from", "s"),
+        (RECORD, "excitation.remove.below", "Hz"),
+        (NOISE, "excitation.rms", "m/s2"),
+        (NOISE, "excitation.points.1.0", "Hz"),
+        (NOISE, "excitation.points.0.1", "(m/s2)2/Hz"),
+    ],
+)
+def test_any_numeric_key_of_the_file_may_be_swept(scenario, text, key, unit):
+    found = scenario(text, {key: [2, 3]})
+    assert [(axis.key, axis.unit, axis.values) for axis in found.axes] == [(key, unit, (2, 3))]
+    assert found.at({key: 3}).axes == ()
+
+
+def test_entries_of_lists_may_be_swept(scenario):
+    sines = "sines, components: [{frequency: 1, rms: 1}, {frequency: 2, rms: 1}]"
+    text = SEAT.replace("harmonic, frequency: 1.6, rms: 1.0", sines)
+    text += "measure: {duration: 5}\n"
+    found = scenario(text, {"excitation.components.1.frequency": [3, 4]})
+    case = found.at({"excitation.components.1.frequency": 4.0})
+    assert case.excitation.frequencies == (1.0, 4.0)
+
+
+@pytest.mark.parametrize("text", [SEAT, RECORD, NOISE])
+def test_sweep_runs_again_as_it_was_resolved(scenario, text):
+    sweep = {
+        "oscillator.mass": {"from": 1, "to": 100, "count": 3, "scale": "log"},
+        "oscillator.damping": [1, 2],
+        "oscillator.stiffness": {"from": "1 kN/m", "to": "2 kN/m", "step": "0.5 kN/m"},
+    }
+    found = scenario(text, sweep, {"reference": "moreau"} if text != NOISE else ())
+    words = found.resolved()
+    again = scenario(dump(words))
+    assert again.resolved() == words
+    assert (again.axes, again.reference) == (found.axes, found.reference)
+    assert words["sweep"]["oscillator.stiffness"] == {"from": 1e3, "to": 2e3, "step": 500.0}
+
+
+def test_defaults_that_follow_a_swept_key_are_not_spelled_out(scenario):
+    text = SEAT.replace("kinetic: 15", "mu_kinetic: 0.02")
+    found = scenario(text, {"oscillator.mass": [75, 150], "friction.mu_static": [0.03, 0.04]})
+    again = scenario(dump(found.resolved()))
+    point = {"oscillator.mass": 150.0, "friction.mu_static": 0.04}
+    assert again.at(point).law() == found.at(point).law()
+    assert again.at(point).law().F_fk == 0.02 * (9.81 * 150)
+
+
+def test_window_in_periods_stays_so_for_a_swept_frequency(scenario):
+    text = SEAT + "measure: {settle: 1 period, duration: 4 periods}\n"
+    found = scenario(text, {"excitation.frequency": [2, 4]})
+    again = scenario(dump(found.resolved()))
+    assert again.measure == found.measure
+    assert again.at({"excitation.frequency": 4.0}).measure.duration == 1.0
+
+
+def test_sweep_without_an_end_is_not_held_in_memory(scenario):
+    many = {"from": 1, "to": 100_000, "step": 1}
+    sweep = {"excitation.frequency": many, "friction.kinetic": many, "oscillator.mass": many}
+    axes = scenario(SEAT, sweep).axes
+    assert prod(len(axis.values) for axis in axes) == 10**15
+
+
+# Overrides
+
+
+def test_set_behind_sweep_takes_the_rest_for_one_key(scenario):
+    found = scenario(SEAT, None, ["sweep.excitation.frequency=[1, 2]"])
+    assert found.axes == (Axis("excitation.frequency", "Hz", (1.0, 2.0)),)
+    assert found.origin["overrides"] == {"sweep.excitation.frequency": [1, 2]}
+
+
+def test_set_leads_into_what_the_file_sweeps_already(scenario):
+    sweep = {"excitation.frequency": {"from": 1, "to": 2, "step": 1}, "excitation.rms": [1, 2]}
+    words = ["sweep.excitation.frequency.step=0.5", "sweep.excitation.rms.1=3 m/s2"]
+    found = scenario(SEAT, sweep, words)
+    assert [axis.values for axis in found.axes] == [(1.0, 1.5, 2.0), (1.0, 3.0)]
+
+
+def test_set_takes_an_axis_or_the_whole_sweep_away(scenario):
+    sweep = {"excitation.frequency": [1, 2], "excitation.rms": [1, 2]}
+    found = scenario(SEAT, sweep, ["sweep.excitation.rms=null"])
+    assert [axis.key for axis in found.axes] == ["excitation.frequency"]
+    assert scenario(SEAT, sweep, ["sweep=null"]).axes == ()
+
+
+def test_fault_of_a_set_axis_names_the_word(fault, scenario):
+    with pytest.raises(ScenarioError) as found:
+        scenario(SEAT, None, ["sweep.excitation.rms=[1, -1]"])
+    assert [problem.file for problem in found.value.problems] == [
+        "--set sweep.excitation.rms=[1, -1]"
+    ]
+
+
+# Faults that need a scene of their own; the others stand in problems/
+
+
+@pytest.mark.parametrize(
+    ("text", "sweep", "sentence"),
+    [
+        (
+            RECORD,
+            {"solver.step": ["1 ms", "2 ms"]},
+            "solver.step has no use here: a record owns its step; remove it",
+        ),
+        (
+            RECORD,
+            {"excitation.rate": [100, 200]},
+            "excitation.rate has no use here: excitation has time; sweep excitation.time, or "
+            "give rate in its place",
+        ),
+        (
+            RECORD,
+            {"excitation.rms": [1, 2]},
+            "unknown key `excitation.rms` in sweep; known in excitation of kind record are "
+            "rate, step, scale, remove.below, window.from, window.to",
+        ),
+        (
+            NOISE,
+            {"friction.kinetic": [1, 2]},
+            "unknown key `friction.kinetic` in sweep; this scenario has no friction block",
+        ),
+        (
+            NOISE,
+            {"excitation.seed": {"from": 1, "to": 2, "count": 3}},
+            "sweep.excitation.seed.count gives 1.5, and excitation.seed takes whole numbers",
+        ),
+        (
+            NOISE,
+            {"excitation.seed": [1, 1.5]},
+            "sweep.excitation.seed.1 must be a whole number, not 1.5",
+        ),
+        (
+            SEAT,
+            {"friction.normal_variation.amplitude": [0.1, 0.2]},
+            "friction.normal_variation.amplitude needs its block: give "
+            "friction.normal_variation with frequency",
+        ),
+        (
+            SEAT,
+            {"measure.duration": [1, 2]},
+            "measure.duration has no use here: metrics cover the periodic orbit; give it in "
+            "measure",
+        ),
+    ],
+)
+def test_key_that_the_scenario_has_no_use_for_is_refused(fault, text, sweep, sentence):
+    assert fault(sweep, text) == [sentence]
+
+
+def test_fault_of_a_block_is_not_told_again_for_the_keys_swept_in_it(fault):
+    text = SEAT.replace("kind: harmonic", "kind: harmonics")
+    assert len(fault({"excitation.frequency": [1, 2]}, text)) == 1
+
+
+def test_reference_is_another_approach_beside_a_sweep(fault, scenario):
+    sweep = {"excitation.rms": [1, 2]}
+    assert scenario(SEAT, sweep, ["reference=viscous"]).reference == "viscous"
+    assert fault(None, overrides=["reference=viscous"]) == [
+        "reference has a meaning only beside sweep"
+    ]
+    assert fault(sweep, overrides=["reference=stick-slip"]) == [
+        "reference must be another approach than solver.approach, stick-slip "
+        "(--set reference=null)"
+    ]
+    assert fault(sweep, overrides=["reference=viscos"]) == [
+        "reference: unknown approach `viscos`; did you mean `viscous`?"
+    ]
+
+
+# Cautions
+
+
+@pytest.mark.parametrize(
+    ("sweep", "part"),
+    [
+        ({"excitation.rms": [1]}, "has one value only"),
+        ({"stroke.limit": ["1 cm", "2 cm"]}, "changes no motion"),
+        ({"solver.smooth.sharpness": [1e2, 1e3]}, "the approach is stick-slip"),
+        ({"solver.step": [1e-3, 2e-3]}, "makes no error that depends on it"),
+        ({"friction.kinetic": [5, 0], "friction.static_ratio": [1, 2]}, "is 0 or not used"),
+    ],
+)
+def test_swept_key_that_changes_nothing_is_said(scenario, sweep, part):
+    (caution,) = cautions(scenario(SEAT, sweep))
+    assert caution.slug == "sweep-changes-nothing"
+    assert part in caution.sentence
+
+
+def test_useful_sweep_deserves_no_warning(scenario):
+    sweep = {"excitation.frequency": [1, 2], "friction.static_ratio": [1, 1.2]}
+    assert cautions(scenario(SEAT, sweep, ["reference=viscous"])) == ()
+
+
+def test_reference_that_leaves_more_out_than_friction_is_said(scenario):
+    overrides = ["reference=signum", "friction.static=18"]
+    (caution,) = cautions(scenario(SEAT, {"excitation.frequency": [1, 2]}, overrides))
+    assert caution.sentence.startswith("reference: signum knows no static limit above kinetic")
+
+
+def test_approach_where_it_errs_is_said(scenario):
+    signum = scenario(SEAT, None, ["solver.approach=signum", "friction.kinetic=45"])
+    assert [caution.slug for caution in cautions(signum)] == ["signum-chatters"]
+    smooth = ["solver.approach=smooth", "solver.smooth={sharpness: 1e4, method: rk4}"]
+    (caution,) = cautions(scenario(SEAT, None, smooth))
+    assert caution.numbers == {"stiffness": pytest.approx(15 * 1e4 * 2.5e-3 / 75)}
+    assert cautions(scenario(SEAT, None, [*smooth, "solver.smooth.method=adaptive"])) == ()
+
+
+# Schema
+
+
+def test_schema_knows_both_ways_to_say_the_values_of_an_axis():
+    words = schema()
+    sweep = words["properties"]["sweep"]
+    listed, spread = sweep["additionalProperties"]["anyOf"]
+    assert listed["type"] == "array"
+    assert set(spread["properties"]) == {"from", "to", "step", "count", "scale"}
+    assert spread["required"] == ["from", "to"]
+    assert "viscous" in words["properties"]["reference"]["enum"]
+    assert json.dumps(words)
