@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from drysim.approach import Signum, Smooth, StickSlip, Viscous
+from drysim.approach import Signum, Smooth, StickSlip, Switch, Viscous
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, State
 from drysim.metrics import METRICS, measure
@@ -21,8 +21,8 @@ UNITS = {FREQUENCY: "Hz", RMS: "m/s2", FORCE: "N"}
 REST = State(0.0, 0.0)
 UNKNOWN = {metric.name: None for metric in METRICS}
 MEMBERS = {
-    "stick-slip": StickSlip(), "viscous": Viscous(), "signum": Signum(), "smooth": Smooth(),
-}  # fmt: skip
+    member.approach: member for member in (StickSlip(), Viscous(), Signum(), Smooth(), Switch())
+}
 
 
 def axes(**values):
@@ -104,7 +104,7 @@ def comparison(names, *swept, n=4_000, limit=0.025, shown=None, verdict=("all ag
     for name in dict.fromkeys([*names, "viscous"]):
         for row, response in random_rows(name, swept, n, limit):
             rows.append(row)
-            if all(at[key] == value for key, value in row.point.items()):
+            if all(at.get(key, value) == value for key, value in row.point.items()):
                 responses[name] = response
     table = Table(stand_in("record", limit), swept, tuple(rows))
     return Comparison(table, names[-1], responses, at, verdict)

@@ -46,7 +46,7 @@ PAINTERS = (plots.response,)
 TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
 TABLE_PAINTERS = (plots.transmissibility, plots.stroke)
 COMPARISON_WRITERS = (compared_scenario, rows.comparison)
-COMPARISON_PAINTERS = ()
+COMPARISON_PAINTERS = (plots.comparison,)
 
 
 def write(

@@ -100,4 +100,4 @@ def _deviation(comparison: Comparison, approach: str) -> Fields:
     worst = survey.worst(survey.deviations(comparison, approach))
     if worst is None or approach == comparison.yardstick:
         return {}
-    return {"T_a_deviation": {"value": worst.value, "where": dict(worst.point)}}
+    return {"T_a_deviation": {"value": worst.value, "where": dict(worst.row.point)}}

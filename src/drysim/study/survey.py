@@ -26,10 +26,13 @@ class Isolation(NamedTuple):
 
 
 class Deviation(NamedTuple):
-    """T_a of a row relative to the yardstick's at the same point, minus 1 [-]."""
+    """T_a of a row relative to the yardstick's at the same point, minus 1 [-].
+
+    The row is the one of the two that tells the point in full.
+    """
 
     value: float
-    point: Mapping[str, float]
+    row: Row
 
 
 def extremes(rows: Iterable[Row], metric: str) -> tuple[Extreme, Extreme] | None:
@@ -78,7 +81,8 @@ def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
     for row, other in comparison.pairs(approach):
         own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
         if own is not None and theirs:
-            found.append(Deviation(own / theirs - 1.0, {**other.point, **row.point}))
+            finer = row if len(row.point) >= len(other.point) else other
+            found.append(Deviation(own / theirs - 1.0, finer))
     return found
 
 

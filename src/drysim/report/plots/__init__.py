@@ -1,5 +1,6 @@
 """PNG: each picture is a function of what it shows and the folder to write it in."""
 
+from drysim.report.plots.comparison import comparison as comparison
 from drysim.report.plots.response import response as response
 from drysim.report.plots.transmissibility import stroke as stroke
 from drysim.report.plots.transmissibility import transmissibility as transmissibility

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from drysim.scenario import Scenario
     from drysim.study.outcome import Outcome
-    from drysim.study.table import Table
+    from drysim.study.table import Comparison, Table
 
 WRAP = 118
 """Letters that fit into a line of the scene."""
@@ -37,14 +37,25 @@ def lines(outcome: Outcome) -> Lines:
 def of_table(table: Table, left_out: int = 0) -> Lines:
     """Give the heading of the picture of a table; `left_out` curves are not drawn."""
     scenario = table.scenario
-    swept = "; ".join(wording.swept(axis) for axis in table.axes)
-    solved = f"{scenario.excitation.kind} base motion"
-    base = f"{solved}; swept: {swept}"
+    base = f"{scenario.excitation.kind} base motion"
+    if table.axes:
+        base += f"; swept: {'; '.join(wording.swept(axis) for axis in table.axes)}"
     if left_out:
         base += f" ({left_out} curves are not drawn)"
     scene = wording.unswept(scenario.oscillator.plant(), scenario.law(), table.axes)
     words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
     return _title(scenario), words, [scene] if scene else []
+
+
+def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
+    """Give the heading of the picture of a comparison: the scene and the verdict."""
+    title, words, symbols = of_table(made.table)
+    if left_out:
+        words[-1] += f" ({left_out} combinations are not drawn)"
+    verdict = textwrap.wrap(
+        wording.clean(". ".join(made.verdict[:1])), WRAP, max_lines=2, placeholder=" …"
+    )
+    return title, words, [*symbols, *verdict]
 
 
 def _title(scenario: Scenario) -> str:

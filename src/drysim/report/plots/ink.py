@@ -89,11 +89,21 @@ def curves(axes: Axes, view: View, panel: Panel, value: Value) -> None:
     looks = styles(view)
     for at, (line, style) in enumerate(zip(panel.lines, looks, strict=True)):
         x, y = series(view, line, value)
-        every = 1 if len(x) <= FEW_POINTS else (0.03 * at, MARKS)
-        axes.plot(x, y, **style, markevery=every, label=line.label)
-        alone = [i for i in range(len(y)) if _alone(y, i)]
-        axes.plot([x[i] for i in alone], [y[i] for i in alone], "o", ms=3, color=style["color"])
+        curve(axes, x, y, style, line.label, at)
     references(axes, view, panel, value, looks)
+
+
+def curve(
+    axes: Axes, x: Sequence[float], y: Sequence[float], style: Style, label: str, at: int = 0
+) -> None:
+    """Draw one line, its marks apart from those of its neighbours; level where x is nan."""
+    if x and isnan(x[0]):
+        axes.axhline(y[0], **{**style, "marker": ""}, label=label)
+        return
+    every = 1 if len(x) <= FEW_POINTS else (0.03 * at, MARKS)
+    axes.plot(x, y, **style, markevery=every, label=label, clip_on=False)
+    alone = [i for i in range(len(y)) if _alone(y, i)]
+    axes.plot([x[i] for i in alone], [y[i] for i in alone], "o", ms=3, color=style["color"])
 
 
 def references(
@@ -107,10 +117,7 @@ def references(
     for at, (line, x, y) in enumerate(drawn[:1] if one else drawn):
         style = REFERENCE if one else {"color": looks[at % len(looks)]["color"], **FAINT}
         words = "_" if at else f"{line.label}, no dry friction"
-        if x and isnan(x[0]):
-            axes.axhline(y[0], **style, label=words)
-        else:
-            axes.plot(x, y, **style, label=words)
+        curve(axes, x, y, style, words)
 
 
 def _same(one: Sequence[float], other: Sequence[float]) -> bool:

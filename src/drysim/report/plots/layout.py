@@ -25,11 +25,13 @@ HANDLE, LETTER, ROOM = 0.62, 0.077, 8.8
 """Widths in a legend [inch]: a line with its gaps, a letter, and all there is."""
 
 
-def sheet(rows: int, columns: int, right: float = 0.98) -> tuple[Figure, GridSpec]:
-    """Give an empty picture, and room for its panels."""
+def sheet(
+    rows: int, columns: int, left: float = 0.075, right: float = 0.98, gap: float = GAP
+) -> tuple[Figure, GridSpec]:
+    """Give an empty picture, and room for its panels; `gap` [inch] is between their rows."""
     figure = canvas.blank(rows * _row(rows))
     grid = figure.add_gridspec(
-        rows, columns, left=0.075, right=right, wspace=0.17, hspace=GAP / _row(rows)
+        rows, columns, left=left, right=right, wspace=0.17, hspace=gap / _row(rows)
     )
     return figure, grid
 
@@ -51,7 +53,9 @@ def complete(
     known = _entries(figure, unnamed)
     lines = ceil(sum(map(_width, known)) / ROOM)
     foot = FOOT + LINE * lines + 0.06
-    body = foot + grid.nrows * (_row(grid.nrows) + GAP)
+    row = _row(grid.nrows)
+    between = (grid.nrows - 1) * (grid.hspace or 0.0) * row
+    body = foot + grid.nrows * row + between + GAP
     tall = body + heading.height(words) - 0.2
     figure.set_figheight(tall)
     bottom, top = foot / tall, (body - GAP) / tall

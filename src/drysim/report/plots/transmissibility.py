@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
 from drysim.report.plots import canvas, heading, ink, layout, panels
-from drysim.report.plots.views import axis_label, view
+from drysim.report.plots.labels import axis_label
+from drysim.report.plots.views import view
 from drysim.study.survey import FREQUENCY
 from drysim.study.table import OK
 
@@ -97,7 +98,7 @@ def _drawn(
     """Give a picture with a row for each panel of the view, a column for each quantity."""
     count = len(drawn.panels)
     coloured = drawn.line is not None and len(drawn.panels[0].lines) > ink.FEW_LINES
-    figure, grid = layout.sheet(count, len(quantities), 0.89 if coloured else 0.98)
+    figure, grid = layout.sheet(count, len(quantities), right=0.89 if coloured else 0.98)
     for place, quantity in enumerate(quantities):
         first = None
         for at, panel in enumerate(drawn.panels):

@@ -8,42 +8,21 @@ from itertools import product
 from math import nan
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-from drysim import wording
+from drysim.report.plots.labels import FORCES, axis_label, spoken, title
 from drysim.study.survey import FREQUENCY
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis
-    from drysim.study.table import Row, Table
+    from drysim.study.table import Comparison, Row, Table
 
 DENSE = 5
 """Frequencies from which on a sweep is drawn over them, whatever varies fastest."""
 
-FORCES = ("friction.kinetic", "friction.mu_kinetic", "friction.normal")
-"""Keys that are drawn as what they come to: the kinetic friction force."""
-
-LABELS = {
-    FREQUENCY: "frequency $f$ [Hz]",
-    "excitation.rms": "base acceleration $a_u$ RMS [m/s²]",
-    **dict.fromkeys(FORCES, "kinetic friction force $F_{fk}$ [N]"),
-}
-
-SYMBOLS = {
-    FREQUENCY: "$f$",
-    "excitation.rms": "$a_u$",
-    "oscillator.mass": "$m$",
-    "oscillator.stiffness": "$k_x$",
-    "oscillator.damping": "$b$",
-    "oscillator.damping_ratio": "$\\xi$",
-    "friction.kinetic": "$F_{fk}$",
-    "friction.static": "$F_{fs}$",
-    "friction.static_ratio": "$F_{fs}/F_{fk}$",
-    "friction.normal": "$F_N$",
-    "friction.mu_kinetic": "$\\mu_k$",
-}
-"""Keys that a legend calls by the symbols of the paper."""
-
 MOST_PANELS, MOST_LINES = 4, 60
 """Panels and lines of one picture; of more some evenly spread ones are drawn."""
+
+MOST_COMPARED = 3
+"""Panels of a comparison, which have the motion above them."""
 
 Point = Mapping[str, float]
 Choice = TypeVar("Choice")
@@ -60,6 +39,7 @@ class Line(NamedTuple):
 class Panel(NamedTuple):
     """The curves of one picture panel, and its words where there are several."""
 
+    point: Point
     title: str
     lines: Sequence[Line]
     references: Sequence[Line]
@@ -104,10 +84,7 @@ def view(table: Table) -> View:
     key = along.key if along else ""
     own = Curves(table.own, key)
     references = [Curves(table.of(name), key) for name in table.approaches[1:]]
-    points = [
-        dict(zip((axis.key for axis in apart), values, strict=True))
-        for values in product(*(axis.values for axis in apart))
-    ]
+    points = _points(apart)
     shown = spread(points, MOST_PANELS)
     values = spread(line.values if line else (nan,), MOST_LINES)
     panels = [_panel(point, line, values, own, references, table.axes) for point in shown]
@@ -116,9 +93,32 @@ def view(table: Table) -> View:
     return View(key, label, line, panels, curves - len(shown) * len(values))
 
 
-def axis_label(axis: Axis) -> str:
-    """Give the words for a swept key with their unit."""
-    return LABELS.get(axis.key, f"{axis.key} [{wording.pretty(axis.unit) or '–'}]")
+def compared(made: Comparison) -> View:
+    """Give how to draw a comparison: lines are approaches, one panel is the case shown."""
+    table = made.table
+    along = along_axis(table.axes)
+    key, label = (along.key, axis_label(along)) if along else ("", "")
+    curves = [Curves(table.of(name), key) for name in table.approaches]
+    points = _points([axis for axis in table.axes if axis is not along])
+    case = [at for at in points if all(made.shown.get(k, v) == v for k, v in at.items())]
+    shown = spread(points, MOST_COMPARED)
+    if case and case[0] not in shown:
+        shown = [case[0], *shown[1:]]
+    panels = [
+        Panel(
+            at, title(at, table.axes), [Line(one.name, nan, one.at(at)) for one in curves], ()
+        )
+        for at in shown
+    ]
+    return View(key, label, None, panels, len(points) - len(shown))
+
+
+def _points(axes: Sequence[Axis]) -> list[dict[str, float]]:
+    """Give every combination of the values of some axes."""
+    return [
+        dict(zip((axis.key for axis in axes), values, strict=True))
+        for values in product(*(axis.values for axis in axes))
+    ]
 
 
 def along_axis(axes: Sequence[Axis]) -> Axis | None:
@@ -166,18 +166,7 @@ def _panel(
         for curves in references
         for value, place in zip(values, places, strict=True)
     ]
-    several = {axis.key for axis in axes if len(axis.values) > 1}
-    title = spoken({key: value for key, value in point.items() if key in several}, axes)
-    return Panel(title, lines, drawn)
-
-
-def spoken(point: Point, axes: Sequence[Axis]) -> str:
-    """Give where a curve is, in symbols where the paper has some."""
-    units = {axis.key: wording.pretty(axis.unit) for axis in axes}
-    return ", ".join(
-        f"{SYMBOLS.get(key, wording.short(key, units))} {wording.number(value, units[key])}"
-        for key, value in point.items()
-    )
+    return Panel(point, title(point, axes), lines, drawn)
 
 
 def spread(choices: Sequence[Choice], most: int) -> list[Choice]:

@@ -1,0 +1,124 @@
+"""The picture of a comparison: the motion around a stop, T_a, and how far it is off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim.report.plots import against, canvas, curves, heading, layout, moment, panels
+from drysim.report.plots.labels import spoken
+from drysim.report.plots.views import compared
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from drysim.approach.response import Response
+    from drysim.report.plots.ink import Style
+    from drysim.study.table import Comparison
+
+# Told apart in grey as well: by width, lightness, dashes and marks.
+YARDSTICK: dict[str, Any] = {"color": "#86aed6", "linewidth": 3.4, "marker": "o", "zorder": 1.8}
+WITHOUT: dict[str, Any] = {"color": "#6b6b6b", "linewidth": 1.2, "linestyle": (0, (4, 2))}
+OTHERS: tuple[dict[str, Any], ...] = (
+    {"color": "#b3261e", "linewidth": 1.1, "marker": "s"},
+    {"color": "black", "linewidth": 1.2, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
+    {"color": "#2e7d32", "linewidth": 1.2, "linestyle": (0, (1.5, 1)), "marker": "D"},
+    {"color": "#7b3fa0", "linewidth": 1.1, "linestyle": (0, (8, 2)), "marker": "v"},
+)
+FRICTIONLESS = "viscous"
+
+LEFT, LEFT_OF_BARS, GAP = 0.075, 0.1, 0.8
+"""Where panels begin [-], and how far their rows are apart [inch]: each has its axis."""
+
+
+def comparison(made: Comparison, folder: Path) -> None:
+    """Write comparison.png: several approaches on the very same base motion.
+
+    Parameters
+    ----------
+    made : Comparison
+    folder : Path
+        Where to write.
+    """
+    canvas.paint(lambda: draw(made), folder / "comparison.png")
+
+
+def draw(made: Comparison) -> Figure:
+    """Give the picture of a comparison, not yet rendered."""
+    looks, view = styles(made), compared(made)
+    left = LEFT if view.key else LEFT_OF_BARS
+    figure, grid = layout.sheet(1 + len(view.panels), 2, left=left, gap=GAP)
+    _overlay(figure.add_subplot(grid[0, :]), made, looks, named=not view.key)
+    if view.key:
+        against.over_axis(figure, grid, made, view, looks)
+    else:
+        against.as_bars(figure, grid, made, looks)
+    layout.complete(figure, grid, heading.of_comparison(made, view.left_out))
+    return figure
+
+
+def styles(made: Comparison) -> Mapping[str, Style]:
+    """Give every approach its style."""
+    looks, rest = {made.yardstick: YARDSTICK}, 0
+    for name in made.table.approaches:
+        if name == FRICTIONLESS:
+            looks.setdefault(name, WITHOUT)
+        elif name not in looks:
+            looks[name] = OTHERS[rest % len(OTHERS)]
+            rest += 1
+    return looks
+
+
+def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bool) -> None:
+    """Draw the acceleration of all approaches over a stretch, what is rough at the bottom."""
+    yardstick = made.responses[made.yardstick]
+    asked = [name for name in made.responses if name not in (made.yardstick, FRICTIONLESS)]
+    measure = made.table.scenario.measure
+    begin = 0.0 if measure.steady else measure.settle
+    rivals = [made.responses[name] for name in asked or made.responses]
+    first, last = moment.telling(yardstick, rivals, begin)
+    for at, length in curves.stuck_stretches(yardstick, first, last):
+        axes.axvspan(at, at + length, **panels.STUCK, label=f"stuck ({made.yardstick})")
+    rough = sorted(
+        made.responses, key=lambda name: -_roughness(made.responses[name], first, last)
+    )
+    for name in rough:
+        t, x_dd = _stretch(made.responses[name], first, last)
+        depth = (
+            2.5 if name == made.yardstick else 2.2 if _is_rough(made, name, first, last) else 3
+        )
+        style = {**looks[name], "marker": "", "zorder": depth}
+        axes.plot(t, x_dd, **style, label=name if named else "")
+    where = spoken(made.shown, made.table.axes)
+    axes.set_title(
+        f"acceleration of the mass ẍ [m/s²]{': ' if where else ''}{where}", loc="left"
+    )
+    axes.set_xlabel("time $t$ [s]")
+    if last > first:
+        axes.set_xlim(first, last)
+
+
+def _stretch(response: Response, first: float, last: float) -> tuple[Any, Any]:
+    """Give the acceleration of a stretch [s], [m/s²]; jumps of an exact one stand upright."""
+    begin = max(int(first / response.dt) - 1, 0)
+    part = slice(begin, min(int(last / response.dt) + 2, len(response.x_r)))
+    if response.force is None:
+        shown = curves.curve(response, part)
+        return shown.t, shown.x_dd
+    return np.arange(part.start, part.stop) * response.dt, response.acceleration(part)
+
+
+def _roughness(response: Response, first: float, last: float) -> float:
+    """Give how much an acceleration goes up and down in a stretch [m/s²]."""
+    _, x_dd = _stretch(response, first, last)
+    return float(np.abs(np.diff(x_dd)).sum())
+
+
+def _is_rough(made: Comparison, name: str, first: float, last: float) -> bool:
+    """Whether a curve would hide the yardstick."""
+    own = _roughness(made.responses[made.yardstick], first, last)
+    return _roughness(made.responses[name], first, last) > 2 * own
