@@ -277,6 +277,11 @@ def test_fault_of_a_block_is_not_told_again_for_the_keys_swept_in_it(fault):
     assert len(fault({"excitation.frequency": [1, 2]}, text)) == 1
 
 
+def test_missing_block_is_not_missed_again_for_the_keys_swept_in_it(fault):
+    text = SEAT.replace("excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}\n", "")
+    assert len(fault({"excitation.frequency": [1, 2], "excitation.rms": [1, 2]}, text)) == 1
+
+
 def test_reference_is_another_approach_beside_a_sweep(fault, scenario):
     sweep = {"excitation.rms": [1, 2]}
     assert scenario(SEAT, sweep, ["reference=viscous"]).reference == "viscous"

@@ -57,7 +57,7 @@ def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
     """Give the scenario of a document and the problems; without problems there is one."""
     file = Path(document.file)
     reading = Reading(document, Scenario)
-    words = {"name": _name(file.stem)} | reading.words | with_axes(reading, Scenario)
+    words = {"name": _name(file.stem)} | reading.words | with_axes(reading)
     context = {"folder": file.parent, "document": document}
     scenario = None
     try:

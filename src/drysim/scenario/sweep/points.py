@@ -105,12 +105,14 @@ def _case(scenario: Scenario, point: Point) -> Scenario:
 
 def _block(scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]) -> Block:
     """Give a block of the scenario with other values in it; one that was made is kept."""
-    kept = scenario.kept
-    if values not in kept:
+    kept = scenario.kept  # shared by threads: each takes its block by one look
+    block = kept.get(values)
+    if block is None:
+        block = _made(scenario, name, values)
         if len(kept) >= KEPT:
             kept.clear()
-        kept[values] = _made(scenario, name, values)
-    return kept[values]
+        kept[values] = block
+    return block
 
 
 def _made(scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]) -> Block:

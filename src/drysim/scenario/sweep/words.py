@@ -8,7 +8,7 @@ from typing import Any
 from drysim.checks import AT, Check
 from drysim.quantity import shown
 from drysim.scenario.reading import Reading
-from drysim.scenario.shape import Model
+from drysim.scenario.shape import keys_of
 from drysim.scenario.sweep.axis import Axis
 from drysim.scenario.sweep.numerals import Known, numerals
 from drysim.scenario.sweep.refusals import refusal
@@ -19,22 +19,20 @@ SWEEP = "sweep"
 """The block; its keys are dotted keys of the scenario."""
 
 
-def with_axes(reading: Reading, model: Model) -> dict[str, Any]:
+def with_axes(reading: Reading) -> dict[str, Any]:
     """Give what depends on the numeric keys of a scenario: its axes, its checks with an `at`.
 
     Parameters
     ----------
     reading : Reading
         Of the whole scenario; the problems are noted in it.
-    model : type
-        Of the whole scenario.
     """
     words, found = reading.words, {}
     checks = words.get("checks")
     conditional = isinstance(checks, list) and any(map(_has_condition, checks))
     if SWEEP not in words and not conditional:
         return {}
-    known = numerals(model, words)
+    known = numerals(reading.model, words)
     if SWEEP in words:
         found[SWEEP] = _axes(reading, known)
     if isinstance(checks, list):
@@ -63,7 +61,9 @@ def _axes(reading: Reading, known: Known) -> Any:
 def _axis(reading: Reading, known: Known, key: str, given: Any) -> Axis | None:
     """Give one axis; None when it has a problem."""
     at, top = (SWEEP, key), key.partition(".")[0]
-    if top in reading.document.value and top not in reading.words:
+    field = keys_of(reading.model).get(top)
+    wanted = top in reading.document.value or (field is not None and field.is_required())
+    if wanted and top not in reading.words:
         return None  # the block that the key stands in has its problem already
     if sentence := refusal(reading.words, key, known):
         reading.fault(sentence, at, at_key=True)
