@@ -32,6 +32,7 @@ KINDS = {
     "(m/s²)²/Hz": "acceleration PSD",
     "m³": "PSD of height",
     "1/m": "wave number",
+    "s/m": "sharpness",
     "": "plain number",
 }
 """The units of a scenario and what they measure."""
@@ -59,6 +60,7 @@ _PLAIN: dict[str, dict[str, float]] = {
         "g^2/Hz": 96.1703842225,
     },
     "m³": {"m^3": 1, "cm^3": 1e-6, "mm^3": 1e-9},
+    "s/m": {"s/m": 1, "s/mm": 1e3},
     "1/m": {"1/m": 1, "cycle/m": 1, "cycles/m": 1, "rad/m": 0.5 / math.pi},
     "": {"-": 1, "–": 1, "%": 1e-2},
 }
