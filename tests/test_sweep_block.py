@@ -95,6 +95,11 @@ def test_steps_that_are_no_decimals_meet_their_end_exactly(values):
     assert found[-1] == pi / 2
 
 
+def test_sharpness_may_have_its_unit(values):
+    found = values(["1e3 s/m", "2 s/mm"], "solver.smooth.sharpness")
+    assert found == (1e3, 2e3)
+
+
 def test_count_includes_both_ends(values):
     assert values({"from": 0.1, "to": 0.7, "count": 7}) == (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
     assert values({"from": 1, "to": 2, "count": 4}) == pytest.approx([1, 4 / 3, 5 / 3, 2])
@@ -144,6 +149,12 @@ def test_entries_of_lists_may_be_swept(scenario):
     found = scenario(text, {"excitation.components.1.frequency": [3, 4]})
     case = found.at({"excitation.components.1.frequency": 4.0})
     assert case.excitation.frequencies == (1.0, 4.0)
+
+
+def test_word_that_is_the_default_makes_room_for_a_swept_block(scenario):
+    found = scenario(RECORD, {"excitation.remove.below": [0.3, 0.5]})
+    again = scenario(dump(found.resolved()))
+    assert again.at({"excitation.remove.below": 0.5}).excitation.remove.below == 0.5
 
 
 @pytest.mark.parametrize("text", [SEAT, RECORD, NOISE])

@@ -87,6 +87,8 @@ def _in_block(
         found = _numeral(annotation, model, given, there)
         yield f"{at}{name}", found
         value = given.get(name)
+        if not isinstance(value, dict | list) and value == field.default:
+            value = None  # such as `remove: nothing`, which says no more than its absence
         if found is None and not (value is None and field.is_required()):
             yield from _within(annotation, value, f"{at}{name}")
 
