@@ -54,15 +54,18 @@ def line(paper: Console, *pieces: Piece) -> None:
     paper.print(Text.assemble(*((_shown(words), style) for words, style in parts)))
 
 
-def paragraph(paper: Console, head: str, words: str, style: str = "", indent: int = 0) -> None:
+def paragraph(paper: Console, head: str, words: str, style: str = "") -> None:
     """Set a sentence behind its head, its further lines below its first word."""
-    width = min(max(paper.width, NARROW), WIDE)
-    lines = textwrap.wrap(
-        clean(words), max(width - len(head), 20), break_long_words=False, break_on_hyphens=False
-    )
+    lines = folded(paper, words, len(head))
     line(paper, (head, style), *lines[:1])
     for further in lines[1:]:
         line(paper, " " * len(head), further)
+
+
+def folded(paper: Console, words: str, head: int) -> list[str]:
+    """Give a sentence in lines that fit behind a head of so many columns."""
+    width = max(min(max(paper.width, NARROW), WIDE) - head, 20)
+    return textwrap.wrap(clean(words), width, break_long_words=False, break_on_hyphens=False)
 
 
 def _shown(words: str) -> str:

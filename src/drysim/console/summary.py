@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.console.paper import line, paragraph, result, talk
-from drysim.errors import Caution
+from drysim.console.paper import result
+from drysim.console.parts import (
+    Row,
+    show_folder,
+    show_rows,
+    show_scene,
+    show_title,
+    show_verdicts,
+    show_warnings,
+)
 from drysim.wording import millimetres, number, percent
 
 if TYPE_CHECKING:
-    from drysim.checks import Verdict
     from drysim.study.outcome import Outcome
 
-HEAD = 14
-"""Columns of the names on the left."""
-
 VALUE = 13
-"""Columns of the values beside them."""
-
-
-FINE = 6
-"""Digits of a value that stands beside the bound of its check."""
-
-
-class Row(NamedTuple):
-    """A line of the summary: what, how much, and what that means."""
-
-    name: str
-    value: str
-    remark: str = ""
-    style: str = "bold"
+"""Columns of the values beside the names."""
 
 
 def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
@@ -45,35 +36,12 @@ def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
         Where the files were written.
     """
     paper = result()
-    line(paper, (wording.clean(outcome.scenario.name), "bold"))
-    if outcome.scenario.about:
-        paragraph(paper, "", outcome.scenario.about)
-    line(paper)
-    for name, words in _scene(outcome):
-        paragraph(paper, f"  {name}".ljust(HEAD), words, "dim")
-    line(paper)
-    for row in _rows(outcome):
-        name, value = f"  {row.name}".ljust(HEAD), row.value.ljust(VALUE)
-        line(paper, (name, "dim"), (value if row.remark else row.value, row.style), row.remark)
-    if outcome.checks:
-        line(paper)
-    for verdict in outcome.checks:
-        mark, style = ("✓ holds", "green") if verdict.passed else ("✗ fails", "bold red")
-        line(paper, (f"  {mark}".ljust(HEAD), style), _verdict(verdict))
-    if folder is not None:
-        line(paper)
-        line(paper, ("  written".ljust(HEAD), "dim"), str(folder))
+    show_title(paper, outcome.scenario)
+    show_scene(paper, _scene(outcome))
+    show_rows(paper, _rows(outcome), VALUE)
+    show_verdicts(paper, outcome.checks)
+    show_folder(paper, folder)
     show_warnings(outcome.warnings)
-
-
-def show_warnings(warnings: Sequence[Caution]) -> None:
-    """Show warnings on stderr, one sentence each."""
-    paper = talk()
-    for caution in warnings:
-        if paper.is_terminal:
-            paragraph(paper, "warning: ", caution.sentence, "yellow")
-        else:
-            line(paper, "warning: ", caution.sentence)
 
 
 def _scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
@@ -103,15 +71,6 @@ def _window(outcome: Outcome) -> str:
     end = (len(outcome.response.x_r) - 1) * outcome.response.dt
     settled = f" after settling for {number(settle, 's')}" if settle else ""
     return f"{number(end - settle, 's')}{settled}"
-
-
-def _verdict(verdict: Verdict) -> str:
-    """Give a check and what its metric turned out to be, lengths in millimetres."""
-    check, value, unit = verdict.check, verdict.value, verdict.unit
-    if value is None:
-        return f"{check}; {check.metric} is not known here"
-    scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit.replace("m/s2", "m/s²"))
-    return f"{check}, with {number(value * scale, unit, FINE)}"
 
 
 def _rows(outcome: Outcome) -> Iterator[Row]:

@@ -14,7 +14,7 @@ from drysim.report.claim import JOURNAL, MARKER
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
 from drysim.report.folder import claim_partial as claim_partial
-from drysim.report.folder import finish, mark
+from drysim.report.folder import finish, leave, mark
 from drysim.report.sidecar import sidecar as sidecar
 from drysim.report.sidecar import text as text
 from drysim.source import dump
@@ -122,8 +122,7 @@ def _write(
         files = {path.name: _sha256(path) for path in written}
         told = tell(made, command, exit_code, files)
         mark(claim.partial, text(told))
-        if exit_code != EXIT_INTERRUPTED:
-            finish(claim)
+        (leave if exit_code == EXIT_INTERRUPTED else finish)(claim)
     return told
 
 

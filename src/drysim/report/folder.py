@@ -74,6 +74,12 @@ def finish(claim: Claim) -> None:
     swap(claim.partial, place, beside(place, "replaced"))
 
 
+def leave(claim: Claim) -> None:
+    """Leave `<name>.partial` for a later time, or remove it when it holds no finished case."""
+    if not _resumable(claim.partial):
+        remove(claim.partial)
+
+
 @contextlib.contextmanager
 def fresh(folder: Path) -> Iterator[Path]:
     """Give an empty folder to write in; when the block ends well it takes the place of another.

@@ -1,0 +1,140 @@
+"""The summary of a comparison: a table of approaches, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from drysim import wording
+from drysim.console.paper import folded, line, result
+from drysim.console.parts import (
+    Row,
+    show_folder,
+    show_rows,
+    show_scene,
+    show_title,
+    show_verdicts,
+    show_warnings,
+)
+from drysim.console.table import scene
+from drysim.study import survey
+from drysim.wording import number, percent
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from drysim.study import table as study
+    from drysim.study.survey import Deviation
+    from drysim.study.table import Comparison
+
+VALUE = 12
+"""Columns of the worst deviations."""
+
+FINE, COARSE = 4, 3
+"""Digits of T_a, by which approaches are compared, and of the rest."""
+
+NONE = "–"
+"""What stands where there is nothing to say."""
+
+METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
+    ("T_a", "T_a", lambda value: number(value, digits=FINE)),
+    ("T_x", "T_x", lambda value: number(value, digits=COARSE)),
+    ("peak |x_r| mm", "x_r_peak", lambda value: number(value * 1e3, digits=COARSE)),
+    ("stuck %", "stuck_share", lambda value: _bare(percent(value))),
+    ("chatter %", "chatter_share", lambda value: _bare(percent(value))),
+)
+
+
+def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
+    """Show what several approaches made of the same base motion.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    folder : Path, optional
+        Where the files were written.
+    """
+    paper, table = result(), comparison.table
+    show_title(paper, table.scenario)
+    show_scene(paper, [*scene(table), ("yardstick", comparison.yardstick)])
+    (_ruled if paper.is_terminal else _plain)(paper, columns(comparison))
+    if table.axes:
+        show_rows(paper, _places(comparison), VALUE)
+    show_verdicts(paper, table.checks, table.axes)
+    if comparison.verdict:
+        line(paper)
+    for at, sentence in enumerate(comparison.verdict):
+        for words in folded(paper, sentence, 2):
+            line(paper, ("  ", ""), (words, "" if at else "bold"))
+    show_folder(paper, folder)
+    show_warnings(table.warnings)
+
+
+def columns(comparison: Comparison) -> list[list[str]]:
+    """Give the table column by column, headings first, without columns of no number."""
+    table = comparison.table
+    rows = {name: list(table.of(name)) for name in table.approaches}
+    found = [
+        [heading, *(_range(own, metric, words) for own in rows.values())]
+        for heading, metric, words in METRICS
+    ]
+    worst = _worst(comparison)
+    off = [f"{worst[name].value * 100:+.3g} %" if name in worst else NONE for name in rows]
+    known = [column for column in found if set(column[1:]) != {NONE}]
+    return [["approach", *rows], *known[:1], ["deviation", *off], *known[1:]]
+
+
+def _worst(comparison: Comparison) -> dict[str, Deviation]:
+    """Give the greatest deviation of every approach that has one."""
+    found = {
+        name: survey.worst(survey.deviations(comparison, name))
+        for name in comparison.table.approaches
+        if name != comparison.yardstick
+    }
+    return {name: worst for name, worst in found.items() if worst is not None}
+
+
+def _places(comparison: Comparison) -> Iterator[Row]:
+    """Give where the greatest deviations are."""
+    for at, (name, worst) in enumerate(_worst(comparison).items()):
+        where = wording.place(worst.row.point, comparison.table.axes)
+        yield Row("worst" if at == 0 else "", name, f"at {where}", style="")
+
+
+def _bare(words: str) -> str:
+    """Give a percentage for a column that says so itself."""
+    return words.removesuffix(" %").replace("below ", "<").replace("above ", ">")
+
+
+def _range(rows: Sequence[study.Row], metric: str, words: Callable[[float], str]) -> str:
+    """Give a metric over some cases, from its least to its greatest."""
+    ends = survey.extremes(rows, metric)
+    if ends is None:
+        return NONE
+    low, high = (words(end.value) for end in ends)
+    return low if low == high else f"{low}–{high}"
+
+
+def _ruled(paper: Console, given: Sequence[Sequence[str]]) -> None:
+    """Show a table at a terminal."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style="bold")
+    for heading, *_ in given:
+        side: Literal["left", "right"] = "left" if heading == "approach" else "right"
+        table.add_column(Text(heading), justify=side, no_wrap=True)
+    for row in list(zip(*given, strict=True))[1:]:
+        table.add_row(*map(Text, row))
+    paper.print(table, soft_wrap=False)
+
+
+def _plain(paper: Console, given: Sequence[Sequence[str]]) -> None:
+    """Show a table in aligned columns, for pipes and files."""
+    line(paper)
+    widths = [max(map(len, column)) for column in given]
+    for row in zip(*given, strict=True):
+        words = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        line(paper, "  ".join(words).rstrip())

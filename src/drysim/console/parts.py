@@ -1,0 +1,102 @@
+"""The parts of every summary: title, words, numbers, verdicts, warnings, the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from drysim import wording
+from drysim.console.paper import folded, line, paragraph, talk
+from drysim.errors import Caution
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from drysim.checks import Verdict
+    from drysim.scenario import Axis, Scenario
+
+HEAD = 14
+"""Columns of the names on the left."""
+
+FINE = 6
+"""Digits of a value that stands beside the bound of its check."""
+
+
+class Row(NamedTuple):
+    """A line of a summary: what, how much, and what that means."""
+
+    name: str
+    value: str
+    remark: str = ""
+    style: str = "bold"
+
+
+def show_title(paper: Console, scenario: Scenario) -> None:
+    """Show the name of a scenario and what it is about."""
+    line(paper, (wording.clean(scenario.name), "bold"))
+    if scenario.about:
+        paragraph(paper, "", scenario.about)
+
+
+def show_scene(paper: Console, words: Iterable[tuple[str, str]]) -> None:
+    """Show in words what was solved, and how."""
+    line(paper)
+    for name, sentence in words:
+        paragraph(paper, f"  {name}".ljust(HEAD), sentence, "dim")
+
+
+def show_rows(paper: Console, rows: Iterable[Row], width: int) -> None:
+    """Show numbers, each with its remark behind so many columns; long remarks are set below."""
+    line(paper)
+    for row in rows:
+        name, value = f"  {row.name}".ljust(HEAD), row.value.ljust(width)
+        first, *further = folded(paper, row.remark, HEAD + width) or [""]
+        line(paper, (name, "dim"), (value if first else row.value, row.style), first)
+        for words in further:
+            line(paper, " " * (HEAD + width), words)
+
+
+def show_verdicts(
+    paper: Console, verdicts: Sequence[Verdict], axes: Sequence[Axis] = ()
+) -> None:
+    """Show what became of the checks, over many cases with the one that decided."""
+    if verdicts:
+        line(paper)
+    for verdict in verdicts:
+        mark, style = ("✓ holds", "green") if verdict.passed else ("✗ fails", "bold red")
+        if verdict.passed and not verdict.applies:
+            mark, style = "· passed", "dim"
+        paragraph(paper, f"  {mark}".ljust(HEAD), _words(verdict, axes), style)
+
+
+def _words(verdict: Verdict, axes: Sequence[Axis]) -> str:
+    """Give a check and what its metric turned out to be, lengths in millimetres."""
+    check, value, unit = verdict.check, verdict.value, wording.pretty(verdict.unit)
+    where = wording.place(verdict.where or {}, axes)
+    place = f" at {where}" if where else ""
+    if not verdict.applies:
+        none = "this case lies elsewhere" if verdict.passed else "no case lies there"
+        return f"{check}; {none}"
+    if value is None:
+        return f"{check}; {check.metric} is not known {place.lstrip() or 'here'}"
+    scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
+    return f"{check}, with {number(value * scale, unit, FINE)}{place}"
+
+
+def show_folder(paper: Console, folder: Path | None) -> None:
+    """Show where the files were written."""
+    if folder is not None:
+        line(paper)
+        line(paper, ("  written".ljust(HEAD), "dim"), str(folder))
+
+
+def show_warnings(warnings: Sequence[Caution]) -> None:
+    """Show warnings on stderr, one sentence each."""
+    paper = talk()
+    for caution in warnings:
+        if paper.is_terminal:
+            paragraph(paper, "warning: ", caution.sentence, "yellow")
+        else:
+            line(paper, "warning: ", caution.sentence)

@@ -1,0 +1,168 @@
+"""The summary of a sweep: what was swept, extremes with where, isolation, what is missing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drysim import wording
+from drysim.console.paper import line, result, talk
+from drysim.console.parts import (
+    Row,
+    show_folder,
+    show_rows,
+    show_scene,
+    show_title,
+    show_verdicts,
+    show_warnings,
+)
+from drysim.study import survey
+from drysim.study.table import OK
+from drysim.wording import millimetres, number, percent
+
+if TYPE_CHECKING:
+    from drysim.study import table as study
+    from drysim.study.survey import Extreme, Isolation
+
+VALUE = 20
+"""Columns of the values beside the names."""
+
+DIGITS = 3
+"""Digits of the ends of a range."""
+
+NAMED = 4
+"""Curves whose isolation is told one by one."""
+
+
+def show_table(table: study.Table, folder: Path | None = None) -> None:
+    """Show what a sweep came to.
+
+    Parameters
+    ----------
+    table : Table
+    folder : Path, optional
+        Where the files were written.
+    """
+    paper = result()
+    show_title(paper, table.scenario)
+    show_scene(paper, scene(table))
+    show_rows(paper, _rows(table), VALUE)
+    show_verdicts(paper, table.checks, table.axes)
+    if table.complete:
+        show_folder(paper, folder)
+    show_warnings(table.warnings)
+    if not table.complete and folder is not None:
+        show_interrupted(table, folder)
+
+
+def show_interrupted(table: study.Table, folder: Path) -> None:
+    """Say on stderr what an interrupted sweep has kept, and how it goes on."""
+    kept, paper = len(table.rows), talk()
+    if not kept:
+        line(paper, "interrupted before any case was finished")
+        return
+    cases = "1 finished case is" if kept == 1 else f"{kept} finished cases are"
+    line(
+        paper,
+        f"interrupted: {cases} kept in {folder}.partial; the same command with --resume "
+        "computes only the rest",
+    )
+
+
+def scene(table: study.Table) -> Iterator[tuple[str, str]]:
+    """Give in words what was swept, and what was not."""
+    scenario, axes = table.scenario, table.axes
+    blocks = {axis.key.partition(".")[0] for axis in axes if len(axis.values) > 1}
+    plant, law, kind = scenario.oscillator.plant(), scenario.law(), scenario.excitation.kind
+    if "oscillator" not in blocks:
+        yield "oscillator", wording.scene(plant)
+    if "friction" not in blocks:
+        defaulted = scenario.friction is not None and not scenario.friction.static_given
+        yield "friction", wording.friction(law, defaulted)
+    fixed = table.motion is not None and "excitation" not in blocks
+    yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
+    for name, axis in zip(["swept"] + [""] * len(axes), axes, strict=False):
+        yield name, wording.swept(axis)
+    counts = Counter(row.approach for row in table.rows)
+    yield "cases", ", ".join(f"{count} by {name}" for name, count in counts.items())
+
+
+def _rows(table: study.Table) -> Iterator[Row]:
+    """Give the numbers that matter most, in the units of an engineer."""
+    rows = table.own
+    for metric in ("T_a", "T_x"):
+        if ends := survey.extremes(rows, metric):
+            least, most = _at(table, ends[0]), _at(table, ends[1])
+            remark = f"least {least}, greatest {most}" if least != most else least
+            yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
+    if any(axis.key == survey.FREQUENCY for axis in table.axes):
+        yield _isolation(table, survey.isolation(rows))
+    yield from _stroke(table, rows)
+    if ends := survey.extremes(rows, "stuck_share"):
+        remark = f"most {_at(table, ends[1])}" if ends[1].value else ""
+        yield Row("stuck", span(*(percent(end.value) for end in ends)), remark)
+    if ends := survey.extremes(rows, "energy_residual"):
+        residual = number(ends[1].value, digits=2)
+        yield Row("energy", residual, "is the most that an energy balance leaves, relative")
+    yield from _missing(table)
+
+
+def _stroke(table: study.Table, rows: Sequence[study.Row]) -> Iterator[Row]:
+    """Give the greatest stroke, and by how much the limit is met."""
+    ends, stroke = survey.extremes(rows, "x_r_peak"), table.scenario.stroke
+    if ends is None:
+        return
+    peak = ends[1]
+    used = f"{percent(peak.value / stroke.limit)} of the stroke limit, " if stroke else ""
+    yield Row("peak |x_r|", millimetres(peak.value), f"{used}{_at(table, peak)}")
+    beyond = [row for row in rows if row.metrics.get("violations")]
+    if beyond and stroke:
+        cases = "1 case" if len(beyond) == 1 else f"{len(beyond)} cases"
+        far = peak.value - stroke.limit
+        remark = f"of {len(rows)}, " + (
+            f"{millimetres(far)} too far at the worst" if far >= 0 else "while it settles"
+        )
+        yield Row("limit met", cases, remark, "bold red")
+
+
+def _isolation(table: study.Table, found: Sequence[Isolation]) -> Row:
+    """Give from which frequency on the seat isolates."""
+    known = [one for one in found if one.above is not None]
+    if not known:
+        return Row("isolation", "nowhere", "T_a does not stay below 1 up to the end of a curve")
+    begins = sorted({one.above for one in known if one.above is not None})
+    value = f"from {span(number(begins[0]), number(begins[-1]))} Hz"
+    several = len(found) > 1 and (len(begins) > 1 or len(known) < len(found))
+    remark = "T_a stays below 1"
+    if several and len(found) <= NAMED:
+        remark += ": " + "; ".join(
+            f"{wording.place(one.point, table.axes)} "
+            + ("nowhere" if one.above is None else f"from {number(one.above, 'Hz')}")
+            for one in found
+        )
+    elif len(known) < len(found):
+        remark += f"; on {len(found) - len(known)} of {len(found)} curves nowhere"
+    return Row("isolation", value, remark)
+
+
+def _missing(table: study.Table) -> Iterator[Row]:
+    """Count and name the cases that have no numbers."""
+    lost = [row for row in table.rows if row.status != OK]
+    for status, count in Counter(row.status for row in lost).items():
+        first = next(row for row in lost if row.status == status)
+        cases = "1 case" if count == 1 else f"{count} cases"
+        where = wording.place(first.point, table.axes)
+        note = f": {first.note}" if first.note else ""
+        yield Row(status, cases, f"the first at {where}{note}", "bold red")
+
+
+def _at(table: study.Table, extreme: Extreme) -> str:
+    """Give where an extreme is."""
+    return f"at {wording.place(extreme.row.point, table.axes)}"
+
+
+def span(low: str, high: str) -> str:
+    """Give a range in words; one value where both ends read alike."""
+    return low if low == high else f"{low} to {high}"
