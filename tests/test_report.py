@@ -6,9 +6,7 @@ import csv
 import hashlib
 import json
 import os
-import sys
 import time
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,6 +22,7 @@ from drysim.report import swap, tables
 from drysim.report.folder import fresh
 from drysim.report.plots import curves
 from drysim.report.plots.response import draw
+from killing import killed_at
 from outcomes import SINE, outcome, record
 
 
@@ -451,29 +450,6 @@ def test_two_at_once_do_not_mix():
             pass
         report.folder.mark(partial, '{"format": 1, "files": {"response.csv": ""}}')
     assert Path("out/response.csv").read_text() == "first"
-
-
-def killed_at(step, act):
-    """Run `act` in a process that dies at its n-th line in report/; True when it does."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        child = os.fork()
-    if child == 0:
-        left = step
-
-        def trace(frame, event, _):
-            nonlocal left
-            if "/report/" not in frame.f_code.co_filename:
-                return None
-            left -= event == "line"
-            if left < 0:
-                os._exit(9)
-            return trace
-
-        sys.settrace(trace)
-        act()
-        os._exit(0)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

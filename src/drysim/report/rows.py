@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drysim.report.tables import STROKE, heading, write
+from drysim.report.tables import COMFORT, STROKE, heading, write
 
 if TYPE_CHECKING:
     from drysim.study.table import Comparison, Row, Table
@@ -53,7 +53,7 @@ def stroke_violations(table: Table, folder: Path) -> None:
 
 def _headings(table: Table) -> list[str]:
     """Give the header cells of a table of cases."""
-    return ["approach", *_keys(table), *map(heading, (*FORCES, *METRICS)), "status"]
+    return ["approach", *_keys(table), *map(heading, (*FORCES, *METRICS)), "status", *map(heading, _felt(table))]
 
 
 def _columns(table: Table) -> list[Iterable[str]]:
@@ -66,7 +66,13 @@ def _columns(table: Table) -> list[Iterable[str]]:
         [_text(row.F_fs) for row in rows],
         *_values(rows, METRICS),
         [row.status for row in rows],
+        *_values(rows, _felt(table)),
     ]
+
+
+def _felt(table: Table) -> Sequence[str]:
+    """Give the metrics that only a weighting adds, behind all other columns."""
+    return COMFORT if table.scenario.measure.weights else ()
 
 
 def _keys(table: Table) -> list[str]:

@@ -39,11 +39,18 @@ UNITS = {
     "chatter_share": "-",
     "closure": "-",
     "T_a_deviation": "-",
+    "a_w": "m/s2",
+    "SEAT": "-",
+    "VDV": "m/s^1.75",
+    "SEAT_VDV": "-",
+    "MTVV": "m/s2",
+    "crest_factor": "-",
 }
 """Every column of fixed name, with its unit; an empty one stands for words."""
 
 RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
 EVENTS = ("t", "event", "x_r", "F_L")
+COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 STROKE = ("t_first", "x_r_peak", "t_beyond", "violations")
 
 BLOCK = 65_536

@@ -61,8 +61,8 @@ def over_axis(
 def _titles(left: Axes, right: Axes, made: Comparison, title: str = "") -> None:
     """Name what two panels show."""
     words = f"{title}: " if title else ""
-    left.set_title(f"{words}$T_a$ [–]", loc="left")
-    right.set_title(f"{words}deviation of $T_a$ from {made.yardstick} [%]", loc="left")
+    ink.name(left, f"{words}$T_a$ [–]")
+    ink.name(right, f"{words}deviation of $T_a$ from {made.yardstick} [%]")
 
 
 def T_a(row: Row) -> float | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.report.plots import against, canvas, curves, heading, layout, moment, panels
+from drysim.report.plots import against, canvas, curves, heading, ink, layout, moment, panels
 from drysim.report.plots.labels import spoken
 from drysim.report.plots.views import compared
 
@@ -94,9 +94,7 @@ def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bo
         style = {**looks[name], "marker": "", "zorder": depth}
         axes.plot(t, x_dd, **style, label=name if named else "")
     where = spoken(made.shown, made.table.axes)
-    axes.set_title(
-        f"acceleration of the mass ẍ [m/s²]{': ' if where else ''}{where}", loc="left"
-    )
+    ink.name(axes, f"acceleration of the mass ẍ [m/s²]{': ' if where else ''}{where}")
     axes.set_xlabel("time $t$ [s]")
     if last > first:
         axes.set_xlim(first, last)

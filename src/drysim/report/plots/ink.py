@@ -155,17 +155,22 @@ def gaps(axes: Axes, view: View, panel: Panel) -> None:
         )  # fmt: skip
 
 
+def name(axes: Axes, words: str, pad: float = 6.0) -> None:
+    """Say above a panel what it shows; that its place is given spares looking for one."""
+    axes.set_title(words, loc="left", pad=pad, y=1.0)
+
+
 def along(axes: Axes, view: View, named: bool) -> None:
     """Make the axis of the swept key: logarithmic where it spans a decade."""
     rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
     x = [value for row in rows if not isnan(value := view.x(row))]
     if wide(x):
-        from matplotlib.ticker import LogLocator, NullFormatter
+        from matplotlib.ticker import LogLocator
 
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.xaxis.minorticks_off()
     if x and min(x) < max(x):
         axes.set_xlim(min(x), max(x))
     axes.tick_params(labelbottom=named)

@@ -105,7 +105,7 @@ def _drawn(
             # One scale for all rows: they are there to be compared.
             axes = first = figure.add_subplot(grid[at, place], sharey=first)
             words = f"{panel.title}:" if panel.title else quantity.title
-            axes.set_title(f"{words} {quantity.symbol}", loc="left", pad=15)
+            ink.name(axes, f"{words} {quantity.symbol}", pad=15)
             ink.along(axes, drawn, named=at == count - 1)
             ink.curves(axes, drawn, panel, quantity.of)
             extra(axes, panel)
