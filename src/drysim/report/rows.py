@@ -53,7 +53,13 @@ def stroke_violations(table: Table, folder: Path) -> None:
 
 def _headings(table: Table) -> list[str]:
     """Give the header cells of a table of cases."""
-    return ["approach", *_keys(table), *map(heading, (*FORCES, *METRICS)), "status", *map(heading, _felt(table))]
+    return [
+        "approach",
+        *_keys(table),
+        *map(heading, (*FORCES, *METRICS)),
+        "status",
+        *map(heading, _felt(table)),
+    ]
 
 
 def _columns(table: Table) -> list[Iterable[str]]:

@@ -102,8 +102,9 @@ def curve(
         return
     every = 1 if len(x) <= FEW_POINTS else (0.03 * at, MARKS)
     axes.plot(x, y, **style, markevery=every, label=label, clip_on=False)
-    alone = [i for i in range(len(y)) if _alone(y, i)]
-    axes.plot([x[i] for i in alone], [y[i] for i in alone], "o", ms=3, color=style["color"])
+    if alone := [i for i in range(len(y)) if _alone(y, i)]:
+        points = [x[i] for i in alone], [y[i] for i in alone]
+        axes.plot(*points, "o", markersize=3, color=style["color"], clip_on=False)
 
 
 def references(

@@ -1,0 +1,302 @@
+"""The pictures of sweeps and comparisons: what is drawn, and that every table can be."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from drysim.report import plots
+from drysim.report.plots import moment, views
+from drysim.report.plots.comparison import draw as draw_comparison
+from drysim.report.plots.transmissibility import draw, draw_stroke
+from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
+from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, spoil, sweep
+from outcomes import stand_in
+
+MASS = SimpleNamespace(key="oscillator.mass", unit="kg", values=(50.0, 75.0, 100.0))
+
+
+def legend(figure):
+    """Give the words of the legend."""
+    return [text.get_text() for one in figure.legends for text in one.get_texts()]
+
+
+def lines(panel, label):
+    """Give the curves of a panel that carry a label."""
+    return [line for line in panel.lines if line.get_label() == label]
+
+
+def along(key, *values, unit="-"):
+    """Give a table over any key, its numbers borrowed from one case."""
+    row = sweep(*axes(frequency=[2.0]), reference=None).rows[0]
+    axis = SimpleNamespace(key=key, unit=unit, values=tuple(map(float, values)))
+    rows = tuple(replace(row, point={key: value}) for value in axis.values)
+    return Table(stand_in("harmonic", 0.025), (axis,), rows)
+
+
+SCENES = {
+    "paper": lambda: sweep(*axes(frequency=[0.5, 1, 2, 4, 8], rms=[0.5, 1.0])),
+    "friction": lambda: sweep(*axes(force=[0, 15, 45], rms=[0.33, 0.67])),
+    "one case": lambda: sweep(*axes(frequency=[2.0])),
+    "two axes, many lines": lambda: sweep(*axes(frequency=[1, 2], rms=np.linspace(0.2, 2, 12))),
+    "three axes": lambda: sweep(*axes(frequency=[1, 2], rms=[1, 2], force=[0, 5, 15, 20, 45])),
+    "nothing is known": lambda: spoil(sweep(*axes(frequency=[1, 2])), FAILED, *range(4)),
+    "gaps": lambda: spoil(sweep(*axes(frequency=[1, 2, 3, 4])), NOT_SETTLED, 0, 2),
+    "no limit": lambda: sweep(*axes(frequency=[1, 2]), limit=None),
+    "violated": lambda: sweep(*axes(frequency=[1, 2]), limit=0.001),
+    "all stuck": lambda: sweep(*axes(frequency=[1, 2, 4]), force=500.0),
+    "falling": lambda: sweep(*axes(frequency=[8, 4, 2, 1], rms=[1.0, 0.5])),
+    "mass": lambda: replace(along(MASS.key, *MASS.values, unit="kg"), axes=(MASS,)),
+    "negative": lambda: along("excitation.phase", -1.0, 0.0, 1.0, unit="rad"),
+    "seed": lambda: along("excitation.seed", 1, 2, 3),
+    "odd words": lambda: replace(
+        sweep(*axes(frequency=[1, 2])),
+        scenario=stand_in("psd", name="$x_{ 日本\x1b[31m", about="$" * 500),
+    ),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_sweep_is_drawn_without_a_warning(scene, tmp_path):
+    table = scene()
+    plots.transmissibility(table, tmp_path)
+    plots.stroke(table, tmp_path)
+    for name in ("transmissibility.png", "stroke.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_frequency():
+    figure = draw(SCENES["paper"]())
+    left, right = figure.axes
+    assert "$T_x$ [–]" in left.get_title("left")
+    assert "$T_a$ [–]" in right.get_title("left")
+    for panel in (left, right):
+        assert panel.get_xscale() == "log"
+        assert panel.get_xlim() == (0.5, 8.0)
+        assert panel.get_xlabel() == "frequency $f$ [Hz]"
+        assert panel.get_ylim()[0] == 0.0
+    assert legend(figure) == ["$a_u$ 0.5 m/s²", "$a_u$ 1 m/s²", "viscous, no dry friction"]
+
+
+def test_curve_is_the_transmissibility_of_its_rows():
+    table = SCENES["paper"]()
+    _, right = draw(table).axes
+    (line,) = lines(right, "$a_u$ 1 m/s²")
+    rows = [row for row in table.own if row.point[RMS] == 1.0]
+    assert list(line.get_xdata()) == [row.point[FREQUENCY] for row in rows]
+    assert list(line.get_ydata()) == [row.metrics["T_a"] for row in rows]
+
+
+def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
+    table = SCENES["paper"]()
+    for panel in draw(table).axes:
+        assert len(lines(panel, "viscous, no dry friction")) == 1
+        curves = [line for line in panel.lines if len(line.get_xdata()) == 5]
+        assert [line.get_linestyle() for line in curves] == ["-", "-", "--"]
+    (panel,) = draw_stroke(table).axes
+    own = [line for line in panel.lines if len(line.get_xdata()) == 5]
+    colours = {line.get_linestyle(): [] for line in own}
+    for line in own:
+        colours[line.get_linestyle()].append(str(line.get_color()))
+    # The stroke of the reference goes with the intensity: it is dashed in the line's colour.
+    assert colours["--"] == colours["-"]
+
+
+def test_friction_is_drawn_as_force_and_a_reference_without_it_as_a_level():
+    figure = draw(SCENES["friction"]())
+    _, right = figure.axes
+    assert right.get_xlabel() == "kinetic friction force $F_{fk}$ [N]"
+    assert right.get_xscale() == "linear"
+    (level,) = lines(right, "viscous, no dry friction")
+    assert len(set(level.get_ydata())) == 1
+
+
+def test_only_the_acceleration_is_drawn_where_the_base_displacement_is_not_known():
+    table = SCENES["paper"]()
+    rows = tuple(replace(row, metrics={**row.metrics, "T_x": None}) for row in table.rows)
+    (panel,) = draw(replace(table, rows=rows)).axes
+    assert "$T_a$" in panel.get_title("left")
+
+
+def test_gap_is_left_and_marked_where_there_is_no_number():
+    table = spoil(sweep(*axes(frequency=[1, 2, 3, 4]), reference=None), NOT_SETTLED, 1)
+    figure = draw(spoil(table, NOT_UNIQUE, 3))
+    for panel in figure.axes:
+        line = panel.lines[0]
+        assert np.isnan(line.get_ydata()).tolist() == [False, True, False, True]
+        (mark,) = lines(panel, "not settled")
+        assert list(mark.get_xdata()) == [2.0]
+        # A point between two gaps has no line to show it.
+        assert any(list(other.get_xdata()) == [1.0, 3.0] for other in panel.lines[1:])
+    assert {"not settled", "not unique"} < set(legend(figure))
+
+
+def test_natural_frequency_is_marked_unless_the_oscillator_is_swept():
+    def marks(table):
+        return [text.get_text() for panel in draw(table).axes for text in panel.texts]
+
+    table = SCENES["paper"]()
+    assert marks(table) == ["$f_0$", "$\\sqrt{2}f_0$"] * 2
+    assert marks(replace(table, axes=(*table.axes, MASS))) == []
+    assert marks(SCENES["friction"]()) == []
+
+
+def test_many_lines_are_coloured_by_their_value():
+    figure = draw(SCENES["two axes, many lines"]())
+    assert len(figure.axes) == 3
+    assert figure.axes[-1].get_ylabel() == "base acceleration $a_u$ RMS [m/s²]"
+    assert legend(figure) == ["viscous, no dry friction"]
+    colours = {str(line.get_color()) for line in figure.axes[0].lines}
+    assert len(colours) > 12
+
+
+def test_third_axis_gets_panels_of_its_own_on_one_scale():
+    table = SCENES["three axes"]()
+    view = views.view(table)
+    # The longest of the other axes tells lines apart.
+    assert view.line.key == FORCE
+    assert [panel.title for panel in view.panels] == ["$a_u$ 1 m/s²", "$a_u$ 2 m/s²"]
+    figure = draw(table)
+    assert len(figure.axes) == 4
+    assert len({panel.get_ylim() for panel in figure.axes[:2]}) == 1
+    assert sum(bool(panel.get_xlabel()) for panel in figure.axes) == 2
+
+
+def test_what_is_not_drawn_is_said():
+    table = sweep(*axes(frequency=[1, 2], force=range(7), rms=range(1, 7)), reference=None)
+    view = views.view(table)
+    assert len(view.panels) == views.MOST_PANELS
+    assert view.left_out == 2 * 7
+    assert any("14 curves are not drawn" in text.get_text() for text in draw(table).texts)
+
+
+def test_sweep_is_drawn_over_the_frequency_whatever_varies_fastest():
+    table = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2, 3, 4, 5]), reference=None)
+    assert views.view(table).key == FREQUENCY
+    few = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2]), reference=None)
+    assert views.view(few).key == RMS
+
+
+def test_steep_transmissibility_is_drawn_logarithmically():
+    table = sweep(*axes(frequency=[1, 10, 100, 400]), force=0.0, reference=None)
+    _, right = draw(table).axes
+    assert right.get_yscale() == "log"
+    (panel,) = draw_stroke(table).axes
+    assert panel.get_yscale() == "linear"
+
+
+def test_stroke_shows_its_limit_and_marks_every_case_that_meets_it():
+    table = sweep(*axes(frequency=[1, 2, 4], rms=[0.5, 1.0]), limit=0.012)
+    figure = draw_stroke(table)
+    (panel,) = figure.axes
+    assert "[mm]" in panel.get_title("left")
+    (limit,) = lines(panel, "stroke limit 12 mm")
+    assert set(limit.get_ydata()) == {12.0}
+    (met,) = lines(panel, "limit met")
+    beyond = [row for row in table.own if row.metrics["violations"]]
+    assert len(met.get_xdata()) == len(beyond) > 0
+    assert all(peak >= 12.0 for peak in met.get_ydata())
+    far = sweep(*axes(frequency=[1, 2]), limit=5.0)
+    assert not any("limit" in words for words in legend(draw_stroke(far)))
+
+
+def test_pictures_of_a_sweep_are_quick(tmp_path):
+    table = sweep(*axes(frequency=np.linspace(0.5, 10, 96), rms=[0.5, 0.75, 1.0, 1.5]))
+    plots.stroke(sweep(*axes(frequency=[1, 2])), tmp_path)
+    began = time.perf_counter()
+    plots.transmissibility(table, tmp_path)
+    plots.stroke(table, tmp_path)
+    # 0.3 s on an idle machine; the bound leaves room for a busy one.
+    assert time.perf_counter() - began < 2.0
+
+
+# comparisons
+
+SWEPT = {
+    "friction": lambda: comparison(
+        ["signum", "smooth", "stick-slip"], *axes(force=[0, 15, 45], rms=[0.33, 0.67]), n=1500
+    ),
+    "one case": lambda: orbits(["signum", "switch", "smooth", "stick-slip"]),
+    "frictionless yardstick": lambda: comparison(
+        ["stick-slip", "viscous"], *axes(force=[0, 45]), n=900, shown={}
+    ),
+    "no yardstick value": lambda: without(orbits(["signum", "stick-slip"]), "stick-slip"),
+    "one point": lambda: comparison(["smooth", "stick-slip"], *axes(force=[15]), n=900),
+    "slow": lambda: orbits(["smooth", "stick-slip"], frequency=0.5),
+    "always stuck": lambda: orbits(["smooth", "stick-slip"], force=500.0),
+    "never stuck": lambda: orbits(["smooth", "stick-slip"], force=1.0),
+}
+
+
+def without(made, name):
+    """Give a comparison in which an approach has no numbers."""
+    rows = tuple(
+        replace(row, metrics=UNKNOWN, status=FAILED) if row.approach == name else row
+        for row in made.table.rows
+    )
+    return replace(made, table=replace(made.table, rows=rows))
+
+
+@pytest.mark.parametrize("scene", SWEPT.values(), ids=SWEPT)
+def test_comparison_is_drawn_without_a_warning(scene, tmp_path):
+    plots.comparison(scene(), tmp_path)
+    assert (tmp_path / "comparison.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_comparison_shows_motion_transmissibility_and_deviation():
+    made = SWEPT["friction"]()
+    figure = draw_comparison(made)
+    motion, *panels = figure.axes
+    assert motion.get_title("left").startswith(
+        "acceleration of the mass ẍ [m/s²]: $F_{fk}$ 0 N"
+    )
+    assert motion.get_xlabel() == "time $t$ [s]"
+    assert len(panels) == 4
+    assert "$a_u$ 0.33 m/s²: $T_a$ [–]" in panels[0].get_title("left")
+    assert "deviation of $T_a$ from stick-slip [%]" in panels[1].get_title("left")
+    (line,) = lines(panels[1], "signum")
+    found = [row for row in made.table.of("signum") if row.point[RMS] == 0.33]
+    assert list(line.get_ydata()) == [100 * made.deviation(row) for row in found]
+    assert not lines(panels[1], "stick-slip")
+    assert len(lines(panels[1], "viscous")[0].get_xdata()) == 3
+    assert {"signum", "smooth", "stick-slip", "viscous", "within ±5 %"} <= set(legend(figure))
+
+
+def test_comparison_of_one_case_shows_bars_with_their_numbers():
+    made = SWEPT["one case"]()
+    figure = draw_comparison(made)
+    _, left, right = figure.axes
+    assert [label.get_text() for label in left.get_yticklabels()] == list(made.table.approaches)
+    assert len(left.patches) == 5
+    words = [text.get_text() for text in right.texts]
+    assert words[0].startswith("+23.")
+    assert len(words) == 4
+
+
+def test_case_that_is_shown_has_its_panel():
+    swept = axes(force=[15, 45], rms=[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
+    made = comparison(["stick-slip"], *swept, n=300, shown={FORCE: 45.0, RMS: 0.4})
+    titles = [panel.title for panel in views.compared(made).panels]
+    assert len(titles) == views.MOST_COMPARED
+    assert "$a_u$ 0.4 m/s²" in titles
+
+
+def test_stretch_that_is_shown_holds_a_stop_of_the_yardstick():
+    made = orbits(["signum", "stick-slip"])
+    yardstick = made.responses["stick-slip"]
+    begin, end = moment.telling(yardstick, [made.responses["signum"]], 0.4)
+    assert 0.4 <= begin < end <= yardstick.track.end
+    inside = (yardstick.t >= begin) & (yardstick.t <= end)
+    assert 0 < yardstick.stuck[inside].mean() < 1
+
+
+def test_stretch_without_a_stop_holds_the_greatest_deviation():
+    made = orbits(["smooth", "stick-slip"], force=1.0)
+    yardstick, other = made.responses["stick-slip"], made.responses["smooth"]
+    gap = moment.difference(yardstick, other, 0.2)
+    begin, end = moment.telling(yardstick, [other], 0.2)
+    assert begin <= 0.2 + gap.argmax() * yardstick.dt <= end
