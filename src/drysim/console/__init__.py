@@ -1,10 +1,10 @@
 """All that the terminal shows: the result on stdout, the talk on stderr. Writes no file."""
 
+from drysim.console.bar import progress as progress
 from drysim.console.comparison import show_comparison as show_comparison
 from drysim.console.faults import show_fault as show_fault
 from drysim.console.faults import show_problems as show_problems
 from drysim.console.parts import show_warnings as show_warnings
-from drysim.console.progress import progress as progress
 from drysim.console.summary import show_outcome as show_outcome
 from drysim.console.table import show_interrupted as show_interrupted
 from drysim.console.table import show_table as show_table

@@ -1,0 +1,91 @@
+"""A progress bar on stderr: at a terminal that can draw it, and for work that lasts."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Lock
+from typing import Any
+
+from drysim.console.paper import talk
+
+PATIENCE = 1.0
+"""Time that work may take before a bar appears [s]."""
+
+Advance = Callable[..., None]
+
+
+@contextmanager
+def progress(total: int, label: str, quiet: bool = False) -> Iterator[Advance]:
+    """Give a function that tells how many more pieces of work are done.
+
+    Parameters
+    ----------
+    total : int
+        Pieces of work.
+    label : str
+        What they are, e.g. `cases`.
+    quiet : bool, optional
+        Show nothing.
+
+    Yields
+    ------
+    callable
+        `advance(n=1)`, from any thread. Where nobody watches it does nothing and costs nothing.
+    """
+    if quiet or not sys.stderr.isatty() or talk().is_dumb_terminal:
+        yield _nothing
+        return
+    bar = _Bar(total, label)
+    try:
+        yield bar.advance
+    finally:
+        bar.stop()
+
+
+def _nothing(n: int = 1) -> None:
+    """Take note of nothing."""
+
+
+class _Bar:
+    """A bar that appears when the work has lasted for a while."""
+
+    def __init__(self, total: int, label: str) -> None:
+        self._total, self._label, self._done = total, label, 0
+        self._begin, self._lock = time.monotonic(), Lock()
+        self._shown: Any = None
+        self._task: Any = None
+
+    def advance(self, n: int = 1) -> None:
+        """Count finished pieces; show the bar once the work has lasted."""
+        with self._lock:
+            self._done += n
+            late = time.monotonic() - self._begin > PATIENCE
+            if self._shown is None and late and self._done < self._total:
+                self._show()
+            if self._shown is not None:
+                self._shown.update(self._task, completed=self._done)
+
+    def _show(self) -> None:
+        """Put the bar on the terminal."""
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+        from rich.progress import TimeRemainingColumn as Remaining
+
+        columns = TextColumn(self._label), BarColumn(), MofNCompleteColumn(), Remaining()
+        self._shown = Progress(
+            *columns,
+            console=talk(),
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+        )
+        self._task = self._shown.add_task("", total=self._total, completed=self._done)
+        self._shown.start()
+
+    def stop(self) -> None:
+        """Take the bar off the terminal."""
+        with self._lock:
+            if self._shown is not None:
+                self._shown.stop()

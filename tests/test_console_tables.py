@@ -1,0 +1,304 @@
+"""The terminal after a sweep or a comparison, and while it lasts."""
+
+from __future__ import annotations
+
+import io
+import re
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from drysim import console
+from drysim.checks import Check
+from drysim.console import bar
+from drysim.errors import Caution
+from drysim.study.table import FAILED, NOT_SETTLED, Table
+from grids import axes, comparison, orbits, spoil, sweep
+from outcomes import record, stand_in
+
+
+@pytest.fixture(autouse=True)
+def eighty_columns(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+def words(text):
+    """Give a text with every run of blanks as one."""
+    return " ".join(text.split())
+
+
+def judged(table, *texts):
+    """Give the table with verdicts on its rows."""
+    rows = [(row.point, row.metrics) for row in table.own]
+    return replace(table, checks=tuple(Check.parse(text).judge_all(rows) for text in texts))
+
+
+def small(**options):
+    return sweep(*axes(frequency=[1, 2, 4], rms=[0.5, 1.0]), **options)
+
+
+# sweeps
+
+
+def test_sweep_fits_80_columns_and_is_plain_when_piped(capsys):
+    table = judged(spoil(small(limit=0.015), FAILED, 1, note="a " * 60), "T_a < 1 at x.y >= 8")
+    console.show_table(table, Path("out/seat"))
+    out, err = capsys.readouterr()
+    assert max(map(len, out.splitlines())) <= 80
+    assert {sign for sign in out if not sign.isprintable()} == {"\n"}
+    assert err == ""
+
+
+def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
+    table = judged(small(), "x_r_peak < 25 mm", "T_a < 1.2", "T_a < 9 at no.key >= 1")
+    console.show_table(table, Path("out/seat"))
+    out = words(capsys.readouterr().out)
+    best = max(table.own, key=lambda row: row.metrics["T_a"])
+    assert best.point["excitation.frequency"] == 1.0
+    peak = max(row.metrics["x_r_peak"] for row in table.own) * 1e3
+    for said in (
+        "F_fk 15 N, F_fs 15 N (not given: F_fs = F_fk)",
+        "swept excitation.frequency 1, 2, 4 Hz excitation.rms 0.5, 1 m/s²",
+        "cases 6 by stick-slip, 6 by viscous",
+        f"to {best.metrics['T_a']:.3g} least at frequency 4 Hz, rms 1 m/s², "
+        "greatest at frequency 1 Hz, rms 1 m/s²",
+        f"peak |x_r| {peak:.4g} mm 68.2 % of the stroke limit, at frequency 1 Hz, rms 1 m/s²",
+        "isolation from 4 Hz T_a stays below 1",
+        f"✓ holds x_r_peak < 25 mm, with {peak:.6g} mm at frequency 1 Hz, rms 1 m/s²",
+        f"✗ fails T_a < 1.2, with {best.metrics['T_a']:.6g} at frequency 1 Hz, rms 1 m/s²",
+        "✗ fails T_a < 9 at no.key >= 1; no case lies there",
+        "written out/seat",
+    ):
+        assert said in out
+    assert "not settled" not in out
+    assert "limit met" not in out
+
+
+def test_what_is_swept_is_not_said_to_be_fixed(capsys):
+    console.show_table(sweep(*axes(force=[0, 15]), reference=None))
+    out = capsys.readouterr().out
+    assert "F_fs" not in out
+    assert "  swept       friction.kinetic 0, 15 N\n" in out
+    assert "isolation" not in out
+
+
+def test_base_motion_that_all_cases_share_is_told(capsys):
+    table = replace(sweep(*axes(force=[0, 15])), motion=record(700))
+    console.show_table(table)
+    assert "base        harmonic road.csv, 700 samples at 400 Hz" in capsys.readouterr().out
+
+
+def test_stroke_violations_are_counted_with_how_much(capsys):
+    table = small(limit=0.015)
+    console.show_table(table)
+    out = words(capsys.readouterr().out)
+    met = [row for row in table.own if row.metrics["violations"]]
+    far = (max(row.metrics["x_r_peak"] for row in met) - 0.015) * 1e3
+    cases = "1 case" if len(met) == 1 else f"{len(met)} cases"
+    assert f"limit met {cases} of 6, {far:.4g} mm too far at the worst" in out
+
+
+def test_limit_met_while_settling_is_not_said_to_be_met_by_the_peak(capsys):
+    table = small(limit=0.1)
+    rows = tuple(replace(row, metrics={**row.metrics, "violations": 1}) for row in table.rows)
+    console.show_table(replace(table, rows=rows))
+    assert "limit met 6 cases of 6, while it settles" in words(capsys.readouterr().out)
+
+
+def test_cases_without_numbers_are_counted_and_the_first_is_named(capsys):
+    table = spoil(small(), NOT_SETTLED, 1, 2, note="after 600 s")
+    console.show_table(spoil(table, FAILED, 4, note=""))
+    out = words(capsys.readouterr().out)
+    assert "not settled 2 cases the first at frequency 2 Hz, rms 0.5 m/s²: after 600 s" in out
+    assert "failed 1 case the first at frequency 2 Hz, rms 1 m/s²" in out
+
+
+@pytest.mark.parametrize(
+    ("force", "lost", "said"),
+    [
+        (0.0, (), "isolation from 4 Hz T_a stays below 1 peak"),
+        (500.0, (), "isolation nowhere"),
+        (27.0, (), "rms 0.5 m/s² from 2 Hz; rms 1 m/s² from 4 Hz"),
+        (0.0, (2,), "rms 0.5 m/s² nowhere; rms 1 m/s² from 4 Hz"),
+    ],
+    ids=["everywhere alike", "stuck", "differs", "not known at the end"],
+)
+def test_isolation_is_told_for_every_curve(capsys, force, lost, said):
+    table = spoil(small(force=force, reference=None), NOT_SETTLED, *lost)
+    console.show_table(table)
+    assert said in words(capsys.readouterr().out)
+
+
+def test_interrupted_sweep_says_how_to_go_on(capsys):
+    table = replace(small(), complete=False)
+    console.show_table(table, Path("out/seat"))
+    out, err = capsys.readouterr()
+    assert "written" not in out
+    assert err == (
+        "interrupted: 12 finished cases are kept in out/seat.partial; the same command with "
+        "--resume computes only the rest\n"
+    )
+
+
+def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
+    table = Table(stand_in("harmonic"), axes(frequency=[1, 2]), (), complete=False)
+    console.show_table(table, Path("out/seat"))
+    assert capsys.readouterr().err == "interrupted before any case was finished\n"
+
+
+def test_warnings_of_a_sweep_go_to_stderr(capsys):
+    console.show_table(replace(small(), warnings=(Caution("slug", "careful"),)))
+    out, err = capsys.readouterr()
+    assert "careful" not in out
+    assert err == "warning: careful\n"
+
+
+# comparisons
+
+SENTENCES = ("signum is off: " + "far and " * 12 + "away", "a smaller step will not help")
+
+
+def test_comparison_is_aligned_columns_when_piped(capsys):
+    made = replace(orbits(["signum", "stick-slip"]), verdict=SENTENCES)
+    console.show_comparison(made, Path("out/seat"))
+    out, err = capsys.readouterr()
+    rows = [line.split("  ") for line in out.splitlines()]
+    table = [[cell.strip() for cell in row if cell.strip()] for row in rows]
+    at = next(i for i, row in enumerate(table) if row[:1] == ["approach"])
+    assert table[at] == [
+        "approach", "T_a", "deviation", "T_x", "peak |x_r| mm", "stuck %", "chatter %"
+    ]  # fmt: skip
+    assert [row[0] for row in table[at + 1 : at + 4]] == ["signum", "stick-slip", "viscous"]
+    signum, exact = made.table.rows[:2]
+    assert table[at + 1][1] == f"{signum.metrics['T_a']:.4g}"
+    assert table[at + 1][2] == f"{100 * made.deviation(signum):+.3g} %"
+    assert table[at + 2][2] == "–"
+    assert table[at + 2][5] == f"{100 * exact.metrics['stuck_share']:.3g}"
+    assert words(" ".join(SENTENCES)) in words(out)
+    assert "yardstick   stick-slip" in out
+    assert max(map(len, out.splitlines())) <= 80
+    assert err == ""
+
+
+def test_comparison_over_a_sweep_gives_ranges_and_the_worst_with_where(capsys):
+    swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
+    made = comparison(["signum", "stick-slip"], *swept, n=900)
+    console.show_comparison(made)
+    out = capsys.readouterr().out
+    T_a = [row.metrics["T_a"] for row in made.table.of("signum")]
+    worst = max(100 * made.deviation(row) for row in made.table.of("signum"))
+    (row,) = (line for line in out.splitlines() if line.startswith("signum"))
+    assert f"{min(T_a):.4g}–{max(T_a):.4g}" in row
+    assert f"{worst:+.3g} %" in row
+    assert "worst signum at kinetic 45 N, rms 0.33 m/s²" in words(out)
+    # A record does not know the displacement of its base.
+    assert "T_x" not in out
+
+
+def test_comparison_is_a_ruled_table_at_a_terminal_of_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
+    console.show_comparison(comparison(["signum", "stick-slip"], *swept, n=900))
+    out = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
+    assert "─────" in out
+    assert "…" not in out
+    assert max(len(line.rstrip()) for line in out.splitlines()) <= 80
+
+
+def test_no_user_text_drives_the_terminal(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    evil = "[bold red]\x1b[2J\x1b]0;owned\x07\u202e:smile:\r\n[/]"
+    scene = stand_in("harmonic", name=evil, about=evil)
+    table = spoil(replace(small(), scenario=scene), FAILED, 1, note=evil)
+    console.show_table(table, Path(evil))
+    console.show_table(replace(table, complete=False), Path(evil))
+    made = orbits(["signum", "stick-slip"])
+    console.show_comparison(replace(made, table=replace(made.table, scenario=scene)))
+    console.show_comparison(replace(made, verdict=(evil,)), Path(evil))
+    shown = re.sub(r"\x1b\[[0-9;]*m", "", "".join(capsys.readouterr()))
+    assert "[bold red]" in shown
+    assert {sign for sign in shown if not sign.isprintable()} == {"\n"}
+
+
+# progress
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def terminal(monkeypatch):
+    """Put a terminal in the place of stderr."""
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setenv("TERM", "xterm")
+    return stream
+
+
+def test_progress_shows_nothing_when_piped(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(bar, "PATIENCE", -1.0)
+    with console.progress(3, "cases") as advance:
+        advance()
+        advance(2)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_short_work_and_quiet_work_show_no_bar(monkeypatch):
+    screen = terminal(monkeypatch)
+    with console.progress(3, "cases") as advance:
+        advance(2)
+    monkeypatch.setattr(bar, "PATIENCE", -1.0)
+    with console.progress(3, "cases", quiet=True) as advance:
+        advance(2)
+    assert screen.getvalue() == ""
+
+
+def test_work_that_lasts_shows_a_bar_and_takes_it_away(monkeypatch):
+    screen = terminal(monkeypatch)
+    monkeypatch.setattr(bar, "PATIENCE", 0.0)
+    with console.progress(30, "cases") as advance:
+        time.sleep(0.001)
+        advance(12)
+    shown = screen.getvalue()
+    assert "cases" in shown
+    assert "12/30" in shown
+    assert shown.endswith("\x1b[2K")
+
+
+def test_terminal_that_cannot_draw_shows_no_bar(monkeypatch):
+    screen = terminal(monkeypatch)
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(bar, "PATIENCE", -1.0)
+    with console.progress(3, "cases") as advance:
+        advance()
+    assert screen.getvalue() == ""
+
+
+def test_interrupt_gives_the_terminal_back(monkeypatch):
+    screen = terminal(monkeypatch)
+    monkeypatch.setattr(bar, "PATIENCE", -1.0)
+
+    def interrupted():
+        with console.progress(30, "cases") as advance:
+            advance()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert screen.getvalue().count("\x1b[?25h") == screen.getvalue().count("\x1b[?25l") == 1
+
+
+def test_counting_costs_next_to_nothing_where_nobody_watches():
+    with console.progress(100_000, "cases") as advance:
+        began = time.perf_counter()
+        for _ in range(100_000):
+            advance()
+    assert time.perf_counter() - began < 0.2
