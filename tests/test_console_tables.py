@@ -202,10 +202,17 @@ def test_comparison_is_a_ruled_table_at_a_terminal_of_80_columns(capsys, monkeyp
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.delenv("NO_COLOR", raising=False)
     swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
-    console.show_comparison(comparison(["signum", "stick-slip"], *swept, n=900))
+    made = comparison(["signum", "stick-slip"], *swept, n=900)
+    rows = tuple(
+        replace(row, metrics={**row.metrics, "T_x": 0.01234 * (at + 1)})
+        for at, row in enumerate(made.table.rows)
+    )
+    console.show_comparison(replace(made, table=replace(made.table, rows=rows)))
     out = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
     assert "─────" in out
     assert "…" not in out
+    assert "T_x" not in out
+    assert "chatter %" in out
     assert max(len(line.rstrip()) for line in out.splitlines()) <= 80
 
 

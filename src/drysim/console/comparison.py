@@ -37,6 +37,12 @@ FINE, COARSE = 4, 3
 NONE = "–"
 """What stands where there is nothing to say."""
 
+BETWEEN = 3
+"""Columns between two columns of a ruled table."""
+
+SPARED = ("T_x", "chatter %", "peak |x_r| mm")
+"""What a narrow terminal does without, in this order."""
+
 METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("T_a", "T_a", lambda value: number(value, digits=FINE)),
     ("T_x", "T_x", lambda value: number(value, digits=COARSE)),
@@ -122,6 +128,7 @@ def _ruled(paper: Console, given: Sequence[Sequence[str]]) -> None:
     from rich.table import Table
     from rich.text import Text
 
+    given = _fitting(given, paper.width)
     table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style="bold")
     for heading, *_ in given:
         side: Literal["left", "right"] = "left" if heading == "approach" else "right"
@@ -129,6 +136,15 @@ def _ruled(paper: Console, given: Sequence[Sequence[str]]) -> None:
     for row in list(zip(*given, strict=True))[1:]:
         table.add_row(*map(Text, row))
     paper.print(table, soft_wrap=False)
+
+
+def _fitting(given: Sequence[Sequence[str]], width: int) -> Sequence[Sequence[str]]:
+    """Give the columns that a terminal has room for; the files hold them all."""
+    for heading in SPARED:
+        if sum(max(map(len, column)) + BETWEEN for column in given) <= width:
+            break
+        given = [column for column in given if column[0] != heading]
+    return given
 
 
 def _plain(paper: Console, given: Sequence[Sequence[str]]) -> None:
