@@ -1,22 +1,25 @@
 """What a machine can write of README.md: tables of keys and metrics, and what is printed.
 
-`make readme` runs this file, which writes them anew.
+`make readme` runs this file, which writes them anew. With the name of a folder it works there,
+and prints what it has seen.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
+import json
+import os
 import re
 import shlex
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
 from drysim.cli import main
+from drysim.errors import EXIT_BUG
 from drysim.metrics import METRICS
 from drysim.scenario import schema
 
@@ -26,14 +29,11 @@ PART = re.compile(r"(<!-- (keys|metrics) -->\n)(.*?)(?=<!-- end -->)", re.S)
 PYTHON = re.compile(r"(^```python\n(.*?)^```\n+```text\n)(.*?)(?=^```$)", re.S | re.M)
 CONSOLE = re.compile(r"(?<=^```console\n).*?(?=^```$)", re.S | re.M)
 
-TERMINAL = {"COLUMNS": "100", "LINES": "50", "TERM": "dumb", "NO_COLOR": "1"}
+TERMINAL = {"COLUMNS": "100", "LINES": "50", "TERM": "dumb", "DRYSIM_ENGINE": "compiled"}
 """A screen as wide as the README; a dumb terminal takes no colour and no progress bar."""
 
 CONSTANT = {"const", "default"}
 """A key with the first of these and without the other tells kinds of a block apart."""
-
-
-# Tables, made from the schema.
 
 
 def keys() -> Iterator[str]:
@@ -124,15 +124,11 @@ def metrics() -> Iterator[str]:
 
 
 MADE = {"keys": keys, "metrics": metrics}
-"""What stands between the markers of these names."""
 
 
 def made(name: str) -> str:
-    """Give what belongs between two markers."""
+    """Give what belongs between the markers of a name."""
     return "".join(MADE[name]())
-
-
-# What commands and programs print.
 
 
 class Screen(io.StringIO):
@@ -149,6 +145,7 @@ def said(command: str, code: int) -> tuple[str, int]:
         screen = Screen()
         with contextlib.redirect_stdout(screen), contextlib.redirect_stderr(screen):
             code = main(shlex.split(command)[1:])
+        assert code != EXIT_BUG, screen.getvalue()
         return screen.getvalue(), code
     shell = ["sh", "-c", f"(exit {code}); {command}"]
     done = subprocess.run(
@@ -165,7 +162,7 @@ def screens() -> Iterator[str]:
         for line in re.findall(r"^\$ (.*)$", block, re.M):
             answer, code = said(line, code)
             screen += f"$ {line}\n{answer}"
-        yield screen
+        yield re.sub(r" +$", "", screen, flags=re.M)
 
 
 def printed(program: str) -> str:
@@ -176,25 +173,26 @@ def printed(program: str) -> str:
     return screen.getvalue()
 
 
-@contextlib.contextmanager
-def desk(folder: Path) -> Iterator[None]:
-    """Work in a folder, at a plain terminal."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.delenv("FORCE_COLOR", raising=False)
-        for name, value in TERMINAL.items():
-            patch.setenv(name, value)
-        yield
+def followed(folder: str) -> dict[str, list[str]]:
+    """Follow the README in a folder from its first command to its last, then its Python."""
+    os.chdir(folder)
+    os.environ.pop("FORCE_COLOR", None)
+    os.environ |= TERMINAL
+    programs = [program for _, program, _ in PYTHON.findall(README)]
+    return {"screens": list(screens()), "printed": [printed(program) for program in programs]}
 
 
-def renewed() -> str:
-    """Give the README with its tables and screens of today."""
-    with tempfile.TemporaryDirectory() as folder, desk(Path(folder)):
-        answers = list(screens())
-        text = PYTHON.sub(lambda part: part[1] + printed(part[2]), README)
-    text = CONSOLE.sub(lambda _: answers.pop(0), text)
+def renewed(seen: dict[str, list[str]]) -> str:
+    """Give the README with its tables of today, and with what was seen on the way."""
+    text = PYTHON.sub(lambda part: part[1] + seen["printed"].pop(0), README)
+    text = CONSOLE.sub(lambda _: seen["screens"].pop(0), text)
     return PART.sub(lambda part: part[1] + made(part[2]), text)
 
 
 if __name__ == "__main__":
-    FILE.write_text(renewed(), encoding="utf-8", newline="\n")
+    if sys.argv[1:]:
+        print(json.dumps(followed(sys.argv[1])))
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            text = renewed(followed(folder))
+        FILE.write_text(text, encoding="utf-8", newline="\n")

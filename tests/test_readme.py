@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 import drysim
+import readme
 from drysim import errors
-from readme import CONSOLE, MADE, PART, PYTHON, README, desk, made, printed, screens
+from readme import CONSOLE, MADE, PART, PYTHON, README, made
 
 ROOT = Path(__file__).parents[1]
 BLOCKS = CONSOLE.findall(README)
@@ -33,12 +37,12 @@ def rounded(text):
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    """Follow the README from its first command to its last, and then its Python."""
+    """Follow the README in a process of its own, which starts as a user's does."""
     folder = tmp_path_factory.mktemp("readme")
-    with desk(folder):
-        seen = list(screens())
-        heard = [printed(program) for program, _ in PROGRAMS]
-    return SimpleNamespace(folder=folder, screens=seen, printed=heard)
+    command = [sys.executable, readme.__file__, str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
+    assert done.returncode == 0, done.stderr
+    return SimpleNamespace(folder=folder, **json.loads(done.stdout))
 
 
 @pytest.mark.parametrize("name", MADE)

@@ -13,9 +13,18 @@ from pathlib import Path
 from PIL import Image
 
 HERE = Path(__file__).parent
+GALLERY = HERE.parent
 COLOURS = 32
 PICTURES = {
-    "seat-on-em1.png": (["run", str(HERE.parent / "seat-on-em1.yaml")], "response.png"),
+    "seat-on-em1.png": (["run", f"{GALLERY}/seat-on-em1.yaml"], "response.png"),
+    "transmissibility.png": (
+        ["sweep", f"{GALLERY}/paper-low-friction.yaml"],
+        "transmissibility.png",
+    ),
+    "comparison.png": (
+        ["compare", "signum", "vs", "stick-slip", "-s", f"{GALLERY}/paper-random.yaml"],
+        "comparison.png",
+    ),
 }
 """The command behind every picture, and what it calls the picture."""
 
