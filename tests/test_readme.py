@@ -36,7 +36,7 @@ def rounded(text):
 
 
 @pytest.fixture(scope="module")
-def session(tmp_path_factory):
+def walk(tmp_path_factory):
     """Follow the README in a process of its own, which starts as a user's does."""
     folder = tmp_path_factory.mktemp("readme")
     command = [sys.executable, readme.__file__, str(folder)]
@@ -52,18 +52,18 @@ def test_table_is_that_of_today(name):
 
 
 @pytest.mark.parametrize("at", range(len(BLOCKS)), ids=[b.splitlines()[0] for b in BLOCKS])
-def test_console_block_is_what_the_commands_print_today(session, at):
-    assert rounded(BLOCKS[at]) == rounded(session.screens[at])
+def test_console_block_is_what_the_commands_print_today(walk, at):
+    assert rounded(BLOCKS[at]) == rounded(walk.screens[at])
 
 
-def test_python_example_prints_what_stands_below_it(session):
+def test_python_example_prints_what_stands_below_it(walk):
     assert PROGRAMS
-    for (_, told), heard in zip(PROGRAMS, session.printed, strict=True):
+    for (_, told), heard in zip(PROGRAMS, walk.printed, strict=True):
         assert rounded(told) == rounded(heard)
 
 
-def test_every_file_written_and_every_column_in_it_is_named(session):
-    written = [file for file in session.folder.glob("out/*/*") if file.is_file()]
+def test_every_file_written_and_every_column_in_it_is_named(walk):
+    written = [file for file in walk.folder.glob("out/*/*") if file.is_file()]
     names = {file.name for file in written}
     for file in written:
         if file.suffix == ".csv":
