@@ -9,6 +9,7 @@ import numpy as np
 
 from drysim.approach.response import Track
 from drysim.core.plant import Plant, State, Totals
+from drysim.peaks import stroke_statistics
 from drysim.stroke import excursions
 
 
@@ -37,6 +38,25 @@ METRICS = (
     Metric("violations", "-", "times that |x_r| reached the stroke limit, settling included"),
     Metric("t_first_violation", "s", "when it did so first"),
     Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
+    Metric("crossing_rate", "1/s", "up-crossings of x_r = 0 per second"),
+    Metric("limit_rate", "1/s", "times per second that |x_r| reaches the stroke limit anew"),
+    Metric(
+        "stroke_suffices",
+        "m",
+        "the stroke that would suffice for this motion: greatest |x_r|, settling included",
+    ),
+    Metric(
+        "stroke_once_an_hour",
+        "m",
+        "stroke met once an hour if noise or record went on as in the window: extrapolated "
+        "from the tail of its peaks (Weibull, exponent 2); not known below 150 half cycles",
+    ),
+    Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k"),
+    Metric("SEAT", "-", "a_w of the mass over that of the base"),
+    Metric("VDV", "m/s^1.75", "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)"),
+    Metric("SEAT_VDV", "-", "VDV of the mass over that of the base"),
+    Metric("MTVV", "m/s2", "greatest running RMS of a_w, linear over 1 s"),
+    Metric("crest_factor", "-", "greatest |a_w| over its RMS, of the mass"),
     Metric("energy_input", "J", "work of the base on the relative motion in the window"),
     Metric("energy_stored", "J", "change of spring and kinetic energy"),
     Metric("energy_friction", "J", "loss in the dry-friction contact"),
@@ -49,9 +69,15 @@ METRICS = (
 
 
 def measure(
-    track: Track, window: tuple[float, float], x_rM: float | None, closure: float | None = None
+    track: Track,
+    window: tuple[float, float],
+    x_rM: float | None,
+    closure: float | None = None,
+    goes_on: bool = False,
 ) -> dict[str, float | int | None]:
     """Give every metric of `METRICS` by name; None where it is not known.
+
+    The weighted ones never are here: they need a grid, and `drysim.comfort` gives them.
 
     Parameters
     ----------
@@ -63,12 +89,16 @@ def measure(
         Stroke limit [m]; the metrics of the stroke need it.
     closure : float or None
         What a periodic orbit closes to [-]; None where the window is no orbit.
+    goes_on : bool
+        Whether the motion may be taken to go on as in the window, as noise and records are.
     """
     totals = track.totals(*window)
     peak = greatest(track, window)
     values = means(totals, window[1] - window[0])
     values |= {"x_r_peak": peak, "closure": closure}
     values["chatter_share"] = track.chatter(*window)
+    values["stroke_suffices"] = greatest(track, (0.0, window[1])) if window[0] else peak
+    values |= stroke_statistics(track, window, x_rM, goes_on)
     values |= energies(track, totals, track.state(window[0]), track.state(window[1]))
     if x_rM is not None:
         times, t_first, t_beyond = excursions(track, x_rM, repeats=closure is not None)

@@ -13,7 +13,7 @@ from drysim.quantity.words import near, short
 NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 """A decimal number; possessive, so that a megabyte of digits costs no more than reading it."""
 
-_UNIT = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d)?|[*/()%°])++")
+_UNIT = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
 _NUMBERED = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
 _SIGNS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
 
@@ -33,11 +33,12 @@ KINDS = {
     "m³": "PSD of height",
     "1/m": "wave number",
     "s/m": "sharpness",
+    "m/s^1.75": "vibration dose",
     "": "plain number",
 }
 """The units of a scenario and what they measure."""
 
-_ASCII = {"m/s2": "m/s²", "m/s^2": "m/s²", "N*s/m": "N·s/m", "-": "", "–": ""}
+_ASCII = {"m/s2": "m/s²", "m/s^2": "m/s²", "N*s/m": "N·s/m", "1/s": "Hz", "-": "", "–": ""}
 
 # The everyday spellings need no units library. `g` depends on what is asked for. The first of
 # each row is the unit itself.
@@ -61,6 +62,7 @@ _PLAIN: dict[str, dict[str, float]] = {
     },
     "m³": {"m^3": 1, "cm^3": 1e-6, "mm^3": 1e-9},
     "s/m": {"s/m": 1, "s/mm": 1e3},
+    "m/s^1.75": {"m/s^1.75": 1},
     "1/m": {"1/m": 1, "cycle/m": 1, "cycles/m": 1, "rad/m": 0.5 / math.pi},
     "": {"-": 1, "–": 1, "%": 1e-2},
 }

@@ -6,11 +6,12 @@ import re
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from math import gcd, lcm
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import StrictBool
+from pydantic import StrictBool, model_validator
 
 from drysim.quantity import NUMBER, Block, Misfit, Quantity
+from drysim.weighting import DIRECTIONS
 
 MOST_PERIODS = 10_000
 """Periods of the slowest sine in a common period; beyond it nothing repeats in practice."""
@@ -28,6 +29,32 @@ class Measure(Block):
     """Time before the window [s], or `20 periods`."""
     duration: Annotated[float, Quantity("s", above=0)] | None = None
     """Length of the window [s], or `20 periods`; default: to the end of the record."""
+    direction: Literal["vertical", "horizontal"] | None = None
+    """How the mass moves under a person who sits on it; chooses the weighting of ISO 2631-1 and
+    its factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (recalled, not checked
+    against the text of the standard). Asks for a_w, SEAT, VDV, SEAT_VDV, MTVV and
+    crest_factor."""
+    weighting: Literal["Wk", "Wd", "Wc"] | None = None
+    """Frequency weighting of ISO 2631-1: alone it has k = 1; beside `direction` it must be that
+    of the direction."""
+
+    @model_validator(mode="after")
+    def _agree(self) -> Self:
+        usual = DIRECTIONS[self.direction][0] if self.direction else self.weighting
+        if self.weighting != usual and self.weighting:
+            raise Misfit(
+                f"must be {usual} beside `direction: {self.direction}`, not {self.weighting}; "
+                "take one of both away",
+                "weighting",
+            )
+        return self
+
+    @property
+    def weights(self) -> tuple[str, float] | None:
+        """Weighting and multiplying factor k [-] that are asked for."""
+        if self.direction:
+            return DIRECTIONS[self.direction]
+        return (self.weighting, 1.0) if self.weighting else None
 
 
 def in_periods(given: Mapping[str, Any]) -> bool:

@@ -29,7 +29,12 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
     if scenario.axes and in_periods(spoken := scenario.spoken("measure")):
         words["measure"] |= spoken  # the period may vary from case to case
     elif scenario.measure.steady:
-        words["measure"] = {"steady": True}
+        asked = {
+            "steady",
+            "direction",
+            "weighting",
+        }  # the rest has no use beside a steady state
+        words["measure"] = {k: v for k, v in words["measure"].items() if k in asked}
     return {key: value for key, value in words.items() if value not in ("", [], {})}
 
 

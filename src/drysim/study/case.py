@@ -9,6 +9,8 @@ from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
 from drysim.errors import Caution, ScenarioError, UsageError
+from drysim.excitation.generated import Drawn
+from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
 from drysim.study import memory
 from drysim.wording import number
@@ -62,6 +64,11 @@ class Case:
         """Stroke limit x_rM [m], if there is one."""
         stroke = self.scenario.stroke
         return None if stroke is None else stroke.limit
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the base may be taken to go on moving as in the window: noise and records."""
+        return isinstance(self.scenario.excitation, Drawn | Record)
 
 
 def prepare(scenario: Scenario) -> Case:

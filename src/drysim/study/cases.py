@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import State
 from drysim.errors import SolverError
+from drysim.study import comfort
 from drysim.study.case import Case, assemble, base_motion
 from drysim.study.steady import orbit_of
 from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
@@ -110,8 +111,9 @@ def measured(case: Case) -> tuple[Mapping[str, float | int | None], str, str]:
     from drysim.metrics import METRICS, measure
 
     if case.period is None:
-        track = track_of(case, case.start, case.step, case.window[1])
-        return measure(track, case.window, case.limit), OK, ""
+        track, felt = follow(case, case.start, case.step, case.window)
+        found = measure(track, case.window, case.limit, goes_on=case.goes_on)
+        return found | felt, OK, ""
     orbit, step = orbit_of(case)
     unknown: dict[str, float | int | None] = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
@@ -121,8 +123,20 @@ def measured(case: Case) -> tuple[Mapping[str, float | int | None], str, str]:
         if not orbit.unique:
             return unknown, NOT_UNIQUE, "one of a continuum of orbits"
     length = orbit.periods * case.period
-    track = track_of(case, orbit.state, step, length)
-    return measure(track, (0.0, length), case.limit, orbit.closure), OK, ""
+    track, felt = follow(case, orbit.state, step, (0.0, length))
+    return measure(track, (0.0, length), case.limit, orbit.closure) | felt, OK, ""
+
+
+def follow(
+    case: Case, start: State, step: float, window: tuple[float, float]
+) -> tuple[Track, comfort.Values]:
+    """Give the solution of a case and its weighted metrics, which alone need its grid."""
+    if not comfort.asked(case):
+        return track_of(case, start, step, window[1]), {}
+    step = comfort.step_of(case, step, window[1])
+    response = comfort.on_step(case, start, step, window[1])
+    assert response.track is not None, "an approach gives its response with its track"
+    return response.track, comfort.weighted(case, response, window)
 
 
 def track_of(case: Case, start: State, step: float, duration: float) -> Track:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from drysim.core.compiled import settle
+from drysim.study import comfort
 from drysim.study.case import Case, prepare
 from drysim.study.cautions import found, orbit_doubtful
 from drysim.study.outcome import Outcome
@@ -51,7 +52,8 @@ def solve(case: Case) -> Outcome:
     response, window, doubts = march(case) if case.period is None else repetition(case)
     track = response.track
     assert track is not None, "an approach gives its response with its track"
-    metrics = measure(track, window, case.limit, response.numerics.closure)
+    metrics = measure(track, window, case.limit, response.numerics.closure, case.goes_on)
+    metrics |= comfort.weighted(case, response, window)
     # The stroke limit holds while the motion settles, too.
     late = window[0] > 0 and metrics["violations"]
     whole = measure(track, (0.0, window[1]), case.limit) if late else metrics

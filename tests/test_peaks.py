@@ -1,0 +1,72 @@
+"""Statistics of the stroke: counted where they can be, and Rice where he has the answer."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import drysim
+from drysim.peaks import entries, half_cycles, once_an_hour, upcrossings
+
+PATH = np.array([0.0, 1.0, -2.0, -1.5, -3.0, 0.0, 2.0, 1.0, 1.5, -1.0])
+
+
+def test_passages_of_zero_are_counted_upwards_and_a_rest_on_zero_is_none():
+    assert upcrossings(PATH) == 1
+    assert upcrossings(np.array([-1.0, 0.0, -1.0, 0.0, 1.0])) == 1
+
+
+def test_each_half_cycle_has_one_peak():
+    assert half_cycles(PATH).tolist() == [1.0, 3.0, 2.0, 1.0]
+    assert half_cycles(np.zeros(3)).tolist() == []
+
+
+def test_every_return_to_the_limit_counts_and_a_start_beyond_does_not():
+    assert entries(PATH, 1.5) == 3
+    assert entries(np.array([2.0, 1.0, -2.0]), 1.5) == 1
+
+
+def test_too_few_half_cycles_are_not_extrapolated():
+    assert once_an_hour(np.ones(149), 60.0) is None
+    assert once_an_hour(np.ones(150), 60.0) == 1.0
+
+
+def test_tail_of_rayleigh_peaks_is_continued_by_its_law():
+    n, sigma = 100_000, 0.01
+    heights = sigma * np.sqrt(-2 * np.log((np.arange(n) + 0.5) / n))
+    expected = sigma * math.sqrt(2 * math.log(n * 3600 / 600))
+    assert once_an_hour(heights, 600.0) == pytest.approx(expected, rel=1e-3)
+
+
+def test_gaussian_motion_meets_the_stroke_that_rice_gives(seat):
+    noise = {"kind": "psd", "points": [[0.3, 1], [20, 1]], "duration": 900, "seed": 4}
+    metrics = drysim.run(
+        drysim.load(
+            seat,
+            {
+                "friction": None,
+                "excitation": noise,
+                "measure": {"settle": 5},
+                "stroke.limit": "30 mm",
+            },
+        )
+    ).metrics
+    sigma, rate = metrics["x_r_rms"], metrics["v_r_rms"] / metrics["x_r_rms"] / (2 * math.pi)
+    assert metrics["crossing_rate"] == pytest.approx(rate, rel=0.03)
+    beyond = 2 * rate * math.exp(-((0.03 / sigma) ** 2) / 2)
+    assert metrics["limit_rate"] == pytest.approx(beyond, rel=0.25)
+    hour = sigma * math.sqrt(2 * math.log(2 * rate * 3600))
+    assert metrics["stroke_once_an_hour"] == pytest.approx(hour, rel=0.1)
+
+
+def test_stroke_that_suffices_knows_the_settling(seat):
+    slow = {
+        "friction": None,
+        "start": {"x_r": "50 mm"},
+        "measure": {"settle": 4, "duration": 1},
+    }
+    metrics = drysim.run(drysim.load(seat, slow)).metrics
+    assert metrics["stroke_suffices"] == 0.05 > metrics["x_r_peak"]
+    assert metrics["stroke_once_an_hour"] is None
