@@ -18,7 +18,8 @@ from drysim.excitation.record import cells as cells_module
 from drysim.excitation.record import file as file_module
 from drysim.excitation.record.cells import _careful, _quick
 from drysim.excitation.record.file import read
-from drysim.excitation.record.table import tabulate
+from drysim.excitation.record.formats import SUFFIXES
+from drysim.excitation.record.text import columns
 
 HERE = Path(__file__).parent
 DATA = HERE / "data"
@@ -124,7 +125,7 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
     lines = [mark.join(map(repr, row)) for row in values.tolist()]
     lines[100:100] = ["# a remark, in between"]
     (tmp_path / "r.csv").write_text("\n".join(lines))
-    table = tabulate(read(tmp_path / "r.csv"))
+    table = columns(read(tmp_path / "r.csv", SUFFIXES))
     quick = _quick(table, [0, 2])
     assert quick is not None
     assert np.array_equal(quick, _careful(table, [0, 2]))
@@ -147,7 +148,7 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
 )
 def test_quick_pass_leaves_every_irregular_row_to_the_careful_one(tmp_path, rows):
     (tmp_path / "r.csv").write_text(rows)
-    assert _quick(tabulate(read(tmp_path / "r.csv")), [1]) is None
+    assert _quick(columns(read(tmp_path / "r.csv", SUFFIXES)), [1]) is None
 
 
 # what is refused
@@ -245,13 +246,13 @@ def test_fault_of_a_record_earns_its_sentence(tmp_path, name):
 def test_only_regular_files_of_known_kinds_are_read(tmp_path):
     (tmp_path / "folder.csv").mkdir()
     os.mkfifo(tmp_path / "pipe.csv")
-    (tmp_path / "r.wav").write_text("1\n2\n")
+    (tmp_path / "r.mp3").write_text("1\n2\n")
     (tmp_path / "seat.csv").write_text("1\n2\n")
     for file, sentence in {
         "folder.csv": "the record is a folder",
         "pipe.csv": "the record is a pipe",
         "/dev/null": "the record is a device",
-        "r.wav": "a record from `.wav` cannot be read; what is read: .csv, .tsv, .txt, .dat",
+        "r.mp3": "a record from `.mp3` cannot be read; what is read: .csv, .tsv, ",
         "seats.csv": "the record is not there; did you mean `seat.csv`?",
         "logs/seat.csv": "there is no folder",
         "a\0b.csv": "the record cannot be read",

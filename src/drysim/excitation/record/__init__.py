@@ -1,4 +1,4 @@
-"""Record: measured base motion, from a column of a text file."""
+"""Record: measured base motion, from a column or channel of a file."""
 
 from __future__ import annotations
 
@@ -12,33 +12,26 @@ from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from drysim.core.motion import Input, Samples
 from drysim.errors import Caution
-from drysim.excitation.record.cautions import found, removed
-from drysim.excitation.record.cells import numbers
-from drysim.excitation.record.choice import (
-    SI,
-    conversion,
-    data_column,
-    missing_spacing,
-    seconds,
-)
+from drysim.excitation.record.cautions import clipped, found, removed
+from drysim.excitation.record.choice import SI
+from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.file import fault, read
-from drysim.excitation.record.grid import spacing
+from drysim.excitation.record.formats import SUFFIXES, format_of
+from drysim.excitation.record.series import series_of
 from drysim.excitation.record.shape import (
     SPLINES,
-    Floats,
     Series,
     check_frequency,
     cut,
     span,
     take,
 )
-from drysim.excitation.record.spoken import Below, Column, Removal, Window
-from drysim.excitation.record.table import Table, tabulate
-from drysim.quantity import Block, Frequency, Plain, Quantity, factor
+from drysim.excitation.record.spoken import Below, Column, FullScale, Removal, Window
+from drysim.quantity import Block, Frequency, Plain, Quantity, convert, factor, shown
 
 
 class Record(Block):
-    """Base motion as it was measured: evenly spaced samples in one column of a text file.
+    """Base motion as it was measured: evenly spaced samples in a column or channel of a file.
 
     Not to be confused with a random excitation made from a spectrum: nothing is drawn here, and
     the motion ends at the record's last sample.
@@ -47,15 +40,21 @@ class Record(Block):
     kind: Literal["record"]
     """Measured base motion."""
     file: Annotated[str, Field(min_length=1)]
-    """File with columns of numbers (.csv .tsv .txt .dat), relative to the scenario's folder."""
+    """The record, relative to the scenario's folder; its suffix tells its format."""
     column: Column | None = None
     """Column of the samples: its name in the header, with or without unit, or its number from
-    1. May be left out when there is one column besides the time."""
+    1; of MATLAB files the variable. May be left out when there is but one besides the time."""
+    channel: Column | None = None
+    """Channel of the samples, its number from 1 or its name; for formats that have channels.
+    May be left out when there is but one."""
     quantity: Literal["acceleration", "velocity", "displacement"] = "acceleration"
     """What the samples are. Velocity and displacement become acceleration through splines."""
     unit: str | None = None
-    """Unit of the samples, such as m/s2 or g; needed unless the header says it, `u_dd [m/s2]`.
-    """
+    """Unit of the samples, such as m/s2 or g; needed unless the file says it, as the header
+    `u_dd [m/s2]` does."""
+    full_scale: FullScale | None = None
+    """What digital full scale means, with its unit, such as `50 m/s2`: in place of `unit` for
+    a WAV whose samples are whole numbers."""
     time: Column | None = None
     """Column of the time, evenly spaced; seconds unless its header says otherwise."""
     rate: Frequency | None = None
@@ -70,7 +69,11 @@ class Record(Block):
     window: Window | None = None
     """The part that counts, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
 
-    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "rate", "step"),)
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("time", "rate", "step"),
+        ("column", "channel"),
+        ("unit", "full_scale"),
+    )
     own_step: ClassVar[bool] = True
     """A record owns its step."""
     own_end: ClassVar[bool] = True
@@ -84,6 +87,23 @@ class Record(Block):
         if unit is not None and "quantity" in info.data:
             factor(unit, SI[info.data["quantity"]])
         return unit
+
+    @field_validator("full_scale")
+    @classmethod
+    def _above_zero(cls, full_scale: str | None, info: ValidationInfo) -> str | None:
+        si = SI.get(info.data.get("quantity", ""))
+        if full_scale is not None and si and not convert(full_scale, si) > 0:
+            raise ValueError(f"must be above 0 {si}, not {shown(full_scale)}")
+        return full_scale
+
+    @field_validator("column", "channel", "unit", "full_scale", "time", "rate", "step")
+    @classmethod
+    def _of_the_format(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse a key that says nothing about a file of this format."""
+        member, key = format_of(info.data.get("file", "")), str(info.field_name)
+        if value is not None and member is not None and key in member.idle:
+            raise ValueError(f"{member.name} {member.idle[key].format(key=key)}")
+        return value
 
     def model_post_init(self, context: Any, /) -> None:
         """Keep the scenario's folder, which the context of the validation names."""
@@ -111,13 +131,13 @@ class Record(Block):
             When the record cannot be used; names the file, the row and the column.
         """
         with np.errstate(all="ignore"):  # what overflows is found by `_finite`
-            whole, source = self._read()
+            whole, source, seen = self._read()
             kept, reports = self._kept(whole)
             self._finite(kept.values, kept.dt)
             first, last = span(whole, self.window, self._shown)
             motion = cut(SPLINES[self.quantity](kept), first, last, len(whole.values))
             self._finite(motion.u_dd, motion.dt)
-            cautions = (*reports, *found(source.file, motion))
+            cautions = (*seen, *reports, *found(source.file, motion))
         return motion._replace(inputs=(source,), cautions=cautions)
 
     @property
@@ -133,26 +153,16 @@ class Record(Block):
         if not (np.isfinite(values).all() and 0 < dt < np.inf):
             raise fault(self._shown, "ü is out of range: check unit, `scale` and time step")
 
-    def _read(self) -> tuple[Series, Input]:
-        """The whole record; its text is let go before anything is made of the numbers."""
-        file = read(self._folder / self.file)
-        return self._series(tabulate(file)), Input(self._name, file.sha256, file.size)
-
-    def _series(self, table: Table) -> Series:
-        """The column in SI, its step and the time of its first sample."""
-        if self.time is None and self.rate is None and self.step is None:
-            raise missing_spacing(table)
-        time = None if self.time is None else table.find(self.time)
-        index = data_column(table, self.column, time)
-        unit = conversion(table, index, self.unit, self.quantity)
-        second = 1.0 if time is None else seconds(table, time)
-        *times, values = numbers(table, [index] if time is None else [time, index])
-        if len(values) < 2:
-            raise table.fault("the record has one sample only; motion needs two or more")
-        values *= unit * self.scale
-        if times and time is not None:
-            return Series(values, spacing(times[0], second, table, time), times[0][0] * second)
-        return Series(values, self.step or 1 / (self.rate or 1.0), 0.0)
+    def _read(self) -> tuple[Series, Input, tuple[Caution, ...]]:
+        """The whole record; its bytes are let go before anything is made of the numbers."""
+        file = read(self._folder / self.file, SUFFIXES)
+        source = Input(self._name, file.sha256, len(file.raw))
+        member = format_of(self.file)
+        assert member is not None  # `read` has made sure
+        columns = member.columns(file)
+        del file
+        series = series_of(self, columns)
+        return series, source, tuple(clipped(self._name, series.values, SI[self.quantity]))
 
     def _kept(self, whole: Series) -> tuple[Series, tuple[Caution, ...]]:
         """The series without what is to be removed, and a report of that."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from drysim.core.motion import Samples
 from drysim.errors import Caution
+from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.shape import Series
 
 GRAVITY = 9.81
@@ -18,6 +19,25 @@ NEAR_GRAVITY = 0.05
 
 LARGE_MEAN = 0.1
 """Share of the RMS about the mean from which a mean shows in the numbers."""
+
+FLAT = 4
+"""This many equal samples on end, at an extreme, are a clipped peak and no chance."""
+
+
+def clipped(file: str, values: Floats, unit: str) -> Iterator[Caution]:
+    """Say where the samples stand still at their largest or smallest value."""
+    low, high = float(values.min()), float(values.max())
+    for limit, name in ((low, "smallest"), (high, "largest")):
+        at = np.flatnonzero(values == limit)
+        starts = np.flatnonzero(at[FLAT - 1 :] - at[: max(0, len(at) - FLAT + 1)] == FLAT - 1)
+        # Rest before and after a shock is no peak.
+        if low < high and limit != 0 and starts.size:
+            first = int(at[starts[0]]) + 1
+            sentence = (
+                f"{file}: the samples look clipped: from sample {first} on, {FLAT} or more on "
+                f"end are the {name} of all, {limit:.4g} {unit}; measure with a wider range"
+            )
+            yield Caution("record-clipped", sentence, {"limit": limit, "sample": first})
 
 
 def found(file: str, motion: Samples) -> Iterator[Caution]:

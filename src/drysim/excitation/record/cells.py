@@ -6,15 +6,17 @@ import math
 import re
 import warnings
 from array import array
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.file import Cell, fault
-from drysim.excitation.record.table import Table
 from drysim.quantity import NUMBER
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    from drysim.excitation.record.table import Table
 
 BLOCK = 1 << 20
 """Bytes parsed at a time: small beside the numbers, large beside the cost of a call."""

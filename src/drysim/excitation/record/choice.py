@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from drysim.errors import RecordError
-from drysim.excitation.record.lines import name_and_unit
-from drysim.excitation.record.table import Table
-from drysim.quantity import factor
+from drysim.excitation.record.columns import Columns
+from drysim.quantity import convert, factor
 
 SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 """The unit of ü, u̇ and u."""
@@ -13,7 +12,7 @@ SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 TIME_NAMES = ("t", "time")
 
 
-def data_column(table: Table, wanted: str | int | None, time: int | None) -> int:
+def data_column(columns: Columns, wanted: str | int | None, time: int | None) -> int:
     """Give the 0-based column of the samples.
 
     Raises
@@ -22,18 +21,20 @@ def data_column(table: Table, wanted: str | int | None, time: int | None) -> int
         When the column is not there, or none is named and there is more than one.
     """
     if wanted is not None:
-        return table.find(wanted)
-    others = [i for i in range(table.width) if i != time]
+        return columns.find(wanted)
+    others = [i for i in columns.series() if i != time]
     if len(others) == 1:
         return others[0]
     if not others:
-        raise table.fault("there is no column besides the time")
-    way = "its name or number" if table.header else "its number"
-    raise table.fault(f"give `column`, {way}; there are: {table.names()}")
+        raise columns.fault(f"there is no {columns.word} besides the time")
+    way = "its name or number" if columns.labels else "its number"
+    raise columns.fault(f"give `{columns.key}`, {way}; there are: {columns.names()}")
 
 
-def conversion(table: Table, index: int, unit: str | None, quantity: str) -> float:
-    """Give what one of a column's unit is in SI, from the header, the scenario, or both.
+def conversion(
+    columns: Columns, index: int, unit: str | None, full_scale: str | None, quantity: str
+) -> float:
+    """Give what one of a column's numbers is in SI, from the file, the scenario, or both.
 
     Raises
     ------
@@ -41,53 +42,61 @@ def conversion(table: Table, index: int, unit: str | None, quantity: str) -> flo
         When the unit is missing, unknown, of another quantity, or two are given that differ.
     """
     si = SI[quantity]
-    written, square = _unit(table, index)
-    wanted = None if unit is None else _factor(table, index, unit, si)
-    if not written:
+    if columns.shares:
+        if full_scale is None:
+            instead = " in place of `unit`" if unit else ""
+            sentence = "the samples are whole numbers, shares of a full scale without a unit"
+            raise columns.fault(f"{sentence}; give `full_scale: 50 {si}`, say{instead}")
+        return convert(full_scale, si)
+    if full_scale is not None:
+        sentence = "the samples are no shares of a full scale but floating-point numbers"
+        raise columns.fault(f"{sentence}; give their `unit` in place of `full_scale`")
+    return _unit(columns, index, unit, si)
+
+
+def _unit(columns: Columns, index: int, unit: str | None, si: str) -> float:
+    label = columns.labels[index] if columns.labels else None
+    wanted = None if unit is None else _factor(columns, index, unit, si)
+    if label is None or not label.unit:
         if wanted is not None:
             return wanted
-        sentence = (
-            f"has no unit; write `unit: {si}` in the scenario or `[{si}]` into the header"
-        )
-        raise table.fault(f"{table.called(index)} {sentence}", index)
+        header = f" or `[{si}]` into the header" if columns.place == "header" else ""
+        sentence = f"has no unit; write `unit: {si}` in the scenario{header}"
+        raise columns.fault(f"{columns.called(index)} {sentence}", index)
     try:
-        told = _factor(table, index, written, si)
+        told = _factor(columns, index, label.unit, si)
     except RecordError:
-        if square or wanted is None:
+        if label.firm or wanted is None:
             raise
-        return wanted  # round brackets may hold a remark: `acc (filtered)`
+        return wanted  # it may be a remark, as in `acc (filtered)`
     if wanted is not None and wanted != told:
-        sentence = f"the header says `{written}`, the scenario says `unit: {unit}`"
-        raise table.fault(f"{table.called(index)}: {sentence}; correct one of them", index)
+        sentence = f"the {columns.place} says `{label.unit}`, the scenario says `unit: {unit}`"
+        raise columns.fault(f"{columns.called(index)}: {sentence}; correct one of them", index)
     return told
 
 
-def seconds(table: Table, index: int) -> float:
-    """Give the unit of a time column [s]; seconds when its header has none."""
-    written, _ = _unit(table, index)
-    return _factor(table, index, written, "s") if written else 1.0
+def seconds(columns: Columns, index: int) -> float:
+    """Give the unit of a column of times [s]; seconds when the file has none."""
+    written = columns.labels[index].unit if columns.labels else ""
+    return _factor(columns, index, written, "s") if written else 1.0
 
 
-def missing_spacing(table: Table) -> RecordError:
+def missing_spacing(columns: Columns) -> RecordError:
     """Give the error for a record of which nobody said how its samples are spaced."""
     sentence = (
-        "nothing says how the samples are spaced: give `time` (a column), `rate` or `step`"
+        "nothing says how the samples are spaced: "
+        f"give `time` (a {columns.word}), `rate` or `step`"
     )
-    for cell in table.header:
-        name, unit, _ = name_and_unit(cell.text)
-        if name.lower() in TIME_NAMES and unit in ("", "s"):
-            sentence += f"; `time: {name}` is what is missing, as the header has `{cell.quote}`"
+    for label in columns.labels:
+        if label.name.lower() in TIME_NAMES and label.unit in ("", "s"):
+            where = f"the {columns.place} has `{label.quote}`"
+            sentence += f"; `time: {label.name}` is what is missing, as {where}"
             break
-    return table.fault(sentence)
+    return columns.fault(sentence)
 
 
-def _unit(table: Table, index: int) -> tuple[str, bool]:
-    """The unit in a column's header, and whether it stands in square brackets."""
-    return name_and_unit(table.header[index].text)[1:] if table.header else ("", False)
-
-
-def _factor(table: Table, index: int, written: str, si: str) -> float:
+def _factor(columns: Columns, index: int, written: str, si: str) -> float:
     try:
         return factor(written, si)
     except ValueError as error:
-        raise table.fault(f"{table.called(index)}: {error}", index) from None
+        raise columns.fault(f"{columns.called(index)}: {error}", index) from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+from collections.abc import Collection
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -12,11 +13,8 @@ from typing import NamedTuple
 from drysim.errors import Problem, RecordError
 from drysim.quantity import near
 
-SUFFIXES = (".csv", ".tsv", ".txt", ".dat")
-"""What is read: columns of numbers as text."""
-
 COPIES = 3
-"""The text, the text with its line ends made one, and the numbers: room for three at least."""
+"""The file, what is made of its bytes, and the numbers: room for three at least."""
 
 LONGEST_QUOTE = 40
 """Characters of a cell that a message may quote, so that no message retells a file."""
@@ -49,16 +47,20 @@ class Cell(NamedTuple):
         return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 1] + "…"
 
 
-class TextFile(NamedTuple):
-    r"""Bytes of a record, every line ended by \n, without byte order mark.
+class File(NamedTuple):
+    """Bytes of a record as read, and their SHA-256; `shown` is the path as messages name it."""
 
-    `shown` is the path as messages name it; `sha256` and `size` are of the bytes as read.
-    """
+    shown: str
+    path: Path
+    raw: bytes
+    sha256: str
+
+
+class TextFile(NamedTuple):
+    r"""Text of a record, every line ended by \n, without byte order mark."""
 
     shown: str
     text: bytes
-    sha256: str
-    size: int
 
 
 def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
@@ -73,45 +75,47 @@ def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) ->
     )
 
 
-def read(path: Path) -> TextFile:
+def read(path: Path, suffixes: Collection[str]) -> File:
     """Read the file of a record once.
 
     Parameters
     ----------
     path : Path
         Where the file is; messages name it so.
+    suffixes : collection of str
+        What is read.
 
     Returns
     -------
-    TextFile
+    File
 
     Raises
     ------
     RecordError
-        When the file is missing, empty, not a regular file, of a kind that is not read, binary,
-        or larger than the machine's memory allows.
+        When the file is missing, empty, not a regular file, of a kind that is not read, or
+        larger than the machine's memory allows.
     """
     try:
-        size = _size(path)
+        size = _size(path, suffixes)
         raw = path.read_bytes() if size else b""
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise fault(str(path), f"the record cannot be read: {why}") from None
     if not raw.strip():
         raise fault(str(path), "the record is empty")
-    return TextFile(str(path), _plain(raw, path), hashlib.sha256(raw).hexdigest(), len(raw))
+    return File(str(path), path, raw, hashlib.sha256(raw).hexdigest())
 
 
-def _size(path: Path) -> int:
+def _size(path: Path, suffixes: Collection[str]) -> int:
     try:
         about = path.stat()
     except FileNotFoundError:
-        raise fault(str(path), f"the record is not there{_neighbour(path)}") from None
+        raise fault(str(path), f"the record is not there{_neighbour(path, suffixes)}") from None
     if not stat.S_ISREG(about.st_mode):
         what = next((name for test, name in KINDS if test(about.st_mode)), "no ordinary file")
         raise fault(str(path), f"the record is {what}; only a regular file is read")
-    if path.suffix.lower() not in SUFFIXES:
-        kinds = ", ".join(SUFFIXES)
+    if path.suffix.lower() not in suffixes:
+        kinds = ", ".join(suffixes)
         suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
         raise fault(str(path), f"a record {suffix} cannot be read; what is read: {kinds}")
     if about.st_size * COPIES > _memory():
@@ -123,11 +127,11 @@ def _size(path: Path) -> int:
     return about.st_size
 
 
-def _neighbour(path: Path) -> str:
+def _neighbour(path: Path, suffixes: Collection[str]) -> str:
     if not path.parent.is_dir():
         return f": there is no folder `{path.parent}`"
     files = islice(path.parent.iterdir(), LOOKED_AT)
-    nearest = near(path.name, (file.name for file in files if file.suffix.lower() in SUFFIXES))
+    nearest = near(path.name, (file.name for file in files if file.suffix.lower() in suffixes))
     return f"; did you mean `{nearest}`?" if nearest else ""
 
 
@@ -136,16 +140,3 @@ def _memory() -> float:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):
         return float("inf")
-
-
-def _plain(raw: bytes, path: Path) -> bytes:
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise fault(str(path), "the record is UTF-16 text; save it as UTF-8")
-    if b"\0" in raw:
-        raise fault(
-            str(path), "the record is binary: it holds a zero byte, which text never does"
-        )
-    text = raw.removeprefix(b"\xef\xbb\xbf")
-    if b"\r" in text:
-        text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return text

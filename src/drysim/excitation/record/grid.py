@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
-from itertools import islice
-
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.errors import RecordError
-from drysim.excitation.record.file import fault
-from drysim.excitation.record.table import Table
-
-Floats = NDArray[np.float64]
+from drysim.excitation.record.columns import Columns, Floats
 
 JITTER = 1e-3
 """Share of a step by which any sample may leave the even grid: ü hardly changes within it."""
@@ -29,11 +22,8 @@ SINGLE = 2.0**-23
 SHORTEST = 1e-300
 """Below this step [s] its rate would overflow."""
 
-LOOKED_AT = 100
-"""Rows whose printed digits are counted."""
 
-
-def spacing(t: Floats, second: float, table: Table, index: int) -> float:
+def spacing(t: Floats, second: float, columns: Columns, index: int) -> float:
     """Give the distance of the samples that printed times tell.
 
     Parameters
@@ -42,7 +32,7 @@ def spacing(t: Floats, second: float, table: Table, index: int) -> float:
         Times as printed.
     second : float
         The unit of `t` [s].
-    table : Table
+    columns : Columns
     index : int
         0-based column of the times.
 
@@ -66,26 +56,17 @@ def spacing(t: Floats, second: float, table: Table, index: int) -> float:
     if halt.size:
         row = int(halt[0]) + 1
         what = "runs backwards" if steps[row - 1] < 0 else "stands still"
-        raise _at(table, row, index, f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}")
+        raise columns.at(row, index, f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}")
     dt = float(steps.mean())
     largest = float(np.abs(t[[0, -1]]).max())
-    rounding = LAST_DIGIT * _last_digit(table, index) + 4 * np.spacing(largest)
+    rounding = LAST_DIGIT * columns.last_digit(index) + 4 * np.spacing(largest)
     slack = max(rounding, JITTER * dt, SINGLE * largest)
     rate = round(1 / max(dt * second, SHORTEST))
     if rate and _leaves(t, 1 / rate / second) <= min(rounding, LARGEST_SLACK * dt):
         return 1 / rate
     if _leaves(t, neat := _neat(dt, t)) <= min(slack, LARGEST_SLACK * dt):
         return neat * second
-    raise _uneven(t, steps, table, index)
-
-
-def _last_digit(table: Table, index: int) -> float:
-    """Unit of the last digit that the first rows print."""
-    exponents = []
-    for _, cells in islice(table.rows(), LOOKED_AT):
-        exponent = Decimal(cells[index].text.replace(",", ".")).as_tuple().exponent
-        exponents.append(int(exponent))
-    return float(10.0 ** min(*exponents, 0))
+    raise _uneven(t, steps, columns, index)
 
 
 def _neat(dt: float, t: Floats) -> float:
@@ -101,7 +82,7 @@ def _leaves(t: Floats, dt: float) -> float:
     return float(off.max() - off.min()) / 2
 
 
-def _uneven(t: Floats, steps: Floats, table: Table, index: int) -> RecordError:
+def _uneven(t: Floats, steps: Floats, columns: Columns, index: int) -> RecordError:
     usual = float(np.median(steps))
     row = int(np.argmax(np.abs(steps - usual) > LARGEST_SLACK * usual)) + 1
     if abs(steps[row - 1] - usual) <= LARGEST_SLACK * usual:
@@ -111,11 +92,4 @@ def _uneven(t: Floats, steps: Floats, table: Table, index: int) -> RecordError:
         "resample the record, or give `rate` or `step` in place of `time` where only the "
         "printed times are poor"
     )
-    return _at(table, row, index, sentence)
-
-
-def _at(table: Table, row: int, index: int, sentence: str) -> RecordError:
-    """The error at the time cell of the 0-based row of numbers."""
-    line, cells = next(islice(table.rows(), row, None))
-    where = f"row {line}, {table.called(index)}"
-    return fault(table.file.shown, f"{where}: {sentence}", line, cells[index])
+    return columns.at(row, index, sentence)

@@ -6,13 +6,11 @@ from math import ceil, floor
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.core.motion import Samples
+from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.file import fault
 from drysim.excitation.record.spoken import Window
-
-Floats = NDArray[np.float64]
 
 ORDER = 2
 """Order of the high-pass in each direction; both together take 24 dB an octave."""

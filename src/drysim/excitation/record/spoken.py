@@ -15,7 +15,7 @@ from pydantic import (
     model_validator,
 )
 
-from drysim.quantity import Block, Frequency, Misfit, Time, near, shown
+from drysim.quantity import NUMBER, Block, Frequency, Misfit, Time, near, shown
 
 WORDS = ("nothing", "mean", "line")
 
@@ -62,6 +62,16 @@ def _removal(given: object) -> object:
     hint = f"; did you mean `{nearest}`?" if nearest else ""
     raise ValueError(f"must be {', '.join(WORDS)} or a frequency, not {shown(given)}{hint}")
 
+
+def _full_scale(given: object) -> object:
+    """Ask for a text: a number without a unit is what a full scale must not be."""
+    if isinstance(given, str) and not NUMBER.fullmatch(given.strip()):
+        return given
+    raise ValueError(f"must say its unit, such as `50 m/s²`, not {shown(given)}")
+
+
+FullScale = Annotated[str, BeforeValidator(_full_scale)]
+"""A number with a unit."""
 
 Column = Annotated[str | int, BeforeValidator(_column)]
 """Name of a column, or its number from 1."""

@@ -5,17 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from decimal import Decimal
+from itertools import islice
 
 from drysim.errors import RecordError
+from drysim.excitation.record.cells import numbers
+from drysim.excitation.record.columns import Columns, Floats, Label
 from drysim.excitation.record.file import Cell, TextFile, fault
 from drysim.excitation.record.lines import lines, name_and_unit, split
-from drysim.quantity import NUMBER, near
+from drysim.quantity import NUMBER
 
 DELIMITERS = "\t;,"
 """Tried in this order on the first row of numbers; a row with none is split at blanks."""
 
-LISTED = 12
-"""How many of a file's columns a message lists."""
+LOOKED_AT = 100
+"""Rows whose printed digits are counted."""
 
 NOT_A_NAME = re.compile(r"(?i)[+-]?(?:nan|inf|infinity|\d*[.,]\d.*|\d+e[+-]?\d+)", re.ASCII)
 """With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
@@ -23,8 +27,8 @@ NOT_A_NAME = re.compile(r"(?i)[+-]?(?:nan|inf|infinity|\d*[.,]\d.*|\d+e[+-]?\d+)
 WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
 
 
-@dataclass(frozen=True)
-class Table:
+@dataclass(frozen=True, kw_only=True)
+class Table(Columns):
     """Columns of a text file; the numbers are still text.
 
     Attributes
@@ -36,8 +40,6 @@ class Table:
         Point; or comma, in a file of semicolons or tabs whose rows hold commas and no points.
     header : tuple of Cell
         Empty when the file has none.
-    width : int
-        Number of columns.
     start, line : int
         Where the first row of numbers begins: its offset in the text, its 1-based line.
     header_line : int
@@ -48,7 +50,6 @@ class Table:
     delimiter: str
     decimal: str
     header: tuple[Cell, ...]
-    width: int
     start: int
     line: int
     header_line: int
@@ -69,42 +70,23 @@ class Table:
                 )
             yield line, split(text, self.delimiter)
 
-    def called(self, index: int) -> str:
-        """Give the column as messages name it."""
-        name = self.header[index].quote if self.header else ""
-        return f"column {index + 1}" + (f" (`{name}`)" if name else "")
+    def numbers(self, wanted: list[int]) -> list[Floats]:
+        """Give columns as finite numbers."""
+        return numbers(self, wanted)
 
-    def names(self) -> str:
-        """Give the columns there are as a list for messages."""
-        if not self.header:
-            return f"{self.width}, without names: the file has no header"
-        listed = ", ".join(f"`{cell.quote}`" for cell in self.header[:LISTED])
-        return listed + (f" and {self.width - LISTED} more" if self.width > LISTED else "")
+    def last_digit(self, index: int) -> float:
+        """Give the unit of the last digit that the first rows print."""
+        exponents = []
+        for _, cells in islice(self.rows(), LOOKED_AT):
+            exponent = Decimal(cells[index].text.replace(",", ".")).as_tuple().exponent
+            exponents.append(int(exponent))
+        return float(10.0 ** min(*exponents, 0))
 
-    def find(self, wanted: str | int) -> int:
-        """Give the 0-based column of a name, with or without its unit, or of a 1-based number.
-
-        Raises
-        ------
-        RecordError
-            When there is no such column, or more than one.
-        """
-        if isinstance(wanted, int):
-            if wanted <= self.width:
-                return wanted - 1
-            raise self.fault(f"there is no column {wanted}; there are: {self.names()}")
-        full = [cell.text for cell in self.header]
-        bare = [name_and_unit(text)[0] for text in full]
-        hits = [i for i, text in enumerate(full) if text == wanted.strip()]
-        hits = hits or [i for i, text in enumerate(bare) if text == wanted.strip()]
-        if len(hits) == 1:
-            return hits[0]
-        if hits:
-            numbers = " and ".join(str(i + 1) for i in hits)
-            raise self.fault(f"columns {numbers} are both `{wanted}`; give the column's number")
-        nearest = near(wanted, filter(None, bare + full))
-        guess = f" did you mean `{nearest}`?" if nearest else ""
-        raise self.fault(f"there is no column `{wanted}`;{guess} there are: {self.names()}")
+    def at(self, row: int, index: int, sentence: str) -> RecordError:
+        """Give the error at a cell in the 0-based row of numbers."""
+        line, cells = next(islice(self.rows(), row, None))
+        where = f"row {line}, {self.called(index)}"
+        return fault(self.shown, f"{where}: {sentence}", line, cells[index])
 
     def fault(self, sentence: str, index: int | None = None) -> RecordError:
         """Give the error for a fault of the header, or of one column's header."""
@@ -137,7 +119,18 @@ def tabulate(file: TextFile) -> Table:
         sentence = f"the header names {len(header)} columns, but row {line} has {width}"
         raise fault(file.shown, sentence, line)
     decimal = _decimal(file, start, delimiter)
-    return Table(file, delimiter, decimal, tuple(header), width, start, line, header_line)
+    return Table(
+        shown=file.shown,
+        labels=tuple(Label(cell.text, *name_and_unit(cell.text)) for cell in header),
+        width=width,
+        file=file,
+        delimiter=delimiter,
+        decimal=decimal,
+        header=tuple(header),
+        start=start,
+        line=line,
+        header_line=header_line,
+    )
 
 
 def _delimiter(text: str) -> str:

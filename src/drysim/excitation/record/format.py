@@ -1,0 +1,55 @@
+"""What a format of record files is: its names, its keys, and how its columns are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from drysim.excitation.record.columns import Columns
+from drysim.excitation.record.file import File, fault
+
+OWN_STEP = "knows the step of its samples; remove `{key}`"
+AS_CHANNEL = "has channels; write `channel` in place of `column`"
+NO_CHANNEL = "has no channels; write `column` in place of `channel`"
+ONE_SERIES = "has one series only; remove `{key}`"
+NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and give `unit` if it has none"
+
+
+class Format(NamedTuple):
+    """One format.
+
+    Attributes
+    ----------
+    name : str
+        As sentences have it, with its article.
+    suffixes : tuple of str
+        Lower case, with the dot.
+    columns : callable
+        Gives the columns of a file.
+    idle : mapping
+        Keys of a record that mean nothing here, and what a sentence says of each.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    columns: Callable[[File], Columns]
+    idle: Mapping[str, str]
+
+
+def package(module: str, extra: str, file: File) -> Any:
+    """Give a package that only one format needs.
+
+    Raises
+    ------
+    RecordError
+        When it is not installed; the sentence says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        suffix = file.path.suffix.lower()
+        sentence = f"a `{suffix}` record needs the package {module}"
+        raise fault(
+            file.shown, f'{sentence}; install it by: pip install "drysim[{extra}]"'
+        ) from None

@@ -1,0 +1,332 @@
+"""Records from files that other programs write: WAV, MAT and AT2."""
+
+from __future__ import annotations
+
+import re
+import wave
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from drysim import load
+from drysim.errors import RecordError, ScenarioError
+from drysim.excitation.record import Record
+
+EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.csv"
+RATE = 400
+
+
+def motion_of(folder, file, **words):
+    """Give the motion of a record."""
+    words = {"kind": "record", "file": file, **words}
+    return Record.model_validate(words, context={"folder": folder}).motion()
+
+
+def refused(folder, file, **words):
+    """Give the sentence that a record earns."""
+    with pytest.raises(RecordError) as caught:
+        motion_of(folder, file, **words)
+    assert caught.value.problem.file == str(folder / file)
+    return caught.value.problem.sentence
+
+
+@pytest.fixture
+def samples():
+    """Give accelerations [m/s²] below 10 in size."""
+    noise = np.random.default_rng(7).normal(size=500)
+    return noise / np.abs(noise).max() * 9.5
+
+
+def wav(path, rate, values):
+    """Write a WAV as scipy does."""
+    from scipy.io import wavfile
+
+    wavfile.write(path, rate, values)
+
+
+def mat(path, variables, **words):
+    """Write a MAT as scipy does."""
+    from scipy.io import savemat
+
+    savemat(path, variables, **words)
+
+
+def at2(path, values, dt, header="NPTS= {n}, DT= {dt} SEC", unit="UNITS OF G"):
+    """Write an AT2 as the PEER database does."""
+    rows = [values[k : k + 5] for k in range(0, len(values), 5)]
+    head = f"PEER NGA\nSOMEWHERE, 1940\nACCELERATION TIME SERIES IN {unit}\n"
+    body = "".join("".join(f"{v:22.14E}" for v in row) + "\n" for row in rows)
+    path.write_text(head + header.format(n=len(values), dt=dt) + "\n" + body)
+
+
+# one motion through every format
+
+
+def written_three_ways(folder, values, dt):
+    """Give the motions of accelerations [g] through CSV, AT2 and MAT."""
+    rows = "".join(f"{k * dt!r},{v!r}\n" for k, v in enumerate(values))
+    (folder / "r.csv").write_text("t [s],a [g]\n" + rows)
+    at2(folder / "r.at2", values, dt)
+    mat(folder / "r.mat", {"t": np.arange(len(values)) * dt, "a": values})
+    return (
+        motion_of(folder, "r.csv", time="t"),
+        motion_of(folder, "r.at2"),
+        motion_of(folder, "r.mat", time="t", column="a", unit="g"),
+        motion_of(folder, "r.mat", step=dt, column="a", unit="g"),
+    )
+
+
+def same(motions):
+    """Make sure that motions are one."""
+    first, *others = motions
+    for other in others:
+        assert other.dt == first.dt
+        np.testing.assert_allclose(other.u_dd, first.u_dd, rtol=1e-13, atol=1e-16)
+
+
+def test_csv_at2_and_mat_give_one_motion(tmp_path, samples):
+    same(written_three_ways(tmp_path, (samples / 9.80665).tolist(), 0.005))
+
+
+@pytest.mark.skipif(not EL_CENTRO.exists(), reason="the record is not part of drysim")
+def test_el_centro_is_one_motion_through_csv_at2_and_mat(tmp_path):
+    values = np.loadtxt(EL_CENTRO, delimiter=",", skiprows=1)[:, 1]
+    motions = written_three_ways(tmp_path, values.tolist(), 0.02)
+    same((motion_of(EL_CENTRO.parent, EL_CENTRO.name, time="time"), *motions))
+    assert np.abs(motions[1].u_dd).max() == pytest.approx(0.31882 * 9.80665)
+    wav(tmp_path / "r.wav", 50, np.round(values * 2**15).astype(np.int16))
+    sound = motion_of(tmp_path, "r.wav", full_scale="1 g")
+    assert sound.dt == 0.02
+    assert np.abs(sound.u_dd - motions[0].u_dd).max() <= 9.80665 * 2**-16 * (1 + 1e-9)
+
+
+# WAV
+
+
+@pytest.mark.parametrize("bits", [8, 16, 24, 32])
+def test_wav_of_whole_numbers_is_true_to_its_quantisation(tmp_path, samples, bits):
+    levels = 2 ** (bits - 1)
+    whole = np.round(samples / 10 * levels).astype(np.int64)
+    raw = (whole + 128 * (bits == 8)).astype("<i8").view(np.uint8).reshape(-1, 8)
+    with wave.open(str(tmp_path / "r.wav"), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(bits // 8)
+        file.setframerate(RATE)
+        file.writeframes(raw[:, : bits // 8].tobytes())
+    motion = motion_of(tmp_path, "r.wav", full_scale="10 m/s2")
+    assert motion.dt == 1 / RATE
+    assert np.abs(motion.u_dd - samples).max() <= 10 / levels / 2 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_wav_of_floating_point_takes_a_unit(tmp_path, samples, kind):
+    wav(tmp_path / "r.wav", RATE, samples.astype(kind))
+    motion = motion_of(tmp_path, "r.wav", unit="g", scale=2)
+    expected = samples.astype(kind).astype(float) * (9.80665 * 2)
+    np.testing.assert_array_equal(motion.u_dd, expected)
+
+
+def test_wav_of_two_channels_asks_for_one(tmp_path, samples):
+    both = np.stack([samples, -samples], axis=1).astype(np.float32)
+    wav(tmp_path / "r.wav", RATE, both)
+    assert refused(tmp_path, "r.wav", unit="g") == (
+        "give `channel`, its number; there are: 2, without names"
+    )
+    second = motion_of(tmp_path, "r.wav", unit="m/s2", channel=2)
+    np.testing.assert_array_equal(second.u_dd, both[:, 1])
+    assert "there is no channel 3" in refused(tmp_path, "r.wav", unit="g", channel=3)
+    assert "no channel `left`" in refused(tmp_path, "r.wav", unit="g", channel="left")
+
+
+def test_wav_with_an_extensible_form_and_other_chunks_is_read(tmp_path):
+    form = b"\xfe\xff\1\0\x90\1\0\0\x20\3\0\0\2\0\x10\0\x16\0\x10\0\0\0\0\0\1\0" + bytes(14)
+    chunks = b"fmt " + len(form).to_bytes(4, "little") + form
+    chunks += b"LIST\3\0\0\0abc\0data\4\0\0\0\0\x40\0\xc0"
+    head = b"RIFF" + (len(chunks) + 4).to_bytes(4, "little") + b"WAVE"
+    (tmp_path / "r.wav").write_bytes(head + chunks)
+    assert motion_of(tmp_path, "r.wav", full_scale="2 m/s²").u_dd.tolist() == [1, -1]
+
+
+def test_full_scale_and_unit_go_with_their_kinds_of_samples(tmp_path, samples):
+    wav(tmp_path / "whole.wav", RATE, (samples * 1000).astype(np.int16))
+    wav(tmp_path / "float.wav", RATE, samples)
+    assert refused(tmp_path, "whole.wav") == (
+        "the samples are whole numbers, shares of a full scale without a unit; "
+        "give `full_scale: 50 m/s²`, say"
+    )
+    assert "in place of `unit`" in refused(tmp_path, "whole.wav", unit="g")
+    assert refused(tmp_path, "float.wav") == (
+        "channel 1 has no unit; write `unit: m/s²` in the scenario"
+    )
+    assert "give their `unit`" in refused(tmp_path, "float.wav", full_scale="2 g")
+
+
+def test_clipped_samples_are_said(tmp_path, samples):
+    clipped = np.clip(np.repeat(samples, 6), -5, 5)
+    wav(tmp_path / "r.wav", RATE, clipped)
+    found = motion_of(tmp_path, "r.wav", unit="m/s2").cautions
+    assert [c.slug for c in found if c.slug == "record-clipped"] == ["record-clipped"] * 2
+    assert found[0].numbers == {"limit": -5, "sample": np.argmin(clipped) + 1}
+    wav(tmp_path / "r.wav", RATE, np.maximum(samples, 0))
+    found = motion_of(tmp_path, "r.wav", unit="m/s2", remove="mean").cautions
+    assert [c.slug for c in found] == ["record-removed"]
+
+
+WAVS = {
+    "other": (lambda raw: b"RIFX" + raw[4:], "the record is RIFX, of which only RIFF is read"),
+    "none": (lambda raw: b"ID3 " + raw[4:], "the record is no WAV"),
+    "cut": (lambda raw: raw[:-7], "cut short or damaged: 7 bytes are missing at its end"),
+    "head": (lambda raw: raw[:20], "cut short or damaged: 16 bytes are missing at its end"),
+    "stub": (lambda raw: raw[:12], "cut short or damaged: it has no samples"),
+    "code": (lambda raw: raw[:20] + b"\x55" + raw[21:], "samples of 16 bits in code 85"),
+    "rate": (lambda raw: raw[:24] + bytes(4) + raw[28:], "it has 1 channels at 0 Hz"),
+    "sizes": (lambda raw: raw[:32] + b"\3" + raw[33:], "its samples do not fit"),
+    "silent": (lambda raw: raw[:40] + bytes(4), "the WAV holds no samples"),
+    "odd": (lambda raw: raw[:40] + b"\5\0\0\0" + raw[44:], "its last sample is not whole"),
+}
+
+
+@pytest.mark.parametrize("name", WAVS)
+def test_fault_of_a_wav_earns_its_sentence(tmp_path, samples, name):
+    wav(tmp_path / "r.wav", RATE, (samples * 1000).astype(np.int16))
+    change, sentence = WAVS[name]
+    (tmp_path / "r.wav").write_bytes(change((tmp_path / "r.wav").read_bytes()))
+    assert sentence in refused(tmp_path, "r.wav", full_scale="1 g")
+
+
+# MAT
+
+
+@pytest.mark.parametrize("version", ["4", "5"])
+@pytest.mark.parametrize("across", [True, False])
+def test_mat_of_rows_and_columns_in_any_version_is_read(tmp_path, samples, version, across):
+    values = samples[None, :] if across else samples[:, None]
+    mat(tmp_path / "r.mat", {"acc": values, "fs": 400.0}, format=version)
+    motion = motion_of(tmp_path, "r.mat", rate=400, unit="m/s2")
+    np.testing.assert_array_equal(motion.u_dd, samples)
+    assert motion.dt == 1 / 400
+
+
+def test_compressed_mat_of_whole_numbers_is_read(tmp_path):
+    mat(tmp_path / "r.mat", {"acc": np.array([1, 2, 4], np.int16)}, do_compression=True)
+    assert motion_of(tmp_path, "r.mat", step=1, unit="g", scale=1 / 9.80665).u_dd[2] == 4
+
+
+MATS = {
+    "which": ({}, "give `column`, its name or number; there are: `t`, `acc`, `late`"),
+    "near": ({"column": "ac"}, "there is no variable `ac`; did you mean `acc`?"),
+    "unit": ({"column": "acc"}, "variable 2 (`acc`) has no unit; write `unit: m/s²` in"),
+    "lengths": ({"column": "late", "time": "t", "unit": "g"}, "(`late`) has 3 samples, variab"),
+    "spacing": ({"column": "acc", "unit": "g"}, "`time: t` is what is missing, as the file"),
+    "gap": ({"column": "late", "unit": "g", "step": 1}, "sample 2, variable 3 (`late`): no fi"),
+    "uneven": ({"column": "acc", "unit": "g", "time": "acc"}, "time runs backwards"),
+}
+
+
+@pytest.mark.parametrize("name", MATS)
+def test_fault_of_a_mat_earns_its_sentence(tmp_path, name):
+    words, sentence = MATS[name]
+    vectors = {"t": np.arange(4.0), "acc": [1.0, 2, 4, 3], "late": [1, np.nan, 2]}
+    others = {"fs": 1.0, "note": "seat", "both": np.eye(3), "cell": {"a": np.arange(3.0)}}
+    mat(tmp_path / "r.mat", vectors | others)
+    if "spacing" not in name:
+        words = {"step": 1} | words if "time" not in words else words
+    assert sentence in refused(tmp_path, "r.mat", **words)
+
+
+def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
+    (tmp_path / "r.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n")
+    assert "is of version 7.3, which is not read; save it by `save -v7`" in refused(
+        tmp_path, "r.mat", step=1
+    )
+    (tmp_path / "r.mat").write_bytes(b"1,2,3\n" * 200)
+    assert "the record is no MAT file, or damaged" in refused(tmp_path, "r.mat", step=1)
+    mat(tmp_path / "r.mat", {"fs": 1.0})
+    assert refused(tmp_path, "r.mat", step=1) == "the MAT file holds no vector of numbers"
+
+
+# AT2
+
+
+HEADERS = ("NPTS=  {n}, DT=   {dt} SEC,", "NPTS={n},DT={dt}", "  {n}  {dt}   NPTS, DT")
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_at2_tells_number_step_and_unit_in_its_header(tmp_path, samples, header):
+    at2(tmp_path / "r.at2", samples, ".0050", header)
+    motion = motion_of(tmp_path, "r.at2")
+    np.testing.assert_allclose(motion.u_dd, samples * 9.80665, rtol=1e-13)
+    assert motion.dt == 0.005
+
+
+def test_unit_of_an_at2_may_come_from_the_scenario(tmp_path, samples):
+    at2(tmp_path / "r.at2", samples, ".01", unit="CAPITALS")
+    assert "series 1 has no unit" in refused(tmp_path, "r.at2")
+    np.testing.assert_allclose(motion_of(tmp_path, "r.at2", unit="m/s2").u_dd, samples)
+    at2(tmp_path / "r.at2", samples, ".01", unit="UNITS OF CM/S/S")
+    np.testing.assert_allclose(motion_of(tmp_path, "r.at2").u_dd, samples / 100)
+    assert "the file says `cm/s/s`" in refused(tmp_path, "r.at2", unit="g")
+
+
+AT2S = {
+    "cut": (
+        lambda text: text[:-30],
+        "the header says NPTS= 500, but there are 499 sa",
+    ),
+    "long": (lambda text: text + "1 2\n", "there are 502 samples, more"),
+    "word": (lambda text: text + "oops 1\n", "row 105: `oops` is not a number"),
+    "nan": (lambda text: text[:-45] + " nan 1\n", "sample 499, series 1: no finite number"),
+    "header": (lambda text: text[:70], "the record is no AT2: none of its first 10 lines"),
+    "step": (lambda text: text.replace(".0050", "-1e-"), "must be above 0, not `NPTS= 500, DT"),
+    "binary": (lambda text: text + "\0", "the record is binary"),
+}
+
+
+@pytest.mark.parametrize("name", AT2S)
+def test_fault_of_an_at2_earns_its_sentence(tmp_path, samples, name):
+    at2(tmp_path / "r.at2", samples, ".0050")
+    change, sentence = AT2S[name]
+    (tmp_path / "r.at2").write_text(change((tmp_path / "r.at2").read_text()))
+    assert sentence in refused(tmp_path, "r.at2")
+
+
+# keys that a format does not use
+
+
+IDLE = {
+    "r.wav": {"column": 1, "time": "t", "rate": 5, "step": 1},
+    "r.mat": {"channel": 1, "full_scale": "1 g"},
+    "r.AT2": {"column": 1, "channel": 1, "time": 1, "rate": 1, "step": 1, "full_scale": "1 g"},
+    "r.csv": {"channel": 1, "full_scale": "1 g"},
+}
+
+
+@pytest.mark.parametrize(("file", "words"), IDLE.items())
+def test_key_that_a_format_does_not_use_is_refused_at_its_place(tmp_path, file, words):
+    for key, value in words.items():
+        scene = tmp_path / "seat.yaml"
+        scene.write_text(
+            "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+            f"excitation:\n  kind: record\n  file: {file}\n  {key}: {value}\n"
+        )
+        with pytest.raises(ScenarioError) as caught:
+            load(scene)
+        (problem,) = caught.value.problems
+        assert (problem.line, problem.column) == (5, 5 + len(key))
+        assert problem.sentence.startswith(f"excitation.{key}: a")
+        assert re.search("remove|in place of", problem.sentence)
+
+
+@pytest.mark.parametrize("given", [50, "50", "-5 g", "5 kg", "g", "0 m/s2", True])
+def test_full_scale_is_a_quantity_above_zero_with_its_unit(tmp_path, given):
+    with pytest.raises(ValidationError):
+        motion_of(tmp_path, "r.wav", full_scale=given)
+
+
+@pytest.mark.parametrize("file", ["r.csv", "r.wav", "r.mat", "r.at2"])
+def test_empty_and_absent_files_are_refused_in_every_format(tmp_path, file):
+    assert "the record is not there" in refused(tmp_path, file)
+    (tmp_path / file).touch()
+    assert refused(tmp_path, file) == "the record is empty"
