@@ -8,6 +8,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -80,9 +81,21 @@ def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
 def test_what_is_swept_is_not_said_to_be_fixed(capsys):
     console.show_table(sweep(*axes(force=[0, 15]), reference=None))
     out = capsys.readouterr().out
-    assert "F_fs" not in out
+    assert "  friction    F_fs = F_fk (not given)\n" in out
     assert "  swept       friction.kinetic 0, 15 N\n" in out
     assert "isolation" not in out
+
+
+def test_static_limit_that_is_swept_is_not_said_to_be_missing(capsys):
+    table = small(reference=None)
+    ratio = SimpleNamespace(key="friction.static_ratio", unit="-", values=(1.0, 1.2))
+    rows = [
+        replace(row, point={**row.point, ratio.key: value}, F_fs=15.0 * value)
+        for value in ratio.values
+        for row in table.rows
+    ]
+    console.show_table(replace(table, axes=(*table.axes, ratio), rows=tuple(rows)))
+    assert "  friction    F_fk 15 N\n" in capsys.readouterr().out
 
 
 def test_base_motion_that_all_cases_share_is_told(capsys):

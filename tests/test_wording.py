@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf, nan, pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -91,3 +92,43 @@ def test_excitation_is_told_by_what_moves_the_base():
     assert wording.excitation("sines", opposed).endswith(", 1.414 m/s² RMS")
     series = Samples(np.zeros(5), 0.25, inputs=(Input("a\x1b.csv", "", 0),))
     assert wording.excitation("record", series) == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s"
+
+
+def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
+    plant = Plant(75.0, 7500.0, 500.0)
+    assert wording.scene(plant, ["excitation.rms"]) == wording.scene(plant)
+    assert wording.scene(plant, ["oscillator.mass"]) == "k_x 7500 N/m"
+    damped = wording.scene(plant, ["oscillator.damping"])
+    assert damped == "m 75 kg, k_x 7500 N/m, f_0 1.592 Hz"
+    law = Law(15.0, 18.0)
+    assert wording.friction(law, kinetic=False) == "F_fs 18 N"
+    assert wording.friction(law, kinetic=False, static=False) == ""
+    assert wording.friction(law, True, False, False) == "F_fs = F_fk (not given)"
+    assert wording.friction(Law(0.0, 0.0), kinetic=False, static=False) == ""
+
+
+@pytest.mark.parametrize(
+    ("table", "people"),
+    [
+        ("m/s2", "m/s²"),
+        ("-", ""),
+        ("N*s/m", "N·s/m"),
+        ("(m/s2)2/Hz", "(m/s²)²/Hz"),
+        ("m3", "m³"),
+    ],
+)
+def test_unit_of_a_table_is_written_as_people_do(table, people):
+    assert wording.pretty(table) == people
+
+
+def test_place_of_a_case_names_keys_by_their_last_word_unless_two_share_it():
+    def axis(key, unit, *values):
+        return SimpleNamespace(key=key, unit=unit, values=values)
+
+    axes = [axis("excitation.frequency", "Hz", 1.6), axis("excitation.rms", "m/s2", 0.5)]
+    point = {"excitation.frequency": 1.6, "excitation.rms": 0.5}
+    assert wording.place(point, axes) == "frequency 1.6 Hz, rms 0.5 m/s²"
+    twins = [axis("a.rms", "m", 1.0), axis("b.rms", "-", 2.0)]
+    assert wording.place({"a.rms": 1.0, "b.rms": 2.0}, twins) == "a.rms 1 m, b.rms 2"
+    assert wording.swept(axis("a.b", "N", 1.0, 2.0)) == "a.b 1, 2 N"
+    assert wording.swept(axis("a.b", "-", *range(9))) == "a.b 0 to 8 (9 values)"

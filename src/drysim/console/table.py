@@ -32,6 +32,9 @@ VALUE = 20
 DIGITS = 3
 """Digits of the ends of a range."""
 
+STATIC = {"friction.static", "friction.static_ratio", "friction.mu_static"}
+"""Keys that give a static limit."""
+
 NAMED = 4
 """Curves whose isolation is told one by one."""
 
@@ -74,14 +77,17 @@ def show_interrupted(table: study.Table, folder: Path) -> None:
 def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     """Give in words what was swept, and what was not."""
     scenario, axes = table.scenario, table.axes
-    blocks = {axis.key.partition(".")[0] for axis in axes if len(axis.values) > 1}
-    plant, law, kind = scenario.oscillator.plant(), scenario.law(), scenario.excitation.kind
-    if "oscillator" not in blocks:
-        yield "oscillator", wording.scene(plant)
-    if "friction" not in blocks:
-        defaulted = scenario.friction is not None and not scenario.friction.static_given
-        yield "friction", wording.friction(law, defaulted)
-    fixed = table.motion is not None and "excitation" not in blocks
+    varied = [axis.key for axis in axes if len(axis.values) > 1]
+    kind, defaulted = (
+        scenario.excitation.kind,
+        not {*varied} & STATIC and not scenario.static_given,
+    )
+    if oscillator := wording.scene(scenario.oscillator.plant(), varied):
+        yield "oscillator", oscillator
+    shared = survey.shared_forces(table.own)
+    if friction := wording.friction(scenario.law(), defaulted, **shared):
+        yield "friction", friction
+    fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
     for name, axis in zip(["swept"] + [""] * len(axes), axes, strict=False):
         yield name, wording.swept(axis)

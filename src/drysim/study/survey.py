@@ -50,6 +50,15 @@ def extremes(rows: Iterable[Row], metric: str) -> tuple[Extreme, Extreme] | None
     return min(known, key=lambda one: one.value), max(known, key=lambda one: one.value)
 
 
+def shared_forces(rows: Iterable[Row]) -> dict[str, bool]:
+    """Give whether all rows share the `kinetic` and the `static` friction force."""
+    forces = {(row.F_fk, row.F_fs) for row in rows}
+    return {
+        "kinetic": len({F_fk for F_fk, _ in forces}) <= 1,
+        "static": len({F_fs for _, F_fs in forces}) <= 1,
+    }
+
+
 def isolation(rows: Iterable[Row]) -> list[Isolation]:
     """Give where isolation begins on every curve over the frequency.
 

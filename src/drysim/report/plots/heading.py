@@ -7,6 +7,7 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from drysim import wording
+from drysim.study import survey
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +43,13 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
         base += f"; swept: {'; '.join(wording.swept(axis) for axis in table.axes)}"
     if left_out:
         base += f" ({left_out} curves are not drawn)"
-    scene = wording.unswept(scenario.oscillator.plant(), scenario.law(), table.axes)
+    varied = [axis.key for axis in table.axes if len(axis.values) > 1]
+    shared = survey.shared_forces(table.own)
+    parts = (
+        wording.scene(scenario.oscillator.plant(), varied),
+        wording.friction(scenario.law(), **shared),
+    )
+    scene = "; ".join(part for part in parts if part)
     words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
     return _title(scenario), words, [scene] if scene else []
 

@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     from drysim.study.table import Row, Table
 
 STEEP = 100.0
-"""Greatest over least value from which on a transmissibility is drawn logarithmically."""
+"""Greatest over least value from which on T_a is drawn logarithmically."""
+
+TUNING = {"oscillator.mass", "oscillator.stiffness"}
+"""Keys that move the natural frequency."""
 
 FAR = 3.0
 """How many times the peak a stroke limit may be away to be drawn."""
@@ -109,7 +112,7 @@ def _drawn(
             ink.along(axes, drawn, named=at == count - 1)
             ink.curves(axes, drawn, panel, quantity.of)
             extra(axes, panel)
-            _upright(axes, [] if quantity is PEAK else list(ink.known(drawn, quantity.of)))
+            _upright(axes, list(ink.known(drawn, quantity.of)) if quantity is T_A else ())
             ink.gaps(axes, drawn, panel)
             _marks(axes, table, drawn)
     unnamed = {line.label for line in drawn.panels[0].lines} if coloured else ()
@@ -139,9 +142,9 @@ def _violations(axes: Axes, drawn: View, panel: Panel) -> None:
 
 def _marks(axes: Axes, table: Table, drawn: View) -> None:
     """Mark the frequencies of the oscillator, where all cases share one."""
-    swept = {axis.key.partition(".")[0] for axis in table.axes if len(axis.values) > 1}
+    varied = {axis.key for axis in table.axes if len(axis.values) > 1}
     plant = table.scenario.oscillator.plant()
-    if drawn.key == FREQUENCY and "oscillator" not in swept and plant.k_x > 0:
+    if drawn.key == FREQUENCY and not varied & TUNING and plant.k_x > 0:
         ink.frequencies(axes, sqrt(plant.k_x / plant.m) / (2 * pi))
 
 

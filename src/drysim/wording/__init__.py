@@ -1,0 +1,14 @@
+"""Numbers and scenes in words, for the terminal and for pictures alike."""
+
+from drysim.wording.cases import place as place
+from drysim.wording.cases import short as short
+from drysim.wording.cases import swept as swept
+from drysim.wording.numbers import UNKNOWN as UNKNOWN
+from drysim.wording.numbers import clean as clean
+from drysim.wording.numbers import millimetres as millimetres
+from drysim.wording.numbers import number as number
+from drysim.wording.numbers import percent as percent
+from drysim.wording.numbers import pretty as pretty
+from drysim.wording.scenes import excitation as excitation
+from drysim.wording.scenes import friction as friction
+from drysim.wording.scenes import scene as scene

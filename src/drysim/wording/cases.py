@@ -1,0 +1,52 @@
+"""The cases of a sweep in words: what is swept, and where one of them is."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Protocol
+
+from drysim.wording.numbers import number, pretty
+
+FEW = 5
+"""Values of a swept key up to which each is named."""
+
+
+class Swept(Protocol):
+    """A swept key with its unit and values."""
+
+    @property
+    def key(self) -> str:
+        """Dotted key of the scenario."""
+
+    @property
+    def unit(self) -> str:
+        """SI unit as in the header of a table."""
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Values in the unit."""
+
+
+def swept(axis: Swept) -> str:
+    """Give what is swept, e.g. `excitation.frequency 0.5 to 10 Hz (96 values)`."""
+    unit, values = pretty(axis.unit), axis.values
+    if len(values) <= FEW:
+        spelled = number(values[-1], unit)
+        return f"{axis.key} {', '.join([*map(number, values[:-1]), spelled])}"
+    low, high = number(min(values)), number(max(values), unit)
+    return f"{axis.key} {low} to {high} ({len(values)} values)"
+
+
+def place(point: Mapping[str, float], axes: Sequence[Swept]) -> str:
+    """Give where a case is, e.g. `frequency 1.6 Hz, rms 0.5 m/s²`."""
+    units = {axis.key: pretty(axis.unit) for axis in axes}
+    return ", ".join(
+        f"{short(key, units)} {number(value, units.get(key, ''))}"
+        for key, value in point.items()
+    )
+
+
+def short(key: str, keys: Collection[str]) -> str:
+    """Give the last word of a swept key, as long as no other ends in it."""
+    last = key.rpartition(".")[2]
+    return key if sum(other.rpartition(".")[2] == last for other in keys) > 1 else last

@@ -1,0 +1,71 @@
+"""Numbers, units and other people's words as a line of text."""
+
+from __future__ import annotations
+
+import re
+from math import floor, log10
+
+SIGNIFICANT = 4
+"""Digits that an engineer reads; the files hold them all."""
+
+UNKNOWN = "not known"
+
+
+def number(value: float | None, unit: str = "", digits: int = SIGNIFICANT) -> str:
+    """Give a number as people write it: few digits, no needless zeros, the unit behind.
+
+    Parameters
+    ----------
+    value : float or None
+        None reads `not known`.
+    unit : str, optional
+        Unit of the value; empty or a dash for none.
+    digits : int, optional
+        Significant digits.
+
+    Returns
+    -------
+    str
+        E.g. `17.26 mm`, `7500 N/m`, `2.1e-15`.
+    """
+    if value is None:
+        return UNKNOWN
+    value += 0.0  # -0.0 is 0 to people
+    size = floor(log10(abs(value))) if value and abs(value) < float("inf") else 0
+    if -4 <= size < 6:
+        text = f"{value:.{max(0, digits - 1 - size)}f}"
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+    else:
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        text = f"{mantissa.rstrip('0').rstrip('.')}e{int(exponent)}"
+    return f"{text} {unit}" if unit not in ("", "-", "–") else text
+
+
+def millimetres(value: float | None) -> str:
+    """Give a length [m] in millimetres, e.g. `17.26 mm`."""
+    return number(None if value is None else value * 1e3, "mm")
+
+
+def percent(share: float | None) -> str:
+    """Give a share [-] in percent; what is neither 0 nor 1 is never rounded to look so."""
+    if share is None:
+        return UNKNOWN
+    if 0 < share < 0.001 or 0.999 < share < 1:
+        return "below 0.1 %" if share < 0.5 else "above 99.9 %"
+    return number(share * 100, "%", 3)
+
+
+def clean(text: str) -> str:
+    """Give a user's text on one line, with all that could drive a terminal spelled out."""
+    return "".join(map(_visible, " ".join(text.split())))
+
+
+def _visible(sign: str) -> str:
+    return sign if sign.isprintable() else sign.encode("unicode_escape").decode()
+
+
+def pretty(unit: str) -> str:
+    """Give the unit of a table as people write it; nothing for a plain number."""
+    signs = {"2": "²", "3": "³"}
+    unit = re.sub(r"(?<=[a-z)])[23]", lambda digit: signs[digit[0]], unit)
+    return "" if unit == "-" else unit.replace("*", "·")

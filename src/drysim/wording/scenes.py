@@ -1,0 +1,97 @@
+"""What is solved, in words: the oscillator, its dry friction, how its base moves."""
+
+from __future__ import annotations
+
+from cmath import rect
+from collections.abc import Collection
+from math import pi, sqrt
+
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant
+from drysim.wording.numbers import clean, number, percent
+
+
+def scene(plant: Plant, swept: Collection[str] = ()) -> str:
+    """Give mass, spring and damper, with what follows from them.
+
+    Parameters
+    ----------
+    plant : Plant
+    swept : collection of str, optional
+        Keys that vary from case to case; what they decide is left out.
+    """
+    varied = [key for key in swept if key.startswith("oscillator.")]
+    m, k_x = "oscillator.mass" not in varied, "oscillator.stiffness" not in varied
+    parts = [f"m {number(plant.m, 'kg')}"] * m + [f"k_x {number(plant.k_x, 'N/m')}"] * k_x
+    if not varied:
+        parts.append(f"b {number(plant.b, 'N·s/m')}")
+    if plant.k_x > 0 and m and k_x:
+        omega_0 = sqrt(plant.k_x / plant.m)
+        parts.append(f"f_0 {number(omega_0 / (2 * pi), 'Hz')}")
+        if not varied:
+            parts.append(f"ξ {number(plant.b / (2 * plant.m * omega_0), digits=3)}")
+    return ", ".join(parts)
+
+
+def friction(
+    law: Law, defaulted: bool = False, kinetic: bool = True, static: bool = True
+) -> str:
+    """Give the dry friction.
+
+    Parameters
+    ----------
+    law : Law
+    defaulted : bool, optional
+        Nobody named a static limit.
+    kinetic, static : bool, optional
+        Whether all cases share the force; one that they do not share is left out.
+    """
+    if law.F_fs == 0 and kinetic and static:
+        return "no dry friction"
+    parts = [f"F_fk {number(law.F_fk, 'N')}"] * kinetic + [
+        f"F_fs {number(law.F_fs, 'N')}"
+    ] * static
+    text = ", ".join(parts)
+    if defaulted:
+        text += " (not given: F_fs = F_fk)" if text else "F_fs = F_fk (not given)"
+    if law.variation and kinetic and static:
+        varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
+        text += f", both {varied}"
+    return text
+
+
+def excitation(kind: str, motion: Sines | Samples) -> str:
+    """Give the base motion: its kind on the shelf and what it amounts to."""
+    if isinstance(motion, Samples):
+        length = (len(motion.u_dd) - 1) * motion.dt
+        files = "".join(f" {clean(source.file)}" for source in motion.inputs)
+        files += f" {motion.realised['class']}" if "class" in motion.realised else ""
+        grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
+        return f"{kind}{files}, {grid}, {number(length, 's')}{_realised(motion)}"
+    if not motion.A:
+        return f"{kind}, the base stands still"
+    low, high = min(motion.f), max(motion.f)
+    band = number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
+    count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
+    return f"{kind}{count} {band}, {number(_rms(motion), 'm/s² RMS')}"
+
+
+def _realised(motion: Samples) -> str:
+    """Give what came out of a generated signal beside what was asked for."""
+    words = []
+    for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
+        found, asked = motion.realised.get(name), motion.realised.get(f"{name}_asked")
+        if isinstance(found, float) and isinstance(asked, float):
+            words.append(f"{number(found, unit)} (asked for: {number(asked)})")
+    error = motion.realised.get("psd_error")
+    if isinstance(error, float):
+        words.append(f"PSD within {percent(error)} of its peak")
+    return "".join(f", {word}" for word in words)
+
+
+def _rms(motion: Sines) -> float:
+    """Give the RMS of a sum of sines; those of one frequency add up by their phases."""
+    sums: dict[float, complex] = {}
+    for A, f, phase in zip(*motion, strict=True):
+        sums[f] = sums.get(f, 0.0) + rect(A, phase)
+    return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)
