@@ -32,8 +32,8 @@ def orbit(
     marginal = kernel.orbit.marginal(*scene)
     *_, events, peak = kernel.orbit.one_period(*scene)
     return SimpleNamespace(
-        state=(x_r, v_r), marginal=marginal, peak=peak * K / M, multiple=multiple, closure=closure, periods=periods, events=events,
-        kinds=log.kind[:events].tolist(),
+        state=(x_r, v_r), marginal=marginal, peak=peak * K / M, multiple=multiple,
+        closure=closure, periods=periods, events=events, kinds=log.kind[:events].tolist(),
     )  # fmt: skip
 
 
@@ -125,7 +125,7 @@ def test_mass_that_never_moves_is_settled_after_one_period(kernel: SimpleNamespa
 def test_continuum_of_orbits_at_half_the_natural_frequency_is_recognised(
     kernel: SimpleNamespace, zeta: float, marginal: bool
 ) -> None:
-    # Without damping, β = 1/2 has a continuum of asymmetric orbits (Csernák, Stépán, Shaw 2007).
+    # Without damping β = 1/2 has a continuum of orbits (Csernák, Stépán and Shaw 2007).
     ends = []
     for x_r in (0.0035, 0.0045):
         found = orbit(kernel, 0.5, zeta, 0.2, start=(x_r, -0.0666666))

@@ -64,9 +64,9 @@ def test_start_at_rest_that_accelerates_is_not_a_stop_at_zero(kernel: SimpleName
 def test_swing_that_starts_at_its_top_is_followed_down(kernel: SimpleNamespace) -> None:
     w = (2 * math.pi) ** 2
     v, a, j = 3.0, 0.0, -w
-    found = kernel.stop.locate_stop(0.0, w, v, a, j, 40.0)
+    found = kernel.stop.locate_stop(0.0, w, v, a, j + w * v, 40.0)
     assert found == math.inf  # v = 3 - (1 - cos) stays above 1
-    assert kernel.stop.locate_stop(0.0, w, 1.9, a, j, 40.0) == pytest.approx(
+    assert kernel.stop.locate_stop(0.0, w, 1.9, a, j + w * 1.9, 40.0) == pytest.approx(
         math.acos(-0.9) / (2 * math.pi), rel=1e-14
     )
 

@@ -9,6 +9,9 @@ from drysim.core.compiled import compiled
 STICK, SLIP, REVERSAL = 0, 1, 2
 """Kinds of event; slip and reversal carry the sign of the new direction."""
 
+ROUNDING = 1e-15
+"""Relative error of a limit force: the product and the sum round, as does the state."""
+
 ROOM = 4096
 """Most events that one step may hold; more is a scene at the end of double precision."""
 
@@ -48,6 +51,16 @@ def limit_force(plant, x_r, u_dd):
 
 
 @compiled
+def holding_force(plant, law, x_r):
+    """Give the greatest |F_L| that a stuck mass bears [N]: F_fs, to the rounding of F_L.
+
+    Equality sticks, and a force a few roundings beyond is equal: else a mass that creeps up to
+    its limit would stop and start at each rounding.
+    """
+    return law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
+
+
+@compiled
 def sign(value):
     """Give -1, 0 or 1."""
     return 1 if value > 0.0 else (-1 if value < 0.0 else 0)
@@ -55,11 +68,11 @@ def sign(value):
 
 @compiled
 def first_mode(plant, law, x_r, v_r, u_dd):
-    """Give the direction of sliding at the start, 0 for stuck, by the rules of any instant."""
+    """Give the direction of sliding at the start, 0 for stuck."""
     if v_r != 0.0:
         return sign(v_r)
     F_L = limit_force(plant, x_r, u_dd)
-    return 0 if abs(F_L) <= law.F_fs else -sign(F_L)
+    return 0 if abs(F_L) <= holding_force(plant, law, x_r) else -sign(F_L)
 
 
 @compiled

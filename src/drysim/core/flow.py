@@ -74,7 +74,8 @@ def flow(c, w, s):
     y = h - c * Y - w * YY
     y_d = 1.0 - c * y - w * Y
     for _ in range(doublings):
-        keep = 1.0 - w * Y
+        # Not 1 - w Y, which is the same but loses what is left of a motion that dies away.
+        keep = y_d + c * y
         YY = YY * (1.0 + keep) + Y * (h + y)
         Y, y, y_d = Y * (1.0 + keep) + y * y, y * (keep + y_d), y_d * y_d - w * y * y
         h *= 2.0
@@ -146,7 +147,7 @@ def wave(c, w, omega, s):
     cosine = math.cos(omega * h)
     P_d = sine - c * P - w * R
     for _ in range(doublings):
-        keep = 1.0 - w * Y
+        keep = y_d + c * y
         back = omega * omega * sine
         R, P, P_d = (
             (keep + cosine) * R + (y + sine) * P,

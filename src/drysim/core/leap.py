@@ -6,6 +6,7 @@ from drysim.core.compiled import compiled
 from drysim.core.events import (
     REVERSAL,
     ROOM,
+    ROUNDING,
     SLIP,
     STICK,
     limit_force,
@@ -95,7 +96,7 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
         F_L = limit_force(plant, x_r, u_dd)
         F_fs = law.F_fs * normal_force(law, waves, stop)[0]
         closest = min(closest, tightness(F_L, F_fs))
-        if abs(F_L) <= F_fs:
+        if abs(F_L) <= F_fs + ROUNDING * (F_fs + abs(k_x * x_r)):
             d = 0
             count = note(log, count, n, begin, STICK, x_r, F_L)
         else:

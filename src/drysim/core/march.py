@@ -15,6 +15,7 @@ from drysim.core.events import (
     ROOM,
     SLIP,
     STICK,
+    holding_force,
     limit_force,
     note,
     sign,
@@ -59,7 +60,7 @@ def through_events(plant, law, u_0, slope, h, n, x_r, v_r, d, log, count, closes
     while count < room:
         if d == 0:
             F_L = limit_force(plant, x_r, u_0 + slope * h)
-            if abs(F_L) <= law.F_fs:
+            if abs(F_L) <= holding_force(plant, law, x_r):
                 return x_r, 0.0, 0, count, closest
             # Break-away: F_L is linear in time, so it meets the limit at a quotient.
             d = -sign(F_L)
@@ -69,19 +70,19 @@ def through_events(plant, law, u_0, slope, h, n, x_r, v_r, d, log, count, closes
             count = note(log, count, n, begin, d * SLIP, x_r, F_L)
             a = d * (law.F_fs - law.F_fk) / m
             v_r = 0.0
-        j = -slope - c * a - w * v_r
         left = h - begin
-        stop = locate_stop(c, w, d * v_r, d * a, d * j, left)
+        stop = locate_stop(c, w, d * v_r, d * a, -d * slope, left)
         length = left if stop == NEVER else stop
-        y, _, Y, YY = flow(c, w, length)
-        x_r += v_r * length + a * (Y + c * YY) + j * YY
+        y, y_d, Y, YY = flow(c, w, length)
+        p = a + c * v_r
+        x_r += v_r * y + p * Y - slope * YY
         if stop == NEVER:
-            return x_r, v_r + a * (y + c * Y) + j * Y, d, count, closest
+            return x_r, v_r * y_d + p * y - slope * Y, d, count, closest
         begin = min(begin + stop, h)
         v_r = 0.0
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
         closest = min(closest, tightness(F_L, law.F_fs))
-        if abs(F_L) <= law.F_fs:
+        if abs(F_L) <= holding_force(plant, law, x_r):
             d = 0
             count = note(log, count, n, begin, STICK, x_r, F_L)
         else:
@@ -140,7 +141,8 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     while n < end and 0 <= count <= full:
         if d == 0:
             F_k = k_x * x_r
-            while n < end and abs(m * u_dd[n + 1] + F_k) <= law.F_fs:
+            hold = holding_force(plant, law, x_r)
+            while n < end and abs(m * u_dd[n + 1] + F_k) <= hold:
                 n += 1
                 x_out[n] = x_r
                 v_out[n] = 0.0

@@ -10,6 +10,7 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
+from drysim.core.events import ROUNDING
 from drysim.core.flow import flow, wave
 
 
@@ -78,8 +79,8 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
         y, y_d, Y, YY = flow(c, w, s)
     x = 0.0
     v = 0.0
-    push = g + r * s
-    push_d = r
+    push = 0.0
+    push_d = 0.0
     for i in range(n):
         omega = waves.omega[i]
         from_sine = -waves.A[i] * math.cos(waves.theta[i])
@@ -89,11 +90,15 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
         v += from_sine * omega * P + from_cosine * P_d
         push += from_sine * omega * sine + from_cosine * cosine
         push_d += omega * (from_sine * cosine - from_cosine * omega * sine)
-    p = g - w * x_r
-    x += x_r + v_r * y + p * Y + r * YY
-    v += v_r * y_d + p * y + r * Y
+    # What the waves do and what is left of the start are added up apart: a motion that dies out
+    # under a steady force keeps the sign of its velocity and acceleration.
     a = push - c * v - w * x
-    return x, v, a, push_d - c * a - w * v
+    j = push_d - c * a - w * v
+    p = g - w * x_r
+    a_start = (p - c * v_r) * y_d + (r - w * v_r) * y
+    v_start = v_r * y_d + p * y + r * Y
+    x += x_r + v_r * y + p * Y + r * YY
+    return x, v + v_start, a + a_start, j + r - c * a_start - w * v_start
 
 
 @compiled
@@ -136,12 +141,15 @@ def margin(plant, law, waves, x_r, u_0, slope, side, s):
     Returns
     -------
     G, G_d, G_dd : float
-        F_fs - side·F_L [N], [N/s], [N/s²]; below zero the mass has broken away.
+        F_fs - side·F_L [N], [N/s], [N/s²], roundings allowed for; below zero the mass has
+        broken away.
     """
     u_dd, rate, bend = base_motion(waves, u_0, slope, s)
     load, load_d, load_dd = normal_force(law, waves, s)
+    F_k = plant.k_x * x_r
+    hold = law.F_fs * load
     return (
-        law.F_fs * load - side * (plant.m * u_dd + plant.k_x * x_r),
+        hold + ROUNDING * (hold + abs(F_k)) - side * (plant.m * u_dd + F_k),
         law.F_fs * load_d - side * plant.m * rate,
         law.F_fs * load_dd - side * plant.m * bend,
     )

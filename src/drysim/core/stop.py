@@ -61,23 +61,27 @@ def first_extremum(c, w, a, j):
 
 
 @compiled
-def velocity(c, w, v, a, j, s):
-    """Give the velocity and acceleration at time s from those, and the jerk, at time 0."""
+def velocity(c, w, v, a, r, s):
+    """Give the velocity and acceleration at time s from those at time 0.
+
+    Written so that a motion that dies away keeps its sign: where r = 0 nothing is subtracted
+    from what is left of it.
+    """
     y, y_d, Y, _ = flow(c, w, s)
-    return v + a * (y + c * Y) + j * Y, a * (y_d + c * y) + j * y
+    return v * y_d + (a + c * v) * y + r * Y, a * y_d + (r - w * v) * y
 
 
 @compiled
-def polish(c, w, v, a, j, lo, hi):
+def polish(c, w, v, a, r, lo, hi):
     """Give the zero of a velocity that falls once through it from lo to hi: guarded Newton."""
     s = hi
     if lo == 0.0 and a < 0.0:
         # Where the parabola through the start meets zero.
-        square = a * a - 2.0 * v * j
+        square = a * a - 2.0 * v * (r - c * a - w * v)
         if square >= 0.0:
             s = min(2.0 * v / (-a + math.sqrt(square)), hi)
     for _ in range(NEWTON_CAP):
-        value, slope = velocity(c, w, v, a, j, s)
+        value, slope = velocity(c, w, v, a, r, s)
         if value > 0.0:
             lo = s
         elif value < 0.0:
@@ -96,7 +100,7 @@ def polish(c, w, v, a, j, lo, hi):
 
 
 @compiled
-def locate_stop(c, w, v, a, j, h):
+def locate_stop(c, w, v, a, r, h):
     """Give the first time in (0, h] at which a velocity above zero is zero again.
 
     Parameters
@@ -119,6 +123,7 @@ def locate_stop(c, w, v, a, j, h):
     No stop is missed: every falling stretch between extrema is looked at in turn. A velocity
     that just touches zero has stopped.
     """
+    j = r - c * a - w * v
     end = first_extremum(c, w, a, j)
     gap = spacing_of_extrema(c, w)
     begin = 0.0
@@ -127,8 +132,8 @@ def locate_stop(c, w, v, a, j, h):
         end = begin + gap
     while begin < h:
         until = min(end, h)
-        if velocity(c, w, v, a, j, until)[0] <= 0.0:
-            return polish(c, w, v, a, j, begin, until)
+        if velocity(c, w, v, a, r, until)[0] <= 0.0:
+            return polish(c, w, v, a, r, begin, until)
         begin = end + gap
         end = begin + gap
     return NEVER
