@@ -73,11 +73,26 @@ def _window(outcome: Outcome) -> str:
     return f"{number(end - settle, 's')}{settled}"
 
 
+def _felt(outcome: Outcome) -> Iterator[Row]:
+    """Give the weighted metrics, where they were asked for."""
+    metrics, weights = outcome.metrics, outcome.scenario.measure.weights
+    if weights is None or metrics["a_w"] is None:
+        return
+    SEAT, dose = number(metrics["SEAT"]), number(metrics["VDV"], "m/s^1.75")
+    yield Row("SEAT", SEAT, f"by dose {number(metrics['SEAT_VDV'])}, VDV {dose}")
+    how = f"{weights[0]}, k {number(weights[1])}"
+    highest, crest = number(metrics["MTVV"], "m/s²"), number(metrics["crest_factor"])
+    yield Row(
+        "a_w", number(metrics["a_w"], "m/s²"), f"{how}; MTVV {highest}, crest factor {crest}"
+    )
+
+
 def _rows(outcome: Outcome) -> Iterator[Row]:
     """Give the metrics that matter most, in the units of an engineer."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     a_x, a_u = number(metrics["a_x"], "m/s²"), number(metrics["a_u"], "m/s²")
     yield Row("T_a", number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
+    yield from _felt(outcome)
     x_r, u = millimetres(metrics["x_r_rms"]), millimetres(metrics["u_rms"])
     yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}")
     used = percent(metrics["stroke_used"])

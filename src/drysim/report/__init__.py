@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report import digest, plots, rows, tables
+from drysim.report import digest, plots, rows, spectrum, tables
 from drysim.report.claim import JOURNAL, MARKER
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
@@ -37,10 +37,16 @@ def compared_scenario(made: Comparison, folder: Path) -> None:
     resolved_scenario(made.table, folder)
 
 
-WRITERS = (resolved_scenario, tables.response, tables.events, tables.stroke_violations)
+WRITERS = (
+    resolved_scenario,
+    tables.response,
+    tables.events,
+    tables.stroke_violations,
+    spectrum.spectra,
+)
 """Each takes an outcome and a folder, and writes its file when there is anything to write."""
 
-PAINTERS = (plots.response,)
+PAINTERS = (plots.response, plots.spectra)
 """The same, for files that `--no-plots` leaves out."""
 
 TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violations)

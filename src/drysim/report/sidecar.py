@@ -18,6 +18,7 @@ import drysim
 from drysim.core.motion import Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.report.bare import bare_command, bare_name, plain
+from drysim.report.spectrum import told
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -58,6 +59,8 @@ def sidecar(outcome: Outcome, command: str, exit_code: int, files: Mapping[str, 
         "cases": 1,
         "energy_residual": outcome.metrics["energy_residual"],
     }
+    if outcome.spectra is not None:
+        numerics["spectra"] = told(outcome.spectra)
     found = {"numerics": numerics, "software": software(), "metrics": outcome.metrics}
     return framed(outcome, outcome.response.motion, found, command, exit_code, files)
 

@@ -76,7 +76,7 @@ def events(outcome: Outcome, folder: Path) -> None:
     found = outcome.response.events
     names = found.names
     blocks = (
-        [_texts(found.t[part]), names[part], _texts(found.x_r[part]), _texts(found.F_L[part])]
+        [texts(found.t[part]), names[part], texts(found.x_r[part]), texts(found.F_L[part])]
         for part in _parts(len(found))
     )
     write(folder / "events.csv", [*map(heading, EVENTS)], blocks)
@@ -107,10 +107,10 @@ def _motion(motion: Response, part: slice) -> list[Iterable[str]]:
         motion.acceleration(part),
         motion.friction(part),
     )
-    return [*map(_texts, series), map("01".__getitem__, (motion.d[part] == 0).tolist())]
+    return [*map(texts, series), map("01".__getitem__, (motion.d[part] == 0).tolist())]
 
 
-def _texts(values: Floats) -> Iterator[str]:
+def texts(values: Floats) -> Iterator[str]:
     """Give the shortest text that reads back as the same number; -0.0 becomes 0.0."""
     return map(repr, (values + 0.0).tolist())
 

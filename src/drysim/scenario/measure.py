@@ -37,6 +37,12 @@ class Measure(Block):
     weighting: Literal["Wk", "Wd", "Wc"] | None = None
     """Frequency weighting of ISO 2631-1: alone it has k = 1; beside `direction` it must be that
     of the direction."""
+    spectra: StrictBool = False
+    """Whether a run gives the spectra of base and mass and the transmissibility H1 between
+    them; for random base motion and records."""
+    segment: Annotated[float, Quantity("s", above=0)] | None = None
+    """Length of a segment of the spectra [s], whose lines are 1/segment apart; default: an
+    eighth of the window."""
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
@@ -47,6 +53,8 @@ class Measure(Block):
                 "take one of both away",
                 "weighting",
             )
+        if self.segment is not None and not self.spectra:
+            raise Misfit("has a meaning only beside `spectra: true`", "segment")
         return self
 
     @property

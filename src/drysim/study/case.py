@@ -13,6 +13,7 @@ from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
 from drysim.study import memory
+from drysim.study.spectral import refusal
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -87,16 +88,19 @@ def prepare(scenario: Scenario) -> Case:
     RecordError
         When the record of the excitation cannot be used.
     ScenarioError
-        When the window of the metrics lies beyond the end of the motion, or the case needs more
-        memory than the machine has.
+        When the window of the metrics lies beyond the end of the motion, the spectra cannot be
+        had, or the case needs more memory than the machine has.
     UsageError
         When the environment names an engine that there is not.
     """
     require_engine()
     motion = base_motion(scenario)
-    return assemble(
+    case = assemble(
         scenario, motion, (*cautions(scenario, motion), *getattr(motion, "cautions", ()))
     )
+    if refused := refusal(case):
+        raise misfit(scenario, *refused)
+    return case
 
 
 def assemble(

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.checks import Verdict
     from drysim.scenario import Scenario
+    from drysim.spectra import Spectra
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,8 @@ class Outcome:
         One for every check of the scenario, in its order.
     warnings : tuple of Caution
         Each slug at most once per place, in the order in which they were found.
+    spectra : Spectra or None
+        Of base and mass, where the scenario asks for them.
     """
 
     scenario: Scenario
@@ -37,6 +40,7 @@ class Outcome:
     metrics: dict[str, float | int | None]
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[Caution, ...] = ()
+    spectra: Spectra | None = None
 
     @property
     def events(self) -> Events:

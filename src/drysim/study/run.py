@@ -10,6 +10,7 @@ from drysim.study import comfort
 from drysim.study.case import Case, prepare
 from drysim.study.cautions import found, orbit_doubtful
 from drysim.study.outcome import Outcome
+from drysim.study.spectral import spectra_of
 from drysim.study.steady import orbit_of
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def solve(case: Case) -> Outcome:
     assert track is not None, "an approach gives its response with its track"
     metrics = measure(track, window, case.limit, response.numerics.closure, case.goes_on)
     metrics |= comfort.weighted(case, response, window)
+    spectra, unclear = spectra_of(case, response, window)
     # The stroke limit holds while the motion settles, too.
     late = window[0] > 0 and metrics["violations"]
     whole = measure(track, (0.0, window[1]), case.limit) if late else metrics
@@ -62,7 +64,8 @@ def solve(case: Case) -> Outcome:
         response,
         metrics,
         tuple(check.judge(metrics) for check in case.scenario.checks),
-        (*case.cautions, *doubts, *found(response, whole, case.limit)),
+        (*case.cautions, *doubts, *found(response, whole, case.limit), *unclear),
+        spectra,
     )
 
 

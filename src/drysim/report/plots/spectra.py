@@ -1,0 +1,87 @@
+"""The picture of the spectra of a run: PSD of base and mass, transmissibility, coherence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim.report.plots import canvas, heading, layout
+from drysim.report.plots.panels import BASE, MASS
+from drysim.spectra import viscous_transmissibility
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from drysim.spectra import Spectra
+    from drysim.study.outcome import Outcome
+
+POWER = 1e-3
+"""Where the PSD of the base is below this share of its peak, H1 is the ratio of two leaks."""
+
+DECADES = 1e-6
+"""How far below its peak a PSD is drawn."""
+
+VISCOUS: dict[str, Any] = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
+COHERENCE: dict[str, Any] = {"color": "#8c4b00", "linewidth": 1.0, "linestyle": (0, (1, 1))}
+
+
+def spectra(outcome: Outcome, folder: Path) -> None:
+    """Write spectra.png, but only when spectra were asked for.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    folder : Path
+        Where to write.
+    """
+    if outcome.spectra is not None:
+        canvas.paint(lambda: draw(outcome), folder / "spectra.png")
+
+
+def draw(outcome: Outcome) -> Figure:
+    """Give the picture of the spectra of an outcome, not yet rendered."""
+    found = outcome.spectra
+    assert found is not None, "only what was asked for is drawn"
+    strong = found.G_u > POWER * found.G_u.max(initial=0.0)
+    figure, grid = layout.sheet(1, 2)
+    _densities(figure.add_subplot(grid[0, 0]), found)
+    _transmissibility(figure.add_subplot(grid[0, 1]), found, strong, outcome)
+    for axes in figure.axes:
+        axes.set_xscale("log")
+        axes.set_xlabel("frequency $f$ [Hz]")
+        if strong.any():
+            axes.set_xlim(found.f[0], 2.0 * found.f[strong][-1])
+    title, words, symbols = heading.lines(outcome)
+    how = f"{found.segments} segments of {found.segment:.3g} s, Hann, half overlapping"
+    layout.complete(figure, grid, (title, [*words, f"spectra: Welch, {how}"], symbols))
+    return figure
+
+
+def _densities(axes: Axes, found: Spectra) -> None:
+    """Draw the PSD of base and mass."""
+    axes.set_title("PSD of acceleration [(m/s²)²/Hz]", loc="left")
+    axes.plot(found.f, found.G_x, **MASS, label="mass ẍ")
+    axes.plot(found.f, found.G_u, **BASE, label="base ü")
+    peak = max(found.G_u.max(initial=0.0), found.G_x.max(initial=0.0))
+    if peak > 0:
+        axes.set_yscale("log")
+        axes.set_ylim(DECADES * peak, 3.0 * peak)
+
+
+def _transmissibility(axes: Axes, found: Spectra, strong: Any, outcome: Outcome) -> None:
+    """Draw H1 and its coherence where the base moves, and T_a without friction."""
+    axes.set_title("transmissibility H1 and coherence [-]", loc="left")
+    H1 = np.where(strong, np.abs(found.H1), np.nan)
+    axes.plot(found.f, H1, **MASS, label="H1")
+    viscous = viscous_transmissibility(outcome.response.plant, found.f)
+    axes.plot(found.f, viscous, **VISCOUS, label="$T_a$ without friction")
+    coherence = np.where(strong, found.coherence, np.nan)
+    axes.plot(found.f, coherence, **COHERENCE, label="coherence")
+    axes.set_yscale("log")
+    shown = viscous[strong & np.isfinite(viscous) & (viscous > 0)]
+    values = np.concatenate((shown, H1[strong & np.isfinite(H1)], [1.0]))
+    values = values[values > 0]
+    axes.set_ylim(0.5 * max(values.min(), 1e-3), 2.0 * values.max())

@@ -1,0 +1,135 @@
+"""Spectra: response PSD = |T|² G without friction, and what makes an estimate no estimate."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import drysim
+from drysim.spectra import viscous_transmissibility
+
+FLAT = {"kind": "psd", "points": [[0.5, 1], [20, 1]], "duration": 400, "seed": 3}
+ASKED = {"settle": 5, "spectra": True, "segment": 10}
+
+
+def outcome_of(seat, **changes):
+    """Run the seat on flat noise with blocks replaced."""
+    words = {"excitation": FLAT, "measure": ASKED, "solver.step": 2e-3} | {
+        key.replace("__", "."): value for key, value in changes.items()
+    }
+    return drysim.run(drysim.load(seat, words))
+
+
+def inside(found):
+    """Give the lines inside the band, where no window leaks over its edges."""
+    return (found.f > 1) & (found.f < 18)
+
+
+def test_response_psd_without_friction_is_that_of_the_base_times_the_square_of_t(seat):
+    outcome = outcome_of(seat, friction=None)
+    found = outcome.spectra
+    at = inside(found)
+    T = viscous_transmissibility(outcome.response.plant, found.f)[at]
+    scatter = 1 / np.sqrt(0.95 * found.segments)
+    ratio = found.G_x[at] / (T**2 * found.G_u[at])
+    # The same noise is in both, so only leakage of the window is left of the scatter.
+    assert ratio == pytest.approx(1.0, abs=0.05)
+    off = found.G_x[at] / T**2 - 1.0  # the definition: 1 (m/s²)²/Hz
+    assert np.abs(off).max() < 4 * scatter
+    assert abs(off.mean()) < 0.02
+
+
+def test_h1_without_friction_is_the_transmissibility_in_modulus_and_phase(seat):
+    outcome = outcome_of(seat, friction=None)
+    found, (m, k_x, b) = outcome.spectra, outcome.response.plant
+    at = inside(found)
+    s = 2j * np.pi * found.f[at]
+    T = (k_x + b * s) / (m * s * s + b * s + k_x)
+    assert np.abs(found.H1[at] / T - 1).max() < 0.02
+    assert found.coherence[at].min() > 0.985
+
+
+def test_friction_takes_coherence_away(seat):
+    found = outcome_of(seat, friction__kinetic=200).spectra
+    assert found.coherence[inside(found)].mean() < 0.9
+
+
+def test_spectra_hold_the_mean_square(seat):
+    outcome = outcome_of(seat)
+    found = outcome.spectra
+    for G, name in ((found.G_u, "a_u"), (found.G_x, "a_x")):
+        area = float(G.sum()) / found.segment
+        assert area == pytest.approx(outcome.metrics[name] ** 2, rel=0.03)
+
+
+def test_held_mass_moves_as_its_base(seat):
+    found = outcome_of(seat, friction={"law": "coulomb", "kinetic": 5000}).spectra
+    assert found.G_x.tolist() == found.G_u.tolist()
+    assert np.abs(found.H1 - 1).max() < 1e-12
+
+
+def test_scaling_motion_and_friction_scales_the_psd_and_leaves_h1(seat):
+    once, twice = (
+        outcome_of(
+            seat, excitation=FLAT | {"rms": rms, "duration": 40}, friction__kinetic=20 * rms
+        ).spectra
+        for rms in (2.0, 4.0)
+    )
+    assert twice.G_x == pytest.approx(4 * once.G_x, rel=1e-6)
+    at = inside(once)
+    assert twice.H1[at] == pytest.approx(once.H1[at], rel=1e-9)
+
+
+def test_too_few_segments_are_a_warning(seat):
+    short = outcome_of(seat, excitation=FLAT | {"duration": 40})
+    assert short.spectra.segments == 6
+    assert "few-segments" in {caution.slug for caution in short.warnings}
+
+
+def test_lines_wider_than_the_resonance_are_a_warning(seat):
+    wide = outcome_of(seat, friction=None, oscillator__damping=10)
+    (caution,) = (one for one in wide.warnings if one.slug == "coarse-spectra")
+    assert caution.numbers["width"] == pytest.approx(10 / (2 * np.pi * 75))
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "sentence"),
+    [
+        ({"measure.segment": 500}, "measure.segment", "longer than the window of 395 s"),
+        ({"measure.segment": 0.01}, "measure.segment", "0.08 s at least, 16 steps"),
+        ({"measure.spectra": False}, "measure.segment", "only beside `spectra: true`"),
+        (
+            {"excitation": {"kind": "harmonic", "frequency": 1, "rms": 1}},
+            "measure.spectra",
+            "no use for harmonic",
+        ),
+    ],
+)
+def test_spectra_that_cannot_be_had_are_a_fault(seat, changes, key, sentence):
+    words = {"excitation": FLAT, "measure": ASKED, "solver.step": 5e-3} | changes
+    if "excitation" in changes:
+        words["measure"] = {"spectra": True}
+    with pytest.raises(drysim.ScenarioError) as fault:
+        drysim.run(drysim.load(seat, words))
+    (problem,) = fault.value.problems
+    assert (problem.key, sentence in problem.sentence) == (key, True)
+
+
+def test_files_of_spectra_are_written_when_asked_for(drysim, seat):
+    words = [
+        "--set", "excitation={kind: standard, class: EM6, duration: 20, seed: 1}",
+        "--set", "friction=null", "--out", "out",
+    ]  # fmt: skip
+    drysim("run", seat, *words, "--set", "measure={spectra: true}")
+    lines = (seat.parent / "out/spectra.csv").read_text().splitlines()
+    assert lines[0] == (
+        "f [Hz],G_u [(m/s2)2/Hz],G_x [(m/s2)2/Hz],H1 [-],phase [rad],coherence [-]"
+    )
+    assert float(lines[1].split(",")[0]) == pytest.approx(1 / 2.5, rel=1e-3)
+    told = json.loads((seat.parent / "out/drysim.json").read_text())["numerics"]["spectra"]
+    assert (told["segment"], told["segments"]) == (2.5, 15)
+    assert (seat.parent / "out/spectra.png").stat().st_size > 10_000
+    drysim("run", seat, *words, "--set", "measure={}")
+    assert not list((seat.parent / "out").glob("spectra*"))
