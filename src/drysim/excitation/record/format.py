@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from importlib import import_module
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from drysim.excitation.record.columns import Columns
-from drysim.excitation.record.file import File, fault
+from drysim.excitation.record.file import File
 
 OWN_STEP = "knows the step of its samples; remove `{key}`"
+NO_TIME = "knows the times of its samples; remove `{key}`"
 AS_CHANNEL = "has channels; write `channel` in place of `column`"
 NO_CHANNEL = "has no channels; write `column` in place of `channel`"
 ONE_SERIES = "has one series only; remove `{key}`"
@@ -35,21 +35,3 @@ class Format(NamedTuple):
     suffixes: tuple[str, ...]
     columns: Callable[[File], Columns]
     idle: Mapping[str, str]
-
-
-def package(module: str, extra: str, file: File) -> Any:
-    """Give a package that only one format needs.
-
-    Raises
-    ------
-    RecordError
-        When it is not installed; the sentence says how to install it.
-    """
-    try:
-        return import_module(module)
-    except ImportError:
-        suffix = file.path.suffix.lower()
-        sentence = f"a `{suffix}` record needs the package {module}"
-        raise fault(
-            file.shown, f'{sentence}; install it by: pip install "drysim[{extra}]"'
-        ) from None

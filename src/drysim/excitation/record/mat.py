@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import File, fault
+from drysim.excitation.record.foreign import read_by
 from drysim.excitation.record.format import NO_CHANNEL, NO_FULL_SCALE, Format
 
 REAL = {"double", "single"} | {f"{sign}int{n}" for sign in ("", "u") for n in (8, 16, 32, 64)}
@@ -32,11 +33,7 @@ def columns(file: File) -> Channels:
     from scipy.io import whosmat
 
     stream: Any = BytesIO(file.raw)
-    try:
-        listed = whosmat(stream)
-    except Exception as error:  # it raises whatever its parser raises
-        sentence = f"the record is no MAT file, or damaged: {_why(error)}"
-        raise fault(file.shown, sentence) from None
+    listed = read_by(lambda: whosmat(stream), file, "the record is no MAT file, or damaged")
     vectors = [
         str(name)
         for name, shape, kind in listed
@@ -52,17 +49,10 @@ def _load(file: File, name: str) -> NDArray[np.generic]:
     from scipy.io import loadmat
 
     stream: Any = BytesIO(file.raw)
-    try:
-        values = np.asarray(loadmat(stream, variable_names=[name])[name])
-    except Exception as error:  # as above
-        sentence = f"variable `{Label(name, name).quote}` cannot be read: {_why(error)}"
-        raise fault(file.shown, sentence) from None
-    return values.ravel()
-
-
-def _why(error: Exception) -> str:
-    lines = str(error).splitlines()
-    return lines[0] if lines else type(error).__name__
+    what = f"variable `{Label(name, name).quote}` cannot be read"
+    return read_by(
+        lambda: np.asarray(loadmat(stream, variable_names=[name])[name]).ravel(), file, what
+    )
 
 
 MAT = Format(

@@ -1,0 +1,68 @@
+"""Packages that read one format: imported late, kept quiet, their exceptions made faults."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any, TypeVar
+
+from drysim.errors import RecordError
+from drysim.excitation.record.file import Cell, File, fault
+
+T = TypeVar("T")
+
+
+def package(module: str, extra: str, file: File) -> Any:
+    """Give a package that only one format needs.
+
+    Raises
+    ------
+    RecordError
+        When it is not installed; the sentence says how to install it.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return import_module(module)
+    except ImportError:
+        sentence = f"a `{file.path.suffix}` record needs the package {module}"
+        way = f'pip install "drysim[{extra}]"'
+        raise fault(file.shown, f"{sentence}; install it by: {way}") from None
+
+
+def read_by(read: Callable[[], T], file: File, what: str) -> T:
+    """Let a package read: without its warnings and its log, and with what it raises as a fault.
+
+    Raises
+    ------
+    RecordError
+        For any exception; its sentence begins with `what`.
+    """
+    with _hushed():
+        try:
+            return read()
+        except RecordError:
+            raise
+        except Exception as error:  # a parser raises whatever a damaged file leads it to
+            why = Cell(" ".join(str(error).split()), 0).quote or type(error).__name__
+        gc.collect()  # half-made readers may complain once more when they are let go
+    raise fault(file.shown, f"{what}: {why}")
+
+
+@contextmanager
+def _hushed() -> Iterator[None]:
+    log, hook = logging.root.manager.disable, sys.unraisablehook
+    logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        sys.unraisablehook = hook
+        logging.disable(log)
