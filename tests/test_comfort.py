@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 import drysim
 from drysim.comfort import greatest_running, weighted
 from drysim.scenario.measure import Measure
+from drysim.study import memory
 from drysim.study.sweep import sweep
 from drysim.weighting import DIRECTIONS, WEIGHTINGS, gain
 
@@ -199,3 +201,25 @@ def test_what_is_asked_survives_the_resolved_scenario(seat):
     window = drysim.load(seat, {"measure": {"duration": 1} | asked}).resolved()["measure"]
     assert steady == STEADY
     assert window["direction"] == "horizontal"
+
+
+def test_grid_that_is_too_coarse_to_weigh_on_is_a_warning(seat):
+    for step, said in ((6.25e-3, False), (10e-3, True)):
+        outcome = outcome_of(seat, measure=STEADY, solver__step=step)
+        slugs = {caution.slug for caution in outcome.warnings}
+        assert ("coarse-weighting" in slugs) is said
+
+
+def test_memory_of_weighting_counts(monkeypatch):
+    monkeypatch.setattr(memory, "machine", lambda: 100.0)
+    assert memory.shortage(1) == ""
+    assert memory.shortage(1, weighed=True)
+
+
+def test_summary_shows_seat_and_a_w_of_runs_and_sweeps_only_when_asked(drysim, seat):
+    words = (seat, "--no-plots", "--set", "measure={direction: horizontal}")
+    answer = drysim("run", *words)
+    assert re.search(r"SEAT +[0-9.]+ +by dose [0-9.]+, VDV", answer.out)
+    assert re.search(r"a_w +[0-9.]+ m/s² +Wd, k 1.4; MTVV", answer.out)
+    assert "SEAT" in drysim("sweep", *words, "--set", "sweep={friction.kinetic: [1, 9]}").out
+    assert "SEAT" not in drysim("run", seat, "--no-plots").out

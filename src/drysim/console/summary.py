@@ -98,6 +98,9 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     used = percent(metrics["stroke_used"])
     limit = f"{used} of the stroke limit of {millimetres(stroke.limit)}" if stroke else ""
     yield Row("peak |x_r|", millimetres(metrics["x_r_peak"]), limit)
+    if metrics["stroke_once_an_hour"] is not None:
+        hourly = millimetres(metrics["stroke_once_an_hour"])
+        yield Row("in an hour", hourly, "met once, extrapolated from the greatest peaks")
     if metrics["violations"]:
         times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
         first = number(metrics["t_first_violation"], "s")

@@ -98,7 +98,7 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
 def _rows(table: study.Table) -> Iterator[Row]:
     """Give the numbers that matter most, in the units of an engineer."""
     rows = table.own
-    for metric in ("T_a", "T_x"):
+    for metric in ("T_a", "SEAT", "T_x"):
         if ends := survey.extremes(rows, metric):
             least, most = _at(table, ends[0]), _at(table, ends[1])
             remark = f"least {least}, greatest {most}" if least != most else least

@@ -31,6 +31,12 @@ DAMPED = 5.0
 STEPS_A_PERIOD = 20
 """Fewer points than this draw a sine as a polygon."""
 
+HIGHEST = 80.0
+"""Last third octave of the weightings of a seat [Hz]."""
+
+ON_GRID = 1e-9
+"""Rounding that a step may have."""
+
 COMMON_RATIO = 1.3
 """Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
 
@@ -51,6 +57,7 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
         found += [*_sines(motion), *_step(scenario, motion)]
     if motion is not None:
         found += [*_friction(scenario, motion), *unfit(scenario, motion)]
+        found += _weighting(scenario, motion)
     return (*found, *needless(scenario))
 
 
@@ -114,6 +121,18 @@ def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
             f"solver.step leaves {steps:.3g} steps a period at {f:g} Hz; "
             f"{1 / (f * STEPS_A_PERIOD):.2g} s would give {STEPS_A_PERIOD}",
             {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
+        )
+
+
+def _weighting(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the grid is too coarse to weigh the motion on it."""
+    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    if scenario.measure.weights and step and step * HIGHEST * 2 > 1 + ON_GRID:
+        yield Caution(
+            "coarse-weighting",
+            f"the step of {step:.6g} s tells nothing above {0.5 / step:.4g} Hz, and ISO 2631-1 "
+            f"weighs up to {HIGHEST:g} Hz: a_w and what follows from it lack the rest",
+            {"step": step, "highest": 0.5 / step},
         )
 
 

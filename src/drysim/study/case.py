@@ -122,7 +122,8 @@ def assemble(
         repeats,
         remarks,
     )
-    if shortage := memory.shortage(case.steps):
+    measure = scenario.measure
+    if shortage := memory.shortage(case.steps, bool(measure.weights or measure.spectra)):
         raise misfit(
             scenario, f"solver.step and measure.duration: {shortage}", "measure.duration"
         )

@@ -8,12 +8,15 @@ BYTES_PER_STEP = 64
 """Memory of one step of the output grid: the response itself takes 25; with what measures and
 writes it some 30 were seen under sines, twice that is safe for samples, too."""
 
+BYTES_WEIGHED = 96
+"""Memory of a step on top of it where it is weighted or its spectra are taken; 77 were seen."""
+
 GIGA = 1e9
 
 
-def shortage(steps: int) -> str:
+def shortage(steps: int, weighed: bool = False) -> str:
     """Say what a response of so many steps lacks, or nothing when it fits."""
-    wanted, owned = steps * BYTES_PER_STEP, machine()
+    wanted, owned = steps * (BYTES_PER_STEP + weighed * BYTES_WEIGHED), machine()
     if wanted <= owned:
         return ""
     return (
