@@ -162,3 +162,18 @@ def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNames
     assert len(t) == len(whole.t)
     assert np.abs(t - whole.t).max() < 1e-12
     assert out[1] == pytest.approx(whole.end[1], abs=1e-14)
+
+
+def test_block_without_spring_and_damper_breaks_away_under_a_ramp(
+    kernel: SimpleNamespace,
+) -> None:
+    # Nothing bounds the third rate of its motion: it is zero.
+    plant, law = kernel.plant.Plant(2.0, 0.0, 0.0), kernel.plant.Law(1.0, 1.0)
+    log = log_of(kernel)
+    out = kernel.leap.leap(
+        plant, law, waves_of(kernel, [], law), 0.0, 1.0, 0, 0.0, 2.0, 0.0, 0.0, 0.0, 0,
+        log, 0, len(log.n),
+    )  # fmt: skip
+    assert out[4] == 1
+    assert log.s[0] == pytest.approx(0.5, rel=1e-14)
+    assert out[1] == pytest.approx(-(1.5**3) / 6, rel=1e-13)

@@ -143,3 +143,17 @@ def test_recursion_without_friction_is_the_march_without_friction(
     kernel.recursion.recursion(kernel.plant.Plant(*PAPER), u_dd, DT, 0.001, 0.02, x_r, v_r)
     found = march(kernel, u_dd, DT, (0.0, 0.0), start=(0.001, 0.02))
     assert np.abs(x_r - found.x_r).max() <= 1e-14 * np.abs(x_r).max()
+
+
+def test_quick_dip_below_zero_in_a_stiff_critical_step_is_not_missed(
+    kernel: SimpleNamespace,
+) -> None:
+    # The acceleration that turns the dip round has died away at the end of the step.
+    stiff = (1.0, 2500.0, 100.0 * (1 + 1e-8))
+    u_dd = np.array([0.0, -40.0, -80.0])
+    found = march(kernel, u_dd, 1.0, (0.1, 0.1), plant=stiff, start=(0.01, 0.05))
+    fine = np.interp(np.arange(2001) / 1000, np.arange(3), u_dd)
+    other = march(kernel, fine, 1e-3, (0.1, 0.1), plant=stiff, start=(0.01, 0.05))
+    assert found.events[2].tolist() == other.events[2].tolist()
+    assert len(found.t) >= 2
+    assert np.abs(found.t - other.t).max() < 1e-11

@@ -49,9 +49,9 @@ def safe_step(value, rate, bend, growth, cap):
 def first_step(rate, bend, bend_bound, third_bound):
     """Give a step that provably leaves zero upwards; 0 or less where the function falls."""
     by_rate = rate / bend_bound if rate > 0.0 else 0.0
-    by_bend = (
-        1.5 * bend / third_bound if rate >= 0.0 and bend > 0.0 and third_bound > 0.0 else 0.0
-    )
+    by_bend = 0.0
+    if rate >= 0.0 and bend > 0.0:
+        by_bend = 1.5 * bend / third_bound if third_bound > 0.0 else NEVER
     return max(by_rate, by_bend)
 
 

@@ -22,7 +22,11 @@ from drysim.core.events import (
     tightness,
 )
 from drysim.core.flow import flow
-from drysim.core.stop import NEVER, locate_stop, spacing_of_extrema
+from drysim.core.stop import NEVER, locate_stop
+
+FINE = 1.0
+"""Radians (or decays) a fine step may hold: what decays within it leaves a third, far above
+rounding, and extrema are π apart."""
 
 
 @compiled
@@ -134,8 +138,9 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     v_0 = y - v_1
     f = law.F_fk / m
     x_f, v_f = Y * f, y * f
-    # Extrema further apart than a step: at most one in a step, so slopes at its ends tell.
-    coarse = spacing_of_extrema(c, w) <= dt
+    # A fine step holds at most one extremum of v_r, and the acceleration outlasts it, so its
+    # signs at both ends tell of a dip. Every coarse step of sliding is looked into.
+    coarse = (c + math.sqrt(w)) * dt > FINE
     closest = math.inf
     full = capacity - ROOM
     while n < end and 0 <= count <= full:
