@@ -70,3 +70,16 @@ def test_stroke_that_suffices_knows_the_settling(seat):
     metrics = drysim.run(drysim.load(seat, slow)).metrics
     assert metrics["stroke_suffices"] == 0.05 > metrics["x_r_peak"]
     assert metrics["stroke_once_an_hour"] is None
+
+
+def test_extrapolation_from_two_minutes_with_friction_holds_in_hours_of_the_same_noise(seat):
+    def metrics(seed, duration):
+        noise = {"kind": "standard", "class": "EM1", "duration": duration, "seed": seed}
+        words = {"excitation": noise, "friction.kinetic": 45, "measure": {}}
+        return drysim.run(drysim.load(seat, words | {"solver.step": 5e-3})).metrics
+
+    short = np.mean([metrics(seed, 120)["stroke_once_an_hour"] for seed in range(8)])
+    hours = [metrics(seed, 3600) for seed in (101, 102, 103)]
+    assert short == pytest.approx(np.mean([m["stroke_once_an_hour"] for m in hours]), rel=0.05)
+    # The greatest stroke of an hour lies about one mean excess above the one met once an hour.
+    assert short < np.mean([m["x_r_peak"] for m in hours]) < 1.2 * short
