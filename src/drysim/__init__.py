@@ -19,12 +19,16 @@ if TYPE_CHECKING:
         UsageError,
     )
     from drysim.scenario import Scenario, load
+    from drysim.study.compare import compare
     from drysim.study.outcome import Outcome
     from drysim.study.run import run
+    from drysim.study.sweep import sweep
+    from drysim.study.table import Comparison, Table
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Comparison",
     "DrysimError",
     "Outcome",
     "OutputError",
@@ -32,14 +36,19 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "SolverError",
+    "Table",
     "UsageError",
     "__version__",
+    "compare",
     "load",
     "run",
     "simulate",
+    "sweep",
 ]
 
 _HOMES = {
+    "Comparison": "drysim.study.table",
+    "Table": "drysim.study.table",
     "DrysimError": "drysim.errors",
     "Outcome": "drysim.study.outcome",
     "OutputError": "drysim.errors",
@@ -50,6 +59,8 @@ _HOMES = {
     "UsageError": "drysim.errors",
     "load": "drysim.scenario",
     "run": "drysim.study.run",
+    "compare": "drysim.study.compare",
+    "sweep": "drysim.study.sweep",
     "simulate": "drysim.approach.simulate",
 }
 

@@ -13,6 +13,7 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.response import Response
 from drysim.approach.scene import (
     LOG_LENGTH,
+    core_of,
     empty_log,
     first_entry,
     grid_points,
@@ -148,10 +149,7 @@ def solve_samples(
         plant, law, motion, waves_of(motion, law), Log(*(column[1:] for column in found)),
         turns, end_time, x_r, v_r, d, closest,
     )  # fmt: skip
-    why = "samples are linear in between: one affine map a step, events located"
-    if law.variation:
-        why = "samples with friction limits that vary: one leap a step"
-    how = numerics("leap" if law.variation else "march", why, n_end + 1, turns, closest)
+    how = numerics(*core_of(law, motion), n_end + 1, turns, closest)
     part = slice(0, n_end + 1)
     grid = (motion.dt, motion.u_dd[part], x_r[part], v_r[part], d[part])
     return Response(plant, law, motion, *grid, turns, how, track)

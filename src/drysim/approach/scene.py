@@ -101,3 +101,12 @@ def refuse_storm(count: int, t: float, state: Any) -> None:
             f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",
             "check the units of the base motion and of the oscillator",
         )
+
+
+def core_of(law: Law, motion: Sines | Samples) -> tuple[str, str]:
+    """Give the smallest core that is exact for a scene, and why it is."""
+    if isinstance(motion, Sines):
+        return "leap", "sines are used analytically: from event to event"
+    if law.variation:
+        return "leap", "samples with friction limits that vary: one leap a step"
+    return "march", "samples are linear in between: one affine map a step, events located"

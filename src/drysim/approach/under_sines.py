@@ -12,6 +12,7 @@ from drysim.approach.events import Events
 from drysim.approach.response import Orbit, Response
 from drysim.approach.scene import (
     LOG_LENGTH,
+    core_of,
     empty_log,
     first_entry,
     grid_points,
@@ -104,9 +105,7 @@ def on_grid(track: LeapTrack, step: float) -> Response:
     scene = (track.plant, track.law, track.waves)
     sample_leaps(*scene, *columns, track.start.v_r, step, x_r, v_r, modes)
     u_dd = base_acceleration(motion, np.arange(n, dtype=np.float64) * step)
-    how = numerics(
-        "leap", "sines are used analytically: from event to event", n, turns, track.closest
-    )
+    how = numerics(*core_of(track.law, motion), n, turns, track.closest)
     grid = (step, u_dd, np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
     return Response(track.plant, track.law, motion, *grid, turns, how, track)
 

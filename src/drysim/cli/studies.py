@@ -55,8 +55,12 @@ def sweep(
     from drysim import console, report
 
     command = shlex.join(["drysim", *context.obj])
+    if not (resume or quiet) and report.resumable(folder):
+        typer.echo(
+            f"beginning anew: the finished cases in {folder}.partial are given up", err=True
+        )
     with report.claim_partial(folder, resume) as claim:
-        table = swept(case, claim.journal, count(wanted), workers, resume)
+        table = swept(case, claim.journal, count(wanted), workers, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
         told = report.write_table(
             table, claim, plots=not no_plots, command=command, exit_code=code
@@ -68,10 +72,14 @@ def sweep(
             console.show_table(table, folder)
         if as_json and not quiet:
             console.show_warnings(table.warnings)
+        if not table.complete and (as_json or quiet):
+            console.show_interrupted(table, folder)
     return code
 
 
-def swept(case: Case, file: Path, total: int, workers: int | None, resume: bool) -> Table:
+def swept(
+    case: Case, file: Path, total: int, workers: int | None, resume: bool, quiet: bool
+) -> Table:
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim import console
     from drysim.study.journal import Journal, identity
@@ -79,7 +87,7 @@ def swept(case: Case, file: Path, total: int, workers: int | None, resume: bool)
 
     with Journal(file, identity(case.scenario), resume) as journal:
         done = dict(journal.done)
-        with console.progress(total - len(done), "cases") as advance:
+        with console.progress(total - len(done), "cases", quiet) as advance:
 
             def finished(number: int, row: Row) -> None:
                 journal.add(number, row)
@@ -110,20 +118,21 @@ def compare(
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare
-    from drysim.study.compare import ALWAYS, named, solve
+    from drysim.study.cases import count
+    from drysim.study.compare import named, scenarios_of, solve
 
     names = named(approaches)
     loaded = load(scenario_or_default(scenario, quiet), settings or [])
     case = prepare(loaded.with_approach(names[-1]))
+    wanted = scenarios_of(loaded, names)
     folder = Path("out", f"{loaded.name}-compare") if out is None else out
     check(folder)
     if dry_run:
-        return plans.show_grid(case, folder, len({*names, ALWAYS}), as_json, quiet)
+        return plans.show_grid(case, folder, len(wanted), as_json, quiet)
     from drysim import console, report
-    from drysim.study.cases import size
 
-    total = size(loaded.axes) * len({*names, ALWAYS})
-    with console.progress(total, "cases") as advance:
+    total = count(list(wanted.values()))
+    with console.progress(total, "cases", quiet) as advance:
         comparison = solve(loaded, case, names, workers=workers, finished=lambda *_: advance())
     code = comparison.table.exit_code(strict)
     command = shlex.join(["drysim", *context.obj])

@@ -15,6 +15,7 @@ from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
 from drysim.report.folder import claim_partial as claim_partial
 from drysim.report.folder import finish, leave, mark
+from drysim.report.folder import resumable as resumable
 from drysim.report.sidecar import sidecar as sidecar
 from drysim.report.sidecar import text as text
 from drysim.source import dump

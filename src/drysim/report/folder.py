@@ -97,6 +97,11 @@ def mark(folder: Path, text: str) -> None:
     os.replace(folder / DRAFT, folder / MARKER)
 
 
+def resumable(folder: Path) -> bool:
+    """Tell whether an interrupted sweep has left finished cases beside an output folder."""
+    return _resumable(beside(named(folder), "partial"))
+
+
 def _resumable(partial: Path) -> bool:
     """Whether a folder holds finished cases."""
     try:

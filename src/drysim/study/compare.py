@@ -11,7 +11,7 @@ from drysim.scenario.blocks import SHELF
 from drysim.study.case import prepare
 from drysim.study.cases import Motions, response_of
 from drysim.study.diagnosis import diagnose
-from drysim.study.sweep import Finished, doubts, nothing, settle, solved
+from drysim.study.sweep import Finished, doubts, how, nothing, settle, solved
 from drysim.study.table import OK, Comparison, Row, Table
 
 if TYPE_CHECKING:
@@ -87,8 +87,7 @@ def solve(
 ) -> Comparison:
     """Compare where the yardstick's case is ready to be solved; otherwise as `compare` does."""
     yardstick = names[-1]
-    every = (*names, *(() if ALWAYS in names else (ALWAYS,)))
-    scenarios = {name: scenario.with_approach(name) for name in every}
+    scenarios = scenarios_of(scenario, names)
     settle(case, list(scenarios.values()))
     motions = Motions.beginning_with(case)
     rows = tuple(solved(list(scenarios.values()), motions, workers, {}, finished))
@@ -96,15 +95,24 @@ def solve(
     pairs = [(row.point, row.metrics) for row in own]
     checks = tuple(check.judge_all(pairs) for check in scenario.checks)
     losses = tuple(
-        Caution("left-out", sentence) for name in every for sentence in scenario.losses(name)
+        Caution("left-out", sentence)
+        for name in scenarios
+        for sentence in scenario.losses(name)
     )
-    table = Table(
-        scenario, scenario.axes, rows, checks, (*losses, *case.cautions, *doubts(own, scenario))
-    )
+    warnings = (*losses, *case.cautions, *doubts(own, scenario))
+    table = Table(scenario, scenario.axes, rows, checks, warnings, numerics=how(case))
     shown = telling(table, names, yardstick)
-    responses = {name: response_of(case_at(scenarios[name], shown.point)) for name in every}
+    responses = {
+        name: response_of(case_at(each, shown.point)) for name, each in scenarios.items()
+    }
     bare = Comparison(table, yardstick, responses, shown.point, ())
     return Comparison(table, yardstick, responses, shown.point, diagnose(bare, scenarios))
+
+
+def scenarios_of(scenario: Scenario, names: Sequence[str]) -> dict[str, Scenario]:
+    """Give the scenario under every approach that is compared, `viscous` included."""
+    every = dict.fromkeys((*names, ALWAYS))
+    return {name: scenario.with_approach(name) for name in every}
 
 
 def telling(table: Table, names: Sequence[str], yardstick: str) -> Row:

@@ -59,7 +59,7 @@ def sentences(
     yardstick, exact = comparison.yardstick, comparison.counterpart(row)
     place = f" at {at(row)}" if row.point else ""
     if abs(deviation) <= AGREE:
-        yield f"{name} agrees with {yardstick}: T_a within {percent(abs(deviation))}{place}"
+        yield f"{name} agrees with {yardstick}: T_a {signed(deviation)}{place}"
     else:
         yield f"{name} is off: T_a {signed(deviation)} against {yardstick}{place}"
         yield from range_of_agreement(comparison, name)

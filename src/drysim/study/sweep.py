@@ -16,13 +16,16 @@ from drysim.study.table import FAILED, OK, Row, Table
 from drysim.wording import millimetres
 
 if TYPE_CHECKING:
-    from drysim.scenario import Scenario
+    from drysim.scenario import Axis, Scenario
 
 BLOCK = 256
 """Cases handed to the threads at a time: enough to keep them busy, few enough to hold."""
 
 STEPS_A_CASE = 2_000
 """What an orbit weighs against loading the compiler, in steps of a plain march."""
+
+MOVERS = ("excitation.", "solver.step", "measure.")
+"""Beginnings of the keys that change the base motion."""
 
 Finished = Callable[[int, Row], None]
 
@@ -128,7 +131,24 @@ def table_of(case: Case, rows: tuple[Row, ...], complete: bool = True) -> Table:
     good = [(row.point, row.metrics) for row in own if row.status == OK]
     checks = tuple(check.judge_all(good) for check in scenario.checks)
     warnings = (*case.cautions, *doubts(own, scenario))
-    return Table(scenario, scenario.axes, rows, checks, warnings, complete)
+    own_motion = case.motion if shared(scenario.axes) else None
+    return Table(
+        scenario, scenario.axes, rows, checks, warnings, complete, own_motion, how(case)
+    )
+
+
+def shared(axes: Sequence[Axis]) -> bool:
+    """Tell whether all cases have one base motion."""
+    return not any(axis.key.startswith(MOVERS) for axis in axes)
+
+
+def how(case: Case) -> dict[str, object]:
+    """Give how the cases are solved, as far as they share it."""
+    from drysim.approach.scene import core_of
+
+    exact = hasattr(case.approach, "track")
+    core, why = core_of(case.law, case.motion) if exact else ("step", "fixed steps")
+    return {"core": core, "why": why, "engine": compiled.engine(), "step": case.step}
 
 
 def doubts(rows: Sequence[Row], scenario: Scenario) -> Iterator[Caution]:
