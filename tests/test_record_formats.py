@@ -244,7 +244,7 @@ def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
     (tmp_path / "r.mat").write_bytes(b"1,2,3\n" * 200)
     assert "the record is no MAT file, or damaged" in refused(tmp_path, "r.mat", step=1)
     mat(tmp_path / "r.mat", {"fs": 1.0})
-    assert refused(tmp_path, "r.mat", step=1) == "the MAT file holds no vector of numbers"
+    assert refused(tmp_path, "r.mat", step=1) == "the MAT file holds no vector of real numbers"
 
 
 # AT2
