@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from drysim import load
 from drysim.errors import RecordError, ScenarioError
 from drysim.excitation.record import Record
+from drysim.excitation.record import file as file_module
 
 EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.csv"
 RATE = 400
@@ -245,6 +246,32 @@ def test_mat_that_is_none_or_too_new_is_refused(tmp_path):
     assert "the record is no MAT file, or damaged" in refused(tmp_path, "r.mat", step=1)
     mat(tmp_path / "r.mat", {"fs": 1.0})
     assert refused(tmp_path, "r.mat", step=1) == "the MAT file holds no vector of real numbers"
+
+
+def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
+    for packed in (False, True):
+        mat(tmp_path / "r.mat", {"acc": np.arange(500.0)}, do_compression=packed)
+        whole = (tmp_path / "r.mat").read_bytes()
+        for change in (whole[:-9], whole[:140], whole[:126] + b"??" + whole[128:]):
+            (tmp_path / "r.mat").write_bytes(change)
+            said = refused(tmp_path, "r.mat", step=1, unit="g")
+            assert said.startswith("the record is no MAT file, or damaged: ")
+    (tmp_path / "r.mat").write_bytes(whole[:200] + b"\0\0\0\0" + whole[204:])
+    assert "cannot be unpacked" in refused(tmp_path, "r.mat", step=1, unit="g")
+
+
+def test_mat_that_unpacks_beyond_the_memory_is_refused(tmp_path, monkeypatch):
+    mat(tmp_path / "r.mat", {"acc": np.zeros(10_000)}, do_compression=True)
+    monkeypatch.setattr(file_module, "_memory", lambda: 20_000.0)
+    sentence = "the record needs 0.00024 GB of memory, this machine has 2e-05 GB"
+    assert refused(tmp_path, "r.mat", step=1, unit="g") == sentence
+
+
+def test_big_endian_mat_of_version_4_is_read(tmp_path):
+    head = np.array([1000, 3, 1, 0, 4], ">i4").tobytes()
+    content = head + b"acc\0" + np.array([1.0, 2, 4], ">f8").tobytes()
+    (tmp_path / "r.mat").write_bytes(content)
+    assert motion_of(tmp_path, "r.mat", step=1, unit="m/s2").u_dd.tolist() == [1, 2, 4]
 
 
 # AT2

@@ -118,13 +118,22 @@ def _size(path: Path, suffixes: Collection[str]) -> int:
         kinds = ", ".join(suffixes)
         suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
         raise fault(str(path), f"a record {suffix} cannot be read; what is read: {kinds}")
-    if about.st_size * COPIES > _memory():
-        need, have = about.st_size * COPIES / 1e9, _memory() / 1e9
-        raise fault(
-            str(path),
-            f"the record needs {need:.3g} GB of memory, this machine has {have:.3g} GB",
-        )
+    fit(str(path), about.st_size)
     return about.st_size
+
+
+def fit(shown: str, size: int) -> None:
+    """Make sure that a record of some bytes, packed or not, can be read into memory.
+
+    Raises
+    ------
+    RecordError
+        When the machine has too little.
+    """
+    need, have = size * COPIES, _memory()
+    if need > have:
+        sentence = f"the record needs {need / 1e9:.3g} GB of memory"
+        raise fault(shown, f"{sentence}, this machine has {have / 1e9:.3g} GB")
 
 
 def _neighbour(path: Path, suffixes: Collection[str]) -> str:
