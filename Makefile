@@ -7,7 +7,7 @@ RUN := $(VENV)/bin/python -m
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test slow check demo readme pictures schema clean
+.PHONY: help install fmt lint types layers test slow check demo paper readme pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -44,9 +44,17 @@ slow: $(READY) ## the slow tests
 
 check: lint types layers test ## all but the slow tests
 
-demo: $(READY) ## compute a seat on the EM1 base motion and draw it
+demo: $(READY) ## compute and draw a seat on the EM1 base motion, and the paper's Fig. 3
 	$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1
-	@echo "The pictures:"; ls out/seat-on-em1/*.png
+	$(RUN) drysim sweep scenarios/paper-low-friction.yaml --out out/paper-low-friction
+	@echo "The pictures:"; ls out/seat-on-em1/*.png out/paper-low-friction/*.png
+
+paper: $(READY) ## compute and draw the paper's Figs. 3, 4 and 5
+	$(RUN) drysim sweep scenarios/paper-low-friction.yaml --out out/paper-low-friction
+	$(RUN) drysim sweep scenarios/paper-high-friction.yaml --out out/paper-high-friction
+	$(RUN) drysim sweep scenarios/paper-random.yaml --out out/paper-random
+	$(RUN) drysim compare signum vs stick-slip -s scenarios/paper-random.yaml --out out/paper-random-compare
+	@echo "The pictures:"; ls out/paper-*/*.png
 
 readme: $(READY) ## write tables and console output of README.md anew
 	$(VENV)/bin/python tests/readme.py

@@ -12,6 +12,7 @@ import drysim
 HEAVY = ("matplotlib", "numba", "pint", "scipy")
 
 NAMES = [
+    "Comparison",
     "DrysimError",
     "Outcome",
     "OutputError",
@@ -19,11 +20,14 @@ NAMES = [
     "Scenario",
     "ScenarioError",
     "SolverError",
+    "Table",
     "UsageError",
     "__version__",
+    "compare",
     "load",
     "run",
     "simulate",
+    "sweep",
 ]
 
 

@@ -50,12 +50,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
         code = EXIT_NOTHING_COMPUTED
     except KeyboardInterrupt:
-        print("interrupted; no file is left half-written", file=sys.stderr)
         code = EXIT_INTERRUPTED
     except Exception:
         traceback.print_exc()
         print(BUG, file=sys.stderr)
         code = EXIT_BUG
+    if code == EXIT_INTERRUPTED:
+        print("interrupted; no file is left half-written", file=sys.stderr)
     return code
 
 

@@ -83,6 +83,18 @@ class Table:
     motion: Sines | Samples | None = None
     numerics: Mapping[str, object] = field(default_factory=dict)
 
+    def __len__(self) -> int:
+        """Give the number of rows."""
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        """Give the rows in order."""
+        return iter(self.rows)
+
+    def __getitem__(self, number: int) -> Row:
+        """Give one row."""
+        return self.rows[number]
+
     @property
     def approaches(self) -> tuple[str, ...]:
         """The approaches in the order in which they were asked for."""
