@@ -143,6 +143,7 @@ def test_damaged_file_is_refused(tmp_path, file, write):
         (tmp_path / file).write_bytes(part)
         said = refused(tmp_path, file, channel="acc")
         assert re.match("the record is no|the universal file|the TDMS file has no", said)
+        assert "BytesIO" not in said
 
 
 def test_universal_file_of_text_is_read_to_its_digits(tmp_path):

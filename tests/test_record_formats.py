@@ -175,6 +175,18 @@ def test_clipped_samples_are_said(tmp_path, samples):
     assert [c.slug for c in found] == ["record-removed"]
 
 
+def test_scenario_with_a_wav_runs_again_as_it_was_resolved(tmp_path, samples):
+    wav(tmp_path / "r.wav", RATE, (samples * 1000).astype(np.int16))
+    (tmp_path / "seat.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        "excitation: {kind: record, file: r.wav, channel: 1, full_scale: 50 m/s2}\n"
+    )
+    words = load(tmp_path / "seat.yaml").resolved()["excitation"]
+    assert (words["channel"], words["full_scale"]) == (1, "50 m/s2")
+    again = motion_of(tmp_path, **{key: words[key] for key in words if key != "kind"})
+    assert again.u_dd[0] == (samples[0] * 1000).astype(np.int16) / 2**15 * 50
+
+
 WAVS = {
     "other": (lambda raw: b"RIFX" + raw[4:], "the record is RIFX, of which only RIFF is read"),
     "none": (lambda raw: b"ID3 " + raw[4:], "the record is no WAV"),
@@ -295,6 +307,13 @@ def test_unit_of_an_at2_may_come_from_the_scenario(tmp_path, samples):
     at2(tmp_path / "r.at2", samples, ".01", unit="UNITS OF CM/S/S")
     np.testing.assert_allclose(motion_of(tmp_path, "r.at2").u_dd, samples / 100)
     assert "the file says `cm/s/s`" in refused(tmp_path, "r.at2", unit="g")
+
+
+def test_header_of_an_at2_may_be_in_any_encoding(tmp_path, samples):
+    at2(tmp_path / "r.at2", samples, ".0050", "NPTS= {n}, DT= {dt} SEC, ÉTÉ")
+    text = (tmp_path / "r.at2").read_text()
+    (tmp_path / "r.at2").write_bytes(text.replace("SOME", "SÃO").encode("latin-1"))
+    assert len(motion_of(tmp_path, "r.at2").u_dd) == len(samples)
 
 
 AT2S = {

@@ -72,7 +72,7 @@ def _header(text: TextFile) -> Header:
             n, dt = int(sizes["n"]), sizes["dt"]
             if n < 1 or not NUMBER.fullmatch(dt) or not 0 < float(dt) < np.inf:
                 raise _at(text, line, "NPTS and DT in the header must be above 0", sizes[0])
-            end = start + len(content.encode()) + 1
+            end = text.text.find(b"\n", start) + 1 or len(text.text)
             return Header(n, float(dt), unit, line, end)
     raise fault(
         text.shown,

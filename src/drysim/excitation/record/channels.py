@@ -58,7 +58,8 @@ class Channels(Columns):
         values = np.asarray(self.channels[index].load())
         if values.ndim != 1 or values.dtype.kind not in "iufb":
             raise self.fault(f"{self.called(index)} is no series of real numbers")
-        return values.astype(np.float64)
+        ours = values.dtype == np.float64 and values.flags.owndata and values.flags.writeable
+        return values if ours else values.astype(np.float64)
 
     def last_digit(self, index: int) -> float:
         """Binary numbers are not rounded to digits."""

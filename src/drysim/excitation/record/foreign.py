@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import logging
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -15,6 +16,9 @@ from drysim.errors import RecordError
 from drysim.excitation.record.file import Cell, File, fault
 
 T = TypeVar("T")
+
+COPY = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
+"""How packages name the bytes that they were given in place of a file."""
 
 
 def package(module: str, extra: str, file: File) -> Any:
@@ -49,9 +53,15 @@ def read_by(read: Callable[[], T], file: File, what: str) -> T:
         except RecordError:
             raise
         except Exception as error:  # a parser raises whatever a damaged file leads it to
-            why = Cell(" ".join(str(error).split()), 0).quote or type(error).__name__
+            why = _why(error)
         gc.collect()  # half-made readers may complain once more when they are let go
     raise fault(file.shown, f"{what}: {why}")
+
+
+def _why(error: Exception) -> str:
+    """Give what an exception says in one short line, without what it calls our copy."""
+    words = COPY.sub("the file", " ".join(str(error).split()))
+    return Cell(words, 0).quote or type(error).__name__
 
 
 @contextmanager

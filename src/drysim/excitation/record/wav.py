@@ -55,7 +55,7 @@ def columns(file: File) -> Channels:
     flat = np.frombuffer(file.raw, dtype, size // dtype.itemsize, start)
     frames = flat.reshape(count // form.channels, form.channels, -1)
     found = [
-        Channel(Label("", ""), Samples(frames[:, number], form).numbers, 1 / form.rate)
+        Channel(Label("", ""), Frames(frames[:, number], form).numbers, 1 / form.rate)
         for number in range(form.channels)
     ]
     return channels(file, found, shares=form.code == PCM)
@@ -102,7 +102,7 @@ def _form(file: File, chunk: bytes) -> Form:
     return form
 
 
-class Samples(NamedTuple):
+class Frames(NamedTuple):
     """One channel, shape (n, 1) or, of 24 bits, (n, 3)."""
 
     frames: NDArray[np.generic]
@@ -116,9 +116,11 @@ class Samples(NamedTuple):
             wide = np.zeros((len(self.frames), 4), np.uint8)
             wide[:, 1:] = self.frames
             return wide.view("<i4")[:, 0] / 2.0**31
-        offset = 128.0 if self.form.bits == 8 else 0.0
-        whole = self.frames[:, 0].astype(np.float64)
-        return (whole - offset) / 2.0 ** (self.form.bits - 1)
+        shares = self.frames[:, 0].astype(np.float64)
+        if self.form.bits == 8:
+            shares -= 128.0
+        shares /= 2.0 ** (self.form.bits - 1)
+        return shares
 
 
 def _number(raw: bytes, at: int, size: int) -> int:
