@@ -22,11 +22,47 @@ from drysim.core.events import (
     tightness,
 )
 from drysim.core.flow import flow
+from drysim.core.series import SHORT, distance, fall, series, speed
 from drysim.core.stop import NEVER, locate_stop
 
 FINE = 1.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a third, far above
 rounding, and extrema are π apart."""
+
+
+@compiled
+def coast(c, w, v, a, r, h, short):
+    """Let the mass slide until it stops or the stretch ends.
+
+    Parameters
+    ----------
+    c, w, v, a, r, h : float
+        As in `locate_stop`.
+    short : bool
+        Whether the step is short enough for `series`.
+
+    Returns
+    -------
+    stop : float
+        When it stops [s]; infinity when the stretch ends first.
+    way, v : float
+        Distance slid [m] and the velocity that is left [m/s].
+    """
+    if short:
+        q = series(c, w, v, a, r)
+        v_end, a_end = speed(q, h)
+        if v_end > 0.0 and not (a < 0.0 and a_end > 0.0):
+            return NEVER, distance(q, h), v_end
+        if v > 0.0 and v_end <= 0.0:
+            stop = fall(q, h)
+            if stop > 0.0:
+                return stop, distance(q, stop), 0.0
+    stop = locate_stop(c, w, v, a, r, h)
+    length = h if stop == NEVER else stop
+    y, y_d, Y, YY = flow(c, w, length)
+    p = a + c * v
+    left = v * y_d + p * y + r * Y if stop == NEVER else 0.0
+    return stop, v * y + p * Y + r * YY, left
 
 
 @compiled
@@ -58,6 +94,7 @@ def through_events(plant, law, u_0, slope, h, n, x_r, v_r, d, log, count, closes
     m, k_x, b = plant
     c = b / m
     w = k_x / m
+    short = (c + math.sqrt(w)) * h <= SHORT
     room = count + ROOM
     begin = 0.0
     a = -(limit_force(plant, x_r, u_0) + b * v_r + d * law.F_fk) / m
@@ -74,14 +111,10 @@ def through_events(plant, law, u_0, slope, h, n, x_r, v_r, d, log, count, closes
             count = note(log, count, n, begin, d * SLIP, x_r, F_L)
             a = d * (law.F_fs - law.F_fk) / m
             v_r = 0.0
-        left = h - begin
-        stop = locate_stop(c, w, d * v_r, d * a, -d * slope, left)
-        length = left if stop == NEVER else stop
-        y, y_d, Y, YY = flow(c, w, length)
-        p = a + c * v_r
-        x_r += v_r * y + p * Y - slope * YY
+        stop, way, v_r = coast(c, w, d * v_r, d * a, -d * slope, h - begin, short)
+        x_r += d * way
         if stop == NEVER:
-            return x_r, v_r * y_d + p * y - slope * Y, d, count, closest
+            return x_r, d * v_r, d, count, closest
         begin = min(begin + stop, h)
         v_r = 0.0
         F_L = limit_force(plant, x_r, u_0 + slope * begin)
