@@ -66,12 +66,16 @@ def coast(c, w, v, a, r, h, short):
 
 
 @compiled
-def through_events(plant, law, u_0, slope, h, n, x_r, v_r, d, log, count, closest):
+def through_events(plant, law, c, w, short, u_0, slope, h, n, x_r, v_r, d, log, count, closest):
     """Carry the state through one step that may hold any number of events.
 
     Parameters
     ----------
     plant, law : Plant, Law
+    c, w : float
+        b/m [1/s] and k_x/m [1/s²].
+    short : bool
+        Whether the step is short enough for `series`.
     u_0, slope, h : float
         ü at the start of the step [m/s²], its rate [m/s³], length of the step [s].
     n : int
@@ -91,10 +95,7 @@ def through_events(plant, law, u_0, slope, h, n, x_r, v_r, d, log, count, closes
     x_r, v_r, d, count, closest
         At the end of the step; `count` is negative when the step holds more than `ROOM` events.
     """
-    m, k_x, b = plant
-    c = b / m
-    w = k_x / m
-    short = (c + math.sqrt(w)) * h <= SHORT
+    m, b = plant.m, plant.b
     room = count + ROOM
     begin = 0.0
     a = -(limit_force(plant, x_r, u_0) + b * v_r + d * law.F_fk) / m
@@ -174,6 +175,7 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     # A fine step holds at most one extremum of v_r, and the acceleration outlasts it, so its
     # signs at both ends tell of a dip. Every coarse step of sliding is looked into.
     coarse = (c + math.sqrt(w)) * dt > FINE
+    short = (c + math.sqrt(w)) * dt <= SHORT
     closest = math.inf
     full = capacity - ROOM
     while n < end and 0 <= count <= full:
@@ -205,7 +207,7 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
         if n < end:
             slope = (u_dd[n + 1] - u_dd[n]) / dt
             x_r, v_r, d, count, closest = through_events(
-                plant, law, u_dd[n], slope, dt, n, x_r, v_r, d, log, count, closest
+                plant, law, c, w, short, u_dd[n], slope, dt, n, x_r, v_r, d, log, count, closest
             )
             n += 1
             x_out[n] = x_r

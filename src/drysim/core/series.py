@@ -1,7 +1,7 @@
 """A short stretch of sliding as its power series: what most steps that hold an event need.
 
-The general way (`flow`, `stop`) serves every length; on a step far shorter than the times of the
-oscillator itself a few terms do the same for a third of the work.
+The general way (`flow`, `stop`) serves every length; on a step far shorter than the times of
+the oscillator itself a few terms do the same for a third of the work.
 """
 
 from __future__ import annotations
