@@ -215,3 +215,15 @@ def test_package_that_is_not_installed_is_named_with_the_way_to_install_it(
         f"a `{suffix}` record needs the package {names[0]}; "
         f'install it by: pip install "drysim[{names[1]}]"'
     )
+
+
+def test_mdf_whose_sizes_no_machine_holds_is_refused_at_once(tmp_path):
+    mdf(tmp_path / "r.mf4", {"acc": np.ones(300)})
+    whole = (tmp_path / "r.mf4").read_bytes()
+    sizes = (300).to_bytes(8, "little"), (16).to_bytes(4, "little") + bytes(4)
+    at = whole.index(b"##CG")
+    cycles = whole.index(sizes[0], at)
+    row = whole.index(sizes[1], cycles + 8)
+    for place, sentence in ((cycles + 5, "GB of memory"), (row + 3, "one row of ")):
+        (tmp_path / "r.mf4").write_bytes(whole[:place] + b"\x7f" + whole[place + 1 :])
+        assert sentence in refused(tmp_path, "r.mf4")

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from functools import partial
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
-from drysim.excitation.record.file import File, fault
+from drysim.excitation.record.file import File, fault, fit
 from drysim.excitation.record.foreign import package, read_by
 from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, NO_TIME, Format
+
+LONGEST = 1 << 20
+"""Bytes of a row of samples that a small packed file may still hold."""
 
 SYNCHRONOUS = 1
 """What a master channel counts: time, and not angle or distance."""
@@ -61,12 +65,21 @@ def _listed(file: File) -> list[tuple[int, int, str, str]]:
     return read_by(read, file, "the record is no MDF, or damaged")
 
 
+def _check(file: File, about: Any) -> None:
+    """Refuse sizes that the file cannot mean, before the package makes room for them."""
+    size = about.samples_byte_nr + about.invalidation_bytes_nr
+    if size > max(len(file.raw), LONGEST):
+        raise fault(file.shown, f"the record is no MDF, or damaged: one row of {size} bytes")
+    fit(file.shown, size * about.cycles_nr)
+
+
 def _load(file: File, group: int, at: int, what: str) -> NDArray[np.generic]:
     """Samples that the logger marks as invalid are not given, nor are their times."""
     asammdf = package("asammdf", "mdf", file)
 
     def read() -> NDArray[np.generic]:
         with asammdf.MDF(BytesIO(file.raw)) as whole:
+            _check(file, whole.groups[group].channel_group)
             signal = whole.get(group=group, index=at)
         if what == "timestamps" and signal.master_metadata[1] != SYNCHRONOUS:
             raise fault(file.shown, f"`{signal.name}` is not sampled over time")
