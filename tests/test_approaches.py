@@ -246,6 +246,7 @@ def test_simulate_gives_arrays_for_arrays() -> None:
      ({"dt": 0.0}, "dt must be above 0"), ({"b": math.nan}, "b must be a finite number"),
      ({"u_dd": [1.0]}, "at least 2 samples"),
      ({"u_dd": [1.0, math.inf]}, r"u_dd\[1\] must be a finite"),
+     ({"approach": "signum", "F_fs": 18.0}, "signum knows no static limit: F_fs = 18 N"),
      ({"approach": "signom"}, "there is no approach `signom`")],
 )  # fmt: skip
 def test_simulate_refuses_nonsense_in_a_sentence(change: dict[str, object], words: str) -> None:

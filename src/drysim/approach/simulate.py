@@ -54,7 +54,8 @@ def simulate(
     Raises
     ------
     UsageError
-        When a number is not one, or has a value that no oscillator has.
+        When a number is not one, has a value that no oscillator has, or is one that the
+        approach cannot use.
     SolverError
         When events follow each other without end or the motion leaves the numbers.
     """
@@ -66,6 +67,11 @@ def simulate(
     if approach not in shelf:
         raise UsageError(
             f"there is no approach `{approach}`", f"choose from {', '.join(shelf)}"
+        )
+    if law.F_fs > law.F_fk and shelf[approach].use_friction and not shelf[approach].use_static:
+        raise UsageError(
+            f"{approach} knows no static limit: F_fs = {law.F_fs:g} N must equal F_fk",
+            "leave F_fs out, or choose `stick-slip` or `switch`",
         )
     motion = Samples(samples, float(dt))
     if law.F_fs == 0.0 or not shelf[approach].use_friction:
