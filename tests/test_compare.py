@@ -116,6 +116,38 @@ def test_range_of_agreement_is_told_over_a_sweep(scene: Path) -> None:
     assert found.shown == {"friction.kinetic": 45.0}
 
 
+def test_cases_without_any_deviation_count_as_agreement(scene: Path) -> None:
+    scene.write_text(SCENE + "sweep: {friction.kinetic: [50, 70, 15]}\n")
+    dull = {"excitation.rms": 0.33, "solver.switch": {"band": 0.02}}
+    found = compare(load(scene, dull), ("switch", "stick-slip"))
+    assert [found.deviation(row) for row in found.table.of("switch")][:2] == [0.0, 0.0]
+    (sentence,) = (words for words in found.verdict if "agrees within" in words)
+    assert "in 2 of 3 cases: friction.kinetic 50 to 70" in sentence
+
+
+def test_diagnosis_is_made_against_the_yardstick_whatever_the_file_solves_with(
+    scene: Path,
+) -> None:
+    found = compare(load(scene, {"solver.approach": "signum"}), ("signum", "stick-slip"))
+    assert any("period 2Δt" in sentence for sentence in found.verdict)
+
+
+def test_an_approach_whose_numerics_fail_is_named_and_leaves_the_others(scene: Path) -> None:
+    stiff = {"oscillator.stiffness": 7.5e9, "measure": {"duration": 1}}
+    found = compare(load(scene, stiff), ("signum", "stick-slip"))
+    assert set(found.responses) == {"stick-slip", "viscous"}
+    assert found.table.exit_code() == 3
+    (sentence,) = (
+        caution.sentence for caution in found.table.warnings if caution.slug == "case-failed"
+    )
+    assert sentence.startswith("1 of 1 cases by signum: failed; signum with a step of 0.0025 s")
+
+
+def test_names_are_checked_in_python_as_on_the_command_line(scene: Path) -> None:
+    with pytest.raises(UsageError, match="no approach `signom`"):
+        compare(load(scene), ("signom", "stick-slip"))
+
+
 def test_all_get_the_very_same_random_motion(scene: Path) -> None:
     noise = "{kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.33, duration: 5, seed: 3}"
     text = SCENE.replace("{kind: harmonic, frequency: 5, rms: 0.5}", noise)

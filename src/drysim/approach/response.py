@@ -13,6 +13,9 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State, Totals
 
+FIXED_STEP = "step"
+"""The core of the approaches that locate no event."""
+
 
 @dataclass(frozen=True)
 class Numerics:

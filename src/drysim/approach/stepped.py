@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.events import Codes, Events, Floats
-from drysim.approach.response import Numerics, Response
+from drysim.approach.response import FIXED_STEP, Numerics, Response
 from drysim.approach.scene import grid_points
 from drysim.core.compiled import engine, held
 from drysim.core.motion import Samples, Sines, base_acceleration, mean_squares
@@ -172,7 +172,7 @@ def respond(
             "take a smaller solver.step, or an approach that needs none",
         )
     events = mode_changes(plant, u_dd, dt, x_r, d)
-    numerics = Numerics(how[0], "step", how[1], engine(), len(x_r) - 1, len(events))
+    numerics = Numerics(how[0], FIXED_STEP, how[1], engine(), len(x_r) - 1, len(events))
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
     track = SteppedTrack(plant, law, motion, dt, u_dd, x_r, v_r, x_dd, force, d)
     return Response(plant, law, motion, dt, u_dd, x_r, v_r, d, events, numerics, track, force)

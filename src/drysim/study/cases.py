@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import State
 from drysim.errors import SolverError
+from drysim.scenario.sweep.axis import points
 from drysim.study import comfort
 from drysim.study.case import Case, assemble, base_motion
 from drysim.study.steady import orbit_of
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
 
 KEPT = 4
 """Base motions kept: neighbouring cases differ in friction more often than in motion."""
-
-FIXED_STEP = "step"
-"""Core of the approaches whose orbits are measured even where they do not close."""
 
 
 class Job(NamedTuple):
@@ -50,19 +48,7 @@ def count(scenarios: Sequence[Scenario]) -> int:
 
 def size(axes: Sequence[Axis]) -> int:
     """Give the number of points of a grid."""
-    sizes = [len(axis.values) for axis in axes]
-    return prod(sizes)
-
-
-def points(axes: Sequence[Axis]) -> Iterator[dict[str, float]]:
-    """Give the points of a grid; the first axis varies fastest."""
-    if not axes:
-        yield {}
-        return
-    *inner, last = axes
-    for value in last.values:
-        for point in points(inner):
-            yield {**point, last.key: value}
+    return prod(len(axis.values) for axis in axes)
 
 
 @dataclass
@@ -117,6 +103,7 @@ def measured(case: Case) -> tuple[Mapping[str, float | int | None], str, str]:
     orbit, step = orbit_of(case)
     unknown: dict[str, float | int | None] = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
+    # The orbit of fixed steps is measured even where it does not close.
     if hasattr(case.approach, "orbit"):
         if not orbit.settled:
             return unknown, NOT_SETTLED, f"not settled after {orbit.run_up:.6g} s"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from drysim.approach.response import FIXED_STEP
 from drysim.errors import Caution
 from drysim.wording import millimetres, number
 
@@ -15,9 +16,6 @@ Metrics = Mapping[str, float | int | None]
 
 RESIDUAL = 1e-9
 """A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""
-
-FIXED_STEP = "step"
-"""The core that leaves an open balance by nature; its residual is a measure, not an alarm."""
 
 CLOSE = 1e-6
 """A decision nearer than this [-] to its opposite is within what inputs are known to."""
@@ -41,6 +39,7 @@ def found(response: Response, metrics: Metrics, limit: float | None) -> Iterator
     if limit is not None and metrics["violations"]:
         yield stroke_violated(metrics, limit)
     residual = metrics["energy_residual"]
+    # Fixed steps leave an open balance by nature: a measure then, not an alarm.
     exact = response.numerics.core != FIXED_STEP
     if exact and residual is not None and not abs(residual) <= RESIDUAL:
         yield energy_open(residual)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from drysim.errors import Caution, UsageError
+from drysim.errors import Caution, SolverError, UsageError
 from drysim.quantity import near
 from drysim.scenario.blocks import SHELF
 from drysim.study.case import prepare
 from drysim.study.cases import Motions, response_of
 from drysim.study.diagnosis import diagnose
-from drysim.study.sweep import Finished, doubts, how, nothing, settle, solved
+from drysim.study.sweep import Finished, how, nothing, settle, solved, statuses, strokes
 from drysim.study.table import OK, Comparison, Row, Table
 
 if TYPE_CHECKING:
+    from drysim.approach.response import Response
     from drysim.scenario import Scenario
     from drysim.study.case import Case
 
@@ -72,7 +73,13 @@ def compare(
     Returns
     -------
     Comparison
+
+    Raises
+    ------
+    UsageError
+        When a name is no approach, stands there twice, or there are fewer than two.
     """
+    names = named(names)
     case = prepare(scenario.with_approach(names[-1]))
     return solve(scenario, case, names, workers=workers, finished=finished)
 
@@ -99,12 +106,10 @@ def solve(
         for name in scenarios
         for sentence in scenario.losses(name)
     )
-    warnings = (*losses, *case.cautions, *doubts(own, scenario))
+    warnings = (*losses, *case.cautions, *statuses(rows), *strokes(own, scenario))
     table = Table(scenario, scenario.axes, rows, checks, warnings, numerics=how(case))
     shown = telling(table, names, yardstick)
-    responses = {
-        name: response_of(case_at(each, shown.point)) for name, each in scenarios.items()
-    }
+    responses = dict(responses_at(shown.point, scenarios, yardstick))
     bare = Comparison(table, yardstick, responses, shown.point, ())
     return Comparison(table, yardstick, responses, shown.point, diagnose(bare, scenarios))
 
@@ -121,6 +126,24 @@ def telling(table: Table, names: Sequence[str], yardstick: str) -> Row:
     rows = list(table.of(names[0]))
     worst = max(rows, key=lambda row: abs(scale.deviation(row) or 0.0))
     return scale.counterpart(worst) or worst
+
+
+def responses_at(
+    point: Mapping[str, float], scenarios: Mapping[str, Scenario], yardstick: str
+) -> Iterator[tuple[str, Response]]:
+    """Give the responses at one point; an approach whose numerics fail there has none.
+
+    Raises
+    ------
+    SolverError
+        When it is the yardstick that fails: there is nothing to compare with then.
+    """
+    for name, scenario in scenarios.items():
+        try:
+            yield name, response_of(case_at(scenario, point))
+        except SolverError:
+            if name == yardstick:
+                raise
 
 
 def case_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drysim.approach.response import FIXED_STEP
 from drysim.errors import SolverError
 from drysim.study.case import assemble
-from drysim.study.cases import FIXED_STEP, Motions, measured, response_of
+from drysim.study.cases import Motions, measured, response_of
+from drysim.study.sweep import where
 from drysim.study.table import Comparison, Row
 from drysim.wording import number, percent
 
@@ -41,7 +43,7 @@ def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple
     said: list[str] = []
     for (row, deviation), name in verdicts:
         if row is not None:
-            said += sentences(comparison, scenarios[name], name, row, deviation)
+            said += sentences(comparison, scenarios, name, row, deviation)
     return (*said, *without_friction(comparison))
 
 
@@ -53,11 +55,15 @@ def worst_of(comparison: Comparison, name: str) -> tuple[Row | None, float]:
 
 
 def sentences(
-    comparison: Comparison, scenario: Scenario, name: str, row: Row, deviation: float
+    comparison: Comparison,
+    scenarios: Mapping[str, Scenario],
+    name: str,
+    row: Row,
+    deviation: float,
 ) -> Iterator[str]:
     """Give what is to be said about one approach at the case where it deviates most."""
     yardstick, exact = comparison.yardstick, comparison.counterpart(row)
-    place = f" at {at(row)}" if row.point else ""
+    place = f" at {where(row)}" if row.point else ""
     if abs(deviation) <= AGREE:
         yield f"{name} agrees with {yardstick}: T_a {signed(deviation)}{place}"
     else:
@@ -65,11 +71,11 @@ def sentences(
         yield from range_of_agreement(comparison, name)
     if exact is None:
         return
-    case = scenario.at(row.point)
+    case = scenarios[name].at(row.point)
     response = response_of(case)
     if response.numerics.core != FIXED_STEP:
         return
-    flipping = flips(response, response_of(comparison.table.scenario.at(exact.point)))
+    flipping = flips(response, response_of(scenarios[yardstick].at(exact.point)))
     if flipping < PARASITIC and abs(deviation) > AGREE:
         yield (
             f"the error of {name} is parasitic vibration of period 2Δt = "
@@ -83,7 +89,7 @@ def sentences(
 def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
     """Say where an approach agrees with the yardstick."""
     rows = list(comparison.table.of(name))
-    good = [row for row in rows if abs(comparison.deviation(row) or np.inf) <= AGREE]
+    good = [row for row in rows if agrees(comparison.deviation(row))]
     if len(rows) < 2:
         return
     if not good:
@@ -95,6 +101,11 @@ def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
     )
     share = f"{len(good)} of {len(rows)} cases"
     yield f"{name} agrees within {percent(AGREE)} in {share}: {', '.join(axes)}"
+
+
+def agrees(deviation: float | None) -> bool:
+    """Tell whether a deviation of T_a is within what counts as agreement; none is not."""
+    return deviation is not None and abs(deviation) <= AGREE
 
 
 def flips(response: Response, exact: Response) -> float:
@@ -151,11 +162,6 @@ def without_friction(comparison: Comparison) -> Iterator[str]:
     bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
     if bare and exact:
         yield f"without dry friction T_a would be {number(bare)} in place of {number(exact)}"
-
-
-def at(row: Row) -> str:
-    """Give the point of a row in words."""
-    return ", ".join(f"{key} = {value:g}" for key, value in row.point.items())
 
 
 def signed(value: float) -> str:

@@ -9,7 +9,6 @@ import numpy as np
 
 from drysim.approach.response import Orbit
 from drysim.approach.stick_slip import StickSlip
-from drysim.approach.viscous import Viscous
 from drysim.core.motion import Sines
 from drysim.core.plant import State
 
@@ -48,8 +47,9 @@ def orbit_of(case: Case) -> tuple[Orbit, float]:
     approach, motion = case.approach, case.motion
     assert isinstance(motion, Sines), "samples end, so they repeat nothing"
     scene = (case.plant, case.law, motion)
-    if isinstance(approach, StickSlip | Viscous):
-        return approach.orbit(*scene, case.start, period), case.step
+    if find := getattr(approach, "orbit", None):
+        orbit: Orbit = find(*scene, case.start, period)
+        return orbit, case.step
     step = fitted(case.step, period)
     exact = StickSlip().orbit(*scene, case.start, period)
     return march_to_orbit(case, exact.state, step, period), step

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from drysim.approach.response import FIXED_STEP
 from drysim.core import compiled
 from drysim.errors import Caution, ScenarioError
 from drysim.study.case import Case, prepare
@@ -130,7 +131,7 @@ def table_of(case: Case, rows: tuple[Row, ...], complete: bool = True) -> Table:
     own = [row for row in rows if row.approach == scenario.solver.approach]
     good = [(row.point, row.metrics) for row in own if row.status == OK]
     checks = tuple(check.judge_all(good) for check in scenario.checks)
-    warnings = (*case.cautions, *doubts(own, scenario))
+    warnings = (*case.cautions, *statuses(rows), *strokes(own, scenario))
     own_motion = case.motion if shared(scenario.axes) else None
     return Table(
         scenario, scenario.axes, rows, checks, warnings, complete, own_motion, how(case)
@@ -147,20 +148,26 @@ def how(case: Case) -> dict[str, object]:
     from drysim.approach.scene import core_of
 
     exact = hasattr(case.approach, "track")
-    core, why = core_of(case.law, case.motion) if exact else ("step", "fixed steps")
+    core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
     return {"core": core, "why": why, "engine": compiled.engine(), "step": case.step}
 
 
-def doubts(rows: Sequence[Row], scenario: Scenario) -> Iterator[Caution]:
-    """Give every warning that follows from the rows: statuses counted, the worst stroke."""
-    for status in dict.fromkeys(row.status for row in rows if row.status != OK):
-        found = [row for row in rows if row.status == status]
+def statuses(rows: Sequence[Row]) -> Iterator[Caution]:
+    """Say how many cases of each approach have no numbers, and why the first has none."""
+    lost = [row for row in rows if row.status != OK]
+    for approach, status in dict.fromkeys((row.approach, row.status) for row in lost):
+        found = [row for row in lost if (row.approach, row.status) == (approach, status)]
+        cases = sum(row.approach == approach for row in rows)
+        first = f"the first at {where(found[0])}: " if found[0].point else ""
         sentence = (
-            f"{len(found)} of {len(rows)} cases: {status}; the first at {where(found[0])}: "
-            f"{found[0].note}"
+            f"{len(found)} of {cases} cases by {approach}: {status}; {first}{found[0].note}"
         )
         slug = "case-failed" if status == FAILED else status.replace(" ", "-")
         yield Caution(slug, sentence, {"cases": len(found)})
+
+
+def strokes(rows: Sequence[Row], scenario: Scenario) -> Iterator[Caution]:
+    """Say in how many cases the stroke limit is met, and where the most."""
     beyond = [row for row in rows if row.metrics.get("violations")]
     if beyond and scenario.stroke is not None:
         worst = max(beyond, key=lambda row: row.metrics.get("x_r_peak") or 0.0)
