@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "motion", "compiled", "flow", "stop", "events", "series", "march", "slide", "leave", "leap",
-    "grid", "period_map", "orbit", "integrals", "forms", "recursion",
+    "plant", "motion", "compiled", "flow", "stop", "events", "series", "march", "slide",
+    "leave", "leap", "grid", "period_map", "orbit", "integrals", "forms", "recursion",
 )  # fmt: skip
 
 
