@@ -36,8 +36,9 @@ def command(*words: str) -> list[str]:
 def test_sweep_killed_at_any_instant_is_resumed_to_the_same_bytes(tmp_path: Path) -> None:
     (tmp_path / "killed.yaml").write_text(SWEEP)
     words = ("sweep", "killed.yaml", "--no-plots", "--quiet")
-    began = time.perf_counter()
-    subprocess.run(command(*words, "--out", "whole"), cwd=tmp_path, check=True)
+    for _ in range(2):  # the first may have to compile
+        began = time.perf_counter()
+        subprocess.run(command(*words, "--out", "whole"), cwd=tmp_path, check=True)
     takes = time.perf_counter() - began
     whole = (tmp_path / "whole" / "transmissibility.csv").read_bytes()
     rng = np.random.Generator(np.random.PCG64(11))
