@@ -19,6 +19,9 @@ from drysim.wording import number
 if TYPE_CHECKING:
     from drysim.approach import Approach
 
+WAVE_WORK = 5
+"""What a wave adds to a grid point, in steps of sampled motion."""
+
 ON_THE_END = 1e-9
 """A window that ends this close to the end of the record, relative to it, ends there."""
 
@@ -59,6 +62,12 @@ class Case:
     def steps(self) -> int:
         """Number of steps of the output grid."""
         return round(self.window[1] / self.step)
+
+    @property
+    def work(self) -> int:
+        """Number of steps of sampled motion that are as much work as this case."""
+        waves = len(self.motion.f) if isinstance(self.motion, Sines) else 0
+        return self.steps * (1 + WAVE_WORK * waves)
 
     @property
     def limit(self) -> float | None:

@@ -47,7 +47,7 @@ def run(scenario: Scenario) -> Outcome:
 
 def solve(case: Case) -> Outcome:
     """Give the outcome of a case that is ready to be solved."""
-    settle(case.steps)
+    settle(case.work)
     from drysim.metrics import measure
 
     response, window, doubts = march(case) if case.period is None else repetition(case)
