@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "motion", "compiled", "flow", "stop", "events", "series", "march", "slide",
+    "plant", "motion", "compiled", "flow", "series", "stop", "events", "march", "slide",
     "leave", "leap", "grid", "period_map", "orbit", "integrals", "forms", "recursion",
 )  # fmt: skip
 

@@ -19,8 +19,8 @@ def test_short_way_and_long_way_are_one(kernel: SimpleNamespace, c: float, w: fl
     stops = 0
     for _ in range(300):
         v, a, r = abs(rng.normal()), rng.normal() * 2 / h, rng.normal() * 4 / h**2
-        short = kernel.march.coast(c, w, v, a, r, h, True)
-        long = kernel.march.coast(c, w, v, a, r, h, False)
+        short = kernel.stop.coast(c, w, v, a, r, h, True)
+        long = kernel.stop.coast(c, w, v, a, r, h, False)
         scale = v + abs(a) * h + abs(r) * h * h
         if math.inf in (short[0], long[0]):
             assert short[0] == long[0]
@@ -36,4 +36,4 @@ def test_graze_is_left_to_the_long_way(kernel: SimpleNamespace) -> None:
     # v = (s - 1)² touches zero and does not cross it: Newton on a series has no slope to go by.
     q = kernel.series.series(0.0, 0.0, 1.0, -2.0, 2.0)
     assert kernel.series.fall(q, 1.0) == -1.0
-    assert kernel.march.coast(0.0, 0.0, 1.0, -2.0, 2.0, 3.0, True)[0] == pytest.approx(1.0)
+    assert kernel.stop.coast(0.0, 0.0, 1.0, -2.0, 2.0, 3.0, True)[0] == pytest.approx(1.0)

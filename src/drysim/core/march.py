@@ -22,47 +22,12 @@ from drysim.core.events import (
     tightness,
 )
 from drysim.core.flow import flow
-from drysim.core.series import SHORT, distance, fall, series, speed
-from drysim.core.stop import NEVER, locate_stop
+from drysim.core.series import SHORT
+from drysim.core.stop import NEVER, coast
 
 FINE = 1.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a third, far above
 rounding, and extrema are π apart."""
-
-
-@compiled
-def coast(c, w, v, a, r, h, short):
-    """Let the mass slide until it stops or the stretch ends.
-
-    Parameters
-    ----------
-    c, w, v, a, r, h : float
-        As in `locate_stop`.
-    short : bool
-        Whether the step is short enough for `series`.
-
-    Returns
-    -------
-    stop : float
-        When it stops [s]; infinity when the stretch ends first.
-    way, v : float
-        Distance slid [m] and the velocity that is left [m/s].
-    """
-    if short:
-        q = series(c, w, v, a, r)
-        v_end, a_end = speed(q, h)
-        if v_end > 0.0 and not (a < 0.0 and a_end > 0.0):
-            return NEVER, distance(q, h), v_end
-        if v > 0.0 and v_end <= 0.0:
-            stop = fall(q, h)
-            if stop > 0.0:
-                return stop, distance(q, stop), 0.0
-    stop = locate_stop(c, w, v, a, r, h)
-    length = h if stop == NEVER else stop
-    y, y_d, Y, YY = flow(c, w, length)
-    p = a + c * v
-    left = v * y_d + p * y + r * Y if stop == NEVER else 0.0
-    return stop, v * y + p * Y + r * YY, left
 
 
 @compiled
