@@ -126,6 +126,13 @@ def test_more_memory_than_the_machine_has_is_refused_with_the_number(drysim, sea
     assert drysim("validate", seat, "--set", "measure.duration=1e12").code == 2
 
 
+def test_sharpness_that_asks_for_more_points_than_memory_holds_is_refused(drysim, seat):
+    words = ("--approach", "smooth", "--set", "solver.smooth.sharpness=1e15")
+    said = refused(drysim, seat.parent, seat, *words)
+    assert "solver.smooth divides every step" in said
+    assert "GB of memory" in said
+
+
 def test_folder_below_a_file_is_refused_as_output(drysim, seat):
     (seat.parent / "file").write_text("mine")
     assert "file" in refused(drysim, seat.parent, seat, "--out", "file/deep")

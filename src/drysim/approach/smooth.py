@@ -45,6 +45,12 @@ class Smooth(Block):
     so that what is left is the error of the function), rk4 with solver.step, or adaptive (an
     implicit one, slow, for reference)."""
 
+    def pieces(self, plant: Plant, law: Law, dt: float) -> int:
+        """Give the number of points that are computed for a step of the output grid [s]."""
+        if self.method == "rk4":
+            return 1
+        return max(LEAST_PIECES, ceil(law.F_fk * self.sharpness * dt / (plant.m * STIFFNESS)))
+
     def solve(
         self,
         plant: Plant,
@@ -60,7 +66,7 @@ class Smooth(Block):
         if self.method == "rk4":
             return self._march(plant, law, motion, start, step, duration)
         dt = motion.dt if isinstance(motion, Samples) else step
-        pieces = max(LEAST_PIECES, ceil(law.F_fk * self.sharpness * dt / (plant.m * STIFFNESS)))
+        pieces = self.pieces(plant, law, dt)
         fine = self._march(plant, law, finer(motion, pieces), start, step / pieces, duration)
         return thinned(fine, motion, pieces)
 

@@ -131,12 +131,21 @@ def assemble(
         repeats,
         remarks,
     )
-    measure = scenario.measure
-    if shortage := memory.shortage(case.steps, bool(measure.weights or measure.spectra)):
+    weighed = bool(scenario.measure.weights or scenario.measure.spectra)
+    if shortage := memory.shortage(case.steps, weighed):
         raise misfit(
             scenario, f"solver.step and measure.duration: {shortage}", "measure.duration"
         )
+    if shortage := memory.shortage(case.steps * pieces(case), weighed):
+        key = f"solver.{case.approach.approach}"
+        raise misfit(scenario, f"{key} divides every step: {shortage}", key)
     return case
+
+
+def pieces(case: Case) -> int:
+    """Give the number of points that an approach computes for a step of the output grid."""
+    counted = getattr(case.approach, "pieces", None)
+    return counted(case.plant, case.law, case.step) if counted else 1
 
 
 def require_engine() -> None:
