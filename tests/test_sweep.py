@@ -149,3 +149,12 @@ def test_huge_grid_is_counted_and_begun_without_being_built(grid: Path) -> None:
     assert size(scenario.axes) == 9_000_000
     assert count(approaches_of(scenario)) == 9_003_000
     assert set(next(points(scenario.axes))) == {"friction.kinetic", "excitation.frequency"}
+
+
+def test_spectra_that_only_a_run_gives_are_told_of(grid: Path) -> None:
+    noise = "{kind: psd, points: [[0.5, 1], [10, 1]], rms: 1, duration: 10, seed: 3}"
+    text = GRID.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", noise)
+    text = text.replace("  excitation.frequency: {from: 1, to: 4, step: 1}\n", "")
+    grid.write_text(text.replace(", T_a < 0.9 at excitation.frequency >= 4", ""))
+    slugs = [caution.slug for caution in sweep(load(grid, {"measure.spectra": True})).warnings]
+    assert "spectra-left-out" in slugs

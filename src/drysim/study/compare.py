@@ -11,6 +11,7 @@ from drysim.scenario.blocks import SHELF
 from drysim.study.case import prepare
 from drysim.study.cases import Motions, response_of
 from drysim.study.diagnosis import diagnose
+from drysim.study.spectral import run_only
 from drysim.study.sweep import Finished, how, nothing, settle, solved, statuses, strokes
 from drysim.study.table import OK, Comparison, Row, Table
 
@@ -106,7 +107,8 @@ def solve(
         for name in scenarios
         for sentence in scenario.losses(name)
     )
-    warnings = (*losses, *case.cautions, *statuses(rows), *strokes(own, scenario))
+    told = (*losses, *case.cautions, *run_only(case))
+    warnings = (*told, *statuses(rows), *strokes(own, scenario))
     table = Table(scenario, scenario.axes, rows, checks, warnings, numerics=how(case))
     shown = telling(table, names, yardstick)
     responses = dict(responses_at(shown.point, scenarios, yardstick))

@@ -51,6 +51,13 @@ def refusal(case: Case) -> tuple[str, str] | None:
     return None
 
 
+def run_only(case: Case) -> Iterator[Caution]:
+    """Say that only a run gives spectra, where many cases are asked for them."""
+    if case.scenario.measure.spectra:
+        sentence = "measure.spectra has no use here: only `drysim run` gives spectra"
+        yield Caution("spectra-left-out", sentence)
+
+
 def spectra_of(
     case: Case, response: Response, window: tuple[float, float]
 ) -> tuple[Spectra | None, tuple[Caution, ...]]:

@@ -13,6 +13,7 @@ from drysim.core import compiled
 from drysim.errors import Caution, ScenarioError
 from drysim.study.case import Case, prepare
 from drysim.study.cases import Job, Motions, count, jobs, row_of
+from drysim.study.spectral import run_only
 from drysim.study.table import FAILED, OK, Row, Table
 from drysim.wording import millimetres
 
@@ -131,7 +132,7 @@ def table_of(case: Case, rows: tuple[Row, ...], complete: bool = True) -> Table:
     own = [row for row in rows if row.approach == scenario.solver.approach]
     good = [(row.point, row.metrics) for row in own if row.status == OK]
     checks = tuple(check.judge_all(good) for check in scenario.checks)
-    warnings = (*case.cautions, *statuses(rows), *strokes(own, scenario))
+    warnings = (*case.cautions, *run_only(case), *statuses(rows), *strokes(own, scenario))
     own_motion = case.motion if shared(scenario.axes) else None
     return Table(
         scenario, scenario.axes, rows, checks, warnings, complete, own_motion, how(case)
