@@ -318,7 +318,7 @@ def test_interrupt_gives_the_terminal_back(monkeypatch):
 
 def test_counting_costs_next_to_nothing_where_nobody_watches():
     with console.progress(100_000, "cases") as advance:
-        began = time.perf_counter()
+        began = time.process_time()
         for _ in range(100_000):
             advance()
-    assert time.perf_counter() - began < 0.2
+    assert time.process_time() - began < 0.2

@@ -173,10 +173,10 @@ def test_thousands_of_cases_are_made_in_a_fraction_of_a_second(scenario):
             "friction.kinetic": [15, 30, 45, 60],
         }
     )
-    began = time.perf_counter()
+    began = time.process_time()
     laws = [whole.at(point).law() for point in points(whole.axes)]
     assert len(laws) == 3840
-    assert time.perf_counter() - began < 2
+    assert time.process_time() - began < 2
 
 
 # Another approach

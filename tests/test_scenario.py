@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from typing import ClassVar, Literal
 
 import pytest
@@ -179,14 +178,12 @@ def test_approach_with_options_brings_its_own_block():
     assert solver.member() == SHELF["stick-slip"]()
 
 
-def test_loading_needs_no_heavy_library_and_little_time(tmp_path):
+def test_loading_needs_no_heavy_library(tmp_path):
     (tmp_path / "seat.yaml").write_text(EVERYTHING.replace(" deg", ""))
     code = (
         "import sys; from drysim.scenario import load, cautions\n"
         "cautions(load('seat.yaml'))\n"
         "assert not {'numba', 'scipy', 'pint', 'matplotlib'} & sys.modules.keys()"
     )
-    began = time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=False)
     assert done.returncode == 0
-    assert time.perf_counter() - began < 5
