@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import hashlib
 import json
@@ -19,7 +20,6 @@ from drysim.core.motion import Sines
 from drysim.core.plant import Law, State
 from drysim.errors import Caution, OutputError
 from drysim.report import swap, tables
-from drysim.report.folder import fresh
 from drysim.report.plots import curves
 from drysim.report.plots.response import draw
 from killing import killed_at
@@ -420,6 +420,14 @@ def test_check_leaves_no_trace():
     report.check(Path("a/b/out"))
     assert tree() == {}
     assert names(".") == []
+
+
+@contextlib.contextmanager
+def fresh(folder):
+    """Give an empty folder that takes its place when the block ends well."""
+    with report.claim_partial(folder) as claim:
+        yield claim.partial
+        report.folder.finish(claim)
 
 
 def fail_half_way(fault):

@@ -80,17 +80,6 @@ def leave(claim: Claim) -> None:
         remove(claim.partial)
 
 
-@contextlib.contextmanager
-def fresh(folder: Path) -> Iterator[Path]:
-    """Give an empty folder to write in; when the block ends well it takes the place of another.
-
-    Parameters and errors as those of `claim_partial`.
-    """
-    with claim_partial(folder) as claim:
-        yield claim.partial
-        finish(claim)
-
-
 def mark(folder: Path, text: str) -> None:
     """Give a folder its drysim.json, in one piece or not at all."""
     (folder / DRAFT).write_text(text, encoding="utf-8", newline="\n")
