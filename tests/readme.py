@@ -91,8 +91,8 @@ def default(block, key, field) -> str:
             others = " or ".join(f"`{other}`" for other in either if other != key)
             return f"**required**, or {others}"
     value = field.get("default")
-    if isinstance(value, float):
-        value = f"{value:g}"
+    if isinstance(value, bool | float):
+        value = f"{value:g}" if isinstance(value, float) else str(value).lower()
     return "–" if value in (None, "", []) or isinstance(value, dict) else f"`{value}`"
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -63,3 +65,8 @@ def test_bounds_of_numbers_are_kept(words):
 
 def test_schema_can_be_asked_for_twice(words):
     assert schema() == words
+
+
+def test_schema_beside_the_gallery_is_this_one(words):
+    file = Path(__file__).parents[1] / "scenarios" / "scenario.schema.json"
+    assert json.loads(file.read_text(encoding="utf-8")) == words, "make schema writes it anew"
