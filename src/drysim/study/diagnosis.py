@@ -12,6 +12,7 @@ from drysim.approach.response import FIXED_STEP
 from drysim.errors import SolverError
 from drysim.study.case import assemble
 from drysim.study.cases import Motions, measured, response_of
+from drysim.study.survey import AGREE
 from drysim.study.sweep import where
 from drysim.study.table import Comparison, Row
 from drysim.wording import number, percent
@@ -19,9 +20,6 @@ from drysim.wording import number, percent
 if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.scenario import Scenario
-
-AGREE = 0.05
-"""Deviation of T_a up to which two approaches agree [-]."""
 
 CURED = 0.7
 """Share of an error that a halved step may leave to be a cure: first order leaves half."""

@@ -10,6 +10,9 @@ from drysim.study.table import Comparison, Row
 FREQUENCY = "excitation.frequency"
 """The key over which a transmissibility is drawn and read."""
 
+AGREE = 0.05
+"""Deviation of T_a up to which two approaches agree [-]."""
+
 
 class Extreme(NamedTuple):
     """A metric at its least or greatest, and the row that has it."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from drysim.report.plots.views import Panel, View
     from drysim.study.table import Comparison, Row
 
-AGREE = 5.0
+AGREE = 100.0 * survey.AGREE
 """Deviation of T_a up to which two approaches agree [%]."""
 
 FAR = 20.0
