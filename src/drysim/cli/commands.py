@@ -39,7 +39,7 @@ def no_command(context: typer.Context, version: options.Version = False) -> int:
 def run(
     context: typer.Context,
     scenario: options.File,
-    settings: options.Settings = None,
+    changes: options.Changes = None,
     out: options.Out = None,
     approach: options.Approach = None,
     dry_run: options.DryRun = False,
@@ -53,7 +53,7 @@ def run(
     from drysim.scenario import load
     from drysim.study.case import prepare
 
-    case = prepare(load(scenario, options.overrides(settings, approach)))
+    case = prepare(load(scenario, options.overrides(changes, approach)))
     folder = Path("out", case.scenario.name) if out is None else out
     check(folder)
     if dry_run:
@@ -78,14 +78,14 @@ def run(
 @app.command()
 def validate(
     scenarios: options.Files,
-    settings: options.Settings = None,
+    changes: options.Changes = None,
     form: options.Format = "text",
 ) -> int:
     """Check files, compute nothing."""
     from drysim import console
     from drysim.study.validate import examine
 
-    found = {file: examine(file, settings or []) for file in scenarios}
+    found = {file: examine(file, changes or []) for file in scenarios}
     with reader_may_leave():
         console.show_problems(found, form)
     faulty = any(problem.severity == "error" for file in found.values() for problem in file)

@@ -38,7 +38,7 @@ Version = Annotated[
 ]
 File = Annotated[str, typer.Argument(metavar="SCENARIO", help="File (YAML).")]
 Files = Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Files (YAML).")]
-Settings = Annotated[
+Changes = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a key; may be repeated."),
 ]
@@ -87,7 +87,7 @@ Name = Annotated[
 Show = Annotated[bool, typer.Option("--list", help="Show the gallery.")]
 
 
-def overrides(settings: list[str] | None, approach: str | None) -> list[str]:
+def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
     """Give `--set` words, `--approach` being one of them."""
     chosen = [] if approach is None else [f"solver.approach={approach}"]
-    return [*(settings or []), *chosen]
+    return [*(changes or []), *chosen]

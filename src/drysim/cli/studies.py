@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def sweep(
     context: typer.Context,
     scenario: options.File,
-    settings: options.Settings = None,
+    changes: options.Changes = None,
     out: options.Out = None,
     approach: options.Approach = None,
     workers: options.Workers = None,
@@ -46,7 +46,7 @@ def sweep(
     from drysim.study.cases import count
     from drysim.study.sweep import approaches_of
 
-    case = prepare(load(scenario, options.overrides(settings, approach)))
+    case = prepare(load(scenario, options.overrides(changes, approach)))
     wanted = approaches_of(case.scenario)
     folder = Path("out", case.scenario.name) if out is None else out
     check(folder)
@@ -105,7 +105,7 @@ def compare(
     context: typer.Context,
     approaches: options.Approaches,
     scenario: options.ScenarioFile = None,
-    settings: options.Settings = None,
+    changes: options.Changes = None,
     out: options.Out = None,
     workers: options.Workers = None,
     dry_run: options.DryRun = False,
@@ -122,7 +122,7 @@ def compare(
     from drysim.study.compare import named, scenarios_of, solve
 
     names = named(approaches)
-    loaded = load(scenario_or_default(scenario, quiet), settings or [])
+    loaded = load(scenario_or_default(scenario, quiet), changes or [])
     case = prepare(loaded.with_approach(names[-1]))
     wanted = scenarios_of(loaded, names)
     folder = Path("out", f"{loaded.name}-compare") if out is None else out
