@@ -67,5 +67,5 @@ schema: $(READY) ## write the JSON schema of scenarios beside the gallery
 	mv scenarios/scenario.schema.json.new scenarios/scenario.schema.json
 
 clean: ## remove .venv, caches and builds; results in out/ stay
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .coverage
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .coverage
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
