@@ -10,7 +10,8 @@ import pytest
 
 PARTS = (
     "plant", "motion", "compiled", "flow", "series", "stop", "events", "march", "slide",
-    "leave", "leap", "grid", "period_map", "orbit", "integrals", "forms", "recursion",
+    "leave", "leap", "grid", "period_map", "orbit", "integrals", "forms", "recursion", "law",
+    "stepping",
 )  # fmt: skip
 
 

@@ -1,0 +1,84 @@
+"""Fixed-step marches: both engines alike, and each method right to its order."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenes import PAPER
+
+DT = 2.5e-3
+RANDOM = np.random.Generator(np.random.PCG64(8))
+BASE = RANDOM.normal(0.0, 1.0, 400).cumsum() * 0.1
+MIDDLES = 0.5 * (BASE[:-1] + BASE[1:])
+
+
+def stepped(kernel: SimpleNamespace, form: int, method: int) -> np.ndarray:
+    """March with a function of velocity; gives x_r and v_r."""
+    x_r, v_r = np.zeros(len(BASE)), np.zeros(len(BASE))
+    plant = kernel.plant.Plant(*PAPER)
+    kernel.stepping.step_march(plant, 15.0, form, 100.0, method, BASE, MIDDLES, DT, x_r, v_r)
+    return np.array([x_r, v_r])
+
+
+def banded(kernel: SimpleNamespace, march: str) -> np.ndarray:
+    """March with stick; gives x_r, v_r, F_f and direction."""
+    x_r, v_r, F_f = np.zeros((3, len(BASE)))
+    d = np.zeros(len(BASE), dtype=np.int64)
+    plant, rest = kernel.plant.Plant(*PAPER), (BASE, DT, x_r, v_r, F_f, d)
+    if march == "switch":
+        kernel.stepping.switch_march(plant, 15.0, 18.0, 6e-4, *rest)
+    else:
+        kernel.stepping.moreau_march(plant, 15.0, *rest)
+    return np.array([x_r, v_r, F_f, d])
+
+
+@pytest.mark.parametrize("method", range(4))
+def test_twins_agree_bit_for_bit_on_the_bare_sign(
+    plain: SimpleNamespace, fast: SimpleNamespace, method: int
+) -> None:
+    found = stepped(plain, plain.law.SIGN, method)
+    assert np.abs(found[0]).max() > 1e-5
+    assert np.array_equal(found, stepped(fast, fast.law.SIGN, method))
+
+
+@pytest.mark.parametrize("form", range(1, 5))
+def test_twins_agree_on_smooth_signs_to_the_rounding_of_their_functions(
+    plain: SimpleNamespace, fast: SimpleNamespace, form: int
+) -> None:
+    found = stepped(plain, form, plain.stepping.RK4)
+    assert found == pytest.approx(stepped(fast, form, fast.stepping.RK4), rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.parametrize("march", ["switch", "moreau"])
+def test_twins_agree_bit_for_bit_where_the_mass_sticks(
+    plain: SimpleNamespace, fast: SimpleNamespace, march: str
+) -> None:
+    found = banded(plain, march)
+    assert {0.0} < set(found[3]) <= {-1.0, 0.0, 1.0}
+    assert np.array_equal(found, banded(fast, march))
+
+
+@pytest.mark.parametrize(("method", "order"), [(0, 1), (1, 1), (2, 2), (3, 4)])
+def test_method_is_of_its_order_without_friction(
+    kernel: SimpleNamespace, method: int, order: int
+) -> None:
+    def error(dt: float) -> float:
+        n = round(0.5 / dt)
+        x_r, v_r = np.zeros(n + 1), np.zeros(n + 1)
+        u_dd, plant = np.ones(n + 1), kernel.plant.Plant(*PAPER)
+        kernel.stepping.step_march(plant, 0.0, 0, 0.0, method, u_dd, u_dd, dt, x_r, v_r)
+        _, _, Y, _ = kernel.flow.flow(plant.b / plant.m, plant.k_x / plant.m, 0.5)
+        return abs(x_r[-1] + Y)
+
+    assert math.log2(error(5e-3) / error(2.5e-3)) == pytest.approx(order, abs=0.3)
+
+
+@pytest.mark.parametrize("form", range(1, 5))
+def test_smooth_sign_is_odd_steep_and_at_most_one(kernel: SimpleNamespace, form: int) -> None:
+    share = kernel.law.sliding_share
+    assert share(form, 1e3, 0.0) == 0.0
+    assert share(form, 1e3, -0.02) == -share(form, 1e3, 0.02)
+    assert 0.0 < share(form, 1e3, 1e-4) < share(form, 1e3, 1e-3) < share(form, 1e3, 10.0) <= 1.0
