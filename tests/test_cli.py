@@ -230,6 +230,15 @@ def test_reader_of_stdout_may_leave_early(seat):
     assert (done.returncode, done.stdout, done.stderr) == (0, "{", "")
 
 
+def test_fault_that_nobody_reads_keeps_its_exit_code(tmp_path):
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "drysim", "run", "nowhere.yaml"]
+    done = subprocess.run(command, cwd=tmp_path, stdout=write, stderr=write)
+    os.close(write)
+    assert done.returncode == 2
+
+
 @pytest.mark.skipif(
     not os.path.exists("/dev/full"), reason="needs a device that is always full"
 )

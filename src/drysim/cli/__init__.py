@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 
 import typer
 
@@ -72,5 +73,6 @@ def dressed(fault: DrysimError) -> int:
     """Show a fault with its places and its hint, and give its exit code."""
     from drysim import console
 
-    console.show_fault(fault)
+    with suppress(BrokenPipeError, SystemExit):  # rich leaves with SystemExit on a broken pipe
+        console.show_fault(fault)
     return fault.exit_code
