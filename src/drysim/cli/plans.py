@@ -71,10 +71,9 @@ def show_grid(case: Case, folder: Path, approaches: int, as_json: bool, quiet: b
         if as_json:
             typer.echo(json.dumps(fields, indent=2, ensure_ascii=False))
         elif not quiet:
+            count = "1 case" if cases == 1 else f"{cases} cases"
             by = "1 approach" if approaches == 1 else f"{approaches} approaches"
-            typer.echo(
-                f"{scenario.name}: {cases} cases by {by}; {', '.join(swept) or 'no sweep'}"
-            )
+            typer.echo(f"{scenario.name}: {count} by {by}; {', '.join(swept) or 'no sweep'}")
             typer.echo("\n".join(sentences(case, folder)[1:]))
         if not quiet:
             console.show_warnings(case.cautions)
