@@ -139,6 +139,8 @@ def fit(shown: str, size: int) -> None:
 def _neighbour(path: Path, suffixes: Collection[str]) -> str:
     if not path.parent.is_dir():
         return f": there is no folder `{path.parent}`"
+    if path.is_symlink():
+        return ": it is a link that leads nowhere"
     files = islice(path.parent.iterdir(), LOOKED_AT)
     nearest = near(path.name, (file.name for file in files if file.suffix.lower() in suffixes))
     return f"; did you mean `{nearest}`?" if nearest else ""
