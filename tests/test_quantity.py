@@ -87,12 +87,26 @@ def test_a_unit_is_one_of_itself(unit):
         (-15, "must be at least 0 N, not -15"),
         ("-0.1 kN", "must be at least 0 N, not `-0.1 kN`"),
         (100.0, "must be below 100 N, not 100"),
+        (1e-31, "must lie between 1e-30 and 1e+30 N in size, or be 0, not 1e-31"),
     ],
 )
 def test_value_outside_its_field_earns_a_sentence(given, sentence):
     with pytest.raises(ValueError, match=re.escape(sentence)) as fault:
         Quantity("N", at_least=0, below=100).read(given)
     assert str(fault.value) == sentence
+
+
+@pytest.mark.parametrize("given", [1e31, -1e300, "1e28 t", -5e-324])
+def test_a_size_whose_squares_leave_doubles_is_refused(given):
+    with pytest.raises(
+        ValueError, match="must lie between 1e-30 and 1e\\+30 kg in size, or be 0"
+    ):
+        Quantity("kg").read(given)
+
+
+@pytest.mark.parametrize("given", [0.0, 1e30, -1e-30])
+def test_a_size_at_the_ends_of_its_span_is_taken(given):
+    assert Quantity("kg").read(given) == given
 
 
 def test_an_integer_beyond_doubles_is_not_finite():

@@ -231,7 +231,13 @@ FAULTS = {
     "headers": ("a,b\n1\n2\n", {"step": 1}, "the header names 2 columns, but row 2 has 1"),
     "first row": ("1,x\n2,3\n", {"step": 1, "column": 2, "unit": "g"}, "`x` is not a number"),
     "damaged start": ("-0.4x\n2\n", {"step": 1, "unit": "g"}, "`-0.4x` is not a number"),
-    "range": (ROWS, {"time": "t", "scale": 9e307}, "ü is out of range"),
+    "range": (ROWS, {"time": "t", "scale": 1e30}, "ü is out of range"),
+    "cell": (ROWS.replace("0.01,2", "0.01,-1e300"), {"time": "t"}, "ü is out of range"),
+    "spline": (
+        "1\n2\n1\n4\n",
+        {"step": 1e-30, "unit": "Gm/s", "quantity": "velocity"},
+        "out of range",
+    ),
     "window": (ROWS, {"time": "t", "window": {"from": 5}}, "runs from 0 s to 0.02 s"),
     "filter": (ROWS, {"time": "t", "remove": {"below": 99}}, "and below 50 Hz, half its rate"),
 }
@@ -248,6 +254,7 @@ def test_only_regular_files_of_known_kinds_are_read(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "r.mp3").write_text("1\n2\n")
     (tmp_path / "seat.csv").write_text("1\n2\n")
+    (tmp_path / "link.csv").symlink_to("nowhere.csv")
     for file, sentence in {
         "folder.csv": "the record is a folder",
         "pipe.csv": "the record is a pipe",
@@ -255,6 +262,7 @@ def test_only_regular_files_of_known_kinds_are_read(tmp_path):
         "r.mp3": "a record from `.mp3` cannot be read; what is read: .csv, .tsv, ",
         "seats.csv": "the record is not there; did you mean `seat.csv`?",
         "logs/seat.csv": "there is no folder",
+        "link.csv": "the record is not there: it is a link that leads nowhere",
         "a\0b.csv": "the record cannot be read",
     }.items():
         with pytest.raises(RecordError, match=sentence.replace("?", r"\?")):

@@ -20,6 +20,9 @@ from drysim.quantity.units import factor as factor
 from drysim.quantity.words import near as near
 from drysim.quantity.words import shown as shown
 
+LEAST, GREATEST = 1e-30, 1e30
+"""Sizes of a number, 0 apart, whose squares and cubes keep clear of the ends of doubles."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -48,6 +51,9 @@ class Quantity:
             if limit is not None and not holds(value, limit):
                 bound = f"{limit:g} {self.unit}".strip()
                 raise ValueError(f"must be {words} {bound}, not {shown(given)}")
+        if value and not LEAST <= abs(value) <= GREATEST:
+            span = f"{LEAST:g} and {GREATEST:g} {self.unit}".strip()
+            raise ValueError(f"must lie between {span} in size, or be 0, not {shown(given)}")
         return value
 
     @property

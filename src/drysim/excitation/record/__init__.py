@@ -27,7 +27,17 @@ from drysim.excitation.record.shape import (
     take,
 )
 from drysim.excitation.record.spoken import Below, Column, FullScale, Removal, Window
-from drysim.quantity import Block, Frequency, Plain, Quantity, convert, factor, shown
+from drysim.quantity import (
+    GREATEST,
+    LEAST,
+    Block,
+    Frequency,
+    Plain,
+    Quantity,
+    convert,
+    factor,
+    shown,
+)
 
 
 class Record(Block):
@@ -150,7 +160,9 @@ class Record(Block):
         return Path(self.file).name if Path(self.file).is_absolute() else self.file
 
     def _finite(self, values: Floats, dt: float) -> None:
-        if not (np.isfinite(values).all() and 0 < dt < np.inf):
+        """A NaN compares as false and is refused, too."""
+        within = values.min() >= -GREATEST and values.max() <= GREATEST
+        if not (within and LEAST <= dt <= GREATEST):
             raise fault(self._shown, "ü is out of range: check unit, `scale` and time step")
 
     def _read(self) -> tuple[Series, Input, tuple[Caution, ...]]:
