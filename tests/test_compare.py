@@ -125,6 +125,18 @@ def test_cases_without_any_deviation_count_as_agreement(scene: Path) -> None:
     assert "in 2 of 3 cases: friction.kinetic 50 to 70" in sentence
 
 
+def test_range_of_agreement_with_gaps_says_so(scene: Path) -> None:
+    scene.write_text(SCENE + "sweep: {friction.kinetic: [50, 15, 70]}\n")
+    dull = {"excitation.rms": 0.33, "solver.switch": {"band": 0.02}}
+    found = compare(load(scene, dull), ("switch", "stick-slip"))
+    (sentence,) = (words for words in found.verdict if "agrees within" in words)
+    assert "in 2 of 3 cases: friction.kinetic 50 to 70" in sentence
+    scene.write_text(SCENE + "sweep: {friction.kinetic: [0, 15, 70]}\n")
+    found = compare(load(scene, dull), ("switch", "stick-slip"))
+    (sentence,) = (words for words in found.verdict if "agrees within" in words)
+    assert "in 2 of 3 cases, all within friction.kinetic 0 to 70" in sentence
+
+
 def test_diagnosis_is_made_against_the_yardstick_whatever_the_file_solves_with(
     scene: Path,
 ) -> None:

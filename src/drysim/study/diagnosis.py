@@ -93,12 +93,17 @@ def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
     if not good:
         yield f"{name} agrees within {percent(AGREE)} nowhere in this sweep"
         return
-    axes = (
-        f"{key} {min(values):g} to {max(values):g}"
-        for key, values in ((key, [row.point[key] for row in good]) for key in good[0].point)
-    )
+    ends = {
+        key: (min(row.point[key] for row in good), max(row.point[key] for row in good))
+        for key in good[0].point
+    }
+    inside = [
+        row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
+    ]
+    words = ", ".join(f"{key} {a:g} to {b:g}" for key, (a, b) in ends.items())
     share = f"{len(good)} of {len(rows)} cases"
-    yield f"{name} agrees within {percent(AGREE)} in {share}: {', '.join(axes)}"
+    whole = ":" if len(inside) == len(good) else ", all within"
+    yield f"{name} agrees within {percent(AGREE)} in {share}{whole} {words}"
 
 
 def agrees(deviation: float | None) -> bool:
