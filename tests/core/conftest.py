@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "motion", "compiled", "flow", "series", "stop", "events", "march", "slide",
+    "plant", "motion", "compiled", "flow", "wave", "series", "stop", "events", "march", "slide",
     "leave", "leap", "grid", "period_map", "orbit", "integrals", "forms", "recursion", "law",
     "stepping",
 )  # fmt: skip

@@ -45,7 +45,7 @@ def test_flow_and_wave_are_right_to_rounding_in_every_regime(
         pytest.skip("the reference itself would take minutes")
     omega = math.sqrt(w) or 3.0  # at resonance where there is one
     y, y_d, Y, YY = kernel.flow.flow(c, w, s)
-    _, _, _, R, P, _, sine, cosine = kernel.flow.wave(c, w, omega, s)
+    _, _, _, R, P, _, sine, cosine = kernel.wave.wave(c, w, omega, s)
     want = reference(c, w, omega, s)
     turns = max(1.0, (c + math.sqrt(w) + omega) * s)
     # A value that crosses zero is measured against its swing: a tenth of that is enough.
@@ -63,3 +63,18 @@ def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
     y_2, y_d_2, _, _ = kernel.flow.flow(c, w, 2 * s)
     assert y_2 == pytest.approx(y * (1 - w * Y + y_d), rel=1e-13)
     assert y_d_2 == pytest.approx(y_d * y_d - w * y * y, rel=1e-13)
+
+
+@pytest.mark.parametrize("turns", [1e2, 1e4, 1e6])
+def test_long_slide_without_spring_and_damper_keeps_its_digits(
+    kernel: SimpleNamespace, turns: float
+) -> None:
+    omega, s = 10.0, turns / 10.0
+    found = kernel.wave.wave(0.0, 0.0, omega, s)[3:6]
+    want = (
+        (s - math.sin(turns) / omega) / omega**2,
+        (1.0 - math.cos(turns)) / omega**2,
+        math.sin(turns) / omega,
+    )
+    for value, exact, swing in zip(found, want, (s / omega**2, 1e-2, 0.1), strict=True):
+        assert value == pytest.approx(exact, abs=1e-15 * swing)

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
 from drysim.core.events import ROUNDING
-from drysim.core.flow import flow, wave
+from drysim.core.flow import flow
+from drysim.core.wave import wave
 
 
 class Waves(NamedTuple):
