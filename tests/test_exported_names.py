@@ -81,3 +81,12 @@ def test_importing_drysim_imports_none_of_its_parts():
     program = "import sys, drysim; print([m for m in sys.modules if m.startswith('drysim.')])"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("word", ["--help", "--version"])
+def test_help_needs_no_numbers(word):
+    program = (
+        f"import sys, drysim.cli; drysim.cli.main([{word!r}]); print('numpy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "False", done.stderr

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from drysim.cli import options, plans
+from drysim.cli import options
 from drysim.cli.streams import reader_may_leave
 from drysim.errors import (
     EXIT_NOTHING_COMPUTED,
@@ -57,6 +57,8 @@ def run(
     folder = Path("out", case.scenario.name) if out is None else out
     check(folder)
     if dry_run:
+        from drysim.cli import plans
+
         return plans.show(case, folder, as_json, quiet)
     from drysim import console, report
     from drysim.study.run import solve

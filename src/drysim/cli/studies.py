@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from drysim.cli import options, plans
+from drysim.cli import options
 from drysim.cli.commands import app as app
 from drysim.cli.streams import reader_may_leave
 from drysim.errors import EXIT_INTERRUPTED
@@ -51,6 +51,8 @@ def sweep(
     folder = Path("out", case.scenario.name) if out is None else out
     check(folder)
     if dry_run:
+        from drysim.cli import plans
+
         return plans.show_grid(case, folder, len(wanted), as_json, quiet)
     from drysim import console, report
 
@@ -128,6 +130,8 @@ def compare(
     folder = Path("out", f"{loaded.name}-compare") if out is None else out
     check(folder)
     if dry_run:
+        from drysim.cli import plans
+
         return plans.show_grid(case, folder, len(wanted), as_json, quiet)
     from drysim import console, report
 
