@@ -14,7 +14,7 @@ from PIL import Image
 
 HERE = Path(__file__).parent
 GALLERY = HERE.parent
-COLOURS = 32
+COLOURS = 64
 PICTURES = {
     "seat-on-em1.png": (["run", f"{GALLERY}/seat-on-em1.yaml"], "response.png"),
     "transmissibility.png": (
@@ -36,7 +36,7 @@ def draw(name: str, words: list[str], drawn: str) -> None:
         command = [sys.executable, "-m", "drysim", *words, "--quiet", "--out", str(out)]
         subprocess.run(command, check=True)
         whole = Image.open(out / drawn).convert("RGB")
-        few = whole.quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+        few = whole.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2)
         few.save(HERE / name, optimize=True)
 
 
