@@ -145,6 +145,12 @@ def test_isolation_is_told_for_every_curve(capsys, force, lost, said):
     assert said in words(capsys.readouterr().out)
 
 
+def test_isolation_is_not_told_where_no_case_has_numbers(capsys):
+    table = small(reference=None)
+    console.show_table(spoil(table, NOT_SETTLED, *range(len(table))))
+    assert "isolation" not in capsys.readouterr().out
+
+
 def test_interrupted_sweep_says_how_to_go_on(capsys):
     table = replace(small(), complete=False)
     console.show_table(table, Path("out/seat"))

@@ -103,7 +103,8 @@ def _rows(table: study.Table) -> Iterator[Row]:
             least, most = _at(table, ends[0]), _at(table, ends[1])
             remark = f"least {least}, greatest {most}" if least != most else least
             yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
-    if any(axis.key == survey.FREQUENCY for axis in table.axes):
+    over_frequency = any(axis.key == survey.FREQUENCY for axis in table.axes)
+    if over_frequency and survey.extremes(rows, "T_a"):
         yield _isolation(table, survey.isolation(rows))
     yield from _stroke(table, rows)
     if ends := survey.extremes(rows, "stuck_share"):
