@@ -108,9 +108,9 @@ def locate_stop(c, w, v, a, r, h):
     ----------
     c, w : float
         As in `flow`.
-    v, a, j : float
-        Velocity in the direction of sliding [m/s], at least 0, its rate [m/s²] and its second
-        rate [m/s³] at time 0.
+    v, a, r : float
+        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0; rate
+        of the force per mass [m/s³].
     h : float
         Length of the stretch [s].
 

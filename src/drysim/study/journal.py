@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import drysim
+from drysim.core.compiled import source_digest
 from drysim.errors import UsageError
 from drysim.study.table import Row
 
@@ -75,7 +76,7 @@ def identity(scenario: Scenario) -> dict[str, Any]:
     """Give what makes two sweeps the same: every word of the scenario, and drysim."""
     words = json.dumps(scenario.resolved(), sort_keys=True)
     digest = hashlib.sha256(words.encode()).hexdigest()
-    return {"drysim": drysim.__version__, "scenario": digest}
+    return {"drysim": drysim.__version__, "core": source_digest(), "scenario": digest}
 
 
 def entry(number: int, row: Row) -> dict[str, Any]:
