@@ -74,14 +74,15 @@ def held(values: Any) -> Any:
 def cache_folder() -> Path | None:
     """Give a writable folder for compiled kernels of exactly this source, or None."""
     key = source_key()
+    user = os.getuid() if hasattr(os, "getuid") else 0
     home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    for root in (home, os.path.join(tempfile.gettempdir(), f"cache-{os.getuid()}")):
+    for root in (home, os.path.join(tempfile.gettempdir(), f"cache-{user}")):
         folder = Path(root) / "drysim" / f"kernels-{key}"
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         except OSError:
             continue
-        if os.access(folder, os.W_OK) and folder.stat().st_uid == os.getuid():
+        if os.access(folder, os.W_OK) and folder.stat().st_uid == user:
             return folder
     return None
 

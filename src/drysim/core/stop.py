@@ -109,8 +109,8 @@ def locate_stop(c, w, v, a, r, h):
     c, w : float
         As in `flow`.
     v, a, r : float
-        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0; rate
-        of the force per mass [m/s³].
+        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0;
+        rate of the force per mass [m/s³].
     h : float
         Length of the stretch [s].
 
