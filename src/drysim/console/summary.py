@@ -107,6 +107,7 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
         beyond = number(metrics["t_beyond"], "s")
         yield Row("limit met", times, f"first at {first}, beyond for {beyond}", "bold red")
     events = len(outcome.response.events)
-    yield Row("stuck", percent(metrics["stuck_share"]), f"{events} events")
+    counted = "1 event" if events == 1 else f"{events} events"
+    yield Row("stuck", percent(metrics["stuck_share"]), counted)
     residual = number(metrics["energy_residual"], digits=2)
     yield Row("energy", residual, "is what the energy balance leaves, relative")
