@@ -6,10 +6,11 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from drysim import __version__
+from drysim import __version__, report
 
 RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
 
@@ -228,6 +229,17 @@ def test_reader_of_stdout_may_leave_early(seat):
         ["bash", "-c", command], cwd=seat.parent, capture_output=True, text=True
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "{", "")
+
+
+def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat):
+    words = ["sweep", seat, "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}"]
+    with report.claim_partial(Path("out/seat")) as claim:
+        claim.journal.write_text("1\n2\n")
+        refused = drysim(*words)
+    assert refused.code == 2
+    assert "another drysim is writing" in refused.err
+    assert "given up" not in refused.err
+    assert "beginning anew: the finished cases" in drysim(*words).err
 
 
 def test_fault_that_nobody_reads_keeps_its_exit_code(tmp_path):

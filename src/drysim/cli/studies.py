@@ -57,11 +57,12 @@ def sweep(
     from drysim import console, report
 
     command = shlex.join(["drysim", *context.obj])
-    if not (resume or quiet) and report.resumable(folder):
-        typer.echo(
-            f"beginning anew: the finished cases in {folder}.partial are given up", err=True
-        )
+    anew = not (resume or quiet) and report.resumable(folder)
     with report.claim_partial(folder, resume) as claim:
+        if anew:
+            typer.echo(
+                f"beginning anew: the finished cases in {folder}.partial are given up", err=True
+            )
         table = swept(case, claim.journal, count(wanted), workers, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
         told = report.write_table(
