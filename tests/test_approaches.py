@@ -333,3 +333,18 @@ def test_fixed_step_that_blows_up_is_said_with_its_time() -> None:
     stiff = Plant(1.0, 1e6, 0.0)
     with pytest.raises(SolverError, match=r"a step of 0\.1 s has left the numbers at t ="):
         Signum(method="euler").solve(stiff, Law(1.0, 1.0), SINE, REST, 0.1, 500.0)
+
+
+def test_smooth_knows_the_displacement_of_the_base_where_it_is_known() -> None:
+    # Between samples u is the cubic that ü bends, so a finer grid reads it as it is.
+    dt, omega = 5e-3, 4.0
+    t = np.arange(801) * dt
+    h = 2 * math.sin(omega * dt / 2) / dt
+    motion = Samples(-(h**2) * np.sin(omega * t), dt, u=np.sin(omega * t))
+    law = Law(15.0, 15.0)
+    found, exact = (
+        measure(track_of(approach.solve(PAPER, law, motion, REST, dt)), (0.0, 4.0), None)
+        for approach in (Smooth(), StickSlip())
+    )
+    assert found["u_rms"] == pytest.approx(exact["u_rms"], rel=1e-3)
+    assert found["T_x"] == pytest.approx(exact["T_x"], rel=2e-2)

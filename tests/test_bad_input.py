@@ -144,6 +144,18 @@ def test_folder_that_drysim_did_not_write_is_refused_as_output(drysim, seat):
     assert "mine" in refused(drysim, seat.parent, seat, "-o", "mine")
 
 
+def test_result_whose_scenario_was_edited_is_refused_as_output(drysim, seat, tmp_path):
+    assert drysim("run", seat, "--no-plots").code == 0
+    assert drysim("run", seat, "--no-plots").code == 0
+    edited = tmp_path / "out" / "seat" / "scenario.yaml"
+    edited.write_text(edited.read_text() + "# mine\n")
+    answer = drysim("run", seat, "--no-plots")
+    assert answer.code == 2
+    assert "scenario.yaml was edited since drysim wrote it" in answer.err
+    assert "save it elsewhere" in answer.err
+    assert edited.read_text().endswith("# mine\n")
+
+
 def test_working_folder_is_refused_as_output(drysim, seat):
     assert "error: " in refused(drysim, seat.parent, seat, "--out", ".")
 

@@ -12,7 +12,13 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.response import FIXED_STEP, Numerics, Response
 from drysim.approach.scene import grid_points
 from drysim.core.compiled import engine, held
-from drysim.core.motion import Samples, Sines, base_acceleration, mean_squares
+from drysim.core.motion import (
+    Samples,
+    Sines,
+    base_acceleration,
+    displacement_between,
+    mean_squares,
+)
 from drysim.core.plant import Law, Plant, State, Totals
 from drysim.errors import SolverError
 
@@ -38,9 +44,13 @@ def finer(motion: Sines | Samples, pieces: int) -> Sines | Samples:
     """Give the same base motion on a grid of so many pieces a step."""
     if isinstance(motion, Sines):
         return motion
-    n = len(motion.u_dd)
-    u_dd = np.interp(np.arange((n - 1) * pieces + 1) / pieces, np.arange(n), motion.u_dd)
-    return Samples(u_dd, motion.dt / pieces)
+    n, at = len(motion.u_dd), np.arange((len(motion.u_dd) - 1) * pieces + 1) / pieces
+    u_dd = np.interp(at, np.arange(n), motion.u_dd)
+    if motion.u is None:
+        return Samples(u_dd, motion.dt / pieces)
+    i = np.minimum(at.astype(int), n - 2)
+    u = displacement_between(motion, i, at - i)
+    return Samples(u_dd, motion.dt / pieces, u)
 
 
 def thinned(response: Response, motion: Sines | Samples, pieces: int) -> Response:

@@ -122,7 +122,7 @@ def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: floa
     )
     refuse_storm(multiple, periods * period, (x_r, v_r))
     scene = (plant, law, waves, max(multiple, 1) * period, x_r, v_r, d, log, LOG_LENGTH)
-    unique = plant.b > 0.0 or not orbit.marginal(*scene)
+    unique = multiple == 0 or plant.b > 0.0 or not orbit.marginal(*scene)
     return Orbit(
         State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
         periods * period, peak,

@@ -114,6 +114,17 @@ def _mean_cosine(f: float, phase: float, length: float, middle: float) -> float:
     return fade * math.cos(2.0 * math.pi * ((f * middle) % 1.0) + phase)
 
 
+def displacement_between(
+    motion: Samples, n: NDArray[np.intp], q: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Give u [m] at the share q of the steps n: the cubic whose second derivative is ü."""
+    assert motion.u is not None, "asked for where u is known only"
+    p = 1.0 - q
+    bend = (p**3 - p) * motion.u_dd[n] + (q**3 - q) * motion.u_dd[n + 1]
+    u: NDArray[np.float64] = p * motion.u[n] + q * motion.u[n + 1] + motion.dt**2 / 6.0 * bend
+    return u
+
+
 def sample_squares(motion: Samples, begin: float, end: float) -> tuple[float, float | None]:
     """Give the integrals of ü² and, where u is known, of u² over a window of sampled motion."""
     dt = motion.dt
@@ -130,7 +141,6 @@ def sample_squares(motion: Samples, begin: float, end: float) -> tuple[float, fl
                 p = 1.0 - q
                 u_dd2 += weight * dt * (width * np.square(p * a_0 + q * a_1)).sum()
                 if motion.u is not None:
-                    bulge = dt * dt / 6.0 * ((p**3 - p) * a_0 + (q**3 - q) * a_1)
-                    u = p * motion.u[n] + q * motion.u[n + 1] + bulge
+                    u = displacement_between(motion, n, q)
                     u2 += weight * dt * (width * np.square(u)).sum()
     return float(u_dd2), None if motion.u is None else float(u2)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.report import digest, plots, rows, spectrum, tables
-from drysim.report.claim import JOURNAL, MARKER
+from drysim.report.claim import JOURNAL, MARKER, SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
 from drysim.report.folder import claim_partial as claim_partial
@@ -30,7 +30,7 @@ Made = TypeVar("Made")
 def resolved_scenario(made: Outcome | Table, folder: Path) -> None:
     """Write scenario.yaml: overrides and defaults spelled out; it runs again as it is."""
     words = dump(made.scenario.resolved(relative_to=folder))
-    (folder / "scenario.yaml").write_text(words, encoding="utf-8", newline="\n")
+    (folder / SCENARIO).write_text(words, encoding="utf-8", newline="\n")
 
 
 def compared_scenario(made: Comparison, folder: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import hashlib
 import json
 import os
 from collections.abc import Iterator
@@ -21,6 +22,9 @@ DRAFT = "drysim.json.new"
 JOURNAL = "cases.jsonl"
 """Finished cases of a sweep under way, kept in `<name>.partial`: one line says what is swept,
 each further one is a case."""
+
+SCENARIO = "scenario.yaml"
+"""The resolved scenario of a result: the one file in it that people edit."""
 
 STRAY = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """What file managers leave behind without being asked; it may go with the folder."""
@@ -120,6 +124,20 @@ def _refuse_foreign(place: Path, leftover: bool = False) -> None:
     foreign = sorted(held - {MARKER} - set(marker.get("files") or ()))
     if foreign:
         raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
+    if _edited(place / SCENARIO, marker):
+        raise OutputError(
+            f"{place / SCENARIO} was edited since drysim wrote it, and would be replaced",
+            f"save it elsewhere, or {ELSEWHERE}",
+        )
+
+
+def _edited(file: Path, marker: dict[str, Any]) -> bool:
+    """Whether the scenario of a result, which runs again as it is, is somebody's own by now."""
+    files = marker.get("files")
+    written = files.get(file.name) if isinstance(files, dict) else None
+    if written is None or not file.is_file():
+        return False
+    return str(written) != hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _marker(place: Path) -> dict[str, Any] | None:

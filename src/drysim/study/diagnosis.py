@@ -127,12 +127,10 @@ def remedy(case: Scenario, name: str, deviation: float, T_a: float | None) -> It
     finer = None if step is None else tried(case, {"step": 0.5 * step}, T_a)
     if step is not None and finer is not None:
         halved = number(0.5 * step, "s")
-        cured = abs(finer) <= CURED * abs(deviation)
-        yield (
-            f"halving the step of {name} leaves {signed(finer)}"
-            if cured
-            else f"a smaller step will not help {name}: at {halved} T_a is {signed(finer)}"
-        )
+        if abs(finer) <= CURED * abs(deviation):
+            yield f"halving the step of {name} leaves {signed(finer)}"
+        elif abs(deviation) > AGREE:
+            yield f"a smaller step will not help {name}: at {halved} T_a is {signed(finer)}"
     chosen: Any = case.solver.member()
     sharpness = getattr(chosen, "sharpness", None)
     if sharpness is None:
@@ -163,7 +161,7 @@ def without_friction(comparison: Comparison) -> Iterator[str]:
         return
     by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
     bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
-    if bare and exact:
+    if bare and exact and number(bare) != number(exact):
         yield f"without dry friction T_a would be {number(bare)} in place of {number(exact)}"
 
 
