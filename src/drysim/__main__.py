@@ -1,7 +1,5 @@
 """Lets `python -m drysim` be the command `drysim`."""
 
-import sys
+from drysim.cli import command
 
-from drysim.cli import main
-
-sys.exit(main())
+command()

@@ -58,7 +58,12 @@ NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object in place of the summary.")]
 Workers = Annotated[
     int | None,
-    typer.Option("--workers", min=1, metavar="N", help="Threads; default: one a processor."),
+    typer.Option(
+        "--workers",
+        min=1,
+        metavar="N",
+        help="Threads; default: one a processor, one alone under sines.",
+    ),
 ]
 Resume = Annotated[
     bool, typer.Option("--resume", help="Go on where an interrupted sweep has stopped.")

@@ -67,7 +67,13 @@ def compiled(function: Kernel) -> Kernel:
 
 def held(values: Any) -> Any:
     """Give an array as the engine reads it fastest: plain Python indexes lists, not arrays."""
-    return values.tolist() if engine() == PLAIN and hasattr(values, "tolist") else values
+    return values.tolist() if is_plain() and hasattr(values, "tolist") else values
+
+
+@cache
+def is_plain() -> bool:
+    """Tell whether the kernels are plain; asked once they are loaded, when it is settled."""
+    return engine() == PLAIN
 
 
 @cache

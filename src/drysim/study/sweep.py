@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from drysim.approach.response import FIXED_STEP
 from drysim.core import compiled
+from drysim.core.motion import Sines
 from drysim.errors import Caution, ScenarioError
 from drysim.study.case import Case, prepare
 from drysim.study.cases import Job, Motions, count, jobs, row_of
@@ -50,7 +51,8 @@ def sweep(
     scenario : Scenario
         With a sweep block.
     workers : int, optional
-        Threads; default: one for each processor. The table does not depend on it.
+        Threads; default: one for each processor, one alone under sines. The table does not
+        depend on it.
     done : mapping, optional
         Rows by number that an interrupted sweep has left.
     finished : callable, optional
@@ -101,6 +103,12 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
     return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
 
 
+def threads_for(motions: Motions) -> int:
+    """Give how many threads help: orbits are over before Python can hand them round."""
+    _, motion = motions.kept[0]
+    return 1 if isinstance(motion, Sines) else os.cpu_count() or 1
+
+
 def solved(
     scenarios: Sequence[Scenario],
     motions: Motions,
@@ -114,7 +122,7 @@ def solved(
         return done.get(job.number) or row_of(job, motions)
 
     waiting = jobs(scenarios)
-    threads = ThreadPoolExecutor(workers or os.cpu_count() or 1)
+    threads = ThreadPoolExecutor(workers or threads_for(motions))
     try:
         while block := list(islice(waiting, BLOCK)):
             for job, result in zip(block, threads.map(row, block), strict=True):
