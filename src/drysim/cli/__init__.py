@@ -21,8 +21,8 @@ from drysim.errors import (
     DrysimError,
 )
 
-SELDOM = 200_000
-"""New objects between two collections: some ten megabytes."""
+SELDOM = 1_000_000
+"""New objects between two collections: a hundred megabytes, were they all garbage."""
 
 BUG = """
 This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
