@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from drysim.core.motion import Samples
 from drysim.excitation.noise import numbers
 from drysim.quantity import Block, Misfit, Quantity
 
@@ -83,6 +84,34 @@ class Drawn(Ending):
     def highest(self) -> float:
         """Last frequency of the spectrum [Hz]."""
         return self.band[1]
+
+    def drawn(self, step: float) -> Samples:
+        """Give the samples at a step [s] that suits."""
+        raise NotImplementedError
+
+    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
+        """Draw the base acceleration on a grid, and what else is known of the motion.
+
+        Parameters
+        ----------
+        step : float
+            Distance of the samples [s].
+        end : float, optional
+            Not used: the motion has a length of its own.
+
+        Returns
+        -------
+        Samples
+            From 0 to `duration`; the last sample is the first one again.
+
+        Raises
+        ------
+        Misfit
+            When the step does not suit.
+        """
+        assert step is not None, "a generated signal needs a step"
+        self.check_step(step)
+        return self.drawn(step)
 
     @model_validator(mode="after")
     def _long_enough(self) -> Self:

@@ -59,28 +59,8 @@ class Psd(Drawn):
         """First and last frequency of the PSD [Hz]."""
         return self.points[0][0], self.points[-1][0]
 
-    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Draw the base acceleration on a grid, and the displacement that goes with it.
-
-        Parameters
-        ----------
-        step : float
-            Distance of the samples [s].
-        end : float, optional
-            Not used: the motion has a length of its own.
-
-        Returns
-        -------
-        Samples
-            From 0 to `duration`; the last sample is the first one again.
-
-        Raises
-        ------
-        Misfit
-            When the step does not suit.
-        """
-        assert step is not None, "a generated signal needs a step"
-        self.check_step(step)
+    def drawn(self, step: float) -> Samples:
+        """Draw the base acceleration on a grid, and the displacement that goes with it."""
         f, G = (np.array(column) for column in zip(*self.points, strict=True))
         square = area(self.points)
         wanted = lines(lambda at: density(f, G, at), self.band, square, self.duration)

@@ -103,28 +103,8 @@ class Road(Drawn):
         rise = 16 * pi**4 * N_0**2 * self.G_d * self.speed
         return tuple((f, rise * f**2) for f in self.band)
 
-    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Draw the base acceleration on a grid, and the height of the road at its points.
-
-        Parameters
-        ----------
-        step : float
-            Distance of the samples [s].
-        end : float, optional
-            Not used: the motion has a length of its own.
-
-        Returns
-        -------
-        Samples
-            From 0 to `duration`; the last sample is the first one again.
-
-        Raises
-        ------
-        Misfit
-            When the step does not suit.
-        """
-        assert step is not None, "a generated signal needs a step"
-        self.check_step(step)
+    def drawn(self, step: float) -> Samples:
+        """Draw the base acceleration on a grid, and the height of the road at its points."""
         corners = self.corners()
         f, G = (np.array(column) for column in zip(*corners, strict=True))
         wanted = lines(lambda at: density(f, G, at), self.band, area(corners), self.duration)

@@ -104,28 +104,8 @@ class Standard(Drawn):
         spectrum = CLASSES.get(self.machine)
         return spectrum.band if spectrum else A
 
-    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Draw the base acceleration on a grid, and prove it against its definition.
-
-        Parameters
-        ----------
-        step : float
-            Distance of the samples [s].
-        end : float, optional
-            Not used: the motion has a length of its own.
-
-        Returns
-        -------
-        Samples
-            From 0 to `duration`; the last sample is the first one again.
-
-        Raises
-        ------
-        Misfit
-            When the step does not suit.
-        """
-        assert step is not None, "a generated signal needs a step"
-        self.check_step(step)
+    def drawn(self, step: float) -> Samples:
+        """Draw the base acceleration on a grid, and prove it against its definition."""
         spectrum = CLASSES[self.machine]
         wanted = lines(spectrum.density, spectrum.band, spectrum.square(), self.duration)
         scaled = self.scale == "to definition"
