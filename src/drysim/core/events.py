@@ -96,4 +96,4 @@ def tightness(F_L, F_fs):
 @compiled
 def direction(kind):
     """Give the direction of sliding after an event of this kind, 0 for stuck."""
-    return 1 if kind > 0 else (-1 if kind < 0 else 0)
+    return sign(kind)
