@@ -334,12 +334,22 @@ def test_list_shows_every_scenario_of_the_gallery(drysim):
     assert [name for name in names if name not in shown] == []
 
 
-def test_every_scenario_of_the_gallery_can_be_taken_out_and_is_sound(drysim, tmp_path):
-    from drysim.study.gallery import pieces
+def test_list_shows_every_hard_case_by_the_name_it_is_taken_out_with(drysim):
+    from drysim.study.gallery import folder
 
-    for piece in pieces():
+    assert "drysim init --list hard" in drysim("init", "--list").err
+    shown = drysim("init", "--list", "hard").out.splitlines()
+    names = [f"hard/{file.stem}" for file in sorted(folder().glob("hard/*.yaml"))]
+    assert names
+    assert [line.split()[0] for line in shown] == names
+
+
+def test_every_scenario_of_the_gallery_can_be_taken_out_and_is_sound(drysim, tmp_path):
+    from drysim.study.gallery import HARD, pieces
+
+    for piece in (*pieces(), *pieces(HARD)):
         assert drysim("init", piece.name).code == 0
-        assert drysim("validate", f"{piece.name}.yaml").code == 0
+        assert drysim("validate", piece.file.name).code == 0
 
 
 def test_doctor_finds_this_installation_sound(drysim):

@@ -46,3 +46,5 @@ def test_wheel_holds_the_whole_gallery_and_the_licence(site):
     assert list(site.glob("drysim-*.dist-info/licenses/**/LICENSE"))
     assert (site / "drysim" / "py.typed").exists()
     assert not (site / "drysim" / "scenarios" / "pictures").exists()
+    hard = {file.name for file in (CHECKOUT / "scenarios" / "hard").iterdir()}
+    assert hard == {file.name for file in (site / "drysim" / "scenarios" / "hard").iterdir()}

@@ -110,9 +110,13 @@ def init(name: options.Name = FIRST, show: options.Show = False) -> int:
     from drysim.study import gallery
 
     if show:
+        shown = gallery.pieces(gallery.HARD if name == gallery.HARD else "")
+        width = 2 + max(len(piece.name) for piece in shown)
         with reader_may_leave():
-            for piece in gallery.pieces():
-                typer.echo(f"{piece.name:<24}{piece.about}")
+            for piece in shown:
+                typer.echo(f"{piece.name:<{width}}{piece.about}")
+        if name != gallery.HARD:
+            typer.echo(f"the hard cases: drysim init --list {gallery.HARD}", err=True)
         return EXIT_OK
     written = gallery.copy(name, Path())
     for file in written:

@@ -20,9 +20,9 @@ def approach_names() -> list[str]:
 
 def gallery_names() -> list[str]:
     """Give the gallery to the completion of the shell."""
-    from drysim.study.gallery import pieces
+    from drysim.study.gallery import HARD, pieces
 
-    return [piece.name for piece in pieces()]
+    return [piece.name for piece in (*pieces(), *pieces(HARD))]
 
 
 def show_version(wanted: bool) -> None:
@@ -89,7 +89,9 @@ Format = Annotated[
 Name = Annotated[
     str, typer.Argument(metavar="NAME", autocompletion=gallery_names, help="In the gallery.")
 ]
-Show = Annotated[bool, typer.Option("--list", help="Show the gallery.")]
+Show = Annotated[
+    bool, typer.Option("--list", help="Show the gallery; after `hard`, its hard cases.")
+]
 
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:

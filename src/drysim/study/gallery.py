@@ -14,6 +14,9 @@ from drysim.source import near, read
 
 SUFFIX = ".yaml"
 
+HARD = "hard"
+"""Part of the gallery that holds the hard cases: scenes that are hard to compute."""
+
 
 @dataclass(frozen=True)
 class Piece:
@@ -31,14 +34,19 @@ def folder() -> Path:
     return installed if installed.is_dir() else home.parents[1] / "scenarios"
 
 
-def pieces() -> list[Piece]:
-    """Give the scenarios of the gallery in the order of their names."""
-    return [piece(file) for file in sorted(folder().glob(f"*{SUFFIX}"))]
+def pieces(part: str = "") -> list[Piece]:
+    """Give the scenarios of the gallery, or of a part of it, in the order of their names."""
+    return [piece(file) for file in sorted((folder() / part).glob(f"*{SUFFIX}"))]
 
 
 def piece(file: Path) -> Piece:
     """Give one scenario of the gallery by its file."""
-    return Piece(file.stem, str(read(file).value.get("about", "")), file)
+    return Piece(name_of(file), str(read(file).value.get("about", "")), file)
+
+
+def name_of(file: Path) -> str:
+    """Give the name by which a file of the gallery is asked for, such as `hard/never-moves`."""
+    return file.relative_to(folder()).with_suffix("").as_posix()
 
 
 def find(name: str) -> Piece:
@@ -49,7 +57,8 @@ def find(name: str) -> Piece:
     UsageError
         When the gallery has no such scenario; names the nearest.
     """
-    files = {file.stem: file for file in sorted(folder().glob(f"*{SUFFIX}"))}
+    found = (*folder().glob(f"*{SUFFIX}"), *(folder() / HARD).glob(f"*{SUFFIX}"))
+    files = {name_of(file): file for file in sorted(found)}
     known = files.get(name.removesuffix(SUFFIX))
     if known is None:
         close = near(name, list(files))
@@ -86,10 +95,11 @@ def copy(name: str, target: Path) -> list[Path]:
     """
     chosen = find(name).file
     refuse_existing(target / chosen.name)
+    home = chosen.parent
     needed = records(read(chosen).value)
-    missing = [record for record in needed if not in_place(folder() / record, target / record)]
+    missing = [record for record in needed if not in_place(home / record, target / record)]
     for file in [*missing, chosen.name]:
-        write_new(target / file, (folder() / file).read_bytes())
+        write_new(target / file, (home / file).read_bytes())
     return [target / file for file in (chosen.name, *missing)]
 
 

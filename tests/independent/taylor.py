@@ -1,0 +1,267 @@
+"""The oscillator with dry friction in 50 digits, written without a look at the core.
+
+No closed form takes part: every stretch of motion is summed as its Taylor series, which the
+equation of motion yields by recursion, and events are zeros of these polynomials, found by
+halving intervals that a bound on the slope cannot clear. Slow, and meant to be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import mpmath as mp
+
+DIGITS = 50
+TERMS = 42
+"""A stretch is one radian of the fastest rate, so what is left out is below 1/42! = 7e-52."""
+
+NARROW = mp.mpf(10) ** -38
+"""Share of a stretch at which an interval counts as one instant: a touch, not a crossing."""
+
+NOTHING = mp.mpf(10) ** -35
+"""Rate of a margin, relative to the margin's scale, that is a touch and not a crossing."""
+
+BITS = 220
+"""Fixed-point bits of the integrals: 66 digits."""
+
+CAP = 400
+"""Halving alone needs 170 rounds to 50 digits."""
+
+Polynomial = list[Any]
+
+
+class Scene(NamedTuple):
+    """A scene in plain numbers: `sines` of (amplitude, frequency, phase), or samples and dt."""
+
+    m: float
+    k_x: float
+    b: float
+    F_fk: float
+    F_fs: float
+    x_r: float = 0.0
+    v_r: float = 0.0
+    sines: tuple[tuple[float, float, float], ...] = ()
+    u_dd: tuple[float, ...] = ()
+    dt: float = 0.0
+
+
+class Solution(NamedTuple):
+    """Events (time, kind, x_r), the state at the end, and integrals over the whole time.
+
+    Kinds are 0 stick, ±1 slip, ±2 reversal. The integrals are of x_r², v_r², x_dd² and ü²; of
+    |v_r|, which is the way; and the time stuck.
+    """
+
+    events: list[tuple[Any, int, Any]]
+    x_r: Any
+    v_r: Any
+    d: int
+    integrals: dict[str, Any]
+
+
+def value(p: Polynomial, s: Any) -> Any:
+    """Give a polynomial at s."""
+    total = mp.mpf(0)
+    for coefficient in reversed(p):
+        total = total * s + coefficient
+    return total
+
+
+def slope(p: Polynomial) -> Polynomial:
+    """Give the derivative of a polynomial."""
+    return [n * p[n] for n in range(1, len(p))]
+
+
+def magnitude(p: Polynomial, reach: Any = 1) -> Any:
+    """Give what a polynomial does not exceed in magnitude on [-reach, reach]."""
+    return value([abs(each) for each in p], reach)
+
+
+def square_integral(p: Polynomial, s: Any) -> Any:
+    """Give the integral of a squared polynomial from 0 to s, by integers in fixed point."""
+    scaled = [each * s**n for n, each in enumerate(p)]
+    largest = max(abs(each) for each in scaled)
+    if largest == 0:
+        return largest
+    shift = BITS - mp.mag(largest)
+    fixed = [int(mp.ldexp(each, shift)) for each in scaled]
+    total = sum(
+        (one * other << BITS) // (i + j + 1)
+        for i, one in enumerate(fixed)
+        for j, other in enumerate(fixed)
+        if one and other
+    )
+    return s * mp.ldexp(mp.mpf(total), -2 * shift - BITS)
+
+
+def shifted(p: Polynomial, s: Any) -> Polynomial:
+    """Give the polynomial about s instead of 0."""
+    out = list(p)
+    for i in range(len(out) - 1):
+        for j in range(len(out) - 2, i - 1, -1):
+            out[j] += s * out[j + 1]
+    return out
+
+
+def first_zero(p: Polynomial, begin: Any = 0) -> Any:
+    """Give the first s in (begin, 1] where a polynomial falls to 0 or touches it, or None.
+
+    It is above zero at `begin`, or leaves zero upwards there.
+    """
+    if begin == 0 and p[0] > magnitude(p[1:]):
+        return None
+    p_d = slope(p)
+    stack = [(mp.mpf(begin), mp.mpf(1))]
+    while stack:
+        lo, hi = stack.pop()
+        half = (hi - lo) / 2
+        here = shifted(p, lo + half)
+        if here[0] > half * magnitude(here[1:], half):
+            continue
+        steep = half * magnitude(slope(here)[1:], half)
+        if here[1] > steep:
+            continue
+        if here[1] < -steep:
+            if value(p, hi) <= 0:
+                return polished(p, p_d, lo, hi)
+            continue
+        if half < NARROW:
+            if lo == begin:
+                continue
+            return hi
+        stack += [(lo + half, hi), (lo, lo + half)]
+    return None
+
+
+def polished(p: Polynomial, p_d: Polynomial, lo: Any, hi: Any) -> Any:
+    """Give the zero of a polynomial that falls from lo to hi."""
+    s = (lo + hi) / 2
+    for _ in range(CAP):
+        v = value(p, s)
+        lo, hi = (s, hi) if v > 0 else (lo, s)
+        after = s - v / value(p_d, s)
+        if abs(after - s) <= mp.mpf(10) ** (5 - DIGITS) * abs(s):
+            return after
+        s = after if lo < after < hi else (lo + hi) / 2
+    return s
+
+
+def leaves(gap: Polynomial) -> Any:
+    """Give when a margin at or above 0 falls below it on [0, 1], or None; a touch does not."""
+    begin, scale = mp.mpf(0), magnitude(gap)
+    while True:
+        after = shifted(gap, begin)
+        rate = next((each for each in after[1:] if abs(each) > NOTHING * scale), mp.mpf(0))
+        if abs(after[0]) <= NOTHING * scale and rate < 0:
+            return begin
+        found = first_zero(gap, begin)
+        if found is None:
+            return None
+        if value(slope(gap), found) < -NOTHING * scale:
+            return found
+        begin = found + mp.mpf(10) ** -15
+
+
+class March:
+    """One run through a scene. A stretch of length h is a polynomial in s/h, from 0 to 1."""
+
+    def __init__(self, scene: Scene, duration: float | None) -> None:
+        self.m, self.k, self.b, self.F_fk, self.F_fs, self.x, self.v = map(mp.mpf, scene[:7])
+        self.c, self.w = self.b / self.m, self.k / self.m
+        self.sines = [
+            (mp.mpf(A), 2 * mp.pi * mp.mpf(f), mp.mpf(phase)) for A, f, phase in scene.sines
+        ]
+        self.u_dd, self.dt = [mp.mpf(each) for each in scene.u_dd], mp.mpf(scene.dt)
+        self.end = self.dt * (len(self.u_dd) - 1) if duration is None else mp.mpf(duration)
+        fastest = max([self.c + mp.sqrt(self.w), *(omega for _, omega, _ in self.sines)])
+        self.longest = 1 / fastest if fastest else self.end
+        self.t = mp.mpf(0)
+        self.events: list[tuple[Any, int, Any]] = []
+        self.sums = dict.fromkeys(("x2", "v2", "x_dd2", "u_dd2", "way", "stuck"), mp.mpf(0))
+
+    def base(self, n: int, h: Any) -> Polynomial:
+        """Give ü from now on, in the sample interval n."""
+        p = [mp.mpf(0)] * TERMS
+        if self.u_dd:
+            rise = (self.u_dd[n + 1] - self.u_dd[n]) / self.dt
+            p[0], p[1] = self.u_dd[n] + rise * (self.t - n * self.dt), rise * h
+        for A, omega, phase in self.sines:
+            sine, cosine = mp.sin(omega * self.t + phase), mp.cos(omega * self.t + phase)
+            factor = A
+            for i in range(TERMS):
+                p[i] += factor * (sine, cosine, -sine, -cosine)[i % 4]
+                factor *= omega * h / (i + 1)
+        return p
+
+    def motion(self, u: Polynomial, d: int, h: Any) -> Polynomial:
+        """Give x_r of sliding in direction d from the state that is."""
+        x, c, w = [self.x, self.v * h], self.c * h, self.w * h * h
+        for n in range(TERMS - 2):
+            force = h * h * (u[n] + (d * self.F_fk / self.m if n == 0 else 0))
+            x.append(-(force + c * (n + 1) * x[n + 1] + w * x[n]) / ((n + 1) * (n + 2)))
+        return x
+
+    def mode_at_rest(self, u: Any) -> int:
+        """Give the direction in which the limit force drives the mass, 0 where it holds."""
+        F_L = self.m * u + self.k * self.x
+        return 0 if abs(F_L) <= self.F_fs else (-1 if F_L > 0 else 1)
+
+    def stretches(self) -> Iterator[tuple[Any, int]]:
+        """Give the ends of the sample intervals, with their numbers."""
+        if not self.u_dd:
+            yield self.end, 0
+        for n in range(len(self.u_dd) - 1):
+            yield min((n + 1) * self.dt, self.end), n
+
+    def run(self, most: int) -> Solution:
+        """March to the end, or until there are as many events as asked for."""
+        d = (1 if self.v > 0 else -1) if self.v else self.mode_at_rest(self.base(0, 1)[0])
+        for until, n in self.stretches():
+            while self.t < until and len(self.events) < most:
+                h = min(self.longest, until - self.t)
+                u = self.base(n, h)
+                d, share, kind = self.stick(u, h) if d == 0 else self.slip(u, d, h)
+                self.sums["u_dd2"] += h * square_integral(u, share)
+                self.t = until if share == 1 and h == until - self.t else self.t + share * h
+                if kind is not None:
+                    self.events.append((self.t, kind, self.x))
+        return Solution(self.events, self.x, self.v, d, self.sums)
+
+    def stick(self, u: Polynomial, h: Any) -> tuple[int, Any, int | None]:
+        """Stay stuck to the end or to break-away; gives mode, share of h, and any event."""
+        share, d = mp.mpf(1), 0
+        for side in (1, -1):
+            gap = [-side * self.m * each for each in u]
+            gap[0] += self.F_fs - side * self.k * self.x
+            found = leaves(gap)
+            if found is not None and found < share:
+                share, d = found, -side
+        self.sums["x2"] += self.x**2 * share * h
+        self.sums["x_dd2"] += h * square_integral(u, share)
+        self.sums["stuck"] += share * h
+        return d, share, d or None
+
+    def slip(self, u: Polynomial, d: int, h: Any) -> tuple[int, Any, int | None]:
+        """Slide to the end or to the stop; gives mode, share of h, and any event."""
+        x = self.motion(u, d, h)
+        v = [each / h for each in slope(x)]
+        found = first_zero([d * each for each in v])
+        share = mp.mpf(1) if found is None else found
+        x_dd = [-self.w * x[n] - self.c * v[n] for n in range(TERMS - 1)]
+        x_dd[0] -= d * self.F_fk / self.m
+        for name, p in (("x2", x), ("v2", v), ("x_dd2", x_dd)):
+            self.sums[name] += h * square_integral(p, share)
+        before, self.x, self.v = self.x, value(x, share), value(v, share)
+        self.sums["way"] += abs(self.x - before)
+        if found is None:
+            return d, share, None
+        self.v = mp.mpf(0)
+        mode = self.mode_at_rest(value(u, share))
+        return mode, share, 2 * mode
+
+
+def solve(scene: Scene, duration: float | None = None, most: int = 10_000) -> Solution:
+    """Give the solution of a scene from t = 0 to `duration` [s] or the end of its samples."""
+    with mp.workdps(DIGITS):
+        return March(scene, duration).run(most)
