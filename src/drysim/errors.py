@@ -33,7 +33,7 @@ class Problem:
     key: str = ""
     """Dotted path of the scenario key, e.g. `friction.kinetic`; empty when there is none."""
     severity: str = "error"
-    """`error` or `warning`."""
+    """`error`, `warning`, or `note` of what was done as the scenario asks for it."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import typer
 
 from drysim.cli.streams import reader_may_leave
 from drysim.errors import EXIT_OK
-from drysim.wording import number
+from drysim.wording import clean_up, number
 
 if TYPE_CHECKING:
     from drysim.study.case import Case
@@ -38,6 +38,7 @@ def sentences(case: Case, folder: Path) -> list[str]:
     return [
         f"{case.scenario.name}: {case.steps} steps of {number(case.step, 's')} by "
         f"{case.approach.approach}, metrics over {over}",
+        *(f"{case.scenario.excitation.kind}: {step}" for step in clean_up(case.motion)),
         f"would be written to {folder}",
         "dry run: nothing was computed, nothing was written",
     ]
@@ -53,6 +54,7 @@ def plan(case: Case, folder: Path) -> dict[str, object]:
         "steps": case.steps,
         "window": list(case.window),
         "steady": case.period is not None,
+        "clean_up": clean_up(case.motion),
         "folder": folder.as_posix(),
         "warnings": [caution.sentence for caution in case.cautions],
     }

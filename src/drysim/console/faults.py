@@ -16,6 +16,12 @@ if TYPE_CHECKING:
 SOURCE = 88
 """Columns of a source line that are shown; of a longer one the part around the fault."""
 
+STYLES = {"error": ("red", ""), "warning": ("yellow", "warning: "), "note": ("dim", "note: ")}
+"""Colour and first word of a problem, by its severity."""
+
+GITHUB = {"note": "notice"}
+"""Severities that GitHub calls otherwise."""
+
 BEFORE = 40
 """Columns that are shown before the fault in a line that is too long."""
 
@@ -68,11 +74,12 @@ def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") ->
 def _verdict(paper: Console, file: str, problems: Sequence[Problem]) -> None:
     """Say in one line whether a file is a scenario."""
     errors = sum(problem.severity == "error" for problem in problems)
+    warnings = sum(problem.severity == "warning" for problem in problems)
     if errors:
         count = "1 problem" if errors == 1 else f"{errors} problems"
         line(paper, ("error: ", "bold red"), f"{file} is not a scenario yet: {count}")
-    elif problems:
-        count = "1 warning" if len(problems) == 1 else f"{len(problems)} warnings"
+    elif warnings:
+        count = "1 warning" if warnings == 1 else f"{warnings} warnings"
         line(paper, ("ok: ", "green"), f"{file} is a scenario, with {count}")
     else:
         line(paper, ("ok: ", "green"), f"{file} is a scenario")
@@ -83,7 +90,7 @@ def _list(paper: Console, problems: Sequence[Problem]) -> None:
     if problems:
         line(paper)
     for problem in problems:
-        style, word = ("red", "") if problem.severity == "error" else ("yellow", "warning: ")
+        style, word = STYLES[problem.severity]
         line(paper, (f"{_place(problem)}: ", "bold"), (word, style), problem.sentence)
         if problem.line and problem.source:
             _show_source(paper, problem, style)
@@ -129,7 +136,8 @@ def _annotation(problem: Problem) -> str:
     """Give a problem as a workflow command of GitHub, escaped as it wants it."""
     places = {"file": problem.file, "line": problem.line, "col": problem.column}
     known = ",".join(f"{key}={_property(str(value))}" for key, value in places.items() if value)
-    return f"::{problem.severity} {known}::{_data(problem.sentence)}"
+    level = GITHUB.get(problem.severity, problem.severity)
+    return f"::{level} {known}::{_data(problem.sentence)}"
 
 
 def _data(text: str) -> str:

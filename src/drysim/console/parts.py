@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -45,6 +45,12 @@ def show_scene(paper: Console, words: Iterable[tuple[str, str]]) -> None:
     line(paper)
     for name, sentence in words:
         paragraph(paper, f"  {name}".ljust(HEAD), sentence, "dim")
+
+
+def steps(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Give what was done to a record, as words of the scene."""
+    for at, sentence in enumerate(sentences):
+        yield "" if at else "cleaned", sentence
 
 
 def show_rows(paper: Console, rows: Iterable[Row], width: int) -> None:

@@ -16,11 +16,16 @@ from drysim.console.parts import (
     show_title,
     show_verdicts,
     show_warnings,
+    steps,
 )
 from drysim.wording import millimetres, number, percent
 
 if TYPE_CHECKING:
     from drysim.study.outcome import Outcome
+
+RECORD = "record"
+HIGH_PASS = "for that, state a high-pass: `remove: {below: 0.3 Hz}`"
+"""What to say where a record of acceleration or velocity leaves its displacement open."""
 
 VALUE = 13
 """Columns of the values beside the names."""
@@ -52,6 +57,7 @@ def _scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "oscillator", wording.scene(response.plant)
     yield "friction", wording.friction(response.law, defaulted)
     yield "base", wording.excitation(scenario.excitation.kind, response.motion)
+    yield from steps(wording.clean_up(response.motion))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:
         times = (
@@ -94,7 +100,9 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     yield Row("T_a", number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
     yield from _felt(outcome)
     x_r, u = millimetres(metrics["x_r_rms"]), millimetres(metrics["u_rms"])
-    yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}")
+    record = outcome.scenario.excitation.kind == RECORD
+    way = f"; {HIGH_PASS}" if record and metrics["u_rms"] is None else ""
+    yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{way}")
     used = percent(metrics["stroke_used"])
     limit = f"{used} of the stroke limit of {millimetres(stroke.limit)}" if stroke else ""
     yield Row("peak |x_r|", millimetres(metrics["x_r_peak"]), limit)

@@ -17,6 +17,7 @@ from drysim.console.parts import (
     show_title,
     show_verdicts,
     show_warnings,
+    steps,
 )
 from drysim.study import survey
 from drysim.study.table import OK
@@ -89,6 +90,7 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
         yield "friction", friction
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
+    yield from steps(wording.clean_up(table.motion) if fixed else ())
     for name, axis in zip(["swept"] + [""] * len(axes), axes, strict=False):
         yield name, wording.swept(axis)
     counts = Counter(row.approach for row in table.rows)

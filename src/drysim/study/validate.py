@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError
 from drysim.scenario import load
 from drysim.study.case import prepare
+from drysim.wording import clean_up
 
 
 def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
@@ -32,6 +33,6 @@ def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
         return (fault.problem,)
     except UsageError as fault:
         return (Problem(str(fault), file),)
-    return tuple(
-        Problem(caution.sentence, file, severity="warning") for caution in case.cautions
-    )
+    notes = [Problem(words, file, severity="note") for words in clean_up(case.motion)]
+    warned = [Problem(known.sentence, file, severity="warning") for known in case.cautions]
+    return (*notes, *warned)

@@ -9,6 +9,7 @@ from drysim.wording.numbers import millimetres as millimetres
 from drysim.wording.numbers import number as number
 from drysim.wording.numbers import percent as percent
 from drysim.wording.numbers import pretty as pretty
+from drysim.wording.scenes import clean_up as clean_up
 from drysim.wording.scenes import excitation as excitation
 from drysim.wording.scenes import friction as friction
 from drysim.wording.scenes import scene as scene

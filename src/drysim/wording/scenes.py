@@ -76,6 +76,13 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
     return f"{kind}{count} {band}, {number(_rms(motion), 'm/s² RMS')}"
 
 
+def clean_up(motion: Sines | Samples | None) -> list[str]:
+    """Give what was done to a record on request, step by step."""
+    steps = motion.realised.get("clean_up", ()) if isinstance(motion, Samples) else ()
+    assert isinstance(steps, list | tuple)
+    return [clean(step["sentence"]) for step in steps]
+
+
 def _realised(motion: Samples) -> str:
     """Give what came out of a generated signal beside what was asked for."""
     words = []

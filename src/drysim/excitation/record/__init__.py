@@ -11,27 +11,29 @@ import numpy as np
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from drysim.core.motion import Input, Samples
-from drysim.errors import Caution
-from drysim.excitation.record.cautions import clipped, found, removed
+from drysim.excitation.record.cautions import found
 from drysim.excitation.record.choice import SI
 from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.file import fault, read
+from drysim.excitation.record.filters import displacement
 from drysim.excitation.record.formats import SUFFIXES, format_of
-from drysim.excitation.record.series import series_of
-from drysim.excitation.record.shape import (
-    SPLINES,
-    Series,
-    check_frequency,
-    cut,
-    span,
-    take,
+from drysim.excitation.record.series import Cleaned, series_of
+from drysim.excitation.record.shape import SPLINES, cut, span
+from drysim.excitation.record.spoken import (
+    Column,
+    FullScale,
+    Gaps,
+    Removal,
+    Removed,
+    Resample,
+    Window,
 )
-from drysim.excitation.record.spoken import Below, Column, FullScale, Removal, Window
 from drysim.quantity import (
     GREATEST,
     LEAST,
     Block,
     Frequency,
+    Misfit,
     Plain,
     Quantity,
     convert,
@@ -73,9 +75,13 @@ class Record(Block):
     """Distance of the samples [s], in place of `time`."""
     scale: Plain = 1.0
     """Factor on every sample [-]."""
-    remove: Removal = "nothing"
-    """What is taken away from the whole record: nothing, its mean, its line, or what is below a
-    frequency, `{below: 0.3 Hz}`, by a Butterworth high-pass without phase shift."""
+    gaps: Gaps | None = None
+    """What becomes of missing samples; default: each is a fault."""
+    resample: Resample | None = None
+    """Another grid for the record; default: its own, which must be even."""
+    remove: Removed = Removal()
+    """What is taken away from the whole record: `mean`, `line`, a band as in
+    `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default."""
     window: Window | None = None
     """The part that counts, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
 
@@ -115,6 +121,15 @@ class Record(Block):
             raise ValueError(f"{member.name} {member.idle[key].format(key=key)}")
         return value
 
+    @field_validator("gaps", "resample")
+    @classmethod
+    def _without_kinks(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse lines through displacements: their kinks would be shocks of the base."""
+        key = "fill" if info.field_name == "gaps" else "by"
+        if getattr(value, key, "") == "line" and info.data.get("quantity") == "displacement":
+            raise Misfit("must be spline: a displacement on lines has kinks, not line", key)
+        return value
+
     def model_post_init(self, context: Any, /) -> None:
         """Keep the scenario's folder, which the context of the validation names."""
         if isinstance(context, Mapping) and "folder" in context:
@@ -141,21 +156,26 @@ class Record(Block):
             When the record cannot be used; names the file, the row and the column.
         """
         with np.errstate(all="ignore"):  # what overflows is found by `_finite`
-            whole, source, seen = self._read()
-            kept, reports = self._kept(whole)
-            self._finite(kept.values, kept.dt)
-            first, last = span(whole, self.window, self._shown)
-            motion = cut(SPLINES[self.quantity](kept), first, last, len(whole.values))
+            (series, slow, reports, seen), source = self._read()
+            self._finite(series.values, series.dt)
+            first, last = span(series, self.window, self._shown)
+            motion = SPLINES[self.quantity](series)
+            if slow and self.remove.below and motion.u is None:
+                whole = SPLINES[self.quantity](slow)
+                u = displacement(whole, self.remove.below, self.remove.order)
+                motion = motion._replace(u=u)
+            motion = cut(motion, first, last, len(series.values))
             self._finite(motion.u_dd, motion.dt)
-            cautions = (*seen, *reports, *found(source.file, motion))
-        return motion._replace(inputs=(source,), cautions=cautions)
+            cautions = (*seen, *found(source.file, motion))
+        realised = {"clean_up": [one.told() for one in reports]} if reports else {}
+        return motion._replace(inputs=(source,), cautions=cautions, realised=realised)
 
     @property
     def _shown(self) -> str:
         return str(self._folder / self.file)
 
     @property
-    def _name(self) -> str:
+    def named(self) -> str:
         """The file as the scenario gives it; results hold no absolute path."""
         return Path(self.file).name if Path(self.file).is_absolute() else self.file
 
@@ -165,25 +185,12 @@ class Record(Block):
         if not (within and LEAST <= dt <= GREATEST):
             raise fault(self._shown, "ü is out of range: check unit, `scale` and time step")
 
-    def _read(self) -> tuple[Series, Input, tuple[Caution, ...]]:
+    def _read(self) -> tuple[Cleaned, Input]:
         """The whole record; its bytes are let go before anything is made of the numbers."""
         file = read(self._folder / self.file, SUFFIXES)
-        source = Input(self._name, file.sha256, len(file.raw))
+        source = Input(self.named, file.sha256, len(file.raw))
         member = format_of(self.file)
         assert member is not None  # `read` has made sure
         columns = member.columns(file)
         del file
-        series = series_of(self, columns)
-        return series, source, tuple(clipped(self._name, series.values, SI[self.quantity]))
-
-    def _kept(self, whole: Series) -> tuple[Series, tuple[Caution, ...]]:
-        """The series without what is to be removed, and a report of that."""
-        if self.remove == "nothing":
-            return whole, ()
-        below = self.remove.below if isinstance(self.remove, Below) else None
-        if below is not None:
-            check_frequency(below, whole, self._shown)
-        taken = whole._replace(values=take(whole, below or str(self.remove)))
-        what = f"what is below {below:g} Hz" if below else f"the {self.remove}"
-        rest = whole._replace(values=whole.values - taken.values)
-        return rest, (removed(self._name, what, taken, SI[self.quantity]),)
+        return series_of(self, columns), source

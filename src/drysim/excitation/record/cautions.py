@@ -9,7 +9,7 @@ import numpy as np
 from drysim.core.motion import Samples
 from drysim.errors import Caution
 from drysim.excitation.record.columns import Floats
-from drysim.excitation.record.shape import Series
+from drysim.excitation.record.reports import Report
 
 GRAVITY = 9.81
 """Standard gravity as the paper rounds it [m/s²]."""
@@ -20,24 +20,33 @@ NEAR_GRAVITY = 0.05
 LARGE_MEAN = 0.1
 """Share of the RMS about the mean from which a mean shows in the numbers."""
 
+MUCH = 0.01
+"""Share of samples, or of the RMS, from which a clean-up shows in the numbers."""
+
 FLAT = 4
 """This many equal samples on end, at an extreme, are a clipped peak and no chance."""
 
 
 def clipped(file: str, values: Floats, unit: str) -> Iterator[Caution]:
-    """Say where the samples stand still at their largest or smallest value."""
-    low, high = float(values.min()), float(values.max())
+    """Say where the samples stand still at their largest or smallest value; NaN is none."""
+    low, high = float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
     for limit, name in ((low, "smallest"), (high, "largest")):
-        at = np.flatnonzero(values == limit)
-        starts = np.flatnonzero(at[FLAT - 1 :] - at[: max(0, len(at) - FLAT + 1)] == FLAT - 1)
         # Rest before and after a shock is no peak.
-        if low < high and limit != 0 and starts.size:
-            first = int(at[starts[0]]) + 1
+        if not low < high or limit == 0:
+            continue
+        at = np.flatnonzero(values == limit)
+        first = np.flatnonzero(np.diff(at, prepend=-2) > 1)
+        lengths = np.diff(first, append=len(at))
+        peaks = lengths >= FLAT
+        if peaks.any():
+            start, count = int(at[first[peaks][0]]) + 1, int(lengths[peaks].sum())
             sentence = (
-                f"{file}: the samples look clipped: from sample {first} on, {FLAT} or more on "
-                f"end are the {name} of all, {limit:.4g} {unit}; measure with a wider range"
+                f"{file}: {count} samples look clipped, the first of them sample {start}: "
+                f"{FLAT} or more on end are the {name} of all, {limit:.4g} {unit}; measure "
+                "with a wider range"
             )
-            yield Caution("record-clipped", sentence, {"limit": limit, "sample": first})
+            numbers = {"limit": limit, "sample": start, "samples": count}
+            yield Caution("record-clipped", sentence, numbers)
 
 
 def found(file: str, motion: Samples) -> Iterator[Caution]:
@@ -61,13 +70,24 @@ def found(file: str, motion: Samples) -> Iterator[Caution]:
         yield Caution("record-mean", sentence, numbers)
 
 
-def removed(file: str, what: str, taken: Series, unit: str) -> Caution:
-    """Report what `remove` took away."""
-    values = taken.values
-    mean, rms = float(values.mean()), float(np.sqrt(np.mean(values**2)))
-    change = float(values[-1] - values[0])
-    sentence = (
-        f"{file}: {what} was removed: mean {mean:.4g} {unit}, RMS {rms:.4g} {unit}, "
-        f"from first to last sample {change:+.4g} {unit}"
-    )
-    return Caution("record-removed", sentence, {"mean": mean, "rms": rms, "change": change})
+def much_filled(file: str, report: Report | None, n: int) -> Iterator[Caution]:
+    """Say when more than a hundredth of the samples was filled in."""
+    if report and (share := report.numbers["samples"] / n) > MUCH:
+        sentence = (
+            f"{file}: {share * 100:.2g} % of the samples were filled in, not measured; "
+            "take a record without gaps, or a window without them"
+        )
+        yield Caution("record-filled", sentence, {"share": share})
+
+
+def much_lost(file: str, report: Report | None) -> Iterator[Caution]:
+    """Say when resampling changed the RMS by more than a hundredth."""
+    if report is None:
+        return
+    before, after = report.rms_before, report.rms_after
+    if abs(after - before) > MUCH * before:
+        sentence = (
+            f"{file}: resampling changed the RMS by {(after / before - 1) * 100:+.2g} %: "
+            "between samples so far apart the record tells little of the motion"
+        )
+        yield Caution("record-lost", sentence, {"rms_before": before, "rms_after": after})

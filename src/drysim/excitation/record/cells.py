@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.excitation.record.columns import Floats
+from drysim.excitation.record.columns import GAP, Floats
 from drysim.excitation.record.file import Cell, fault
 from drysim.quantity import NUMBER
 
@@ -25,7 +25,11 @@ COMMENT = re.compile(rb"(?m)^[ \t]*#.*\n?")
 BLANKS = b" \t\v\f"
 
 
-def numbers(table: Table, wanted: list[int]) -> list[Floats]:
+MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
+"""What a cell without a number holds."""
+
+
+def numbers(table: Table, wanted: list[int], gappy: int | None = None) -> list[Floats]:
     """Give columns of a table as numbers.
 
     Parameters
@@ -33,6 +37,8 @@ def numbers(table: Table, wanted: list[int]) -> list[Floats]:
     table : Table
     wanted : list of int
         0-based columns.
+    gappy : int, optional
+        The one of them in which numbers may be missing; they are NaN.
 
     Returns
     -------
@@ -45,7 +51,7 @@ def numbers(table: Table, wanted: list[int]) -> list[Floats]:
     """
     found = _quick(table, wanted)
     if found is None or not all(np.isfinite(column).all() for column in found):
-        return _careful(table, wanted)
+        return _careful(table, wanted, gappy)
     return found
 
 
@@ -100,14 +106,21 @@ def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
     return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
 
 
-def _careful(table: Table, wanted: list[int]) -> list[Floats]:
+def _careful(table: Table, wanted: list[int], gappy: int | None = None) -> list[Floats]:
     found = [array("d") for _ in wanted]
     for line, cells in table.rows():
+        if not cells and wanted == [gappy]:
+            found[0].append(math.nan)
+            continue
+        if not cells:
+            raise fault(table.file.shown, f"row {line} is empty: {GAP}", line)
         if len(cells) != table.width:
             sentence = f"row {line} has {_count(len(cells))}, not {table.width}"
             raise fault(table.file.shown, sentence, line)
         for index, column in zip(wanted, found, strict=True):
-            column.append(_number(cells[index], line, index, table))
+            lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
+            value = math.nan if lost else _number(cells[index], line, index, table)
+            column.append(value)
     return [np.array(column) for column in found]
 
 
@@ -125,8 +138,10 @@ def _number(cell: Cell, line: int, index: int, table: Table) -> float:
 def _complaint(cell: Cell, table: Table) -> str:
     text = cell.text
     if not text:
-        return "the cell is empty: the record has a gap"
-    if text.lower().lstrip("+-") in ("nan", "inf", "infinity") or NUMBER.fullmatch(text):
+        return f"the cell is empty: {GAP}"
+    if MISSING.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number: {GAP}"
+    if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER.fullmatch(text):
         return f"`{cell.quote}` is not a finite number"
     if NUMBER.fullmatch(text.replace(",", ".", 1)):
         return f"`{cell.quote}` has a decimal comma; write points throughout"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.errors import RecordError
-from drysim.excitation.record.columns import Columns, Floats, Label
+from drysim.excitation.record.columns import GAP, Columns, Floats, Label
 from drysim.excitation.record.file import File, fault
 
 
@@ -35,8 +35,8 @@ class Channels(Columns):
     channels: tuple[Channel, ...]
     place: str = "file"
 
-    def numbers(self, wanted: list[int]) -> list[Floats]:
-        """Give columns as finite numbers.
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing.
 
         Raises
         ------
@@ -49,9 +49,11 @@ class Channels(Columns):
                 lengths = f"{len(column)} samples, {self.called(wanted[0])} {len(found[0])}"
                 raise self.fault(f"{self.called(index)} has {lengths}")
             good = np.isfinite(column)
+            if index == gappy:
+                good |= np.isnan(column)
             if not good.all():
                 row = int(np.argmin(good))
-                raise self.at(row, index, "no finite number: the record has a gap")
+                raise self.at(row, index, f"no finite number: {GAP}")
         return found
 
     def _series(self, index: int) -> Floats:

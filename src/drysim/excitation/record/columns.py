@@ -14,6 +14,9 @@ from drysim.quantity import near
 
 Floats = NDArray[np.float64]
 
+GAP = "the record has a gap; `gaps: {fill: line, at_most: 50 ms}` fills short ones"
+"""What to say of a sample that is missing."""
+
 LISTED = 12
 """How many of a file's columns a message lists."""
 
@@ -63,8 +66,8 @@ class Columns:
     place: str = "header"
     shares: bool = False
 
-    def numbers(self, wanted: list[int]) -> list[Floats]:
-        """Give columns as finite numbers."""
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
         raise NotImplementedError
 
     def last_digit(self, index: int) -> float:

@@ -1,6 +1,8 @@
-"""From printed times to an even grid: the distance of the samples, or the row against it."""
+"""From printed times to where samples lie: on an even grid, with holes in it, or unevenly."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,9 +24,35 @@ SINGLE = 2.0**-23
 SHORTEST = 1e-300
 """Below this step [s] its rate would overflow."""
 
+HOLE = 1.5
+"""From this many usual steps on, a step is a hole in which samples are missing."""
 
-def spacing(t: Floats, second: float, columns: Columns, index: int) -> float:
-    """Give the distance of the samples that printed times tell.
+
+class Grid(NamedTuple):
+    """Where samples lie.
+
+    Attributes
+    ----------
+    dt : float
+        Their distance; of uneven times the usual one [s].
+    first : float
+        Time of the first [s].
+    at : ndarray, shape (n,), or None
+        Steps of `dt` from the first sample to each; None where none is missing.
+    spread : tuple of float, or None
+        Least and greatest step [s] of uneven times; None where all lie on the grid.
+    """
+
+    dt: float
+    first: float
+    at: Floats | None = None
+    spread: tuple[float, float] | None = None
+
+
+def grid_of(
+    t: Floats, second: float, columns: Columns, index: int, may_jitter: bool = False
+) -> Grid:
+    """Give where the samples of printed times lie.
 
     Parameters
     ----------
@@ -35,11 +63,8 @@ def spacing(t: Floats, second: float, columns: Columns, index: int) -> float:
     columns : Columns
     index : int
         0-based column of the times.
-
-    Returns
-    -------
-    float
-        Distance [s].
+    may_jitter : bool
+        Whether uneven times may stand, because the record is to be resampled.
 
     Raises
     ------
@@ -57,39 +82,60 @@ def spacing(t: Floats, second: float, columns: Columns, index: int) -> float:
         row = int(halt[0]) + 1
         what = "runs backwards" if steps[row - 1] < 0 else "stands still"
         raise columns.at(row, index, f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}")
-    dt = float(steps.mean())
+    digit, first = columns.last_digit(index), float(t[0]) * second
+    dt = _even(t, np.arange(float(len(t))), digit, second)
+    if dt is not None:
+        return Grid(dt, first)
+    usual = float(np.median(steps))
+    at = np.concatenate(([0.0], np.cumsum(np.rint(steps / usual))))
+    dt = _even(t, at, digit, second) if at[-1] >= len(t) else None
+    if dt is not None:
+        return Grid(dt, first, at)
+    if not may_jitter:
+        raise _uneven(steps, usual, columns, index)
+    short = steps[steps <= HOLE * usual] * second
+    spread = float(short.min()), float(short.max())
+    return Grid(usual * second, first, (t - t[0]) / usual, spread)
+
+
+def _even(t: Floats, at: Floats, digit: float, second: float) -> float | None:
+    """Give the step [s] of times that lie at whole numbers of it; None where they do not.
+
+    `digit` is the unit of the last one that they are printed with.
+    """
+    dt = float(t[-1] - t[0]) / float(at[-1])
     largest = float(np.abs(t[[0, -1]]).max())
-    rounding = LAST_DIGIT * columns.last_digit(index) + 4 * np.spacing(largest)
+    rounding = LAST_DIGIT * digit + 4 * np.spacing(largest)
     slack = max(rounding, JITTER * dt, SINGLE * largest)
     rate = round(1 / max(dt * second, SHORTEST))
-    if rate and _leaves(t, 1 / rate / second) <= min(rounding, LARGEST_SLACK * dt):
+    if rate and _leaves(t, at, 1 / rate / second) <= min(rounding, LARGEST_SLACK * dt):
         return 1 / rate
-    if _leaves(t, neat := _neat(dt, t)) <= min(slack, LARGEST_SLACK * dt):
+    if _leaves(t, at, neat := _neat(dt, t, at[-1])) <= min(slack, LARGEST_SLACK * dt):
         return neat * second
-    raise _uneven(t, steps, columns, index)
+    return None
 
 
-def _neat(dt: float, t: Floats) -> float:
+def _neat(dt: float, t: Floats, steps: float) -> float:
     """The step with 12 digits where the last time cannot tell the difference."""
     neat = float(f"{dt:.12g}")
-    return neat if abs(neat - dt) * len(t) <= 4 * np.spacing(abs(t[-1])) else dt
+    return neat if abs(neat - dt) * (steps + 1) <= 4 * np.spacing(abs(t[-1])) else dt
 
 
-def _leaves(t: Floats, dt: float) -> float:
+def _leaves(t: Floats, at: Floats, dt: float) -> float:
     """Half the width of the band around the even grid that holds all times."""
-    off = np.arange(len(t)) * -dt
+    off = at * -dt
     off += t
     return float(off.max() - off.min()) / 2
 
 
-def _uneven(t: Floats, steps: Floats, columns: Columns, index: int) -> RecordError:
-    usual = float(np.median(steps))
+def _uneven(steps: Floats, usual: float, columns: Columns, index: int) -> RecordError:
     row = int(np.argmax(np.abs(steps - usual) > LARGEST_SLACK * usual)) + 1
     if abs(steps[row - 1] - usual) <= LARGEST_SLACK * usual:
         row = int(np.argmax(np.abs(steps - usual))) + 1
     sentence = (
-        f"the time steps are uneven: {steps[row - 1]:.6g} to this row, {usual:.6g} as a rule; "
-        "resample the record, or give `rate` or `step` in place of `time` where only the "
-        "printed times are poor"
+        f"the time steps are uneven: {steps[row - 1]:.6g} to this row, {usual:.6g} as a rule, "
+        f"{steps.min():.6g} to {steps.max():.6g} in all; `resample` puts the record onto an "
+        "even grid; or give `rate` or `step` in place of `time` where only the printed times "
+        "are poor"
     )
     return columns.at(row, index, sentence)

@@ -1,39 +1,87 @@
-"""From what a file offers to the series that a record chooses."""
+"""From what a file offers to the even series that a record chooses, cleaned as it asks for."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from drysim.excitation.record.choice import conversion, data_column, missing_spacing, seconds
-from drysim.excitation.record.columns import Columns
-from drysim.excitation.record.grid import spacing
+from drysim.errors import Caution
+from drysim.excitation.record.cautions import clipped, much_filled, much_lost
+from drysim.excitation.record.choice import (
+    SI,
+    conversion,
+    data_column,
+    missing_spacing,
+    seconds,
+)
+from drysim.excitation.record.columns import Columns, Floats
+from drysim.excitation.record.gaps import closed
+from drysim.excitation.record.grid import Grid, grid_of
+from drysim.excitation.record.removal import without
+from drysim.excitation.record.reports import Report
+from drysim.excitation.record.resampling import onto, target, thinned, told
 from drysim.excitation.record.shape import Series
 
 if TYPE_CHECKING:
     from drysim.excitation.record import Record
 
 
-def series_of(record: Record, columns: Columns) -> Series:
-    """Give the samples that a record chooses in SI, their step and the time of the first.
+class Cleaned(NamedTuple):
+    """A series, what was done to it on request, and what is to be warned of.
+
+    `slow` is the series before a high-pass, None where there is none.
+    """
+
+    series: Series
+    slow: Series | None
+    reports: tuple[Report, ...]
+    cautions: tuple[Caution, ...]
+
+
+def series_of(record: Record, columns: Columns) -> Cleaned:
+    """Give the samples that a record chooses in SI, on an even grid, cleaned as it asks for.
 
     Raises
     ------
     RecordError
-        When choice and file do not fit, or the samples are no even series of finite numbers.
+        When choice and file do not fit, or the samples are no even series of finite numbers and
+        the record does not say what to do about that.
     """
+    values, grid, index = _read(record, columns)
+    unit, shown = SI[record.quantity], columns.shown
+    cautions = list(clipped(record.named, values, unit))
+    goal = record.resample and target(record.resample, record.remove, grid, shown)
+    values, grid, filled = closed(values, grid, record.gaps, columns, index, unit)
+    series, resampled = Series(values, grid.dt, grid.first), None
+    if record.resample and goal:
+        series = onto(values, grid, record.resample, goal, shown)
+        resampled = told(values, grid, series, goal, record.resample, unit)
+    slow = removed = None
+    if record.remove.any:
+        series, slow, removed = without(series, record.remove, unit, shown)
+    if goal:
+        series, slow = thinned(series, goal), slow and thinned(slow, goal)
+    cautions += much_filled(record.named, filled, len(values))
+    cautions += much_lost(record.named, resampled)
+    reports = tuple(report for report in (filled, resampled, removed) if report)
+    return Cleaned(series, slow, reports, tuple(cautions))
+
+
+def _read(record: Record, columns: Columns) -> tuple[Floats, Grid, int]:
+    """The samples in SI, NaN where one is missing; where they lie, and their 0-based column."""
     time = None if record.time is None else columns.find(record.time)
     index = data_column(columns, record.column or record.channel, time)
     time, own = _clock(record, columns, index, time)
     unit = conversion(columns, index, record.unit, record.full_scale, record.quantity)
     second = 1.0 if time is None else seconds(columns, time)
-    *times, values = columns.numbers([index] if time is None else [time, index])
+    wanted = [index] if time is None else [time, index]
+    *times, values = columns.numbers(wanted, None if record.gaps is None else index)
     if len(values) < 2:
         raise columns.fault("the record has one sample only; motion needs two or more")
     values *= unit * record.scale
-    if times and time is not None:
-        step = spacing(times[0], second, columns, time)
-        return Series(values, step, float(times[0][0]) * second)
-    return Series(values, *own)
+    if not times or time is None:
+        return values, Grid(*own), index
+    grid = grid_of(times[0], second, columns, time, may_jitter=record.resample is not None)
+    return values, grid, index
 
 
 def _clock(

@@ -1,4 +1,4 @@
-"""From the numbers of a record to ü: what is removed, the spline and the window."""
+"""From the numbers of a record to ü: the spline and the window."""
 
 from __future__ import annotations
 
@@ -12,10 +12,6 @@ from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.file import fault
 from drysim.excitation.record.spoken import Window
 
-ORDER = 2
-"""Order of the high-pass in each direction; both together take 24 dB an octave."""
-
-
 EDGE = 1e-6
 """Share of a step by which the edge of a window may miss a sample: rounding of its time."""
 
@@ -26,47 +22,6 @@ class Series(NamedTuple):
     values: Floats
     dt: float
     first: float
-
-
-def take(series: Series, what: str | float) -> Floats:
-    """Give what is to be removed: `mean`, `line` (least squares) or all below a frequency [Hz].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-
-    Notes
-    -----
-    The high-pass is a Butterworth filter of second order run forwards and backwards: no phase
-    shift, half the amplitude at the frequency itself, 24 dB an octave below it. Each end is
-    continued by one period of the frequency, mirrored at the last point.
-    """
-    values, n = series.values, len(series.values)
-    if what == "mean":
-        return np.broadcast_to(values.mean(), n)
-    if what == "line":
-        steps = np.arange(n) - (n - 1) / 2  # from the middle, mean and slope do not mix
-        return np.asarray(values.mean() + (steps @ values) / (steps @ steps) * steps)
-    from scipy.signal import butter, sosfiltfilt
-
-    frequency = float(what)
-    sections = butter(ORDER, frequency, "highpass", fs=1 / series.dt, output="sos")
-    period = int(min(n - 1, 1 / (frequency * series.dt)))
-    return np.asarray(values - sosfiltfilt(sections, values, padlen=period), dtype=np.float64)
-
-
-def check_frequency(frequency: float, series: Series, shown: str) -> None:
-    """Make sure that a high-pass at a frequency [Hz] has something to work on.
-
-    Raises
-    ------
-    RecordError
-        When a period is longer than the record, or shorter than two steps.
-    """
-    low, high = 1 / ((len(series.values) - 1) * series.dt), 1 / (2 * series.dt)
-    if not low <= frequency < high:
-        bounds = f"at least {low:.6g} Hz, one period in the record, and below {high:.6g} Hz"
-        raise fault(shown, f"`remove` must be {bounds}, half its rate; not {frequency:.6g} Hz")
 
 
 def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
@@ -103,8 +58,9 @@ def _steps(t: float, series: Series) -> float:
 def cut(motion: Samples, first: int, last: int, n: int) -> Samples:
     """Give the motion from the first to the last of n samples of the record."""
     finer = (len(motion.u_dd) - 1) // (n - 1)
-    u = None if motion.u is None else motion.u[first : last + 1]
-    return motion._replace(u_dd=motion.u_dd[first * finer : last * finer + 1], u=u)
+    part = slice(first * finer, last * finer + 1)
+    u = None if motion.u is None else motion.u[part]
+    return motion._replace(u_dd=motion.u_dd[part], u=u)
 
 
 def from_acceleration(series: Series) -> Samples:

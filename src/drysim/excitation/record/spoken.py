@@ -3,28 +3,76 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import (
-    BeforeValidator,
-    Discriminator,
-    Field,
-    Tag,
-    TypeAdapter,
-    WithJsonSchema,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
-from drysim.quantity import NUMBER, Block, Frequency, Misfit, Time, near, shown
+from drysim.quantity import NUMBER, Block, Frequency, Misfit, Quantity, Time, near, shown
 
 WORDS = ("nothing", "mean", "line")
 
+HIGHEST_ORDER = 8
+"""Beyond this order a filter run both ways rings longer than it helps."""
 
-class Below(Block):
-    """Everything slower than a frequency."""
+Way = Literal["line", "spline"]
+"""How values between samples are found: on straight lines, or on the cubic spline."""
 
-    below: Frequency
-    """Frequency [Hz] of the high-pass, which halves the amplitude there."""
+Span = Annotated[float, Quantity("s", above=0)]
+
+
+class Gaps(Block):
+    """Short gaps are filled; longer ones stay faults."""
+
+    fill: Way
+    """By what: a straight `line` between the samples on either side, or the cubic `spline`
+    through all samples that are there."""
+    at_most: Span
+    """Longest gap that is filled [s], from the last sample before it to the first behind."""
+
+
+class Resample(Block):
+    """Another grid, or an even one for times that are uneven."""
+
+    rate: Frequency | None = None
+    """Samples per second [Hz]."""
+    step: Span | None = None
+    """Distance of the samples [s], in place of `rate`."""
+    by: Way
+    """By what: the straight `line` between two samples, or the cubic `spline` through all."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rate", "step"),)
+
+
+class Removal(Block):
+    """What is taken away from the whole record: its trend, and what is outside a band."""
+
+    trend: Literal["nothing", "mean", "line"] = "nothing"
+    """Its mean or its line (least squares)."""
+    below: Frequency | None = None
+    """What is slower than this frequency [Hz], by a Butterworth high-pass without phase shift,
+    which halves the amplitude there."""
+    above: Frequency | None = None
+    """What is faster than this frequency [Hz], by such a low-pass."""
+    order: Annotated[int, Field(strict=True, ge=1, le=HIGHEST_ORDER)] = 2
+    """Order of these filters [-] in each of their two directions; both together fall by 12 dB
+    an octave and order."""
+
+    @property
+    def filters(self) -> bool:
+        """Whether anything is filtered."""
+        return self.below is not None or self.above is not None
+
+    @property
+    def any(self) -> bool:
+        """Whether there is anything to do."""
+        return self.filters or self.trend != "nothing"
+
+    @model_validator(mode="after")
+    def _a_band(self) -> Self:
+        if self.below is not None and self.above is not None and not self.below < self.above:
+            raise Misfit(f"must be above `below`, {shown(self.below)} Hz", "above")
+        return self
 
 
 class Window(Block):
@@ -51,9 +99,11 @@ def _column(given: object) -> object:
 
 
 def _removal(given: object) -> object:
-    """Give `0.3 Hz` as `{below: 0.3 Hz}`."""
-    if isinstance(given, dict | Below) or given in WORDS:
+    """Give `mean` and `0.3 Hz` as the blocks that they are short for."""
+    if isinstance(given, dict | Removal):
         return given
+    if given in WORDS:
+        return {"trend": given}
     if isinstance(given, float | int) and not isinstance(given, bool):
         return {"below": given}
     if isinstance(given, str) and re.match(r"\s*[-+]?\.?[0-9]", given):
@@ -76,18 +126,17 @@ FullScale = Annotated[str, BeforeValidator(_full_scale)]
 Column = Annotated[str | int, BeforeValidator(_column)]
 """Name of a column, or its number from 1."""
 
-Removal = Annotated[
-    Annotated[Literal["nothing", "mean", "line"], Tag("word")] | Annotated[Below, Tag("below")],
-    Discriminator(lambda given: "word" if isinstance(given, str) else "below"),
-    BeforeValidator(_removal),
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"enum": list(WORDS)},
-                TypeAdapter(Frequency).json_schema(),
-                TypeAdapter(Below).json_schema(),
-            ]
-        }
-    ),
-]
-"""Nothing, mean, line, or what is below a frequency."""
+
+class _ShortSchema:
+    """What `remove` looks like to an editor."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Give the JSON schema: a word, a frequency or the block."""
+        frequency = Quantity("Hz", above=0).__get_pydantic_json_schema__(schema, handler)
+        return {"anyOf": [{"enum": list(WORDS)}, frequency, handler(schema)]}
+
+
+Removed = Annotated[Removal, BeforeValidator(_removal), _ShortSchema()]
+"""The block, or short for it a word of its trend or the frequency of its high-pass."""

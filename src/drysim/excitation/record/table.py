@@ -57,27 +57,27 @@ class Table(Columns):
     def rows(self) -> Iterator[tuple[int, list[Cell]]]:
         """Give line and cells of every row of numbers; comments and blank ends are left out.
 
-        A row is named by its line in the file, as an editor counts.
+        A row is named by its line in the file, as an editor counts. One that is empty has no
+        cells.
         """
-        blank = 0
+        blank: list[int] = []
         for line, _, text in lines(self.file, self.start, self.line):
             if not text.strip():
-                blank = blank or line
+                blank.append(line)
                 continue
-            if blank:
-                raise fault(
-                    self.file.shown, f"row {blank} is empty: the record has a gap", blank
-                )
+            for empty in blank:
+                yield empty, []
+            blank.clear()
             yield line, split(text, self.delimiter)
 
-    def numbers(self, wanted: list[int]) -> list[Floats]:
-        """Give columns as finite numbers."""
-        return numbers(self, wanted)
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
+        return numbers(self, wanted, gappy)
 
     def last_digit(self, index: int) -> float:
         """Give the unit of the last digit that the first rows print."""
         exponents = []
-        for _, cells in islice(self.rows(), LOOKED_AT):
+        for _, cells in islice(filter(lambda row: row[1], self.rows()), LOOKED_AT):
             exponent = Decimal(cells[index].text.replace(",", ".")).as_tuple().exponent
             exponents.append(int(exponent))
         return float(10.0 ** min(*exponents, 0))
@@ -86,7 +86,7 @@ class Table(Columns):
         """Give the error at a cell in the 0-based row of numbers."""
         line, cells = next(islice(self.rows(), row, None))
         where = f"row {line}, {self.called(index)}"
-        return fault(self.shown, f"{where}: {sentence}", line, cells[index])
+        return fault(self.shown, f"{where}: {sentence}", line, cells[index] if cells else None)
 
     def fault(self, sentence: str, index: int | None = None) -> RecordError:
         """Give the error for a fault of the header, or of one column's header."""

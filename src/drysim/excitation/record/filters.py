@@ -1,0 +1,108 @@
+"""Trends, and filters without phase shift, of evenly spaced samples; displacement from ü."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from drysim.core.motion import Samples
+from drysim.excitation.record.columns import Floats
+
+DRIFT = 3
+"""Degree of the drift that is taken from a double integral by least squares, before a filter:
+an acceleration that is off by a line drifts so."""
+
+
+def trend(values: Floats, what: str) -> Floats:
+    """Give the `mean` or the `line` (least squares) of samples.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    n = len(values)
+    if what == "mean":
+        return np.broadcast_to(values.mean(), n)
+    steps = np.arange(n) - (n - 1) / 2  # from the middle, mean and slope do not mix
+    return np.asarray(values.mean() + (steps @ values) / (steps @ steps) * steps)
+
+
+def low_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
+    """Give what is slower than a frequency [Hz]; see `high_pass`."""
+    return _both_ways(values, dt, frequency, order, "lowpass", "odd")
+
+
+def high_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
+    """Give what is faster than a frequency, by a Butterworth filter run forwards and backwards.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+    dt : float
+        Their distance [s].
+    frequency : float
+        Where half the amplitude is left [Hz].
+    order : int
+        In each direction; both together fall by 12 dB an octave and order.
+
+    Notes
+    -----
+    The line of least squares goes first: it is slow. Each end is continued by one period of the
+    frequency, mirrored without a change of sign: a step there would leave slow parts behind.
+    """
+    level = values - trend(values, "line")
+    return _both_ways(level, dt, frequency, order, "highpass", "even")
+
+
+def _both_ways(
+    values: Floats,
+    dt: float,
+    frequency: float,
+    order: int,
+    kind: Literal["highpass", "lowpass"],
+    ends: Literal["even", "odd"],
+) -> Floats:
+    from scipy.signal import butter, sosfiltfilt
+
+    sections = butter(order, frequency, kind, fs=1 / dt, output="sos")
+    period = int(min(len(values) - 1, 1 / (frequency * dt)))
+    passed = sosfiltfilt(sections, values, padtype=ends, padlen=period)
+    return np.asarray(passed, dtype=np.float64)
+
+
+def gain(frequency: float, corner: float, order: int) -> float:
+    """Give what `low_pass` leaves of an amplitude at a frequency [-]."""
+    return 1 / (1 + (frequency / corner) ** (2 * order))
+
+
+def displacement(motion: Samples, frequency: float, order: int) -> Floats:
+    """Give the part of the displacement of samples that is faster than a frequency.
+
+    Parameters
+    ----------
+    motion : Samples
+        With its slow parts.
+    frequency, order
+        As in `high_pass`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        u [m].
+
+    Notes
+    -----
+    The double integral of ü, linear between its samples, less its drift, through the filter.
+    Filtered before the integration, what an end leaves of slow parts would grow to be most of
+    u; filtered behind it, RMS{u} of a seat-test signal of 60 s is true to 1 %.
+    """
+    u_dd, dt = motion.u_dd - trend(motion.u_dd, "line"), motion.dt
+    u_d = np.zeros_like(u_dd)
+    np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
+    u_d -= u_d.mean()
+    u = np.zeros_like(u_dd)
+    np.cumsum(u_d[:-1] * dt + (2 * u_dd[:-1] + u_dd[1:]) * (dt * dt / 6), out=u[1:])
+    span = np.linspace(-1.0, 1.0, len(u))
+    u -= np.polynomial.Legendre.fit(span, u, min(DRIFT, len(u) - 1), domain=[-1, 1])(span)
+    return _both_ways(u, dt, frequency, order, "highpass", "odd")

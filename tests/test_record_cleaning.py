@@ -1,0 +1,359 @@
+"""Clean-up of records: nothing is filled, moved or filtered unasked, and all is told."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from drysim.errors import RecordError
+from drysim.excitation.record import Record
+from drysim.wording import clean_up
+
+RATE = 200.0
+T = np.arange(2000) / RATE
+WAVE = 2 * np.sin(2 * np.pi * 1.6 * T) + 0.5 * np.sin(2 * np.pi * 7 * T)
+LINES = {"gaps": {"fill": "line", "at_most": "50 ms"}}
+SPLINES = {"gaps": {"fill": "spline", "at_most": "50 ms"}}
+
+
+def motion_of(folder, text, **words):
+    """Give the motion of a record with this text."""
+    (folder / "r.csv").write_text(text)
+    words = {"kind": "record", "file": "r.csv", **words}
+    return Record.model_validate(words, context={"folder": folder}).motion()
+
+
+def refused(folder, text, **words):
+    """Give the sentence that a record earns."""
+    with pytest.raises(RecordError) as caught:
+        motion_of(folder, text, **words)
+    return caught.value.problem.sentence
+
+
+def rows(t, values, unit="m/s2"):
+    """Give a CSV of times and samples; None is an empty cell."""
+    lines = (f"{x!r},{'' if v is None else repr(v)}\n" for x, v in zip(t, values, strict=True))
+    return f"t [s],a [{unit}]\n" + "".join(lines)
+
+
+def holed(values, *holes):
+    """Give samples with None where they are to be missing."""
+    found = values.tolist()
+    for at in holes:
+        found[at] = None
+    return found
+
+
+def step(motion, name):
+    """Give the report of one step of a clean-up."""
+    (found,) = (one for one in motion.realised["clean_up"] if one["step"] == name)
+    return found
+
+
+# gaps
+
+
+def test_a_gap_is_a_fault_that_says_how_to_fill_it(tmp_path):
+    said = refused(tmp_path, rows(T.tolist(), holed(WAVE, 70, 71)), time="t")
+    assert said == (
+        "row 72, column 2 (`a [m/s2]`): the cell is empty: the record has a gap; "
+        "`gaps: {fill: line, at_most: 50 ms}` fills short ones"
+    )
+
+
+def test_missing_rows_are_counted_and_named(tmp_path):
+    kept = np.delete(np.arange(2000), [500, 501, 502, 900])
+    said = refused(tmp_path, rows(T[kept].tolist(), WAVE[kept].tolist()), time="t")
+    assert said.startswith(
+        "row 502, column 2 (`a [m/s2]`): 3 samples are missing before this row: 0.02 s to it, "
+        "0.005 s as a rule (2 gaps in all): the record has a gap; `gaps: "
+    )
+
+
+@pytest.mark.parametrize("word", ["", "nan", "NaN", "-NAN", "NA", "n/a", "null"])
+def test_gap_may_be_spelt_as_loggers_do(tmp_path, word):
+    text = f"a [m/s2]\n1\n{word}\n3\n"
+    assert motion_of(tmp_path, text, step="10 ms", **LINES).u_dd.tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize("word", ["inf", "1e999", "oops", "--"])
+def test_what_is_no_number_is_no_gap(tmp_path, word):
+    said = refused(tmp_path, f"a [m/s2]\n1\n{word}\n3\n", step="10 ms", **LINES)
+    assert said.startswith("row 3, column 1")
+
+
+@pytest.mark.parametrize("way", ["rows", "cells"])
+def test_gap_is_filled_by_a_line_as_asked_for_and_told(tmp_path, way):
+    lost = [300, 301, 302, 800]
+    kept = np.delete(np.arange(2000), lost)
+    if way == "rows":
+        text = rows(T[kept].tolist(), WAVE[kept].tolist())
+    else:
+        text = rows(T.tolist(), holed(WAVE, *lost))
+    motion = motion_of(tmp_path, text, time="t", **LINES)
+    assert (len(motion.u_dd), motion.dt) == (2000, 1 / RATE)
+    assert np.array_equal(motion.u_dd[kept], WAVE[kept])
+    expected = np.interp(T[lost], T[kept], WAVE[kept])
+    np.testing.assert_allclose(motion.u_dd[lost], expected, rtol=1e-12)
+    told = step(motion, "gaps")
+    assert told["numbers"] == pytest.approx({"gaps": 2, "samples": 4, "longest": 0.02})
+    assert told["rms_before"] == pytest.approx(np.sqrt(np.mean(WAVE[kept] ** 2)))
+    assert told["rms_after"] == pytest.approx(np.sqrt(np.mean(motion.u_dd**2)))
+    assert clean_up(motion)[0].startswith(
+        "2 gaps of 4 samples in all filled by lines, the longest of 0.02 s; RMS 1.4"
+    )
+    assert motion.cautions == ()
+
+
+def test_spline_fills_a_smooth_gap_better_than_a_line(tmp_path):
+    lost = [300, 301, 302]
+    text = rows(T.tolist(), holed(WAVE, *lost))
+    by_line = motion_of(tmp_path, text, time="t", **LINES).u_dd - WAVE
+    by_spline = motion_of(tmp_path, text, time="t", **SPLINES).u_dd - WAVE
+    assert np.abs(by_spline).max() < 0.05 * np.abs(by_line).max()
+
+
+def test_gap_longer_than_allowed_stays_a_fault(tmp_path):
+    text = rows(T.tolist(), holed(WAVE, *range(300, 310)))
+    said = refused(tmp_path, text, time="t", **LINES)
+    assert said == (
+        "row 312, column 2 (`a [m/s2]`): 10 samples are missing before this row: 0.055 s to "
+        "it, 0.005 s as a rule: `gaps.at_most` allows 0.05 s"
+    )
+    longer = {"gaps": {"fill": "line", "at_most": 0.055}}
+    assert len(motion_of(tmp_path, text, time="t", **longer).u_dd) == 2000
+
+
+@pytest.mark.parametrize("at", [0, -1])
+def test_gap_at_an_end_has_only_one_side(tmp_path, at):
+    said = refused(tmp_path, rows(T.tolist(), holed(WAVE, at)), time="t", **LINES)
+    assert "the record begins or ends with a gap; cut that away" in said
+
+
+def test_gaps_allowed_but_not_there_change_nothing(tmp_path):
+    motion = motion_of(tmp_path, rows(T.tolist(), WAVE.tolist()), time="t", **LINES)
+    assert np.array_equal(motion.u_dd, WAVE)
+    assert dict(motion.realised) == {}
+
+
+def test_many_filled_samples_are_a_warning(tmp_path):
+    text = rows(T.tolist(), holed(WAVE, *range(100, 200, 3)))
+    (caution,) = motion_of(tmp_path, text, time="t", **LINES).cautions
+    assert caution.slug == "record-filled"
+    assert caution.numbers["share"] == pytest.approx(34 / 2000)
+
+
+def test_missing_time_is_a_fault_whatever_is_said_of_gaps(tmp_path):
+    text = rows(T.tolist(), WAVE.tolist()).replace("\n0.05,", "\n,")
+    assert "column 1 (`t [s]`): the cell is empty" in refused(
+        tmp_path, text, time="t", column="a", **LINES
+    )
+
+
+# uneven times and resampling
+
+
+def jittered(seed=1):
+    """Give times that jitter by a fifth of a step."""
+    return T + np.random.default_rng(seed).uniform(-0.2, 0.2, len(T)) / RATE
+
+
+def test_jitter_is_a_fault_with_its_measured_spread(tmp_path):
+    t = jittered()
+    said = refused(tmp_path, rows(t.tolist(), WAVE.tolist()), time="t")
+    steps = np.diff(t)
+    assert f"{steps.min():.6g} to {steps.max():.6g} in all" in said
+    assert "`resample` puts the record onto an even grid" in said
+
+
+@pytest.mark.parametrize(("by", "error"), [("line", 0.02), ("spline", 1e-4)])
+def test_jittered_record_is_resampled_as_asked_for_and_told(tmp_path, by, error):
+    t = jittered()
+    wave = 2 * np.sin(2 * np.pi * 1.6 * t)
+    words = {"time": "t", "resample": {"rate": "400 Hz", "by": by}}
+    motion = motion_of(tmp_path, rows(t.tolist(), wave.tolist()), **words)
+    even = t[0] + np.arange(len(motion.u_dd)) / 400
+    assert motion.dt == 1 / 400
+    assert t[-1] - even[-1] < 1 / 400
+    np.testing.assert_allclose(motion.u_dd, 2 * np.sin(2 * np.pi * 1.6 * even), atol=error)
+    told = step(motion, "resample")
+    assert told["numbers"]["least_step"] == pytest.approx(np.diff(t).min())
+    assert told["numbers"]["greatest_step"] == pytest.approx(np.diff(t).max())
+    assert f"to 400 Hz by {by}s" in clean_up(motion)[0]
+
+
+def test_hole_among_uneven_times_is_a_gap_and_no_jitter(tmp_path):
+    t, kept = jittered(), np.delete(np.arange(2000), [500, 501, 502])
+    wave = 2 * np.sin(2 * np.pi * 1.6 * t[kept]) + 0.5 * np.sin(2 * np.pi * 7 * t[kept])
+    text, words = rows(t[kept].tolist(), wave.tolist()), {"time": "t"}
+    words["resample"] = {"step": "5 ms", "by": "spline"}
+    assert "samples are missing before this row" in refused(tmp_path, text, **words)
+    motion = motion_of(tmp_path, text, **words, **SPLINES)
+    assert [one["step"] for one in motion.realised["clean_up"]] == ["gaps", "resample"]
+    even = t[0] + np.arange(len(motion.u_dd)) / 200
+    expected = 2 * np.sin(2 * np.pi * 1.6 * even) + 0.5 * np.sin(2 * np.pi * 7 * even)
+    np.testing.assert_allclose(motion.u_dd, expected, atol=0.03)
+
+
+def test_finer_grid_by_lines_is_the_same_motion(tmp_path):
+    from drysim.core.motion import sample_squares
+
+    text = rows(T.tolist(), WAVE.tolist())
+    coarse = motion_of(tmp_path, text, time="t")
+    fine = motion_of(tmp_path, text, time="t", resample={"rate": 800, "by": "line"})
+    np.testing.assert_allclose(fine.u_dd[::4], coarse.u_dd, atol=1e-12)
+    end = T[-1]
+    ours, theirs = (sample_squares(motion, 0, end)[0] for motion in (fine, coarse))
+    assert ours == pytest.approx(theirs, rel=1e-12)
+
+
+def test_loss_of_rate_asks_for_a_low_pass_and_names_one_that_does(tmp_path):
+    text, words = rows(T.tolist(), WAVE.tolist()), {"time": "t"}
+    words["resample"] = {"rate": 50, "by": "line"}
+    said = refused(tmp_path, text, **words)
+    assert said == (
+        "resampling from 200 to 50 Hz would fold what is above 25 Hz; state a low-pass that "
+        "leaves a tenth of it or less there, `remove: {above: 14.3 Hz, order: 2}` or lower"
+    )
+    assert said.startswith(refused(tmp_path, text, **words, remove={"above": 15})[:40])
+    motion = motion_of(tmp_path, text, **words, remove={"above": 14.3})
+    assert (len(motion.u_dd), motion.dt) == (500, 0.02)
+
+
+def test_what_would_fold_is_gone_before_samples_are_left_out(tmp_path):
+    hum = np.sin(2 * np.pi * 48 * T)  # would be 2 Hz at 50 Hz
+    text = rows(T.tolist(), (WAVE + hum).tolist())
+    words = {"time": "t", "remove": {"above": 18, "order": 5}}
+    motion = motion_of(tmp_path, text, **words, resample={"rate": 50, "by": "line"})
+    middle = slice(50, -50)
+    np.testing.assert_allclose(motion.u_dd[middle], WAVE[::4][middle], atol=2e-3)
+
+
+def test_resampling_that_costs_level_is_a_warning(tmp_path):
+    noise = np.random.default_rng(2).normal(size=len(T))
+    words = {"time": "t", "resample": {"rate": 210, "by": "line"}}
+    (caution,) = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
+    assert caution.slug == "record-lost"
+    assert caution.numbers["rms_after"] < 0.9 * caution.numbers["rms_before"]
+
+
+def test_rate_that_no_memory_holds_is_refused(tmp_path):
+    words = {"time": "t", "resample": {"rate": "1e15 Hz", "by": "line"}}
+    said = refused(tmp_path, rows(T.tolist(), WAVE.tolist()), **words)
+    assert "GB of memory, this machine has" in said
+
+
+def test_window_counts_on_the_times_of_the_record_after_resampling(tmp_path):
+    words = {"time": "t", "resample": {"rate": 400, "by": "line"}, "window": {"from": 5}}
+    motion = motion_of(tmp_path, rows((T + 2).tolist(), WAVE.tolist()), **words)
+    np.testing.assert_allclose(motion.u_dd[::2], WAVE[600:], atol=1e-11)
+
+
+@pytest.mark.parametrize("words", [{"resample": {"rate": 400, "by": "line"}}, LINES])
+def test_displacement_is_never_put_on_lines(words):
+    with pytest.raises(ValidationError, match="a displacement on lines has kinks"):
+        Record.model_validate(
+            {"kind": "record", "file": "r.csv", "quantity": "displacement", **words}
+        )
+
+
+# band limits, and the displacement that they make known
+
+
+def test_band_is_removed_on_both_sides_and_told(tmp_path):
+    slow, mid, fast = (np.sin(2 * np.pi * f * T) for f in (0.2, 4, 60))
+    text = rows(T.tolist(), (3 + slow + mid + fast).tolist())
+    words = {"trend": "mean", "below": "1 Hz", "above": "20 Hz", "order": 4}
+    motion = motion_of(tmp_path, text, time="t", remove=words)
+    middle = slice(400, -400)
+    np.testing.assert_allclose(motion.u_dd[middle], mid[middle], atol=3e-3)
+    assert clean_up(motion)[0].startswith(
+        "the mean, what is above 20 Hz and what is below 1 Hz removed (Butterworth of order 4, "
+        "both ways): mean 3."
+    )
+
+
+@pytest.mark.parametrize("order", [1, 2, 4, 8])
+def test_low_pass_halves_its_own_frequency_and_falls_as_its_order_says(tmp_path, order):
+    from drysim.excitation.record.filters import gain
+
+    for frequency in (10.0, 20.0):
+        wave = np.sin(2 * np.pi * frequency * T)
+        text = rows(T.tolist(), wave.tolist())
+        motion = motion_of(tmp_path, text, time="t", remove={"above": 10, "order": order})
+        middle = slice(600, -600)
+        left = np.abs(motion.u_dd[middle]).max() / np.abs(wave[middle]).max()
+        # The digital filter is the analogue one, its frequencies bent towards half the rate.
+        bent = np.tan(np.pi * frequency / RATE) / np.tan(np.pi * 10 / RATE)
+        assert left == pytest.approx(gain(bent, 1, order), rel=0.02)
+
+
+def test_displacement_is_known_above_a_stated_high_pass_only(tmp_path):
+    u = 1e-2 * np.sin(2 * np.pi * 1.6 * T) + 2e-3 * np.sin(2 * np.pi * 7 * T)
+    factors = (2 * np.pi * 1.6) ** 2, (2 * np.pi * 7) ** 2
+    u_dd = -1e-2 * factors[0] * np.sin(2 * np.pi * 1.6 * T)
+    u_dd -= 2e-3 * factors[1] * np.sin(2 * np.pi * 7 * T)
+    text = rows(T.tolist(), (u_dd + 0.3).tolist())
+    assert motion_of(tmp_path, text, time="t", remove="mean").u is None
+    assert motion_of(tmp_path, text, time="t", remove={"above": 50}).u is None
+    motion = motion_of(tmp_path, text, time="t", remove={"below": 0.2})
+    middle = slice(500, -500)
+    assert np.sqrt(np.mean(motion.u[middle] ** 2)) == pytest.approx(
+        np.sqrt(np.mean(u[middle] ** 2)), rel=0.01
+    )
+
+
+def test_displacement_of_a_velocity_record_is_on_its_own_grid(tmp_path):
+    v = np.cos(2 * np.pi * 1.6 * T)
+    text = rows(T.tolist(), v.tolist(), "m/s")
+    words = {"time": "t", "quantity": "velocity", "remove": {"below": 0.2}}
+    motion = motion_of(tmp_path, text, **words, window={"from": 2, "to": 8})
+    assert len(motion.u) == len(motion.u_dd) == 2401
+    t = 2 + np.arange(2401) * motion.dt
+    expected = np.sin(2 * np.pi * 1.6 * t) / (2 * np.pi * 1.6)
+    np.testing.assert_allclose(motion.u, expected, atol=2e-3)
+
+
+# what people see
+
+SCENE = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+excitation:
+  kind: record
+  file: r.csv
+  time: t
+"""
+
+
+def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
+    (tmp_path / "r.csv").write_text(rows(T.tolist(), holed(WAVE, 70)))
+    (tmp_path / "r.yaml").write_text(SCENE + "  gaps: {fill: line, at_most: 10 ms}\n")
+    words = "1 gap of 1 samples in all filled by lines, the longest of 0.01 s; RMS 1.4"
+    answer = drysim("run", "r.yaml", "--no-plots", "--strict")
+    assert answer.code == 0
+    assert words in " ".join(answer.out.split())
+    told = json.loads((tmp_path / "out/r/drysim.json").read_text())
+    (one,) = told["excitation"]["realised"]["clean_up"]
+    assert one["sentence"].startswith(words)
+    assert drysim("validate", "r.yaml").out.startswith(
+        f"ok: r.yaml is a scenario\n\nr.yaml: note: {words}"
+    )
+    assert drysim("validate", "r.yaml", "--format", "github").out.startswith(
+        f"::notice file=r.yaml::{words}"
+    )
+    assert words in drysim("run", "r.yaml", "--dry-run").out
+    assert json.loads(drysim("run", "r.yaml", "--dry-run", "--json").out)["clean_up"]
+    again = drysim("run", "out/r/scenario.yaml", "--no-plots", "-o", "again")
+    assert words in " ".join(again.out.split())
+
+
+def test_unknown_displacement_of_a_record_comes_with_the_way_to_it(tmp_path, drysim):
+    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.yaml").write_text(SCENE)
+    answer = " ".join(drysim("run", "r.yaml", "--no-plots").out.split())
+    assert "base displacement not known; for that, state a high-pass: `remove: {below" in answer
+    answer = drysim("run", "r.yaml", "--no-plots", "--set", "excitation.remove=0.3 Hz").out
+    assert "not known" not in answer
