@@ -11,6 +11,7 @@ from drysim.errors import RecordError
 from drysim.excitation.record import Record
 from test_record_extras import mdf, tdms, uff
 from test_record_formats import at2, mat, wav
+from test_record_rpc import rpc
 
 TRIES, SECONDS = 4000, 8.0
 """What a format gets at most; slow packages get fewer tries."""
@@ -41,6 +42,7 @@ FILES = {
     "text.uff": (lambda path: uff(path, GIVEN, binary=0), {"channel": "acc"}),
     "r.mf4": (lambda path: mdf(path, {"acc": VALUES}), {"channel": "acc"}),
     "r.tdms": (lambda path: tdms(path, GIVEN), {"channel": "acc"}),
+    "r.rpc": (lambda path: rpc(path, GIVEN), {"channel": "acc"}),
 }
 
 

@@ -21,8 +21,8 @@ COPY = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
 """How packages name the bytes that they were given in place of a file."""
 
 
-def package(module: str, extra: str, file: File) -> Any:
-    """Give a package that only one format needs.
+def package(module: str, extra: str, file: File, name: str = "") -> Any:
+    """Give a package that only one format needs; `name` is what it is called, if otherwise.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def package(module: str, extra: str, file: File) -> Any:
             warnings.simplefilter("ignore")
             return import_module(module)
     except ImportError:
-        sentence = f"a `{file.path.suffix}` record needs the package {module}"
+        sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
         way = f'pip install "drysim[{extra}]"'
         raise fault(file.shown, f"{sentence}; install it by: {way}") from None
 
