@@ -12,8 +12,8 @@ from typing import NoReturn
 
 import typer
 
+from drysim.cli.bench import app
 from drysim.cli.streams import open_closed_streams, reader_may_leave
-from drysim.cli.studies import app
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,

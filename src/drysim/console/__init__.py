@@ -1,6 +1,7 @@
 """All that the terminal shows: the result on stdout, the talk on stderr. Writes no file."""
 
 from drysim.console.bar import progress as progress
+from drysim.console.bench import show_bench as show_bench
 from drysim.console.comparison import show_comparison as show_comparison
 from drysim.console.faults import show_fault as show_fault
 from drysim.console.faults import show_problems as show_problems

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from drysim import wording
+from drysim.console.columns import show_columns
 from drysim.console.paper import folded, line, result
 from drysim.console.parts import (
     Row,
@@ -22,8 +23,6 @@ from drysim.study import survey
 from drysim.wording import number, percent
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from drysim.study import table as study
     from drysim.study.survey import Deviation
     from drysim.study.table import Comparison
@@ -36,9 +35,6 @@ FINE, COARSE = 4, 3
 
 NONE = "–"
 """What stands where there is nothing to say."""
-
-BETWEEN = 3
-"""Columns between two columns of a ruled table."""
 
 SPARED = ("T_x", "chatter %", "peak |x_r| mm")
 """What a narrow terminal does without, in this order."""
@@ -64,7 +60,7 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     paper, table = result(), comparison.table
     show_title(paper, table.scenario)
     show_scene(paper, [*scene(table), ("yardstick", comparison.yardstick)])
-    (_ruled if paper.is_terminal else _plain)(paper, columns(comparison))
+    show_columns(paper, columns(comparison), ("approach",), SPARED)
     if table.axes:
         show_rows(paper, _places(comparison), VALUE)
     show_verdicts(paper, table.checks, table.axes)
@@ -120,37 +116,3 @@ def _range(rows: Sequence[study.Row], metric: str, words: Callable[[float], str]
         return NONE
     low, high = (words(end.value) for end in ends)
     return low if low == high else f"{low}–{high}"
-
-
-def _ruled(paper: Console, given: Sequence[Sequence[str]]) -> None:
-    """Show a table at a terminal."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
-
-    given = _fitting(given, paper.width)
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style="bold")
-    for heading, *_ in given:
-        side: Literal["left", "right"] = "left" if heading == "approach" else "right"
-        table.add_column(Text(heading), justify=side, no_wrap=True)
-    for row in list(zip(*given, strict=True))[1:]:
-        table.add_row(*map(Text, row))
-    paper.print(table, soft_wrap=False)
-
-
-def _fitting(given: Sequence[Sequence[str]], width: int) -> Sequence[Sequence[str]]:
-    """Give the columns that a terminal has room for; the files hold them all."""
-    for heading in SPARED:
-        if sum(max(map(len, column)) + BETWEEN for column in given) <= width:
-            break
-        given = [column for column in given if column[0] != heading]
-    return given
-
-
-def _plain(paper: Console, given: Sequence[Sequence[str]]) -> None:
-    """Show a table in aligned columns, for pipes and files."""
-    line(paper)
-    widths = [max(map(len, column)) for column in given]
-    for row in zip(*given, strict=True):
-        words = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        line(paper, "  ".join(words).rstrip())

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report import digest, plots, rows, spectrum, tables
+from drysim.report import digest, plots, rows, scored, spectrum, tables
 from drysim.report.claim import JOURNAL, MARKER, SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
@@ -21,6 +21,7 @@ from drysim.report.sidecar import text as text
 from drysim.source import dump
 
 if TYPE_CHECKING:
+    from drysim.study.bench.scores import Bench
     from drysim.study.outcome import Outcome
     from drysim.study.table import Comparison, Table
 
@@ -54,6 +55,8 @@ TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violation
 TABLE_PAINTERS = (plots.transmissibility, plots.stroke)
 COMPARISON_WRITERS = (compared_scenario, rows.comparison)
 COMPARISON_PAINTERS = (plots.comparison,)
+BENCH_WRITERS = (scored.scenarios, scored.speed_error)
+BENCH_PAINTERS = (plots.speed_error,)
 
 
 def write(
@@ -109,6 +112,14 @@ def write_comparison(
     """Write the output folder of a comparison; parameters and errors are those of `write`."""
     writers = COMPARISON_WRITERS + COMPARISON_PAINTERS * plots
     return _write(comparison, folder, writers, digest.of_comparison, command, exit_code)
+
+
+def write_bench(
+    bench: Bench, folder: Path, *, plots: bool, command: str, exit_code: int
+) -> dict[str, Any]:
+    """Write the output folder of a bench; parameters and errors are those of `write`."""
+    writers = BENCH_WRITERS + BENCH_PAINTERS * plots
+    return _write(bench, folder, writers, scored.of_bench, command, exit_code)
 
 
 def _write(

@@ -23,6 +23,7 @@ from drysim.report.spectrum import told
 if TYPE_CHECKING:
     from drysim.checks import Verdict
     from drysim.scenario import Scenario
+    from drysim.study.bench.scores import Panel
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
 
@@ -66,7 +67,7 @@ def sidecar(outcome: Outcome, command: str, exit_code: int, files: Mapping[str, 
 
 
 def framed(
-    made: Outcome | Table,
+    made: Outcome | Table | Panel,
     motion: Sines | Samples | None,
     found: Mapping[str, Any],
     command: str,
@@ -77,7 +78,7 @@ def framed(
 
     Parameters
     ----------
-    made : Outcome or Table
+    made : Outcome or Table or Panel
         What was computed.
     motion : Sines or Samples or None
         How the base moved; None where it moved differently from case to case.

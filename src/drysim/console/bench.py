@@ -1,0 +1,112 @@
+"""The summary of a bench: scene by scene a table of entries, and what to think of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drysim import wording
+from drysim.console.columns import show_columns
+from drysim.console.paper import paragraph, result
+from drysim.console.parts import HEAD, show_folder, show_scene, show_title, show_warnings
+from drysim.study.bench.judge import EXACT
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from drysim.study.bench.scores import Bench, Panel, Score
+
+NONE = "–"
+"""What stands where there is nothing to say."""
+
+LEFT = ("entry", "verdict")
+SPARED = ("energy", "samples", "T_a error", "ns a sample")
+"""What a narrow terminal does without, in this order."""
+
+
+def show_bench(bench: Bench, folder: Path | None = None) -> None:
+    """Show speed against error.
+
+    Parameters
+    ----------
+    bench : Bench
+    folder : Path, optional
+        Where the files were written.
+    """
+    paper = result()
+    for panel in bench.panels:
+        show_title(paper, panel.scenario)
+        show_scene(paper, [*scene(panel), ("engine", bench.engine)])
+        show_columns(paper, columns(panel), LEFT, SPARED)
+        for head, sentence in findings(panel):
+            paragraph(paper, f"  {head}".ljust(HEAD), sentence, "dim")
+        paper.print()
+    if bench.absent:
+        paragraph(paper, "  absent".ljust(HEAD), absent(bench.absent), "dim")
+    show_folder(paper, folder)
+    show_warnings(bench.warnings)
+
+
+def scene(panel: Panel) -> Iterator[tuple[str, str]]:
+    """Give in words what every entry solves."""
+    work = panel.work
+    yield "oscillator", wording.scene(work.plant)
+    yield "friction", wording.friction(work.law, not panel.scenario.static_given)
+    yield "base", wording.excitation(panel.scenario.excitation.kind, work.motion)
+    length = number(work.end, "s")
+    yield "work", f"{work.samples} samples of {number(work.step, 's')}, {length} from the start"
+    yield "lfilter", f"{number(panel.lfilter, 'ns')} a sample: the time that ratios refer to"
+
+
+def columns(panel: Panel) -> list[list[str]]:
+    """Give the table column by column, headings first."""
+    scores = panel.scores
+    return [
+        ["entry", *map(name, scores)],
+        ["ns a sample", *(_short(one.time, 3) for one in scores)],
+        ["× lfilter", *(_short(one.ratio, 3) for one in scores)],
+        ["x_r error", *(_short(one.error_x_r, 2) for one in scores)],
+        ["T_a error", *(_short(one.error_T_a, 2) for one in scores)],
+        ["energy", *(_short(one.energy_residual, 2) for one in scores)],
+        ["samples", *(str(one.samples or NONE) for one in scores)],
+        ["verdict", *(one.verdict.partition(",")[0] for one in scores)],
+    ]
+
+
+def name(score: Score) -> str:
+    """Give what tells an entry from the others."""
+    step = f"Δt {number(score.step * 1e3, 'ms')}" if score.step else ""
+    return " ".join(part for part in (score.approach, score.setting, step) if part)
+
+
+def findings(panel: Panel) -> Iterator[tuple[str, str]]:
+    """Say what the exact approach was held to, what comes next to it, and what failed."""
+    exact, held = panel.scores[0], panel.reference
+    if held is not None and held.error_x_r is not None:
+        yield (
+            "held to",
+            (
+                f"the errors of {exact.approach} are those of {name(held)} against it, over "
+                f"{held.samples} samples: an upper bound"
+            ),
+        )
+    others = [
+        one for one in panel.scores[1:]
+        if one.time and one.error_x_r is not None and one.error_x_r <= EXACT
+    ]  # fmt: skip
+    if exact.time and others:
+        next_one = min(others, key=lambda one: one.time or 0.0)
+        times = number((next_one.time or 0.0) / exact.time, digits=2)
+        yield "next", f"{name(next_one)} is as exact and takes {times} times as long"
+    for one in panel.scores:
+        if one.verdict.startswith("failed"):
+            yield "failed", f"{name(one)}: {one.verdict.partition(', ')[2]}"
+
+
+def absent(packages: tuple[str, ...]) -> str:
+    """Say which peers are not installed."""
+    return f"{', '.join(packages)}: not installed, and not needed by drysim"
+
+
+def _short(value: float | None, digits: int) -> str:
+    return NONE if value is None else number(value, digits=digits)

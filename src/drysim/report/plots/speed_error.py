@@ -1,0 +1,150 @@
+"""The picture of a bench: error over time a sample, with the front that nothing beats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drysim.report.plots import canvas, ink, layout, places
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from drysim.report.plots.heading import Lines
+    from drysim.study.bench.scores import Bench, Panel, Score
+
+LEAST = 1e-16
+"""Errors below rounding are drawn at rounding [-]."""
+
+ALIKE = 1e-11
+"""Errors below this [-] are alike: the reference itself knows no better."""
+
+GAP = 0.85
+"""How far rows of panels are apart [inch]: each has its axis."""
+
+Style = dict[str, Any]
+
+EXACT: Style = {"color": "#0b3c6f", "marker": "*", "markersize": 15, "zorder": 5}
+OWN: dict[str, Style] = {
+    "switch": {"color": "#1b7837", "marker": "s"},
+    "moreau": {"color": "#5a8fc7", "marker": "D"},
+    "signum": {"color": "#b3261e", "marker": "^"},
+    "smooth": {"color": "#e08214", "marker": "o"},
+    "viscous": {"color": "#404040", "marker": "X"},
+}
+PEER: Style = {"color": "#6b6b6b", "fillstyle": "none"}
+PEER_MARKS = "svoDP^<>"
+FRONT: Style = {"color": "#0b3c6f", "linewidth": 5.0, "alpha": 0.18, "zorder": 1}
+LFILTER: Style = {"color": "#404040", "linewidth": 1.0, "linestyle": (0, (1, 2)), "zorder": 1}
+
+
+def speed_error(bench: Bench, folder: Path) -> None:
+    """Write speed_error.png: error of x_r and of T_a over the time a sample.
+
+    Parameters
+    ----------
+    bench : Bench
+    folder : Path
+        Where to write.
+    """
+    canvas.paint(lambda: draw(bench), folder / "speed_error.png")
+
+
+def draw(bench: Bench) -> Figure:
+    """Give the picture of a bench, not yet rendered."""
+    figure, grid = layout.sheet(len(bench.panels), 2, gap=GAP)
+    drawn = []
+    for row, panel in enumerate(bench.panels):
+        for column, (words, error) in enumerate(ERRORS):
+            axes = figure.add_subplot(grid[row, column])
+            known = _panel(axes, panel, error)
+            several = f"{panel.scenario.name}: " if len(bench.panels) > 1 else ""
+            ink.name(axes, f"{several}{words}")
+            drawn.append((axes, known))
+    layout.complete(figure, grid, _heading(bench))
+    for axes, known in drawn:
+        places.label(axes, known)
+    return figure
+
+
+def _heading(bench: Bench) -> Lines:
+    """Give the words above the picture."""
+    first = bench.panels[0].scenario
+    title = first.name if len(bench.panels) == 1 else "speed against error"
+    words = (
+        "filled: approaches of drysim; hollow: other programs; broad line: what no other beats"
+    )
+    return title, [words], []
+
+
+def _error_x_r(score: Score) -> float | None:
+    return score.error_x_r
+
+
+def _error_T_a(score: Score) -> float | None:
+    return None if score.error_T_a is None else abs(score.error_T_a)
+
+
+ERRORS: tuple[tuple[str, Callable[[Score], float | None]], ...] = (
+    ("error of $x_r$ / peak [–]", _error_x_r),
+    ("error of $T_a$, relative [–]", _error_T_a),
+)
+
+
+def _panel(
+    axes: Axes, panel: Panel, error: Callable[[Score], float | None]
+) -> list[places.Curve]:
+    """Draw the entries of one scene; gives what is to be labelled."""
+    axes.set(xscale="log", yscale="log")
+    known: dict[str, places.Curve] = {}
+    for scores, style in styled(panel.scores):
+        shown = sorted(
+            (one.time, max(value, LEAST))
+            for one in scores
+            if one.time and (value := error(one)) is not None and isfinite(value)
+        )
+        if shown:
+            t, y = zip(*shown, strict=True)
+            axes.plot(t, y, linewidth=0.9, **{"markersize": 5, **style})
+            name = scores[0].approach
+            before = known[name].lines if name in known else ()
+            known[name] = places.Curve(name, (*before, tuple(shown)), style["color"])
+    _front(axes, [at for curve in known.values() for line in curve.lines for at in line])
+    axes.axvline(panel.lfilter, **LFILTER)
+    axes.text(
+        panel.lfilter, 0.98, "lfilter ", transform=axes.get_xaxis_transform(), size=7.5,
+        rotation=90, ha="right", va="top",
+    )  # fmt: skip
+    axes.set_xlabel("time a sample [ns]")
+    axes.margins(x=0.1, y=0.15)
+    axes.autoscale_view()
+    return list(known.values())
+
+
+def _front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
+    """Draw the front: for every time the least error that is to be had in it."""
+    best, t, y = float("inf"), [], []
+    for time, error in sorted(points):
+        if max(error, ALIKE) < best:
+            best = error
+            t.append(time)
+            y.append(error)
+    axes.plot(t, y, drawstyle="steps-post", solid_joinstyle="round", **FRONT)
+
+
+def styled(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style]]:
+    """Give the entries of every line, which share all but step, sharpness and tolerance."""
+    grouped: dict[tuple[str, ...], list[Score]] = {}
+    for one in scores:
+        word, _, rest = one.setting.partition(", ")
+        kin = (one.approach, *((word, rest.partition(", ")[2]) if one.own else ()))
+        grouped.setdefault(kin, []).append(one)
+    peers = [kin for kin, members in grouped.items() if not members[0].own]
+    for kin, members in grouped.items():
+        if members[0].own:
+            yield members, OWN.get(kin[0], EXACT)
+        else:
+            yield members, {**PEER, "marker": PEER_MARKS[peers.index(kin) % len(PEER_MARKS)]}

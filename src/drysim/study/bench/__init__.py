@@ -1,0 +1,1 @@
+"""Bench: every approach, and programs that people know, by speed against error."""

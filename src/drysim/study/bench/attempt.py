@@ -1,0 +1,78 @@
+"""An attempt: an entry made ready on as much of the work as patience allows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from drysim.errors import DrysimError
+from drysim.study.bench.clock import timed
+from drysim.study.bench.entry import Entry, Run
+from drysim.study.bench.patience import at_most
+from drysim.study.bench.work import Answer, Work
+
+MOST_POINTS = 2_000_000
+"""Points that an entry with several a sample may compute in one run: some hundred megabytes."""
+
+TASTE = 200
+"""Samples of the stretch that tells how long a whole run would take."""
+
+HOPELESS = 60.0
+"""Times the patience with one run after which an entry has failed."""
+
+
+class Terms(NamedTuple):
+    """How a bench is held.
+
+    Attributes
+    ----------
+    samples : int
+        Samples of the work, at most.
+    repeats : int
+        Runs of an entry, at most.
+    patience : float
+        Time that one run may take [s]; slower entries run on a shorter stretch.
+    peers : bool
+        Whether the peers take part; the reference always does.
+    """
+
+    samples: int = 24_000
+    repeats: int = 15
+    patience: float = 0.2
+    peers: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Runner:
+    """An entry made ready on a stretch of the work, and its first answer, timed [s]."""
+
+    entry: Entry
+    work: Work
+    run: Run
+    answer: Answer
+    once: float
+
+
+def attempt(entry: Entry, work: Work, terms: Terms) -> Runner | str:
+    """Make an entry ready on as much of the work as patience allows; or say how it fails."""
+    try:
+        with at_most(max(HOPELESS * terms.patience, 1.0)):
+            return made_ready(entry, work, terms)
+    except DrysimError as fault:
+        return str(fault)
+    except Exception as fault:  # whatever another program raises is its score
+        return f"{type(fault).__name__}: {fault}"
+
+
+def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:
+    """Make an entry ready, and let it run once in full."""
+    most = MOST_POINTS // entry.points if entry.points > 1 else work.samples
+    taste = work.first(max(1, min(TASTE, most)))
+    run = entry.ready(taste)
+    run()
+    _, once = timed(run)
+    within = int(terms.patience / max(once, 1e-9) * taste.samples)
+    part = work.first(max(min(within, most), taste.samples))
+    run = entry.ready(part)
+    answer, once = timed(run)
+    return Runner(entry, part, run, answer, once)

@@ -1,0 +1,50 @@
+"""The clock: medians of interleaved repeats, so that all entries meet the same machine."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+Job = Callable[[], Any]
+
+FEWEST = 3
+"""Repeats of the slowest jobs: the least that has a median."""
+
+
+def timed(job: Job) -> tuple[Any, float]:
+    """Run a job once; give what it gives, and the time it took [s]."""
+    begin = perf_counter()
+    made = job()
+    return made, perf_counter() - begin
+
+
+def interleaved(jobs: Sequence[Job], times: Sequence[int]) -> list[float]:
+    """Give the median time of every job [s], each run so many times, in turns."""
+    found: list[list[float]] = [[] for _ in jobs]
+    with undisturbed():
+        for turn in range(max(times, default=0)):
+            for job, wanted, kept in zip(jobs, times, found, strict=True):
+                if turn < wanted:
+                    kept.append(timed(job)[1])
+    return [median(kept) for kept in found]
+
+
+def repeats(once: float, most: int, patience: float) -> int:
+    """Give how often a job is run that takes so long [s]: slow ones fewer times."""
+    return max(min(FEWEST, most), min(most, int(patience / once) if once > 0.0 else most))
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Keep the collection of garbage from falling into the time of a job."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()

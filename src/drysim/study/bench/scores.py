@@ -1,0 +1,115 @@
+"""What a bench gives, as plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from drysim.checks import Verdict
+    from drysim.errors import Caution
+    from drysim.scenario import Scenario
+    from drysim.study.bench.work import Work
+
+
+@dataclass(frozen=True)
+class Score:
+    """One entry, measured.
+
+    Attributes
+    ----------
+    approach, setting : str
+        Which entry it is.
+    own : bool
+        Whether it stands on drysim's shelf.
+    step : float or None
+        Step of its march [s]; None where it chooses its own.
+    samples : int
+        Stretch of the work that it was timed on, from the start on.
+    repeats : int
+        Runs behind the median; 0 where it failed.
+    time : float or None
+        Time a sample [ns].
+    ratio : float or None
+        The same over that of scipy's lfilter [-].
+    error_x_r : float or None
+        Greatest error of x_r over the peak of |x_r| [-].
+    error_T_a : float or None
+        Error of T_a on the stretch, relative and signed [-].
+    energy_residual : float or None
+        What its energy balance leaves [-]; None where it keeps none.
+    verdict : str
+        `exact`, `close`, `fine`, `coarse`, `wrong`, `chatters`, `creeps`, `another law` or
+        `failed`, with what is wrong.
+    """
+
+    approach: str
+    setting: str
+    own: bool
+    step: float | None
+    samples: int
+    repeats: int = 0
+    time: float | None = None
+    ratio: float | None = None
+    error_x_r: float | None = None
+    error_T_a: float | None = None
+    energy_residual: float | None = None
+    verdict: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One scene of a bench with the scores of all entries.
+
+    Attributes
+    ----------
+    work : Work
+    scores : tuple of Score
+        drysim's shelf first, then the peers.
+    lfilter : float
+        Time a sample of scipy's lfilter on a record of that length [ns].
+    reference : Score or None
+        What the exact approach was held to: its errors are those of the reference against it.
+    warnings : tuple of Caution
+    """
+
+    work: Work
+    scores: tuple[Score, ...]
+    lfilter: float
+    reference: Score | None
+    warnings: tuple[Caution, ...]
+
+    @property
+    def scenario(self) -> Scenario:
+        """What was asked."""
+        return self.work.scenario
+
+    @property
+    def checks(self) -> tuple[Verdict, ...]:
+        """None: a bench judges approaches, not the scenario."""
+        return ()
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """Speed against error of every approach, on one scene or several.
+
+    Attributes
+    ----------
+    panels : tuple of Panel
+    absent : tuple of str
+        Peers that are not installed.
+    engine : str
+        `plain` or `compiled`.
+    """
+
+    panels: tuple[Panel, ...]
+    absent: tuple[str, ...]
+    engine: str
+
+    @property
+    def warnings(self) -> tuple[Caution, ...]:
+        """The warnings of all scenes, each sentence once."""
+        return tuple(
+            {one.sentence: one for panel in self.panels for one in panel.warnings}.values()
+        )

@@ -1,0 +1,135 @@
+"""Speed against error: every entry timed and judged on the same work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from drysim.core.compiled import PLAIN_STEPS, engine, settle
+from drysim.errors import Caution, DrysimError
+from drysim.study.bench import peers, shelf
+from drysim.study.bench.attempt import Runner, Terms, attempt
+from drysim.study.bench.clock import Job, interleaved, repeats
+from drysim.study.bench.entry import Entry
+from drysim.study.bench.judge import EXACT, Yardstick, verdict
+from drysim.study.bench.peers.scipy_ivp import reference
+from drysim.study.bench.scores import Bench, Panel, Score
+from drysim.study.bench.work import Answer, Work
+
+RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
+"""The filter that is timed: a stable one of second order, as the oscillator is."""
+
+
+def nothing() -> None:
+    """Do nothing where an entry has been measured."""
+
+
+def bench(works: Sequence[Work], terms: Terms, finished: Job = nothing) -> Bench:
+    """Give the scores of all entries on some works.
+
+    Parameters
+    ----------
+    works : sequence of Work
+    terms : Terms
+    finished : callable, optional
+        Called when an entry has been made ready.
+
+    Raises
+    ------
+    SolverError
+        When the exact approach fails; whatever happens to another is its score.
+    """
+    settle(PLAIN_STEPS + 1)
+    panels = tuple(panel(work, terms, finished) for work in works)
+    return Bench(panels, peers.absent() if terms.peers else (), engine())
+
+
+def entries(work: Work, terms: Terms) -> list[Entry]:
+    """Give all entries on a work: the exact one first, the reference last."""
+    known = not work.law.variation
+    others = peers.entries(work) if terms.peers and known else ()
+    return [*shelf.entries(work), *others, *([reference()] if known else [])]
+
+
+def panel(work: Work, terms: Terms, finished: Job) -> Panel:
+    """Give the scores on one work."""
+    wanted = entries(work, terms)
+    yardstick = Yardstick.of(work)
+    tried: list[Runner | str] = []
+    for entry in wanted:
+        tried.append(attempt(entry, work, terms))
+        finished()
+    runners = [one for one in tried if isinstance(one, Runner)]
+    counts = [repeats(one.once, terms.repeats, terms.patience) for one in runners]
+    jobs: list[Job] = [lfilter(work), *(one.run for one in runners)]
+    plain, *took = interleaved(jobs, [terms.repeats, *counts])
+    plain *= 1e9 / (work.samples + 1)
+    measured = iter(zip(counts, took, strict=True))
+    scores = []
+    for entry, one in zip(wanted, tried, strict=True):
+        score = judged(entry, one, yardstick)
+        if isinstance(one, Runner):
+            count, seconds = next(measured)
+            time = 1e9 * seconds / one.work.samples
+            score = replace(score, repeats=count, time=time, ratio=time / plain)
+        scores.append(score)
+    held = scores[-1] if wanted[-1].approach == reference().approach else None
+    scores[0] = held_to(scores[0], held)
+    return Panel(work, tuple(scores), plain, held, tuple(cautions(work, wanted)))
+
+
+def judged(entry: Entry, one: Runner | str, yardstick: Yardstick) -> Score:
+    """Give the score of an entry, its time left open."""
+    score = Score(entry.approach, entry.setting, entry.own, entry.step, 0)
+    if isinstance(one, str):
+        return replace(score, verdict=f"failed, {one}")
+    score = replace(score, samples=one.work.samples)
+    try:
+        errors = yardstick.errors(one.work, one.answer)
+    except DrysimError as fault:
+        return replace(score, verdict=f"failed, {fault}")
+    scene = (one.work, one.answer)
+    words = verdict(errors, yardstick.symptoms(*scene), bool(entry.lacks))
+    off, T_a = errors
+    return replace(
+        score, error_x_r=off, error_T_a=T_a, energy_residual=residual(*scene), verdict=words
+    )
+
+
+def residual(work: Work, answer: Answer) -> float | None:
+    """Give what the energy balance of an answer leaves [-], where it keeps one."""
+    from drysim.metrics import measure
+
+    if answer.track is None:
+        return None
+    return measure(answer.track, (0.0, work.end), None)["energy_residual"]
+
+
+def held_to(exact: Score, held: Score | None) -> Score:
+    """Give the score of the exact approach, whose errors are those of the reference."""
+    if held is None or held.error_x_r is None:
+        closed = (exact.energy_residual or 0.0) <= EXACT
+        words = "exact by its energy balance" if closed else "wrong, its energy balance is open"
+        return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
+    off, T_a = held.error_x_r, held.error_T_a
+    words = verdict((off, T_a), (False, False), False)
+    return replace(exact, error_x_r=off, error_T_a=T_a, verdict=words)
+
+
+def lfilter(work: Work) -> Job:
+    """Give the filter that all times are compared with, on a record of this length."""
+    from scipy.signal import lfilter as filtered
+
+    record = np.ascontiguousarray(work.u_dd)
+    return lambda: filtered(*RECURSION, record)
+
+
+def cautions(work: Work, wanted: Sequence[Entry]) -> Iterator[Caution]:
+    """Give what is to be said about a scene, and about approaches that leave something out."""
+    yield from work.cautions
+    for sentence in dict.fromkeys(words for one in wanted if one.own for words in one.lacks):
+        yield Caution("left-out", sentence)
+    if work.law.variation:
+        yield Caution("no-peers", "no peer knows a normal force that varies: none takes part")

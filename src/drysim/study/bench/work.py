@@ -1,0 +1,126 @@
+"""The work that all entries of a bench do: the first samples of one scene, from its start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import sin, tau
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from drysim.core.motion import Samples, Sines, base_acceleration
+from drysim.study.case import prepare
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from drysim.approach.events import Floats
+    from drysim.approach.response import Track
+    from drysim.core.plant import Law, Plant, State
+    from drysim.errors import Caution
+    from drysim.scenario import Scenario
+
+
+class Answer(NamedTuple):
+    """What an entry gives on the grid of the work.
+
+    Attributes
+    ----------
+    x_r, v_r : ndarray, shape (n + 1,)
+        Relative displacement [m] and velocity [m/s].
+    friction : callable
+        Gives F_f [N], shape (n + 1,); called when the clock has stopped.
+    track : Track or None
+        The solution between the samples, where the entry keeps one.
+    """
+
+    x_r: Floats
+    v_r: Floats
+    friction: Callable[[], Floats]
+    track: Track | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """A scene with its base motion, cut to a number of samples.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Where it came from.
+    plant, law, motion, start
+        The scene; its law is the full one, which not every approach can use.
+    step : float
+        Distance of the samples [s].
+    samples : int
+        Steps from t = 0 on.
+    cautions : tuple of Caution
+        What is to be said about the scene.
+    """
+
+    scenario: Scenario
+    plant: Plant
+    law: Law
+    motion: Sines | Samples
+    start: State
+    step: float
+    samples: int
+    cautions: tuple[Caution, ...] = ()
+
+    @property
+    def end(self) -> float:
+        """Last instant [s]."""
+        return self.samples * self.step
+
+    @cached_property
+    def u_dd(self) -> Floats:
+        """Base acceleration on the grid [m/s²], shape (samples + 1,)."""
+        if isinstance(self.motion, Samples):
+            return self.motion.u_dd[: self.samples + 1]
+        return base_acceleration(
+            self.motion, np.arange(self.samples + 1, dtype=np.float64) * self.step
+        )
+
+    def base(self, t: float) -> float:
+        """Give the base acceleration at one instant [m/s²]."""
+        if isinstance(self.motion, Sines):
+            waves = zip(*self.motion, strict=True)
+            return sum(A * sin(tau * f * t + phase) for A, f, phase in waves)
+        n = min(int(t / self.step), len(self.motion.u_dd) - 2)
+        share, u_dd = t / self.step - n, self.motion.u_dd
+        return float((1.0 - share) * u_dd[n] + share * u_dd[n + 1])
+
+    def first(self, samples: int) -> Work:
+        """Give the same work cut to fewer samples."""
+        if samples >= self.samples:
+            return self
+        return replace(self, samples=samples, motion=cut(self.motion, samples))
+
+    def acceleration(self, answer: Answer) -> Floats:
+        """Give the absolute acceleration of an answer [m/s²], shape (n + 1,)."""
+        m, k_x, b = self.plant
+        x_dd: Floats = -(k_x * answer.x_r + b * answer.v_r + answer.friction()) / m
+        return x_dd
+
+
+def work_of(scenario: Scenario, samples: int) -> Work:
+    """Give the work of a scenario: its motion from the start, at most so many samples.
+
+    Raises
+    ------
+    ScenarioError, RecordError, UsageError
+        As `drysim.study.case.prepare` does.
+    """
+    case = prepare(scenario)
+    if isinstance(case.motion, Samples):
+        samples = min(samples, len(case.motion.u_dd) - 1)
+    scene = (case.plant, case.law, cut(case.motion, samples), case.start)
+    return Work(case.scenario, *scene, case.step, samples, case.cautions)
+
+
+def cut(motion: Sines | Samples, samples: int) -> Sines | Samples:
+    """Give the beginning of a motion; of samples without u, which no entry is asked about."""
+    if isinstance(motion, Sines):
+        return motion
+    return Samples(np.ascontiguousarray(motion.u_dd[: samples + 1]), motion.dt)

@@ -1,0 +1,252 @@
+"""Bench: what is timed is judged rightly, and a fault of one entry is its own."""
+
+from __future__ import annotations
+
+import csv
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import drysim as package
+from drysim.errors import SolverError
+from drysim.scenario.blocks import SHELF
+from drysim.study.bench import clock, judge, shelf, speed_error
+from drysim.study.bench.attempt import Terms, attempt
+from drysim.study.bench.entry import Entry
+from drysim.study.bench.judge import Yardstick
+from drysim.study.bench.patience import at_most
+from drysim.study.bench.peers import machine, scipy_ivp
+from drysim.study.bench.speed_error import judged
+from drysim.study.bench.work import Answer, work_of
+
+SLIDING = """\
+drysim: 1
+name: sliding
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45}
+excitation: {kind: harmonic, frequency: 2, rms: 0.75}
+solver: {step: 2.5e-3}
+"""
+NOISE = SLIDING.replace(
+    "harmonic, frequency: 2, rms: 0.75",
+    "psd, points: [[0.5, 1], [10, 1]], rms: 0.67, duration: 5 s, seed: 5",
+)
+HELD = SLIDING.replace("frequency: 2, rms: 0.75", "frequency: 5, rms: 0.33")
+SMALL = ("--samples", 200, "--repeats", 1, "--patience", 0.01)
+TERMS = Terms(samples=400, repeats=1, patience=1.0, peers=False)
+
+
+@pytest.fixture
+def works(tmp_path):
+    """Give the work of a scenario, by its words."""
+
+    def made(words, samples=400, **changes):
+        file = tmp_path / "scene.yaml"
+        file.write_text(words)
+        return work_of(package.load(file, changes), samples)
+
+    return made
+
+
+def score_of(work, name, setting="", terms=TERMS):
+    """Give the score of the first entry of this approach and setting."""
+    found = [
+        one for one in shelf.entries(work) if (one.approach, one.setting) == (name, setting)
+    ]
+    return judged(found[0], attempt(found[0], work, terms), Yardstick.of(work))
+
+
+@pytest.mark.parametrize("words", [SLIDING, NOISE.replace("45}", "45, static: 54}")])
+def test_exact_approach_and_restarted_scipy_agree_to_rounding(works, words):
+    work = works(words)
+    off, T_a = Yardstick.of(work).errors(work, scipy_ivp.reference().ready(work)())
+    assert off < 1e-11
+    assert abs(T_a) < 1e-12
+
+
+def test_signum_chatters_where_the_mass_should_stick(works):
+    work = works(HELD)
+    score = score_of(work, "signum", "semi-implicit")
+    assert score.verdict.startswith("chatters, T_a +8")
+    assert score.error_T_a == pytest.approx(0.84, abs=0.02)
+
+
+def test_smooth_creeps_where_the_mass_should_stick(works):
+    score = score_of(works(HELD), "smooth", "tanh, c 100")
+    assert score.verdict.startswith("creeps")
+    assert score.error_T_a == pytest.approx(-0.093, abs=0.01)
+
+
+def test_an_approach_that_leaves_the_static_limit_out_solves_another_law(works):
+    work = works(NOISE.replace("45}", "45, static: 60}"))
+    assert score_of(work, "moreau").verdict.startswith("another law")
+    assert score_of(work, "switch").verdict.split(",")[0] in ("fine", "coarse")
+
+
+def test_mass_that_never_moves_has_an_error_relative_to_how_far_it_would(works):
+    assert Yardstick.of(works(HELD)).scale > 1e-5
+
+
+def test_entry_that_raises_has_failed_and_says_how(works):
+    def ready(work):
+        raise ZeroDivisionError("no such luck")
+
+    work = works(SLIDING)
+    entry = Entry("broken", "", ready)
+    score = judged(entry, attempt(entry, work, TERMS), Yardstick.of(work))
+    assert score.verdict == "failed, ZeroDivisionError: no such luck"
+    assert score.time is None
+
+
+def test_answer_that_is_no_number_has_failed(works):
+    work = works(SLIDING)
+
+    def ready(part):
+        nothing = np.full(part.samples + 1, np.nan)
+        return lambda: Answer(nothing, nothing, lambda: nothing)
+
+    entry = Entry("lost", "", ready)
+    score = judged(entry, attempt(entry, work, TERMS), Yardstick.of(work))
+    assert score.verdict.startswith("failed, the answer is not a finite number")
+
+
+def test_slow_entry_runs_on_a_shorter_stretch(works):
+    work = works(SLIDING, samples=4000)
+    runner = attempt(scipy_ivp.reference(), work, Terms(4000, 1, 0.01, False))
+    assert 200 <= runner.work.samples < 4000
+    assert len(runner.answer.x_r) == runner.work.samples + 1
+
+
+def test_peer_whose_stops_follow_each_other_without_end_is_stopped(works):
+    def slide(begin, d, x_out, v_out):
+        return begin._replace(v_r=0.0), True
+
+    work = works(SLIDING, 400, **{"start.v_r": 1.0, "friction.kinetic": 1e-9})
+    with pytest.raises(SolverError, match="without end"):
+        machine.follow(work, slide)
+
+
+def test_work_that_lasts_too_long_is_given_up():
+    def forever():
+        while True:
+            pass
+
+    with pytest.raises(SolverError, match=r"given up after 0\.05 s"), at_most(0.05):
+        forever()
+
+
+def test_slow_jobs_are_repeated_less_and_all_take_turns():
+    turns = []
+    jobs = [lambda: turns.append("a"), lambda: turns.append("b")]
+    clock.interleaved(jobs, [3, 2])
+    assert turns == ["a", "b", "a", "b", "a"]
+    assert [clock.repeats(once, 15, 0.1) for once in (1e-6, 0.02, 1.0)] == [15, 5, 3]
+
+
+@pytest.mark.parametrize(
+    ("errors", "word"),
+    [((1e-12, -1e-13), "exact"), ((1e-6, 0.0), "close"), ((0.0, -5e-3), "fine"),
+     ((0.05, 0.01), "coarse, x_r 5 %"), ((0.05, 0.24), "wrong, T_a +24 %"),
+     ((0.2, None), "wrong, x_r 20 %")],
+)  # fmt: skip
+def test_verdict_names_the_greater_error(errors, word):
+    assert judge.verdict(errors, (False, False), False) == word
+
+
+def test_bench_writes_a_row_for_every_entry(drysim, tmp_path):
+    (tmp_path / "sliding.yaml").write_text(SLIDING)
+    answer = drysim("bench", "sliding.yaml", *SMALL, "--no-peers")
+    assert answer.code == 0
+    folder = tmp_path / "out" / "sliding-bench"
+    with (folder / "speed_error.csv").open() as table:
+        rows = list(csv.DictReader(table))
+    first = ["approach", "setting", "step [s]", "time_per_sample [ns]"]
+    then = ["error_x_r [-]", "error_T_a [-]", "energy_residual [-]", "verdict"]
+    assert list(rows[0])[:8] == [*first, *then]
+    assert {row["approach"] for row in rows} == {*SHELF, "solve_ivp events"}
+    assert rows[0]["verdict"] == "exact"
+    assert not [row for row in rows if row["verdict"].startswith("failed")]
+    assert {file.name for file in folder.iterdir()} == {
+        "scenario.yaml", "drysim.json", "speed_error.csv", "speed_error.png"
+    }  # fmt: skip
+
+
+def test_bench_of_nothing_named_takes_two_scenes_of_the_gallery(drysim):
+    told = json.loads(drysim("bench", "--dry-run", "--json").out)
+    assert [case["name"] for case in told["cases"]] == ["paper-high-friction", "paper-random"]
+    assert [case["samples"] for case in told["cases"]] == [24000, 24000]
+    assert told["folder"] == "out/bench"
+
+
+def test_json_holds_every_score_and_what_the_exact_approach_came_to(drysim, tmp_path):
+    (tmp_path / "noise.yaml").write_text(NOISE.replace("sliding", "noise"))
+    answer = drysim("bench", "noise.yaml", *SMALL, "--no-peers", "--no-plots", "--json")
+    told = json.loads(answer.out)
+    assert told["metrics"]["noise"]["error_x_r"] < 1e-11
+    assert told["cases"][0]["scores"][0]["approach"] == "stick-slip"
+    assert told["cases"][0]["excitation"]["seed"] == 5
+    assert "speed_error.csv" in told["files"]
+
+
+def test_failure_of_one_approach_is_a_row_and_exit_code_0(drysim, tmp_path, monkeypatch):
+    def entries(work):
+        yield next(iter(shelf_entries(work)))
+        yield Entry("hapless", "", lambda work: 1 / 0)
+
+    shelf_entries = shelf.entries
+    monkeypatch.setattr(speed_error, "shelf", SimpleNamespace(entries=entries))
+    (tmp_path / "sliding.yaml").write_text(SLIDING)
+    answer = drysim("bench", "sliding.yaml", *SMALL, "--no-peers", "--no-plots")
+    assert answer.code == 0
+    assert "hapless: ZeroDivisionError" in answer.out
+
+
+def test_varying_normal_force_is_known_to_no_peer_and_said(drysim, tmp_path):
+    words = SLIDING.replace("45}", "45, normal_variation: {amplitude: 0.3, frequency: 1.7}}")
+    (tmp_path / "sliding.yaml").write_text(words)
+    answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots")
+    assert answer.code == 0
+    assert "no peer knows a normal force that varies" in answer.err
+    assert (
+        "exact by its energy balance"
+        in (tmp_path / "out/sliding-bench/speed_error.csv").read_text()
+    )
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("nowhere.yaml",),
+        ("--set", "friction.kinetik=3"),
+        ("--samples", "0"),
+        ("--repeats", "none"),
+    ],
+)
+def test_bad_words_compute_nothing(drysim, tmp_path, words):
+    answer = drysim("bench", *words)
+    assert answer.code == 2
+    assert answer.err.startswith("error: ")
+    assert not (tmp_path / "out").exists()
+
+
+def test_labels_of_a_crowded_picture_do_not_cover_each_other(tmp_path):
+    from matplotlib.figure import Figure
+
+    from drysim.report.plots import places
+
+    axes = Figure(figsize=(5, 3), dpi=100).add_subplot()
+    lines = [[(0.1 * x, 0.02 * at + 0.1 * x * x) for x in range(5)] for at in range(8)]
+    for line in lines:
+        axes.plot(*zip(*line, strict=True))
+    axes.autoscale_view()
+    places.label(
+        axes, [places.Curve(f"curve {at}", [line], "black") for at, line in enumerate(lines)]
+    )
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert len(boxes) == 8
+    assert not [
+        (one, other) for at, one in enumerate(boxes) for other in boxes[:at]
+        if one.x0 < other.x1 and other.x0 < one.x1 and one.y0 < other.y1 and other.y0 < one.y1
+    ]  # fmt: skip
