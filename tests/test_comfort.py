@@ -63,6 +63,16 @@ def test_weighting_of_a_backrest_differs_from_that_of_a_seat_in_one_corner():
     assert gain("Wc", f)[0] == 0
 
 
+def test_recalled_factor_is_said_to_be_recalled_wherever_it_counts(seat):
+    words = {"measure": {"steady": True, "direction": "horizontal"}}
+    (caution,) = (c for c in outcome_of(seat, **words).warnings if c.slug == "recalled")
+    assert caution.numbers == {"k": 1.4}
+    assert "was not checked against the text of ISO 2631-1" in caution.sentence
+    for other in ({"direction": "vertical"}, {"weighting": "Wd"}):
+        found = outcome_of(seat, measure={"steady": True, **other}).warnings
+        assert "recalled" not in [caution.slug for caution in found]
+
+
 def test_scenario_knows_every_weighting_and_direction():
     for name in WEIGHTINGS:
         assert Measure(weighting=name).weights == (name, 1.0)

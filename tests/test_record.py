@@ -441,3 +441,30 @@ def test_synthetic_record_has_level_and_spectrum_of_em1(script):
 def test_stated_level_of_em1_follows_from_its_spectrum(script):
     f = np.linspace(0.89, 11.22, 100_001)
     assert np.sqrt(script.spectrum(f).mean() * (f[-1] - f[0])) == pytest.approx(1.714, abs=5e-4)
+
+
+def test_run_on_a_displacement_is_the_run_on_the_second_derivative_of_its_spline(tmp_path):
+    from scipy.interpolate import CubicSpline
+
+    from drysim import load, run
+
+    t = np.arange(2000) * 5e-3
+    u = 0.01 * np.sin(2 * np.pi * 1.6 * t) + 0.002 * np.sin(2 * np.pi * 5 * t + 1)
+    u_dd = CubicSpline(t, u)(t, 2)
+    rows = np.stack([t, u, u_dd], axis=1).tolist()
+    text = "".join(",".join(map(repr, row)) + "\n" for row in rows)
+    (tmp_path / "r.csv").write_text(f"t [s],u [m],u_dd [m/s2]\n{text}")
+    seat = "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+    seat += "friction: {law: coulomb, kinetic: 45, static_ratio: 1.2}\n"
+    responses = []
+    for words in ("column: u, quantity: displacement", "column: u_dd"):
+        (tmp_path / "seat.yaml").write_text(
+            f"{seat}excitation: {{kind: record, file: r.csv, time: t, {words}}}\n"
+        )
+        responses.append(run(load(tmp_path / "seat.yaml")))
+    ours, theirs = responses
+    assert len(ours.events) == len(theirs.events) > 10
+    np.testing.assert_allclose(ours.response.x_r, theirs.response.x_r, atol=1e-12)
+    assert ours.metrics["T_x"] == pytest.approx(
+        theirs.metrics["x_r_rms"] / np.sqrt(np.mean(u**2)), rel=1e-3
+    )

@@ -77,7 +77,7 @@ def test_realised_psd_stands_beside_its_definition(machine):
     assert sqrt(found) == pytest.approx(CLASSES[machine].rms, rel=0.02)
 
 
-@pytest.mark.parametrize("machine", ["EM1", "EM5", "EM6", "AG3"])
+@pytest.mark.parametrize("machine", CLASSES)
 def test_welch_is_within_a_tenth_of_the_peak(machine):
     from scipy.signal import welch
 

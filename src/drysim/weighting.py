@@ -38,8 +38,10 @@ WEIGHTINGS = {
 """Wk: a seat, vertical. Wd: a seat, horizontal. Wc: a backrest, fore and aft."""
 
 DIRECTIONS = {"vertical": ("Wk", 1.0), "horizontal": ("Wd", 1.4)}
-"""Weighting and multiplying factor k [-] of a seat's directions. The 1.4 is recalled and was
-not checked against the text of ISO 2631-1."""
+"""Weighting and multiplying factor k [-] of a seat's directions."""
+
+RECALLED = ("horizontal",)
+"""Directions whose k is recalled and was not checked against the text of ISO 2631-1."""
 
 
 def gain(name: str, f: Floats) -> Complexes:

@@ -12,6 +12,7 @@ from drysim.core.motion import Samples, Sines
 from drysim.errors import Caution
 from drysim.scenario.sweep.cautions import needless
 from drysim.scenario.unfit import unfit
+from drysim.weighting import DIRECTIONS, RECALLED
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
@@ -125,7 +126,16 @@ def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
 
 
 def _weighting(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
-    """Say when the grid is too coarse to weigh the motion on it."""
+    """Say when a factor is recalled, and when the grid is too coarse to weigh the motion on."""
+    direction = scenario.measure.direction
+    if direction in RECALLED:
+        weighting, k = DIRECTIONS[direction]
+        yield Caution(
+            "recalled",
+            f"the factor k = {k:g} of {direction} whole-body vibration is recalled and was not "
+            f"checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
+            {"k": k},
+        )
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     if scenario.measure.weights and step and step * HIGHEST * 2 > 1 + ON_GRID:
         yield Caution(

@@ -36,6 +36,8 @@ def columns(file: File) -> Channels:
 
 def _listed(file: File, nptdms: Any) -> list[Channel]:
     whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
+    if whole.file_status.incomplete_final_segment:
+        raise fault(file.shown, "the TDMS file is cut short: its last segment is not whole")
     return [_channel(file, channel) for group in whole.groups() for channel in group.channels()]
 
 

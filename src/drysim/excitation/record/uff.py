@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -25,6 +26,9 @@ TIME_RESPONSE = 1
 REAL = (2, 4)
 """Single and double precision; the others are complex."""
 
+MARK = re.compile(rb"    -1(?= {74}|[\r\n]|\Z)")
+"""The line before and behind every data set; behind binary samples it has no beginning."""
+
 NOT_ONE = "the record is no universal file, or damaged"
 
 DIRECTIONS = ("", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ", "-RZ", "-RY", "-RX", "-Z", "-Y", "-X")
@@ -40,9 +44,12 @@ def columns(file: File) -> Channels:
         When it is damaged, or holds no time history; or pyuff is not installed.
     """
     pyuff = package("pyuff", "uff", file)
+    if len(MARK.findall(file.raw)) % 2:
+        raise fault(file.shown, f"{NOT_ONE}: its last data set does not end")
     found = read_by(lambda: _histories(file, pyuff), file, NOT_ONE)
     if not found:
-        raise fault(file.shown, "the universal file holds no time history in a data set 58")
+        sentence = "the record is no universal file with a time history in a data set 58"
+        raise fault(file.shown, sentence)
     clocks = [at for at, (channel, _) in enumerate(found) if channel.dt is None]
     times = [found[at][1] for at in clocks]
     series = [
