@@ -147,8 +147,8 @@ def test_folder_is_refused_with_the_scenario_in_it(tmp_path):
 
 def test_pipe_is_refused_without_waiting_for_it(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    assert refusal(tmp_path / "pipe") == "this is a device or a pipe, not a file"
-    assert refusal("/dev/zero") == "this is a device or a pipe, not a file"
+    assert refusal(tmp_path / "pipe") == "this is a pipe; name a file"
+    assert refusal("/dev/zero") == "this is a device; name a file"
 
 
 def test_file_above_a_megabyte_is_refused(tmp_path):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-import stat
 from pathlib import Path
 
+from drysim import regular
 from drysim.quantity import near
 from drysim.source.place import Place, Unreadable, placer, split_lines
 
@@ -29,20 +29,16 @@ def read_bytes(path: Path) -> bytes:
     """
     here = Place(str(path))
     try:
-        with open(path, "rb", opener=_without_waiting) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                raise Unreadable(here.problem("this is a device or a pipe, not a file"))
-            data = file.read(MAX_BYTES + 1)
+        regular.size(path)
+        data = regular.content(path, MAX_BYTES + 1)
+    except regular.Irregular as other:
+        inside = _inside(path) if str(other) == "a folder" else "; name a file"
+        raise Unreadable(here.problem(f"this is {other}{inside}")) from None
     except FileNotFoundError:
         raise Unreadable(here.problem(f"no such file{_neighbour(path)}")) from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)
-        sentence = (
-            f"this is a folder{_inside(path)}"
-            if _is_folder(path)
-            else f"cannot be read: {reason}"
-        )
-        raise Unreadable(here.problem(sentence)) from None
+        raise Unreadable(here.problem(f"cannot be read: {reason}")) from None
     if len(data) > MAX_BYTES:
         raise Unreadable(
             here.problem("larger than 1 MB; is it a record for `excitation.file`?")
@@ -96,11 +92,6 @@ def _at(text: str, start: int, file: str) -> Place:
     )
 
 
-def _without_waiting(path: str, flags: int) -> int:
-    """Open a file; a pipe that nobody writes to does not hold us up."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-
-
 def _neighbour(path: Path) -> str:
     """Give the scenario of the same folder that was probably meant, as a hint."""
     try:
@@ -109,14 +100,6 @@ def _neighbour(path: Path) -> str:
         return ""
     nearest = near(path.name, (name for name in names if name.endswith((".yaml", ".yml"))))
     return f"; did you mean `{path.parent / nearest}`?" if nearest else ""
-
-
-def _is_folder(path: Path) -> bool:
-    """Tell whether a path is a folder; what is no path is none."""
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
 
 
 def _inside(path: Path) -> str:

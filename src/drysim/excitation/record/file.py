@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
-import stat
 from collections.abc import Collection
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
+from drysim import regular
 from drysim.errors import Problem, RecordError
 from drysim.quantity import near
 
@@ -24,14 +24,6 @@ FARTHEST_CARET = 100
 
 LOOKED_AT = 1000
 """Files of a folder among which a near name is looked for."""
-
-KINDS = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-)
 
 
 class Cell(NamedTuple):
@@ -96,8 +88,9 @@ def read(path: Path, suffixes: Collection[str]) -> File:
         larger than the machine's memory allows.
     """
     try:
-        size = _size(path, suffixes)
-        raw = path.read_bytes() if size else b""
+        raw = _content(path, suffixes)
+    except regular.Irregular as other:
+        raise fault(str(path), f"the record is {other}; only a regular file is read") from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise fault(str(path), f"the record cannot be read: {why}") from None
@@ -106,20 +99,21 @@ def read(path: Path, suffixes: Collection[str]) -> File:
     return File(str(path), path, raw, hashlib.sha256(raw).hexdigest())
 
 
-def _size(path: Path, suffixes: Collection[str]) -> int:
+def _content(path: Path, suffixes: Collection[str]) -> bytes:
+    """Give the bytes of a record; a file below /proc, which claims to have none, has none."""
     try:
-        about = path.stat()
+        size = regular.size(path)
     except FileNotFoundError:
         raise fault(str(path), f"the record is not there{_neighbour(path, suffixes)}") from None
-    if not stat.S_ISREG(about.st_mode):
-        what = next((name for test, name in KINDS if test(about.st_mode)), "no ordinary file")
-        raise fault(str(path), f"the record is {what}; only a regular file is read")
     if path.suffix.lower() not in suffixes:
         kinds = ", ".join(suffixes)
         suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
         raise fault(str(path), f"a record {suffix} cannot be read; what is read: {kinds}")
-    fit(str(path), about.st_size)
-    return about.st_size
+    fit(str(path), size)
+    raw = regular.content(path, size + 1) if size else b""
+    if len(raw) != size:
+        raise fault(str(path), "the record changed while it was read; wait until it is whole")
+    return raw
 
 
 def fit(shown: str, size: int) -> None:

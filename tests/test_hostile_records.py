@@ -1,0 +1,84 @@
+"""Records that are no records: only the regular file that is named is read, and read once."""
+
+from __future__ import annotations
+
+import os
+import socket
+
+import pytest
+
+from drysim import regular
+from drysim.errors import RecordError
+from drysim.excitation.record import Record
+
+ROWS = "t [s],a [m/s2]\n0,1\n0.1,2\n0.2,4\n"
+
+
+def read(folder, file="r.csv"):
+    """Read a record."""
+    words = {"kind": "record", "file": str(file), "time": "t"}
+    return Record.model_validate(words, context={"folder": folder}).motion()
+
+
+def refusal(folder, file="r.csv"):
+    """Give the sentence that a record earns."""
+    with pytest.raises(RecordError) as fault:
+        read(folder, file)
+    return fault.value.problem.sentence
+
+
+def test_record_behind_a_link_or_beside_the_folder_is_read_as_a_regular_file(tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "scenario").mkdir()
+    (tmp_path / "data/r.csv").write_text(ROWS)
+    (tmp_path / "scenario/r.csv").symlink_to("../data/r.csv")
+    for file in ("r.csv", "../data/r.csv", tmp_path / "data/r.csv"):
+        assert len(read(tmp_path / "scenario", file).u_dd) == 3
+
+
+@pytest.mark.parametrize(
+    ("target", "what"),
+    [("/dev/zero", "a device"), ("/dev/null", "a device"), ("/tmp", "a folder")],
+)
+def test_record_behind_a_link_is_looked_at_before_it_is_opened(tmp_path, target, what):
+    (tmp_path / "r.csv").symlink_to(target)
+    assert refusal(tmp_path) == f"the record is {what}; only a regular file is read"
+
+
+def test_pipe_and_socket_are_no_records_and_nobody_waits(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "r.csv")
+    assert refusal(tmp_path) == "the record is a pipe; only a regular file is read"
+    monkeypatch.chdir(tmp_path)
+    with socket.socket(socket.AF_UNIX) as plug:
+        plug.bind("s.csv")
+        assert refusal(tmp_path, "s.csv").startswith("the record is a socket")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/environ"), reason="needs /proc")
+def test_file_of_the_system_that_claims_no_size_is_empty(tmp_path):
+    (tmp_path / "r.csv").symlink_to("/proc/self/environ")
+    assert refusal(tmp_path) == "the record is empty"
+
+
+@pytest.mark.parametrize("change", [-5, 5])
+def test_record_that_grows_or_shrinks_while_it_is_read_is_refused(
+    tmp_path, monkeypatch, change
+):
+    (tmp_path / "r.csv").write_text(ROWS)
+    whole = len(ROWS)
+    monkeypatch.setattr(regular, "size", lambda _: whole + change)
+    assert refusal(tmp_path).startswith("the record changed while it was read")
+
+
+def test_record_that_becomes_a_pipe_between_two_looks_is_refused(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "r.csv")
+    monkeypatch.setattr(regular, "size", lambda _: 100)
+    assert refusal(tmp_path) == "the record is a pipe; only a regular file is read"
+
+
+def test_header_is_quoted_in_few_words_whatever_it_holds(tmp_path):
+    cell = "secret" * 100_000
+    (tmp_path / "r.csv").write_text(f"t [s],{cell},{cell}\n0,1,2\n1,2,3\n")
+    assert len(refusal(tmp_path)) < 300
+    (tmp_path / "r.csv").write_text(f"t,a [{cell}]\n0,1\n1,2\n")
+    assert len(refusal(tmp_path)) < 300
