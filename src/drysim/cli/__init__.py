@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -13,16 +14,20 @@ from typing import NoReturn
 import typer
 
 from drysim.cli.bench import app
-from drysim.cli.streams import open_closed_streams, reader_may_leave
+from drysim.cli.streams import open_closed_streams, reader_may_leave, unheard
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,
     EXIT_NOTHING_COMPUTED,
     DrysimError,
+    UsageError,
 )
 
 SELDOM = 1_000_000
 """New objects between two collections: a hundred megabytes, were they all garbage."""
+
+LEAVE = ("SIGTERM", "SIGHUP")
+"""Signals that ask a process to end; not every system knows both."""
 
 BUG = """
 This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
@@ -47,8 +52,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         code = int(app(words, prog_name="drysim", obj=words, standalone_mode=False))
-        with reader_may_leave():
-            sys.stdout.flush()
+        with reader_may_leave():  # flushes what was said
+            pass
     except typer.TyperException as fault:
         code = wrong_words(fault)
     except DrysimError as fault:
@@ -56,14 +61,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
         code = EXIT_NOTHING_COMPUTED
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # between two commands, so to speak
         code = EXIT_INTERRUPTED
-    except Exception:
-        traceback.print_exc()
-        print(BUG, file=sys.stderr)
-        code = EXIT_BUG
-    if code == EXIT_INTERRUPTED:
-        print("interrupted; no file is left half-written", file=sys.stderr)
+    except Exception as fault:
+        code = unforeseen(fault)
     return code
 
 
@@ -74,6 +75,7 @@ def command() -> NoReturn:
     not take that apart in order at its end: together these are a fifth of a small sweep.
     """
     gc.set_threshold(SELDOM, 20, 20)
+    take_leave_as_an_interruption()
     code = main()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
@@ -81,18 +83,38 @@ def command() -> NoReturn:
     os._exit(code)
 
 
+def take_leave_as_an_interruption() -> None:
+    """Let who asks us to go, by `kill` or by closing the terminal, be obeyed as by Ctrl-C.
+
+    A signal that is ignored, as below `nohup`, stays so.
+    """
+    for number in filter(None, (getattr(signal, name, None) for name in LEAVE)):
+        if signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
+
+
 def wrong_words(fault: typer.TyperException) -> int:
     """Say what is wrong with the command line, and where its help is."""
     command = getattr(getattr(fault, "ctx", None), "command_path", "drysim")
     sentence = fault.format_message().replace("Value error, ", "")
-    print(f"error: {sentence}\n\n`{command} --help` shows what it takes", file=sys.stderr)
-    return EXIT_NOTHING_COMPUTED
+    return dressed(UsageError(sentence, f"`{command} --help` shows what it takes"))
+
+
+def unforeseen(fault: Exception) -> int:
+    """Show what nobody foresaw: a stdout that cannot be written, or else a bug."""
+    # A stream that fails names no file; all files are written where that is foreseen.
+    if isinstance(fault, OSError) and fault.filename is None:
+        return dressed(unheard(fault))
+    with suppress(OSError):
+        traceback.print_exc()
+        print(BUG, file=sys.stderr)
+    return EXIT_BUG
 
 
 def dressed(fault: DrysimError) -> int:
     """Show a fault with its places and its hint, and give its exit code."""
     from drysim import console
 
-    with suppress(BrokenPipeError, SystemExit):  # rich leaves with SystemExit on a broken pipe
+    with suppress(SystemExit):  # rich leaves with SystemExit on a broken pipe
         console.show_fault(fault)
     return fault.exit_code

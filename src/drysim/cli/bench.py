@@ -83,7 +83,7 @@ def bench(
     told = report.write_bench(
         made, folder, plots=not no_plots, command=command, exit_code=EXIT_OK
     )
-    with reader_may_leave():
+    with reader_may_leave(folder):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:
@@ -113,13 +113,13 @@ def plan(works: Sequence[Work], terms: Terms, folder: Path, as_json: bool, quiet
     }  # fmt: skip
     with reader_may_leave():
         if as_json:
-            typer.echo(json.dumps(fields, indent=2, ensure_ascii=False))
+            typer.echo(json.dumps(fields, indent=2))
         elif not quiet:
             for work in works:
                 name = work.scenario.name
-                typer.echo(f"{name}: {counts[name]} entries on {work.samples} samples")
-            typer.echo(f"would be written to {folder}")
-            typer.echo("dry run: nothing was computed, nothing was written")
+                console.say(f"{name}: {counts[name]} entries on {work.samples} samples")
+            console.say(f"would be written to {folder}")
+            console.say("dry run: nothing was computed, nothing was written")
         if not quiet:
             for work in works:
                 console.show_warnings(work.cautions)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import shlex
 from pathlib import Path
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from drysim.cli import options
 from drysim.cli.streams import reader_may_leave
@@ -16,7 +18,23 @@ from drysim.errors import (
     EXIT_OK,
 )
 
+
+class Commands(TyperGroup):
+    """The commands; one that is interrupted without a word of its own gets one here."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            from drysim import console
+
+            console.remark("interrupted; no file is left half-written")
+            raise
+
+
 app = typer.Typer(
+    cls=Commands,
     help="Vibration isolation with viscous and dry-friction damping, from a YAML scenario.",
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
@@ -31,7 +49,9 @@ FIRST = "paper-low-friction"
 def no_command(context: typer.Context, version: options.Version = False) -> int:
     """Show the help when no command is named."""
     if context.invoked_subcommand is None:
-        typer.echo(context.get_help(), err=True)
+        from drysim import console
+
+        console.remark(context.get_help())
     return EXIT_NOTHING_COMPUTED
 
 
@@ -67,7 +87,7 @@ def run(
     code = outcome.exit_code(strict)
     command = shlex.join(["drysim", *context.obj])
     told = report.write(outcome, folder, plots=not no_plots, command=command, exit_code=code)
-    with reader_may_leave():
+    with reader_may_leave(folder, code):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:
@@ -100,13 +120,14 @@ def schema() -> int:
     from drysim.scenario import schema as describe
 
     with reader_may_leave():
-        typer.echo(json.dumps(describe(), indent=2, ensure_ascii=False))
+        typer.echo(json.dumps(describe(), indent=2))
     return EXIT_OK
 
 
 @app.command()
 def init(name: options.Name = FIRST, show: options.Show = False) -> int:
     """Write a commented scenario from the gallery."""
+    from drysim import console
     from drysim.study import gallery
 
     if show:
@@ -114,25 +135,26 @@ def init(name: options.Name = FIRST, show: options.Show = False) -> int:
         width = 2 + max(len(piece.name) for piece in shown)
         with reader_may_leave():
             for piece in shown:
-                typer.echo(f"{piece.name:<{width}}{piece.about}")
+                console.say(f"{piece.name:<{width}}{piece.about}")
         if name != gallery.HARD:
-            typer.echo(f"the hard cases: drysim init --list {gallery.HARD}", err=True)
+            console.remark(f"the hard cases: drysim init --list {gallery.HARD}")
         return EXIT_OK
     written = gallery.copy(name, Path())
-    for file in written:
-        typer.echo(str(file))
-    typer.echo(f"now: drysim run {written[0]}", err=True)
+    with reader_may_leave(Path()):
+        console.say("\n".join(map(str, written)))
+    console.remark(f"now: drysim run {written[0]}")
     return EXIT_OK
 
 
 @app.command()
 def doctor() -> int:
     """Versions, engine, known-answer tests; about a second."""
+    from drysim import console
     from drysim.study.doctor import examine
 
     findings = examine()
     with reader_may_leave():
         for finding in findings:
             mark = "ok" if finding.sound else "FAULT"
-            typer.echo(f"{mark:<6}{finding.name:<12}{finding.sentence}")
+            console.say(f"{mark:<6}{finding.name:<12}{finding.sentence}")
     return EXIT_OK if all(finding.sound for finding in findings) else EXIT_NUMERICS_FAILED

@@ -22,9 +22,9 @@ def show(case: Case, folder: Path, as_json: bool, quiet: bool) -> int:
 
     with reader_may_leave():
         if as_json:
-            typer.echo(json.dumps(plan(case, folder), indent=2, ensure_ascii=False))
+            typer.echo(json.dumps(plan(case, folder), indent=2))
         elif not quiet:
-            typer.echo("\n".join(sentences(case, folder)))
+            console.say("\n".join(sentences(case, folder)))
         if not quiet:
             console.show_warnings(case.cautions)
     return EXIT_OK
@@ -71,12 +71,12 @@ def show_grid(case: Case, folder: Path, approaches: int, as_json: bool, quiet: b
     fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": approaches}
     with reader_may_leave():
         if as_json:
-            typer.echo(json.dumps(fields, indent=2, ensure_ascii=False))
+            typer.echo(json.dumps(fields, indent=2))
         elif not quiet:
             count = "1 case" if cases == 1 else f"{cases} cases"
             by = "1 approach" if approaches == 1 else f"{approaches} approaches"
-            typer.echo(f"{scenario.name}: {count} by {by}; {', '.join(swept) or 'no sweep'}")
-            typer.echo("\n".join(sentences(case, folder)[1:]))
+            console.say(f"{scenario.name}: {count} by {by}; {', '.join(swept) or 'no sweep'}")
+            console.say("\n".join(sentences(case, folder)[1:]))
         if not quiet:
             console.show_warnings(case.cautions)
     return EXIT_OK

@@ -6,8 +6,9 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
-from drysim.errors import OutputError
+from drysim.errors import EXIT_CHECK_FAILED, OutputError
 
 
 def open_closed_streams() -> None:
@@ -18,15 +19,24 @@ def open_closed_streams() -> None:
 
 
 @contextmanager
-def reader_may_leave() -> Iterator[None]:
+def reader_may_leave(written: Path | None = None, code: int = 0) -> Iterator[None]:
     """Let a reader end early, as in `drysim run seat.yaml --json | head`: it is not a fault.
 
     The work is done by then, so its exit code stands; what was left to say goes nowhere.
 
+    Parameters
+    ----------
+    written : Path, optional
+        The folder that the results are in by now.
+    code : int, optional
+        The exit code of the work.
+
     Raises
     ------
     OutputError
-        When stdout cannot be written for another reason.
+        When stdout cannot be written for another reason. Its exit code is 2 where nothing was
+        computed; with results in a folder it is that of the work, and 1 in place of 0, since
+        somebody waits for words that never came.
     """
     try:
         yield
@@ -35,7 +45,17 @@ def reader_may_leave() -> Iterator[None]:
         close_stdout()
     except OSError as fault:
         close_stdout()
-        raise OutputError(f"stdout cannot be written: {fault.strerror}") from fault
+        raise unheard(fault, written, code) from fault
+
+
+def unheard(fault: OSError, written: Path | None = None, code: int = 0) -> OutputError:
+    """Give the error for a stdout that cannot be written; parameters as above."""
+    reason = (fault.strerror or str(fault)).lower()
+    hint = f"the files are complete, in {written}" if written else ""
+    error = OutputError(f"stdout cannot be written: {reason}", hint)
+    if written:
+        error.exit_code = code or EXIT_CHECK_FAILED
+    return error
 
 
 def close_stdout() -> None:

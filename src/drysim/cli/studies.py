@@ -60,15 +60,15 @@ def sweep(
     anew = not (resume or quiet) and report.resumable(folder)
     with report.claim_partial(folder, resume) as claim:
         if anew:
-            typer.echo(
-                f"beginning anew: the finished cases in {folder}.partial are given up", err=True
+            console.remark(
+                f"beginning anew: the finished cases in {folder}.partial are given up"
             )
         table = swept(case, claim.journal, count(wanted), workers, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
         told = report.write_table(
             table, claim, plots=not no_plots, command=command, exit_code=code
         )
-    with reader_may_leave():
+    with reader_may_leave(folder, code):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:
@@ -144,7 +144,7 @@ def compare(
     told = report.write_comparison(
         comparison, folder, plots=not no_plots, command=command, exit_code=code
     )
-    with reader_may_leave():
+    with reader_may_leave(folder, code):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:
@@ -163,5 +163,7 @@ def scenario_or_default(file: str | None, quiet: bool) -> str:
     from drysim.study import gallery
 
     if not quiet:
-        typer.echo(f"no {HERE} here: comparing the gallery's {FALLBACK}", err=True)
+        from drysim import console
+
+        console.remark(f"no {HERE} here: comparing the gallery's {FALLBACK}")
     return str(gallery.find(FALLBACK).file)

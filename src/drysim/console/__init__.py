@@ -5,6 +5,8 @@ from drysim.console.bench import show_bench as show_bench
 from drysim.console.comparison import show_comparison as show_comparison
 from drysim.console.faults import show_fault as show_fault
 from drysim.console.faults import show_problems as show_problems
+from drysim.console.paper import remark as remark
+from drysim.console.paper import say as say
 from drysim.console.parts import show_warnings as show_warnings
 from drysim.console.summary import show_outcome as show_outcome
 from drysim.console.table import show_interrupted as show_interrupted

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import textwrap
 from typing import TYPE_CHECKING
@@ -10,6 +11,12 @@ from drysim.wording import clean
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+COMMAND = re.compile(r"\s*::")
+"""The beginning of a line that the runner of a workflow on GitHub would obey."""
+
+COMMAND_WITHIN = re.compile(r"##(\[|vso\[)")
+"""What others obey anywhere in a line: GitHub of old, and Azure."""
 
 NARROW, WIDE = 50, 100
 """Fewest and most columns that words are set in; a narrower terminal breaks lines itself."""
@@ -48,10 +55,39 @@ def line(paper: Console, *pieces: Piece) -> None:
     *pieces : str or (str, str)
         Words with or without a style; control characters are spelled out, brackets stay.
     """
+    parts = (piece if isinstance(piece, tuple) else (piece, "") for piece in pieces)
+    shown = [(_shown(words), style) for words, style in parts]
+    if COMMAND.match("".join(words for words, _ in shown)):
+        shown.insert(0, ("\\", ""))
+    _print(paper, [(COMMAND_WITHIN.sub(r"# #\1", words), style) for words, style in shown])
+
+
+def workflow_command(paper: Console, words: str) -> None:
+    """Set one line that is meant to be a command to who runs a workflow."""
+    _print(paper, [(_shown(words), "")])
+
+
+def say(text: str) -> None:
+    """Say on stdout, line by line, what has no style."""
+    for words in text.split("\n"):
+        line(result(), words)
+
+
+def remark(text: str) -> None:
+    """Say it on stderr."""
+    for words in text.split("\n"):
+        line(talk(), words)
+
+
+def _print(paper: Console, parts: list[tuple[str, str]]) -> None:
+    """Print a line; where stderr cannot be written, there is nobody left to tell."""
     from rich.text import Text
 
-    parts = (piece if isinstance(piece, tuple) else (piece, "") for piece in pieces)
-    paper.print(Text.assemble(*((_shown(words), style) for words, style in parts)))
+    try:
+        paper.print(Text.assemble(*parts))
+    except OSError:
+        if paper.file is not sys.stderr:
+            raise
 
 
 def paragraph(paper: Console, head: str, words: str, style: str = "") -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -35,6 +36,8 @@ def paint(draw: Callable[[], Figure], file: Path) -> None:
         Gives the picture, not yet rendered.
     file : Path
     """
+    # That its cache has no home is nothing to tell anybody.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

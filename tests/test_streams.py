@@ -1,0 +1,143 @@
+"""Streams that are full, closed or know few letters, and signals that ask to go."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from test_cli import tree
+
+FULL = pytest.mark.skipif(
+    not os.path.exists("/dev/full"), reason="needs a device that is always full"
+)
+SWEEP = ("--set", "sweep={oscillator.mass: {from: 50, to: 90, count: 20000}}", "--no-plots")
+PLAIN_C = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+
+
+def shell(folder, words, **environment):
+    """Run drysim in a shell that redirects its streams."""
+    return subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m drysim {words}"],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+    )
+
+
+@FULL
+@pytest.mark.parametrize("words", ["", "--json", "--set 'checks=[T_a < 9]'"])
+def test_results_that_cannot_be_told_are_written_and_end_with_1(seat, words):
+    done = shell(seat.parent, f"run seat.yaml --no-plots {words} > /dev/full")
+    assert done.returncode == 1
+    assert done.stderr == (
+        "error: stdout cannot be written: no space left on device\n\n"
+        "the files are complete, in out/seat\n"
+    )
+    assert (seat.parent / "out/seat/drysim.json").exists()
+
+
+@FULL
+@pytest.mark.parametrize(
+    "words", ["--help", "--version", "run --help", "schema", "init --list"]
+)
+def test_words_alone_that_cannot_be_told_end_with_2(seat, words):
+    done = shell(seat.parent, f"{words} > /dev/full")
+    assert done.returncode == 2
+    assert done.stderr == "error: stdout cannot be written: no space left on device\n"
+
+
+@FULL
+@pytest.mark.parametrize(("words", "code"), [("", 0), ("--set mass=1", 2), ("--frob", 2)])
+def test_full_stderr_changes_nothing_but_what_is_heard(seat, words, code):
+    done = shell(seat.parent, f"run seat.yaml --no-plots {words} 2> /dev/full")
+    assert done.returncode == code
+    assert (seat.parent / "out/seat").exists() == (code == 0)
+
+
+WORDS = [
+    ("run seat.yaml --no-plots", 0),
+    ("run seat.yaml --dry-run", 0),
+    ("run seat.yaml --set oscillator.mäss=1", 2),
+    ("run größe.yaml --no-plots", 2),  # there is no folder of that name here
+    ("validate seat.yaml größe.yaml", 0),
+    ("validate seat.yaml --format json", 0),
+    ("run --help", 0),
+    ("schema", 0),
+    ("init --list", 0),
+    ("frobö", 2),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("words", "code"), WORDS)
+@pytest.mark.parametrize("encoding", ["", "ascii:strict"])
+def test_locale_without_letters_shows_question_marks_and_no_traceback(
+    seat, words, code, encoding
+):
+    text = seat.read_text() + 'about: "ü, x² in Ω"\n'
+    seat.write_text(text, encoding="utf-8")
+    seat.with_name("größe.yaml").write_text(text.replace("name: seat", "name: größe"), "utf-8")
+    done = shell(seat.parent, words, **PLAIN_C, PYTHONIOENCODING=encoding)
+    assert done.returncode == code
+    assert done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_no_home_and_no_cache_are_nothing_to_tell(seat):
+    nowhere = {"HOME": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere", "PATH": "/usr/bin"}
+    done = shell(seat.parent, "run seat.yaml --quiet", **nowhere)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_sweep_that_is_asked_to_go_says_so_once_and_keeps_its_cases(seat, name):
+    words = [sys.executable, "-m", "drysim", "sweep", "seat.yaml", *SWEEP]
+    running = subprocess.Popen(words, cwd=seat.parent, stderr=subprocess.PIPE, text=True)
+    journal = seat.parent / "out/seat.partial/cases.jsonl"
+    until = time.monotonic() + 60
+    while not (journal.exists() and journal.stat().st_size > 1000):
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    running.send_signal(getattr(signal, name))
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert said.count("interrupted") == 1
+    assert "--resume" in said
+    assert not (seat.parent / "out/seat").exists()
+
+
+def test_signal_that_is_ignored_stays_so(seat):
+    program = (
+        "import signal, sys\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "from drysim.cli import take_leave_as_an_interruption\n"
+        "take_leave_as_an_interruption()\n"
+        "print(signal.getsignal(signal.SIGHUP) == signal.SIG_IGN,\n"
+        "      signal.getsignal(signal.SIGTERM) == signal.default_int_handler)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout == "True True\n"
+
+
+def test_what_runners_of_workflows_obey_is_shown_and_not_obeyed(drysim, seat):
+    evil = '"::add-mask::x ##[group]y ##vso[task.setvariable]z\\n::error::w"'
+    seat.write_text(seat.read_text() + f"about: {evil}\nchecks: ['T_a < 9']\n")
+    said = drysim("run", seat, "--no-plots").out
+    assert "\\::add-mask::x # #[group]y # #vso[task" in said
+    assert not any(line.lstrip().startswith("::") for line in said.splitlines())
+    assert "##" not in said
+
+
+def test_annotations_of_github_are_one_line_whatever_the_file_says(drysim, seat):
+    seat.write_text(seat.read_text() + '"a\\n::error::b\\e[31m\\u0085%0A": 1\n')
+    said = drysim("validate", seat, "--format", "github").out
+    assert said.startswith("::error file=")
+    assert said.count("\n") == 1
+    assert all(sign.isprintable() for sign in said.rstrip("\n"))
+    assert tree(seat.parent).keys() == {"seat.yaml"}
