@@ -13,6 +13,10 @@ EXIT_BUG = 70
 EXIT_INTERRUPTED = 130
 
 
+LONGEST = 1000
+"""Characters of a sentence: no message retells a file, whatever it quotes."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One located fault of a file.
@@ -34,6 +38,11 @@ class Problem:
     """Dotted path of the scenario key, e.g. `friction.kinetic`; empty when there is none."""
     severity: str = "error"
     """`error`, `warning`, or `note` of what was done as the scenario asks for it."""
+
+    def __post_init__(self) -> None:
+        """Cut a sentence that is endless."""
+        if len(self.sentence) > LONGEST:
+            object.__setattr__(self, "sentence", self.sentence[: LONGEST - 1] + "…")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ import numpy as np
 
 from drysim.approach.events import Events
 from drysim.approach.over_samples import solve_samples
-from drysim.approach.points import Sliding
 from drysim.approach.response import Response, Track
 from drysim.approach.under_sines import find_orbit, follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
@@ -25,17 +24,11 @@ def solve(
     start: State,
     step: float,
     duration: float | None,
-    whole: bool,
 ) -> Response:
-    """Solve a scene with the core that fits its base motion, to be had on its grid.
-
-    `whole` keeps the motion over samples at hand, however long it is.
-    """
+    """Solve a scene with the core that fits its base motion, and write it on its grid."""
     if isinstance(motion, Samples):
-        response = solve_samples(plant, law, motion, start, duration, whole)
-    else:
-        response = on_grid(follow_sines(plant, law, motion, start, needed(duration)), step)
-    return response if law.F_fs > 0.0 else frictionless(response)
+        return solve_samples(plant, law, motion, start, duration)
+    return on_grid(follow_sines(plant, law, motion, start, needed(duration)), step)
 
 
 def follow(
@@ -43,7 +36,7 @@ def follow(
 ) -> Track:
     """Solve a scene with the core that fits its base motion, without a grid where it can."""
     if isinstance(motion, Samples):
-        track = solve_samples(plant, law, motion, start, duration, whole=False).track
+        track = solve_samples(plant, law, motion, start, duration).track
         assert track is not None, "samples are solved with their track"
         return track
     return follow_sines(plant, law, motion, start, needed(duration))
@@ -58,10 +51,11 @@ def needed(duration: float | None) -> float:
 
 def frictionless(response: Response) -> Response:
     """Give the response of a scene without dry friction: turning points are not events then."""
+    whole = np.ones(len(response.x_r), dtype=np.int8)
     events = response.events
     begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
     why = "no dry friction: the same flow, with turning points for the peaks only"
     numerics = replace(
         response.numerics, approach="viscous", why=why, events=1, closest_decision=None
     )
-    return replace(response, grid=Sliding(response.grid), events=begin, numerics=numerics)
+    return replace(response, d=whole, events=begin, numerics=numerics)

@@ -50,21 +50,8 @@ class StickSlip(Block):
         """
         from drysim.approach import exact
 
-        return exact.solve(plant, law, motion, start, step, duration, whole=True)
-
-    def by_parts(
-        self,
-        plant: Plant,
-        law: Law,
-        motion: Sines | Samples,
-        start: State,
-        step: float,
-        duration: float | None = None,
-    ) -> Response:
-        """Give the response as `solve` does; of a long one no more than a part is ever held."""
-        from drysim.approach import exact
-
-        return exact.solve(plant, law, motion, start, step, duration, whole=False)
+        response = exact.solve(plant, law, motion, start, step, duration)
+        return response if law.F_fs > 0.0 else exact.frictionless(response)
 
     def track(
         self,

@@ -24,7 +24,7 @@ from drysim.wording import number
 Metrics = Mapping[str, float | None]
 
 _UNITS = {metric.name: metric.unit for metric in METRICS}
-_FORM = re.compile(rf"\s*(?P<metric>[A-Za-z_]\w*){BOUND}")
+_FORM = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){BOUND}")
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Check:
         if metric not in _UNITS:
             nearest = near(metric, _UNITS)
             hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(_UNITS)}"
-            raise ValueError(f"unknown metric `{metric}`; {hint}")
+            raise ValueError(f"unknown metric {shown(metric)}; {hint}")
         refuse_unknown(op)
         bound = limit(form["limit"], _UNITS[metric])
         return cls(text, metric, op, bound, conditions(where[0], units) if where else ())

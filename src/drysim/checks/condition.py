@@ -20,13 +20,13 @@ COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     ">=": operator.ge,
     "==": operator.eq,
 }
-BOUND = r"\s*(?P<op>[<>=!]{1,2})\s*(?P<limit>.*\S)\s*"
-"""A comparison and what is compared with."""
+BOUND = r"\s*+(?P<op>[<>=!]{1,2}+)\s*+(?P<limit>\S.*+)\s*"
+"""A comparison and what is compared with; possessive, lest a megabyte of blanks take hours."""
 
 AT = re.compile(r"\sat(?=\s|$)")
 """What parts a promise from where it applies."""
 
-_FORM = re.compile(rf"\s*(?P<key>[A-Za-z_][\w.-]*){BOUND}")
+_FORM = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){BOUND}")
 _AND = re.compile(r"\sand(?=\s|$)")
 
 
@@ -72,7 +72,7 @@ def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
     if units is not None and key not in units:
         nearest = next((other for other in units if _alike(key, other)), "")
         hint = f"; did you mean `{nearest}`?" if nearest else ""
-        raise ValueError(f"`{key}` behind `at` is no numeric key of this scenario{hint}")
+        raise ValueError(f"{shown(key)} behind `at` is no numeric key of this scenario{hint}")
     refuse_unknown(op)
     return Condition(key, op, limit(form["limit"], units[key] if units else ""))
 

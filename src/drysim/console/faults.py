@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from drysim.console.paper import line, result, talk
+from drysim.console.paper import line, result, talk, workflow_command
 from drysim.errors import DrysimError, Problem, RecordError
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") ->
     if form == "github":
         for problems in found.values():
             for problem in problems:
-                line(paper, _annotation(problem))
+                workflow_command(paper, _annotation(problem))
         return
     for at, (file, problems) in enumerate(found.items()):
         if at:
@@ -106,11 +106,7 @@ def _show_source(paper: Console, problem: Problem, style: str) -> None:
     """Show the faulty line and underline the fault."""
     from rich.cells import cell_len
 
-    source = "".join(sign if sign.isprintable() else " " for sign in problem.source)
-    column = max(problem.column - 1, 0)
-    if len(source) > SOURCE:
-        first = max(column - BEFORE, 0)
-        source, column = source[first : first + SOURCE], column - first
+    source, column = _excerpt(problem)
     gutter = f"  {problem.line} │ "
     line(paper, (gutter, "dim"), source.rstrip())
     if problem.column:
@@ -119,13 +115,24 @@ def _show_source(paper: Console, problem: Problem, style: str) -> None:
         line(paper, (blank, "dim"), ("^" * max(width, 1), style))
 
 
+def _excerpt(problem: Problem) -> tuple[str, int]:
+    """Give the faulty line, of a long one what is around the fault, and its place there."""
+    source, column = problem.source, max(problem.column - 1, 0)
+    if len(source) > SOURCE:
+        first = max(column - BEFORE, 0)
+        source, column = source[first : first + SOURCE], column - first
+    return "".join(sign if sign.isprintable() else " " for sign in source), column
+
+
 def _object(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
     """Give all problems as one JSON object."""
     files = [
         {
             "file": file,
             "sound": all(problem.severity != "error" for problem in problems),
-            "problems": [asdict(problem) for problem in problems],
+            "problems": [
+                {**asdict(problem), "source": _excerpt(problem)[0]} for problem in problems
+            ],
         }
         for file, problems in found.items()
     ]

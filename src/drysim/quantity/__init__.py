@@ -18,6 +18,7 @@ from drysim.quantity.units import NUMBER as NUMBER
 from drysim.quantity.units import convert as convert
 from drysim.quantity.units import factor as factor
 from drysim.quantity.words import near as near
+from drysim.quantity.words import short as short
 from drysim.quantity.words import shown as shown
 
 LEAST, GREATEST = 1e-30, 1e30

@@ -13,6 +13,12 @@ from drysim.quantity.words import near, short
 NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 """A decimal number; possessive, so that a megabyte of digits costs no more than reading it."""
 
+LONGEST_UNIT = 60
+"""Characters of a unit; what is longer is none, and is not looked into."""
+
+LONGEST_NUMBER = 300
+"""Characters of a number that is converted digit by digit; of a longer one the double."""
+
 _UNIT = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
 _NUMBERED = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
 _SIGNS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
@@ -98,7 +104,8 @@ def convert(text: str, unit: str) -> float:
     value, scale = float(number[0]), factor(rest, unit) if rest else 1.0
     if scale == 1.0 or value == 0.0 or not math.isfinite(value):
         return value
-    return float(Fraction(number[0]) * _exact(scale))
+    digits = number[0] if len(number[0]) <= LONGEST_NUMBER else repr(value)
+    return float(Fraction(digits) * _exact(scale))
 
 
 def _exact(scale: float) -> Fraction:
@@ -117,6 +124,8 @@ def factor(unit_text: str, unit: str) -> float:
         With a sentence, when the unit is unknown or measures something else.
     """
     unit = _ASCII.get(unit, unit)
+    if len(unit_text) > LONGEST_UNIT:
+        raise ValueError(f"unknown unit `{short(unit_text)}`")
     spelt = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_SIGNS).strip())
     spelt = re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelt))
     known = _PLAIN[unit].get(spelt)
@@ -165,7 +174,7 @@ def _target(unit: str) -> _Found:
 @cache
 def _look_up(spelt: str) -> _Found | None:
     """Give what the units library knows, or None where it knows nothing."""
-    if len(spelt) > 40 or not _UNIT.fullmatch(spelt):
+    if not _UNIT.fullmatch(spelt):
         return None
     try:
         one, two = (_registry().Quantity(n, spelt).to_root_units() for n in (1.0, 2.0))

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+LONG_WHOLE = 10**1000
+"""From here on the digits of a whole number are no longer told."""
+
 
 def near(name: str, candidates: Iterable[str]) -> str | None:
     """Give the candidate that was probably meant, or None.
@@ -55,10 +58,12 @@ def shown(value: object) -> str:
             return "a block of keys"
         case list() | tuple():
             return "a list"
+        case int() if abs(value) >= LONG_WHOLE:
+            return f"a whole number of {value.bit_length()} bits"  # Python prints no such
     return short(str(value))
 
 
-def short(text: str) -> str:
-    """Give the text in one line of at most 40 characters."""
-    line = " ".join(text.split())
-    return line if len(line) <= 40 else line[:39] + "…"
+def short(text: str, most: int = 40) -> str:
+    """Give the text in one line of at most so many characters."""
+    line = " ".join(text[: 8 * most].split())
+    return line if len(line) <= most and len(text) <= 8 * most else line[: most - 1] + "…"

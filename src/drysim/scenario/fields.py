@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import (
     AfterValidator,
+    BeforeValidator,
     Field,
     GetJsonSchemaHandler,
     PlainSerializer,
@@ -20,6 +21,9 @@ from drysim.friction import FRICTIONS
 from drysim.quantity import shown
 from drysim.scenario.blocks import SHELF, Solver, on_the_shelf, with_options
 from drysim.scenario.sweep.axis import Axis, Range
+
+MOST_CHECKS = 1000
+"""Checks of a scenario: more are no promises that anybody made."""
 
 if TYPE_CHECKING:
     from drysim.excitation import Excitation as Excitation
@@ -52,6 +56,16 @@ CheckWords = Annotated[
     PlainSerializer(str),
     WithJsonSchema({"type": "string", "pattern": "^.*[<>=].*$", "examples": ["T_a < 1.5"]}),
 ]
+
+
+def _few(given: object) -> object:
+    """Refuse an endless list before any of it is read."""
+    if isinstance(given, list | tuple) and len(given) > MOST_CHECKS:
+        raise ValueError(f"must have {MOST_CHECKS} entries at most, not {len(given)}")
+    return given
+
+
+Checks = Annotated[tuple[CheckWords, ...], BeforeValidator(_few), Field(max_length=MOST_CHECKS)]
 
 
 def _read_before(given: object) -> tuple[Axis, ...]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError
 from drysim.scenario.model import NAME, Scenario
-from drysim.scenario.reading import Reading
+from drysim.scenario.reading import MOST_PROBLEMS, Enough, Reading
 from drysim.scenario.rules import broken, unused
 from drysim.scenario.sentences import sentences
 from drysim.scenario.sweep.points import in_conflict
@@ -55,11 +56,21 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
 
 def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
     """Give the scenario of a document and the problems; without problems there is one."""
+    reading, scenario = Reading(document, Scenario), None
+    with suppress(Enough):
+        scenario = _read(reading)
+    problems = [*document.problems, *reading.problems]
+    if scenario is not None and not problems:
+        problems = in_conflict(scenario)
+    return scenario, sorted(problems, key=lambda p: (p.file != document.file, p.line, p.column))
+
+
+def _read(reading: Reading) -> Scenario | None:
+    """Give the scenario of a document, None where it has problems; they are noted."""
+    document, scenario = reading.document, None
     file = Path(document.file)
-    reading = Reading(document, Scenario)
-    words = {"name": _name(file.stem)} | reading.words | with_axes(reading)
+    words = {"name": _name(file.stem)} | reading.read() | with_axes(reading)
     context = {"folder": file.parent, "document": document}
-    scenario = None
     try:
         scenario = Scenario.model_validate(words, context=context)
     except ValidationError as fault:
@@ -70,10 +81,7 @@ def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
             reading.fault(sentence, keys, at_key=True)
     for keys, sentence in broken(words):
         reading.fault(sentence, keys, at_key=True, instead=KIND)
-    problems = [*document.problems, *reading.problems]
-    if scenario is not None and not problems:
-        problems = in_conflict(scenario)
-    return scenario, sorted(problems, key=lambda p: (p.file != document.file, p.line, p.column))
+    return scenario
 
 
 def _name(stem: str) -> str:
@@ -83,6 +91,9 @@ def _name(stem: str) -> str:
 
 
 def _error(file: str, problems: list[Problem]) -> ScenarioError:
-    """Give the error that holds all problems of a file."""
+    """Give the error that holds the problems of a file, as many as anybody reads."""
     count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
-    return ScenarioError(f"{file} is not a scenario yet: {count}", tuple(problems))
+    if len(problems) > MOST_PROBLEMS:
+        count = f"more than {MOST_PROBLEMS} problems; the first are these"
+    told = tuple(problems[:MOST_PROBLEMS])
+    return ScenarioError(f"{file} is not a scenario yet: {count}", told)

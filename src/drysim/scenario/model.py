@@ -15,7 +15,7 @@ from drysim.quantity import shown
 from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
 from drysim.scenario.fields import (
     ApproachName,
-    CheckWords,
+    Checks,
     Excitation,
     Friction,
     SolverBlock,
@@ -63,7 +63,7 @@ class Scenario(FromFile):
     step or count. Every combination is a case; the first key varies fastest."""
     reference: ApproachName | None = None
     """Name of an approach that computes the sweep, too, as the curve to compare with."""
-    checks: tuple[CheckWords, ...] = ()
+    checks: Checks = ()
     """Promises about the metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1.
     """
 

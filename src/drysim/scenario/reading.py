@@ -13,13 +13,23 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from drysim.errors import Problem
-from drysim.quantity import near, shown, texts_of
+from drysim.quantity import near, short, shown, texts_of
 from drysim.scenario.shape import Model, homes, keys_of, models_in, tag_of
 from drysim.source import LOST, Document, Keys
 
+MOST_PROBLEMS = 100
+"""Problems of a file that are told; whoever has more mends these first."""
+
+
+class Enough(Exception):
+    """There are more problems than anybody reads; no more are looked for."""
+
 
 class Reading:
-    """A document as far as it can be read as a model, and the problems of doing so."""
+    """A document as far as it can be read as a model, and the problems of doing so.
+
+    Every note of a problem may raise `Enough`; those noted by then are kept.
+    """
 
     def __init__(self, document: Document, model: Model) -> None:
         self.document = document
@@ -29,7 +39,12 @@ class Reading:
         """Keys as the document spells them, by what they were taken for."""
         self.closed: set[Keys] = set()
         """Values with a fault of their own, about which no more is to be said."""
-        self.words = self.block(model, document.value, ())
+        self.words: dict[str, Any] = {}
+
+    def read(self) -> dict[str, Any]:
+        """Give the words of the document that its model knows."""
+        self.words = self.block(self.model, self.document.value, ())
+        return self.words
 
     def fault(
         self, sentence: str, keys: Keys, at_key: bool = False, instead: Keys = ()
@@ -46,6 +61,8 @@ class Reading:
             spelt, at_key = instead, False
         place = self.document.locate(spelt, at_key)
         self.problems.append(place.problem(sentence, dotted(keys)))
+        if len(self.problems) > MOST_PROBLEMS:
+            raise Enough
 
     def block(self, model: Model, given: Mapping[str, Any], at: Keys) -> dict[str, Any]:
         """Give a block with the keys that its model knows."""
@@ -109,7 +126,7 @@ class Reading:
             nearest, hint = None, f"; it belongs in {' or '.join(home)}"
         else:
             hint = f"; did you mean `{nearest}`?" if nearest else _instead(key, fields)
-        self.fault(f"unknown key `{key}`{where}{hint}", (*at, key), at_key=True)
+        self.fault(f"unknown key {shown(key)}{where}{hint}", (*at, key), at_key=True)
         return nearest if nearest not in given else None
 
     def _missing(self, model: Model, words: Mapping[str, Any], at: Keys) -> None:
@@ -141,7 +158,7 @@ class Reading:
 
 def dotted(keys: Keys) -> str:
     """Give the name of a value in sentences."""
-    return ".".join(map(str, keys))
+    return ".".join(short(str(key)) for key in keys)
 
 
 def _instead(key: str, fields: Mapping[str, FieldInfo]) -> str:

@@ -7,12 +7,16 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from drysim.errors import Problem
-from drysim.quantity import near
+from drysim.quantity import near, short
 from drysim.source.place import Place, Unreadable
 from drysim.source.text import screen
 from drysim.source.tree import MAX_DEPTH, Node, parse
 
 Overrides = Mapping[str, object] | Sequence[str]
+
+
+SHOWN = 200
+"""Characters of an override by which messages name it."""
 
 
 def laid_over(
@@ -61,11 +65,11 @@ def _items(overrides: Overrides) -> Iterator[tuple[Place, str, object]]:
     """Give place, key and value of every override."""
     if isinstance(overrides, Mapping):
         for key, value in overrides.items():
-            yield Place(f"overrides[{key!r}]"), str(key), value
+            yield Place(f"overrides[{short(repr(key), SHOWN)}]"), str(key), value
         return
     for word in [overrides] if isinstance(overrides, str) else overrides:
         key, equals, text = word.partition("=")
-        yield Place(f"--set {word}"), key.strip() if equals else "", _Text(text)
+        yield Place(f"--set {short(word, SHOWN)}"), key.strip() if equals else "", _Text(text)
 
 
 def _steps(key: str, place: Place) -> list[str]:
@@ -127,7 +131,7 @@ def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") 
     if isinstance(node.value, list):
         return _put_in_list(node, steps, new, place, done)
     if not isinstance(node.value, dict):
-        raise Unreadable(place.problem(f"{done} is a value; it has no `{step}`"))
+        raise Unreadable(place.problem(f"{done} is a value; it has no `{short(step)}`"))
     children = dict(node.value)
     if rest:
         old = children.get(step, Node({}, place))
@@ -137,7 +141,7 @@ def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") 
     elif children.pop(step, None) is None:
         nearest = near(step, children)
         hint = f"; did you mean `{nearest}`?" if nearest else ""
-        raise Unreadable(place.problem(f"there is no `{step}` to take away{hint}"))
+        raise Unreadable(place.problem(f"there is no `{short(step)}` to take away{hint}"))
     if step in children:
         children[step] = children[step]._replace(
             key=node.value[step].key if rest and step in node.value else place
@@ -151,7 +155,9 @@ def _put_in_list(node: Node, steps: list[str], new: Node, place: Place, done: st
     count = len(node.value)
     if not (step.isdecimal() and len(step) < 9 and int(step) < count):
         entries = f"with entries 0 to {count - 1}" if count else "without entries"
-        raise Unreadable(place.problem(f"{done} is a list {entries}; it has no `{step}`"))
+        raise Unreadable(
+            place.problem(f"{done} is a list {entries}; it has no `{short(step)}`")
+        )
     children = list(node.value)
     old = children[int(step)]
     children[int(step)] = _put(old, rest, new, place, f"{done}.{step}") if rest else new

@@ -7,6 +7,7 @@ import re
 import yaml
 
 from drysim.errors import Problem
+from drysim.quantity import short
 from drysim.source.place import Placer, split_lines
 
 _GLUED = re.compile(r"(\s*(?:- +)?)([A-Za-z_][\w.]*):([^\s:/\\][^:]*)$")
@@ -28,7 +29,7 @@ def explained(fault: yaml.MarkedYAMLError, text: str, place: Placer) -> Problem:
     if "mapping values" in what or "expected ':'" in what:
         for number in range(at[0], max(-1, at[0] - 3), -1):
             if glued := _GLUED.match(lines[number] if number < len(lines) else ""):
-                words = f"`{glued[2]}: {glued[3].strip()}`"
+                words = f"`{short(glued[2])}: {short(glued[3])}`"
                 spot = (number, len(glued[1]))
                 return here(f"a space is missing after the colon: {words}", spot, len(glued[2]))
         if ": " in line[: at[1]]:
@@ -63,7 +64,7 @@ def explained(fault: yaml.MarkedYAMLError, text: str, place: Placer) -> Problem:
     if "node content" in what:
         sign = line[at[1] : at[1] + 1]
         return here(f"a value is missing before {f'`{sign}`' if sign else 'the end'}")
-    return here(f"this is not YAML: {fault.problem}")
+    return here(f"this is not YAML: {short(str(fault.problem), 200)}")
 
 
 def _head(at: tuple[int, int], line: str) -> tuple[tuple[int, int], int]:

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import yaml
 
 from drysim.errors import Problem
-from drysim.quantity import NUMBER
+from drysim.quantity import NUMBER, short
 from drysim.source.place import Place, Placer, Unreadable
 from drysim.source.syntax import explained
 
 MAX_DEPTH = 40
 """A scenario needs five levels; a parser that recurses needs a bound."""
 
-MAX_VALUES = 100_000
+MAX_VALUES = 50_000
 """What aliases may grow a file to: far more than 1 MB holds of anything useful."""
 
 LOST = "<<"
@@ -74,6 +74,7 @@ class _Builder:
         self.placer = place
         self.problems: list[Problem] = []
         self.anchors: dict[str, Node | None] = {}
+        self.read = 0
 
     def document(self) -> Node | None:
         """Give the tree of the only document."""
@@ -104,7 +105,8 @@ class _Builder:
             node = self.sequence(place, depth)
         else:
             node = self.mapping(place, depth, event.flow_style)
-        if node.size > MAX_VALUES:
+        self.read += 1
+        if max(self.read, node.size) > MAX_VALUES:
             raise Unreadable(
                 place.problem(f"this is more than {MAX_VALUES} values, aliases counted")
             )
@@ -119,7 +121,7 @@ class _Builder:
             word = (
                 "stands inside itself" if anchor in self.anchors else "has no anchor before it"
             )
-            raise Unreadable(place.problem(f"alias `*{anchor}` {word}"))
+            raise Unreadable(place.problem(f"alias `*{short(anchor)}` {word}"))
         return node._replace(place=place)
 
     def sequence(self, place: Place, depth: int) -> Node:
@@ -172,5 +174,5 @@ def _refusal(event: Any, known: dict[str, Node]) -> str:
     if first := known.get(event.value):
         line = first.key.line if first.key else 0
         where = f"; the first is in line {line}" if line else ""
-        return f"duplicate key `{event.value}`{where}"
+        return f"duplicate key `{short(event.value)}`{where}"
     return ""

@@ -54,8 +54,7 @@ def first(response: Response) -> State:
     """Give the state of a response at t = 0."""
     from drysim.core.plant import State
 
-    points = response.points(slice(0, 1))
-    return State(float(points.x_r[0]), float(points.v_r[0]))
+    return State(float(response.x_r[0]), float(response.v_r[0]))
 
 
 def on_step(case: Case, start: State, step: float, length: float) -> Response:

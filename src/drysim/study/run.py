@@ -71,8 +71,7 @@ def solve(case: Case) -> Outcome:
 
 def march(case: Case) -> Solved:
     """Give the motion from the start state to the end of the window."""
-    solve = getattr(case.approach, "by_parts", case.approach.solve)
-    response: Response = solve(
+    response = case.approach.solve(
         case.plant, case.law, case.motion, case.start, case.step, case.window[1]
     )
     return response, case.window, ()

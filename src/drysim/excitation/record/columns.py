@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drysim.errors import RecordError
 from drysim.excitation.record.file import Cell
-from drysim.quantity import near
+from drysim.quantity import near, shown
 
 Floats = NDArray[np.float64]
 
@@ -120,7 +120,9 @@ class Columns:
         if isinstance(wanted, int):
             if wanted <= self.width:
                 return wanted - 1
-            raise self.fault(f"there is no {self.word} {wanted}; there are: {self.names()}")
+            raise self.fault(
+                f"there is no {self.word} {shown(wanted)}; there are: {self.names()}"
+            )
         full = [label.text for label in self.labels]
         bare = [label.name for label in self.labels]
         hits = [i for i, text in enumerate(full) if text == wanted.strip()]
@@ -129,12 +131,10 @@ class Columns:
             return hits[0]
         if hits:
             numbers = " and ".join(str(i + 1) for i in hits[:LISTED])
-            sentence = (
-                f"{self.word}s {numbers} are both `{wanted}`; give the {self.word}'s number"
-            )
-            raise self.fault(sentence)
+            both = f"{self.word}s {numbers} are both {shown(wanted)}"
+            raise self.fault(f"{both}; give the {self.word}'s number")
         nearest = near(wanted, filter(None, bare + full))
-        guess = f" did you mean `{nearest}`?" if nearest else ""
+        guess = f" did you mean {shown(nearest)}?" if nearest else ""
         raise self.fault(
-            f"there is no {self.word} `{wanted}`;{guess} there are: {self.names()}"
+            f"there is no {self.word} {shown(wanted)};{guess} there are: {self.names()}"
         )

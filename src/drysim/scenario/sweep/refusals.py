@@ -7,7 +7,7 @@ from itertools import takewhile
 from typing import Any
 
 from drysim.excitation import EXCITATIONS
-from drysim.quantity import near
+from drysim.quantity import near, shown
 from drysim.scenario.rules import broken
 from drysim.scenario.shape import keys_of, tag_of
 from drysim.scenario.sweep.numerals import Known, Numeral
@@ -61,7 +61,7 @@ def _no_number(key: str, known: Known) -> str:
         hint = f"; this scenario has no {top} block"
     else:
         hint = _instead(top, known)
-    return f"unknown key `{key}` in sweep{hint}"
+    return f"unknown key {shown(key)} in sweep{hint}"
 
 
 def _instead(top: str, known: Known) -> str:
