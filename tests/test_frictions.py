@@ -9,9 +9,24 @@ from pydantic import ValidationError
 
 from drysim.core.plant import Law
 from drysim.friction import FRICTIONS, Coulomb
+from drysim.friction.dahl import Dahl
+from drysim.friction.lugre import Lugre
+from drysim.friction.stribeck import Stribeck
 from drysim.quantity import Quantity, texts_of
 
-WORDS = {Coulomb: {"law": "coulomb", "kinetic": 15}}
+WORDS = {
+    Coulomb: {"law": "coulomb", "kinetic": 15},
+    Stribeck: {"law": "stribeck", "kinetic": 15, "static": 18, "stribeck_velocity": "5 mm/s"},
+    Dahl: {"law": "dahl", "kinetic": 15, "bristle_stiffness": "100 kN/m"},
+    Lugre: {
+        "law": "lugre",
+        "mu_kinetic": 0.02,
+        "static_ratio": 1.2,
+        "stribeck_velocity": 5e-3,
+        "bristle_stiffness": 1e5,
+        "bristle_damping": 300,
+    },
+}
 M = 75.0
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.approach.response import Track
-from drysim.core.plant import Plant, State, Totals
+from drysim.core.plant import AnyState, Plant, Totals
 from drysim.peaks import stroke_statistics
 from drysim.stroke import excursions
 
@@ -135,7 +135,7 @@ def means(totals: Totals, length: float) -> dict[str, float | int | None]:
 
 
 def energies(
-    track: Track, totals: Totals, first: State, last: State
+    track: Track, totals: Totals, first: AnyState, last: AnyState
 ) -> dict[str, float | int | None]:
     """Give the energy balance of a window, audited.
 
@@ -161,6 +161,6 @@ def energies(
     }
 
 
-def held_energy(plant: Plant, state: State) -> float:
+def held_energy(plant: Plant, state: AnyState) -> float:
     """Give the spring and kinetic energy of a state of relative motion [J]."""
     return 0.5 * (plant.m * state.v_r**2 + plant.k_x * state.x_r**2)

@@ -69,7 +69,7 @@ def reach(track: Track, level: float, lo: float, hi: float) -> float:
     rising = track.state(hi).x_r > track.state(lo).x_r
     t = 0.5 * (lo + hi)
     for _ in range(NEWTON_CAP):
-        x_r, v_r = track.state(t)
+        x_r, v_r = track.state(t)[:2]
         if x_r == level:
             return t
         lo, hi = (t, hi) if (x_r < level) == rising else (lo, t)

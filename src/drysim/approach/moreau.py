@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, AnyState, Plant
 from drysim.quantity import Block
 
 
@@ -20,15 +20,16 @@ class Moreau(Block):
     use_friction: ClassVar[bool] = True
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
+    use_dynamic: ClassVar[bool] = False
 
     approach: Literal["moreau"] = "moreau"
 
     def solve(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Response:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Totals
 
 FIXED_STEP = "step"
 """The core of the approaches that locate no event."""
@@ -42,6 +42,8 @@ class Numerics:
         Largest change of the scaled state over one repetition of a periodic orbit [-].
     period_multiple : int or None
         Excitation periods in one repetition of the orbit.
+    error : float or None
+        Bound of the error of x_r relative to its peak [-], where the core has one to state.
     """
 
     approach: str
@@ -53,6 +55,7 @@ class Numerics:
     closest_decision: float | None = None
     closure: float | None = None
     period_multiple: int | None = None
+    error: float | None = None
 
 
 class Track(Protocol):
@@ -63,7 +66,7 @@ class Track(Protocol):
         """The oscillator."""
 
     @property
-    def law(self) -> Law:
+    def law(self) -> AnyLaw:
         """Its friction."""
 
     @property
@@ -78,7 +81,7 @@ class Track(Protocol):
     def end(self) -> float:
         """Last instant [s]."""
 
-    def state(self, t: float) -> State:
+    def state(self, t: float) -> AnyState:
         """Give the state at time t [s]."""
 
     def totals(self, begin: float, end: float) -> Totals:
@@ -113,7 +116,7 @@ class Response:
     """
 
     plant: Plant
-    law: Law
+    law: AnyLaw
     motion: Sines | Samples
     dt: float
     u_dd: Floats
@@ -152,7 +155,7 @@ class Response:
         if self.force is not None:
             return self.force[part]
         kinetic = self.d[part] * self.law.F_fk
-        if self.law.variation:
+        if isinstance(self.law, Law) and self.law.variation:
             t = np.arange(len(self.x_r))[part] * self.dt
             kinetic = kinetic * (
                 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
@@ -173,7 +176,7 @@ class Orbit(NamedTuple):
 
     Attributes
     ----------
-    state : State
+    state : State or Deflected
         At the beginning of the repetition.
     periods : int
         Excitation periods in the repetition.
@@ -189,7 +192,7 @@ class Orbit(NamedTuple):
         Largest |x_r| on the way [m].
     """
 
-    state: State
+    state: AnyState
     periods: int
     closure: float
     settled: bool

@@ -13,7 +13,7 @@ from drysim.approach.response import Numerics
 from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, first_mode
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, State
 from drysim.core.slide import Waves
 from drysim.errors import SolverError
 
@@ -103,8 +103,11 @@ def refuse_storm(count: int, t: float, state: Any) -> None:
         )
 
 
-def core_of(law: Law, motion: Sines | Samples) -> tuple[str, str]:
+def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     """Give the smallest core that is exact for a scene, and why it is."""
+    if isinstance(law, Dynamic):
+        kind = "a force that depends on the speed" if law.sticks else "bristles with a state"
+        return "series", f"{kind}: Taylor series of the motion, zeros of v_r located"
     if isinstance(motion, Sines):
         return "leap", "sines are used analytically: from event to event"
     if law.variation:

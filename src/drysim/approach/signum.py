@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, AnyState, Plant
 from drysim.quantity import Block
 
 METHODS = ("euler", "semi-implicit", "heun", "rk4")
@@ -22,6 +22,7 @@ class Signum(Block):
     use_friction: ClassVar[bool] = True
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
+    use_dynamic: ClassVar[bool] = False
 
     approach: Literal["signum"] = "signum"
     method: Literal["euler", "semi-implicit", "heun", "rk4"] = "semi-implicit"
@@ -30,9 +31,9 @@ class Signum(Block):
     def solve(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Response:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, AnyState, Plant
 from drysim.quantity import Block, Quantity
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ class Smooth(Block):
     use_friction: ClassVar[bool] = True
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
+    use_dynamic: ClassVar[bool] = False
 
     approach: Literal["smooth"] = "smooth"
     form: Literal["arctan", "tanh", "erf", "rational"] = "tanh"
@@ -45,7 +46,7 @@ class Smooth(Block):
     so that what is left is the error of the function), rk4 with solver.step, or adaptive (an
     implicit one, slow, for reference)."""
 
-    def pieces(self, plant: Plant, law: Law, dt: float) -> int:
+    def pieces(self, plant: Plant, law: AnyLaw, dt: float) -> int:
         """Give the number of points that are computed for a step of the output grid [s]."""
         if self.method == "rk4":
             return 1
@@ -54,9 +55,9 @@ class Smooth(Block):
     def solve(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Response:
@@ -73,9 +74,9 @@ class Smooth(Block):
     def _march(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None,
     ) -> Response:
@@ -106,9 +107,9 @@ class Smooth(Block):
     def _adaptive(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         grid: tuple[Floats, float],
     ) -> tuple[Floats, Floats]:
         """Give x_r and v_r on the grid by scipy's LSODA."""
@@ -134,7 +135,7 @@ class Smooth(Block):
 
         swing = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
         found = solve_ivp(
-            rates, (0.0, t[-1]), list(start), "LSODA", t, rtol=RELATIVE,
+            rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=RELATIVE,
             atol=RELATIVE * 1e-3 * (swing or 1.0), max_step=10 * dt,
         )  # fmt: skip
         if not found.success:

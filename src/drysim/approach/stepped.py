@@ -19,7 +19,7 @@ from drysim.core.motion import (
     displacement_between,
     mean_squares,
 )
-from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.plant import AnyLaw, AnyState, Plant, State, Totals
 from drysim.errors import SolverError
 
 
@@ -64,10 +64,10 @@ def thinned(response: Response, motion: Sines | Samples, pieces: int) -> Respons
     )  # fmt: skip
 
 
-def from_start(start: State, n: int) -> tuple[Floats, Floats]:
+def from_start(start: AnyState, n: int) -> tuple[Floats, Floats]:
     """Give empty x_r and v_r of n points that begin with the start."""
     x_r, v_r = np.zeros(n), np.zeros(n)
-    x_r[0], v_r[0] = start
+    x_r[0], v_r[0] = start[:2]
     return held(x_r), held(v_r)
 
 
@@ -76,7 +76,7 @@ class SteppedTrack:
     """A response known at grid points only: straight lines in between, sums for integrals."""
 
     plant: Plant
-    law: Law
+    law: AnyLaw
     motion: Sines | Samples
     dt: float
     u_dd: Floats
@@ -149,7 +149,7 @@ class SteppedTrack:
 
 def respond(
     plant: Plant,
-    law: Law,
+    law: AnyLaw,
     motion: Sines | Samples,
     grid: tuple[Floats, float],
     state: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], Codes],

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from drysim.approach.response import Orbit, Response, Track
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, AnyState, Plant
 from drysim.quantity import Block
 
 
@@ -20,15 +20,16 @@ class StickSlip(Block):
     use_friction: ClassVar[bool] = True
     use_static: ClassVar[bool] = True
     use_variation: ClassVar[bool] = True
+    use_dynamic: ClassVar[bool] = True
 
     approach: Literal["stick-slip"] = "stick-slip"
 
     def solve(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Response:
@@ -56,9 +57,9 @@ class StickSlip(Block):
     def track(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Track:
@@ -71,7 +72,7 @@ class StickSlip(Block):
         return exact.follow(plant, law, motion, start, duration)
 
     def orbit(
-        self, plant: Plant, law: Law, motion: Sines, start: State, period: float
+        self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
     ) -> Orbit:
         """Give the periodic orbit that the start leads to; period of the excitation in s."""
         from drysim.approach import exact

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, AnyState, Plant
 from drysim.quantity import Block, Quantity
 
 
@@ -20,6 +20,7 @@ class Switch(Block):
     use_friction: ClassVar[bool] = True
     use_static: ClassVar[bool] = True
     use_variation: ClassVar[bool] = False
+    use_dynamic: ClassVar[bool] = False
 
     approach: Literal["switch"] = "switch"
     band: Annotated[float, Quantity("m/s", above=0)] | None = None
@@ -29,9 +30,9 @@ class Switch(Block):
     def solve(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Response:

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, AnyState, Law, Plant
 from drysim.quantity import Block
 
 NO_FRICTION = Law(0.0, 0.0)
@@ -22,15 +22,16 @@ class Viscous(Block):
     use_friction: ClassVar[bool] = False
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
+    use_dynamic: ClassVar[bool] = True
 
     approach: Literal["viscous"] = "viscous"
 
     def solve(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Response:
@@ -40,9 +41,9 @@ class Viscous(Block):
     def track(
         self,
         plant: Plant,
-        law: Law,
+        law: AnyLaw,
         motion: Sines | Samples,
-        start: State,
+        start: AnyState,
         step: float,
         duration: float | None = None,
     ) -> Track:
@@ -50,7 +51,7 @@ class Viscous(Block):
         return StickSlip().track(plant, NO_FRICTION, motion, start, step, duration)
 
     def orbit(
-        self, plant: Plant, law: Law, motion: Sines, start: State, period: float
+        self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
     ) -> Orbit:
         """Give the steady motion under excitation of this period [s]."""
         return StickSlip().orbit(plant, NO_FRICTION, motion, start, period)

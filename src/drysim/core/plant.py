@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+STRIBECK, BRISTLE = 0, 1
+"""Kinds of dynamic law; that of bristles serves Dahl's, too."""
+
 
 class Plant(NamedTuple):
     """Mass on spring and damper.
@@ -48,12 +51,73 @@ class Law(NamedTuple):
     omega: float = 0.0
     phase: float = 0.0
 
+    @property
+    def sticks(self) -> bool:
+        """Whether a contact under this law can hold still."""
+        return True
+
+
+class Dynamic(NamedTuple):
+    """A friction force that depends on the speed or on a deflection z before sliding.
+
+    Attributes
+    ----------
+    F_fk, F_fs : float
+        Kinetic friction force [N], above 0, and static limit [N], at least that.
+    kind : int
+        `STRIBECK` or `BRISTLE`.
+    v_s : float
+        Stribeck velocity [m/s], above 0; of no account where F_fs = F_fk.
+    exponent : int
+        Of |v/v_s| in the Stribeck curve, 1 or 2.
+    sigma_0, sigma_1, sigma_2 : float
+        Stiffness [N/m] and damping [N·s/m] of the bristles, viscous friction [N·s/m].
+    tolerance : float
+        Share of the motion that one step of the solution may neglect [-].
+    """
+
+    F_fk: float
+    F_fs: float
+    kind: int
+    v_s: float = 1.0
+    exponent: int = 2
+    sigma_0: float = 0.0
+    sigma_1: float = 0.0
+    sigma_2: float = 0.0
+    tolerance: float = 1e-12
+
+    @property
+    def variation(self) -> float:
+        """Give 0: the limits of these laws are constant."""
+        return 0.0
+
+    @property
+    def sticks(self) -> bool:
+        """Whether a contact under this law can hold still; bristles always give a little."""
+        return self.kind == STRIBECK
+
+
+AnyLaw = Law | Dynamic
+"""What a scene may rub with."""
+
 
 class State(NamedTuple):
     """Relative displacement [m] and velocity [m/s] at one instant."""
 
     x_r: float
     v_r: float
+
+
+class Deflected(NamedTuple):
+    """A state with what a contact remembers: x_r [m], v_r [m/s] and its deflection z [m]."""
+
+    x_r: float
+    v_r: float
+    z: float
+
+
+AnyState = State | Deflected
+"""Where a motion may start."""
 
 
 class Totals(NamedTuple):

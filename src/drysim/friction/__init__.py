@@ -1,7 +1,10 @@
 """Shelf 2: what the surfaces do. A friction law is one file and one name here."""
 
 from drysim.friction.coulomb import Coulomb
+from drysim.friction.dahl import Dahl
+from drysim.friction.lugre import Lugre
+from drysim.friction.stribeck import Stribeck
 
-FRICTIONS = (Coulomb,)
+FRICTIONS = (Coulomb, Stribeck, Dahl, Lugre)
 
-Friction = Coulomb
+Friction = Coulomb | Stribeck | Dahl | Lugre

@@ -155,7 +155,7 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
     law, start = scenario.law(), scenario.start.state()
     m, k_x, _ = scenario.oscillator.plant()
     load, hold = m * _peak(motion) + k_x * abs(start.x_r), law.F_fs * (1 - law.variation)
-    if start.v_r == 0 and load <= hold:
+    if start.v_r == 0 and load <= hold and law.sticks:
         yield Caution(
             "will-not-move",
             f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",

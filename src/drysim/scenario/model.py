@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from drysim.core.plant import Law
+from drysim.core.plant import AnyLaw, Law
 from drysim.excitation.generated import Generated
 from drysim.quantity import shown
 from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
@@ -105,7 +105,7 @@ class Scenario(FromFile):
         steady = getattr(excitation, "steady_by_default", False)
         return in_seconds(given, frequencies(excitation, friction) if known else None, steady)
 
-    def law(self) -> Law:
+    def law(self) -> AnyLaw:
         """Give the friction as forces; none without a friction block."""
         return self.friction.limits(self.oscillator.mass) if self.friction else Law(0.0, 0.0)
 
@@ -171,7 +171,4 @@ def period(scenario: Scenario) -> float | None:
 def frequencies(excitation: Excitation | None, friction: Friction | None) -> tuple[float, ...]:
     """Give every frequency [Hz] of a scene whose base moves periodically."""
     found: tuple[float, ...] = getattr(excitation, "frequencies", ())
-    variation = friction.normal_variation if friction else None
-    return (
-        (*found, variation.frequency) if found and variation and variation.amplitude else found
-    )
+    return (*found, *friction.frequencies) if found and friction else found

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from drysim.core.plant import Dynamic
+from drysim.friction.coulomb import Coulomb
 from drysim.scenario.blocks import SHELF, on_the_shelf
 from drysim.scenario.rules import STATIC
 
 if TYPE_CHECKING:
+    from drysim.friction import Friction
     from drysim.scenario.model import Scenario
 
 _STATIC = tuple(f"friction.{key}" for key in STATIC)
@@ -28,11 +31,13 @@ def solved_by(scenario: Scenario, name: str) -> Scenario:
     member, friction = SHELF[on_the_shelf(name)], scenario.friction
     if friction is not None and not member.use_friction:
         friction = None
+    if friction is not None and not isinstance(friction, Coulomb) and not member.use_dynamic:
+        friction = as_coulomb(friction)
     if friction is not None:
         less: dict[str, Any] = {}
         if not member.use_static and friction.static_given:
             less |= EQUAL
-        if not member.use_variation:
+        if isinstance(friction, Coulomb) and not member.use_variation:
             less["normal_variation"] = None
         friction = friction.model_copy(update=less)
     changed = {
@@ -44,6 +49,12 @@ def solved_by(scenario: Scenario, name: str) -> Scenario:
     return scenario.copied(changed)
 
 
+def as_coulomb(friction: Friction) -> Coulomb:
+    """Give the forces of any law as Coulomb's."""
+    words = friction.model_dump(exclude_none=True, include=set(Coulomb.model_fields))
+    return Coulomb(**words | {"law": "coulomb"})
+
+
 def has_use(name: str, key: str) -> bool:
     """Whether an approach has a use for a key of the scenario."""
     member = SHELF[name]
@@ -51,10 +62,18 @@ def has_use(name: str, key: str) -> bool:
         return False
     if key in _STATIC and not member.use_static:
         return False
+    if _is_of_law(key) and not member.use_dynamic:
+        return False
     if key.startswith(_VARIATION) and not member.use_variation:
         return False
     block, option, *rest = key.split(".")
     return not (block == "solver" and rest) or option == name
+
+
+def _is_of_law(key: str) -> bool:
+    """Whether a key belongs to a friction law and not to Coulomb's."""
+    block, option, *_ = key.split(".")
+    return block == "friction" and option not in Coulomb.model_fields
 
 
 def left_out(scenario: Scenario, name: str) -> Iterator[str]:
@@ -68,6 +87,8 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
         return
     if not member.use_static and (law.F_fs > law.F_fk or swept & set(_STATIC)):
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
+    if isinstance(law, Dynamic) and not member.use_dynamic:
+        yield f"{name} knows Coulomb's friction only and takes the forces of the law as such"
     varies = law.variation or any(key.startswith(_VARIATION) for key in swept)
     if not member.use_variation and varies:
         yield f"{name} knows no varying normal force and takes it as constant"

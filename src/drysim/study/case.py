@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import AnyLaw, Plant, State
 from drysim.errors import Caution, ScenarioError, UsageError
 from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
@@ -50,7 +50,7 @@ class Case:
     scenario: Scenario
     approach: Approach
     plant: Plant
-    law: Law
+    law: AnyLaw
     motion: Sines | Samples
     start: State
     step: float

@@ -8,7 +8,7 @@ from math import prod
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import State
+from drysim.core.plant import AnyState
 from drysim.errors import SolverError
 from drysim.scenario.sweep.axis import points
 from drysim.study import comfort
@@ -115,7 +115,7 @@ def measured(case: Case) -> tuple[Mapping[str, float | int | None], str, str]:
 
 
 def follow(
-    case: Case, start: State, step: float, window: tuple[float, float]
+    case: Case, start: AnyState, step: float, window: tuple[float, float]
 ) -> tuple[Track, comfort.Values]:
     """Give the solution of a case and its weighted metrics, which alone need its grid."""
     if not comfort.asked(case):
@@ -126,7 +126,7 @@ def follow(
     return response.track, comfort.weighted(case, response, window)
 
 
-def track_of(case: Case, start: State, step: float, duration: float) -> Track:
+def track_of(case: Case, start: AnyState, step: float, duration: float) -> Track:
     """Give the solution of a case, without its grid where the approach needs none."""
     scene = (case.plant, case.law, case.motion, start, step, duration)
     follow = getattr(case.approach, "track", None)

@@ -9,7 +9,7 @@ from drysim.study.steady import fitted
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
-    from drysim.core.plant import State
+    from drysim.core.plant import AnyState
     from drysim.study.case import Case
 
 Values = dict[str, float | int | None]
@@ -50,13 +50,12 @@ def weighted(case: Case, response: Response, window: tuple[float, float]) -> Val
     return comfort(response, window, *weights, periodic=case.period is not None)
 
 
-def first(response: Response) -> State:
+def first(response: Response) -> AnyState:
     """Give the state of a response at t = 0."""
-    from drysim.core.plant import State
+    assert response.track is not None, "an approach gives its response with its track"
+    return response.track.state(0.0)
 
-    return State(float(response.x_r[0]), float(response.v_r[0]))
 
-
-def on_step(case: Case, start: State, step: float, length: float) -> Response:
+def on_step(case: Case, start: AnyState, step: float, length: float) -> Response:
     """Give the response of a case on a grid of another step [s]."""
     return case.approach.solve(case.plant, case.law, case.motion, start, step, length)

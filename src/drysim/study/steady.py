@@ -10,7 +10,7 @@ import numpy as np
 from drysim.approach.response import Orbit
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Sines
-from drysim.core.plant import State
+from drysim.core.plant import AnyState, State
 
 if TYPE_CHECKING:
     from drysim.approach.events import Floats
@@ -55,7 +55,7 @@ def orbit_of(case: Case) -> tuple[Orbit, float]:
     return march_to_orbit(case, exact.state, step, period), step
 
 
-def march_to_orbit(case: Case, state: State, dt: float, period: float) -> Orbit:
+def march_to_orbit(case: Case, state: AnyState, dt: float, period: float) -> Orbit:
     """Follow the exact orbit, step by step, to the orbit of a fixed-step approach.
 
     Notes

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cmath import rect
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant
+from drysim.core.plant import BRISTLE, AnyLaw, Dynamic, Plant
 from drysim.wording.numbers import clean, number, percent
 
 
@@ -34,13 +34,13 @@ def scene(plant: Plant, swept: Collection[str] = ()) -> str:
 
 
 def friction(
-    law: Law, defaulted: bool = False, kinetic: bool = True, static: bool = True
+    law: AnyLaw, defaulted: bool = False, kinetic: bool = True, static: bool = True
 ) -> str:
     """Give the dry friction.
 
     Parameters
     ----------
-    law : Law
+    law : Law or Dynamic
     defaulted : bool, optional
         Nobody named a static limit.
     kinetic, static : bool, optional
@@ -54,10 +54,21 @@ def friction(
     text = ", ".join(parts)
     if defaulted:
         text += " (not given: F_fs = F_fk)" if text else "F_fs = F_fk (not given)"
-    if law.variation and kinetic and static:
+    if isinstance(law, Dynamic):
+        text = ", ".join(filter(None, (text, *_dynamics(law))))
+    elif law.variation and kinetic and static:
         varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
         text += f", both {varied}"
     return text
+
+
+def _dynamics(law: Dynamic) -> Iterator[str]:
+    """Give what a law has besides its two forces."""
+    if law.F_fs > law.F_fk:
+        yield f"v_s {number(law.v_s, 'm/s')}"
+    if law.kind == BRISTLE:
+        yield f"bristles {number(law.sigma_0, 'N/m')}"
+        yield from (f"{number(value, 'N·s/m')}" for value in (law.sigma_1,) if value)
 
 
 def excitation(kind: str, motion: Sines | Samples) -> str:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from drysim.core.plant import Law
+
 if TYPE_CHECKING:
     from drysim.approach.events import Floats
     from drysim.approach.response import Response
@@ -67,10 +69,13 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
     directions = np.sign(events.kind)
     # The first event is the state at t = 0: nothing jumps there.
     inside = np.flatnonzero((events.t >= begin) & (events.t <= end))
-    inside = inside[inside > 0]
+    inside = inside[(inside > 0) & response.law.sticks]
     t, x_r, F_L = events.t[inside], events.x_r[inside], events.F_L[inside]
     plant, law = response.plant, response.law
-    limit = law.F_fk * (1 + law.variation * np.sin(law.omega * t + law.phase))
+    if isinstance(law, Law):
+        limit = law.F_fk * (1 + law.variation * np.sin(law.omega * t + law.phase))
+    else:
+        limit = np.full_like(t, law.F_fs)
     u_dd = (F_L - plant.k_x * x_r) / plant.m
 
     def side(direction: Floats) -> Curve:

@@ -1,0 +1,171 @@
+"""The motion under a dynamic law as Taylor series about one instant.
+
+Every term follows from those before it by sums of products, so a series costs little, tells
+its own radius, and is the motion between the instants as well.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from drysim.core.compiled import compiled
+from drysim.core.plant import BRISTLE, STRIBECK
+
+ORDER = 20
+"""Terms of a series at most: near the least work for errors of rounding size."""
+
+
+class Jet(NamedTuple):
+    """Taylor coefficients about one instant as arrays (or lists), shape (ORDER + 2,).
+
+    Attributes
+    ----------
+    x, v, z : array of float
+        Of relative displacement [m], velocity [m/s] and deflection [m], each per s^n.
+    u : array of float
+        Of ü.
+    F : array of float
+        Of the friction force [N].
+    s, g, p : array of float
+        Work: exponent of the Stribeck curve, its excess over F_fk, and |v| z over the curve.
+        The excess is held apart: far above v_s it is below the rounding of the curve.
+    """
+
+    x: Any
+    v: Any
+    z: Any
+    u: Any
+    F: Any
+    s: Any
+    g: Any
+    p: Any
+
+
+@compiled
+def drive(jet, waves, u_0, slope, t):
+    """Set the series of ü about time t [s]: u_0 + slope s and waves."""
+    for n in range(ORDER + 1):
+        jet.u[n] = 0.0
+    jet.u[0] = u_0
+    jet.u[1] = slope
+    for i in range(waves.base):
+        omega = waves.omega[i]
+        angle = 2.0 * math.pi * ((waves.f[i] * t) % 1.0) + waves.phase[i]
+        sine = waves.A[i] * math.sin(angle)
+        cosine = waves.A[i] * math.cos(angle)
+        for n in range(ORDER + 1):
+            jet.u[n] += sine
+            sine, cosine = cosine * omega / (n + 1), -sine * omega / (n + 1)
+
+
+@compiled
+def convolve(a, b, n):
+    """Give term n of the product of two series."""
+    total = 0.0
+    for k in range(n + 1):
+        total += a[k] * b[n - k]
+    return total
+
+
+@compiled
+def excess_term(law, jet, d, n):
+    """Set term n of the Stribeck curve's excess over F_fk [N]: F' = -s' F."""
+    if law.exponent == 1:
+        jet.s[n] = d * jet.v[n] / law.v_s
+    else:
+        jet.s[n] = convolve(jet.v, jet.v, n) / (law.v_s * law.v_s)
+    if n == 0:
+        jet.g[0] = (law.F_fs - law.F_fk) * math.exp(-jet.s[0])
+        return
+    total = 0.0
+    for k in range(1, n + 1):
+        total += k * jet.s[k] * jet.g[n - k]
+    jet.g[n] = -total / n
+
+
+@compiled
+def force_term(law, jet, d, n):
+    """Set term n of the friction force [N] and, for bristles, term n + 1 of z."""
+    flat = law.F_fs == law.F_fk
+    if not flat:
+        excess_term(law, jet, d, n)
+    if law.kind == STRIBECK:
+        jet.F[n] = d * ((law.F_fk if n == 0 else 0.0) + jet.g[n])
+        return
+    total = d * convolve(jet.v, jet.z, n)
+    if not flat:
+        for k in range(1, n + 1):
+            total -= jet.g[k] * jet.p[n - k]
+    jet.p[n] = total / (law.F_fk + jet.g[0])
+    z_d = jet.v[n] - law.sigma_0 * jet.p[n]
+    jet.z[n + 1] = z_d / (n + 1)
+    jet.F[n] = law.sigma_0 * jet.z[n] + law.sigma_1 * z_d + law.sigma_2 * jet.v[n]
+
+
+@compiled
+def grow(plant, law, jet, d, x, v, z, poised, h, v_least, z_least):
+    """Set the series of the motion from one state on, as far as they are needed.
+
+    Parameters
+    ----------
+    plant, law : Plant, Dynamic
+    jet : Jet
+        Driven; the rest is written.
+    d : int
+        Direction of motion.
+    x, v, z : float
+        The state [m, m/s, m].
+    poised : bool
+        Whether the mass breaks away just now: its relative acceleration is exactly zero.
+    h : float
+        Length that is wished for [s].
+    v_least, z_least : float
+        What may be neglected [m/s, m].
+
+    Returns
+    -------
+    n, h : int, float
+        The last term, and the length for which the series holds [s], at most that asked for.
+    """
+    m, k_x, b = plant
+    jet.x[0] = x
+    jet.v[0] = v
+    jet.z[0] = z
+    power = 1.0
+    small = 0
+    for n in range(ORDER):
+        force_term(law, jet, d, n)
+        jet.x[n + 1] = jet.v[n] / (n + 1)
+        a = -(jet.u[n] + (k_x * jet.x[n] + b * jet.v[n] + jet.F[n]) / m) / (n + 1)
+        jet.v[n + 1] = 0.0 if poised and n == 0 else a
+        power *= h
+        tiny = abs(jet.v[n + 1]) * power <= v_least
+        if law.kind == BRISTLE:
+            tiny = tiny and abs(jet.z[n + 1]) * power <= z_least
+        small = small + 1 if tiny else 0
+        # Odd and even terms may vanish in turn, and ü has two terms that the state has not.
+        if small == 3:
+            return n + 1, h
+    return ORDER, min(h, reach(law, jet, v_least, z_least))
+
+
+@compiled
+def reach(law, jet, v_least, z_least):
+    """Give the length [s] at which the last terms of the series are what may be neglected."""
+    h = math.inf
+    for n in range(ORDER - 1, ORDER + 1):
+        if jet.v[n] != 0.0:
+            h = min(h, (v_least / abs(jet.v[n])) ** (1.0 / n))
+        if law.kind == BRISTLE and jet.z[n] != 0.0:
+            h = min(h, (z_least / abs(jet.z[n])) ** (1.0 / n))
+    return h
+
+
+@compiled
+def value(series, n, s):
+    """Give the value of a series up to term n at s."""
+    total = series[n]
+    for k in range(n - 1, -1, -1):
+        total = total * s + series[k]
+    return total

@@ -1,0 +1,110 @@
+"""A traced motion between its steps: states at any instant, and integrals over a window."""
+
+from __future__ import annotations
+
+from drysim.core.compiled import compiled
+from drysim.core.dynamic import dynamic_force
+from drysim.core.events import limit_force
+from drysim.core.integrals import NODES, WEIGHTS
+from drysim.core.jet import ORDER, drive, grow, value
+
+
+@compiled
+def revive(plant, law, waves, u_dd, dt, jet, steps, i):
+    """Make the series of step i anew, whole; gives its last term, 0 where nothing moves."""
+    n = steps.n[i]
+    s = steps.s[i]
+    slope = (u_dd[n + 1] - u_dd[n]) / dt
+    d = steps.d[i]
+    drive(jet, waves, u_dd[n] + slope * s, slope, n * dt + s)
+    if d == 0:
+        return 0
+    way = 1 if d > 0 else -1
+    state = steps.x_r[i], steps.v_r[i], steps.z[i]
+    last, _ = grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, 0.0, 0.0)
+    return last
+
+
+@compiled
+def read(plant, law, waves, u_dd, dt, jet, steps, t, x_out, v_out, z_out, F_out, d_out):
+    """Write the motion at ascending times t [s].
+
+    Parameters
+    ----------
+    plant, law, waves, u_dd, dt, jet, steps
+        As in `trace`; `steps` ends with its last step.
+    t : array, shape (n,)
+        Ascending, not before the first step [s].
+    x_out, v_out, z_out, F_out : array, shape (n,)
+        Written: state [m, m/s, m] and friction force [N].
+    d_out : array of int, shape (n,)
+        Written: direction of motion, 0 where stuck.
+    """
+    i = 0
+    known = -1
+    last = 0
+    for k in range(len(t)):
+        while i + 1 < len(steps.n) and steps.n[i + 1] * dt + steps.s[i + 1] <= t[k]:
+            i += 1
+        if known != i:
+            last = revive(plant, law, waves, u_dd, dt, jet, steps, i)
+            known = i
+        s = t[k] - (steps.n[i] * dt + steps.s[i])
+        d = (steps.d[i] > 0) - (steps.d[i] < 0)
+        x_out[k] = steps.x_r[i]
+        v_out[k] = 0.0
+        z_out[k] = steps.z[i]
+        d_out[k] = d
+        if d == 0:
+            F_out[k] = -limit_force(plant, x_out[k], value(jet.u, ORDER, s))
+            continue
+        if s == 0.0:
+            v_out[k] = steps.v_r[i]
+        else:
+            x_out[k] = value(jet.x, last, s)
+            v_out[k] = value(jet.v, last, s)
+            z_out[k] = value(jet.z, last, s)
+        F_out[k] = dynamic_force(law, d, v_out[k], z_out[k])
+
+
+@compiled
+def integrate_series(plant, law, waves, u_dd, dt, jet, steps, begin, end):
+    """Integrate a traced motion from `begin` to `end` [s].
+
+    Returns
+    -------
+    x2, v2, x_dd2, power, rub, stuck : float
+        As in `Totals`; `rub` is the loss in the contact over F_fk.
+    """
+    m, k_x, b = plant
+    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(steps.n)):
+        t = steps.n[i] * dt + steps.s[i]
+        lo = max(begin - t, 0.0)
+        hi = end - t
+        if i + 1 < len(steps.n):
+            hi = min(hi, steps.n[i + 1] * dt + steps.s[i + 1] - t)
+        if hi <= lo:
+            continue
+        last = revive(plant, law, waves, u_dd, dt, jet, steps, i)
+        d = (steps.d[i] > 0) - (steps.d[i] < 0)
+        if d == 0:
+            stuck += hi - lo
+            x2 += steps.x_r[i] ** 2 * (hi - lo)
+        for k in range(len(NODES)):
+            s = lo + (hi - lo) * NODES[k]
+            weight = (hi - lo) * WEIGHTS[k]
+            push = value(jet.u, ORDER, s)
+            if d == 0:
+                x_dd2 += weight * push * push
+                continue
+            x = value(jet.x, last, s)
+            v = value(jet.v, last, s)
+            F = dynamic_force(law, d, v, value(jet.z, last, s))
+            x_dd = (k_x * x + b * v + F) / m
+            x2 += weight * x * x
+            v2 += weight * v * v
+            x_dd2 += weight * x_dd * x_dd
+            power += weight * push * v
+            rub += weight * F * v / law.F_fk
+    return x2, v2, x_dd2, power, rub, stuck

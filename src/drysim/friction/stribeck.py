@@ -1,0 +1,39 @@
+"""Stribeck: friction that falls from its static limit as sliding gathers speed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from drysim.core.plant import STRIBECK, Dynamic
+from drysim.friction.forces import TOLERANCE, Limits, Tolerance
+from drysim.quantity import Quantity
+
+
+class Stribeck(Limits):
+    """Lubricated or soft surfaces, which rub less the faster they slide; true stick.
+
+    Not to be confused with `coulomb`, whose force drops at once when sliding starts.
+
+    Notes
+    -----
+    F_k(v) = F_fk + (F_fs - F_fk) exp(-|v/v_s|^δ) [N] against sliding, v and v_s [m/s]; stick
+    holds up to F_fs. Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
+    """
+
+    law: Literal["stribeck"]
+    """Dry friction that falls with the speed."""
+    stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
+    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
+    exponent: Literal[1, 2] = 2
+    """Exponent δ [-] of the fall, 1 or 2."""
+    tolerance: Tolerance = TOLERANCE
+    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
+    error that comes of it is stated with the result."""
+
+    def limits(self, m: float) -> Dynamic:
+        """Give the law in forces; the mass [kg] is the normal force's default."""
+        F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
+        return Dynamic(
+            F_fk, F_fs, STRIBECK, v_s=self.stribeck_velocity, exponent=self.exponent,
+            tolerance=self.tolerance,
+        )  # fmt: skip

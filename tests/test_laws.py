@@ -1,0 +1,198 @@
+"""Dynamic laws: against independent solutions, in their limits, and by their invariants."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Law, Plant, State
+
+PAPER = Plant(75.0, 7500.0, 500.0)
+REST = State(0.0, 0.0)
+STEP = 2.5e-3
+DAHL = Dynamic(45.0, 45.0, BRISTLE, sigma_0=1e5)
+LUGRE = Dynamic(
+    45.0, 54.0, BRISTLE, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4
+)  # fmt: skip
+SMOOTH_STRIBECK = Dynamic(15.0, 18.0, STRIBECK, v_s=5e-3)
+SHARP_STRIBECK = Dynamic(15.0, 24.0, STRIBECK, v_s=2e-2, exponent=1)
+LAWS = {
+    "dahl": DAHL,
+    "lugre": LUGRE,
+    "stribeck": SMOOTH_STRIBECK,
+    "stribeck-1": SHARP_STRIBECK,
+}
+
+
+def sine(a_u: float, f: float, phase: float = 0.0) -> Sines:
+    return Sines((math.sqrt(2.0) * a_u,), (f,), (phase,))
+
+
+def noise(n: int, a_u: float, seed: int = 1) -> Samples:
+    """Give band-limited noise with no value in common with any law's constants."""
+    spectrum = np.fft.rfft(np.random.default_rng(seed).standard_normal(n))
+    f = np.fft.rfftfreq(n, STEP)
+    spectrum[(f < 0.5) | (f > 10.0)] = 0.0
+    u_dd = np.fft.irfft(spectrum, n)
+    return Samples(u_dd * (a_u / np.sqrt(np.mean(u_dd**2))), STEP)
+
+
+def solved(law, motion, start=REST, duration=None, plant=PAPER):
+    return StickSlip().solve(plant, law, motion, start, STEP, duration)
+
+
+def bristle_rates(law, plant, base):
+    """Give the right-hand side as the paper of the law writes it."""
+
+    def rates(t, state):
+        x, v, z = state
+        g = law.F_fk + (law.F_fs - law.F_fk) * math.exp(-((v / law.v_s) ** 2))
+        z_d = v - law.sigma_0 * abs(v) * z / g
+        F = law.sigma_0 * z + law.sigma_1 * z_d + law.sigma_2 * v
+        return [v, -base(t) - (plant.k_x * x + plant.b * v + F) / plant.m, z_d]
+
+    return rates
+
+
+@pytest.mark.parametrize("law", [DAHL, LUGRE], ids=["dahl", "lugre"])
+def test_bristles_under_a_sine_agree_with_an_integrator_that_knows_no_events(law):
+    motion = sine(1.0, 1.6)
+    response = solved(law, motion, duration=2.0)
+    rates = bristle_rates(law, PAPER, lambda t: motion.A[0] * math.sin(2 * math.pi * 1.6 * t))
+    other = solve_ivp(
+        rates, (0.0, 2.0), [0.0, 0.0, 0.0], "DOP853", response.t, rtol=1e-12, atol=1e-15
+    )
+    assert np.abs(other.y[0] - response.x_r).max() < 1e-10 * response.x_r.max()
+    assert np.abs(other.y[1] - response.v_r).max() < 1e-9 * response.v_r.max()
+    assert response.numerics.error < 1e-8
+
+
+@pytest.mark.parametrize("law", [DAHL, LUGRE], ids=["dahl", "lugre"])
+def test_bristles_over_samples_agree_with_an_integrator_restarted_at_each(law):
+    motion = noise(200, 1.0)
+    response = solved(law, motion)
+    state, path = np.zeros(3), [0.0]
+    for n in range(199):
+        u_0, u_1 = motion.u_dd[n : n + 2]
+        rates = bristle_rates(law, PAPER, lambda t, a=u_0, b=u_1: a + (b - a) * t / STEP)
+        state = solve_ivp(rates, (0.0, STEP), state, "DOP853", rtol=1e-12, atol=1e-16).y[:, -1]
+        path.append(state[0])
+    assert np.abs(np.array(path) - response.x_r).max() < 1e-9 * np.abs(response.x_r).max()
+
+
+@pytest.mark.parametrize("law", [SMOOTH_STRIBECK, SHARP_STRIBECK], ids=["exponent-2", "1"])
+@pytest.mark.parametrize(("a_u", "f"), [(1.0, 1.6), (0.5, 0.7)])
+def test_stribeck_agrees_with_an_integrator_restarted_at_its_events(law, a_u, f):
+    motion = sine(a_u, f)
+    response = solved(law, motion, duration=6.0)
+    m, k_x, b = PAPER
+    events = response.events
+    ends = [*events.t[1:], 6.0]
+    for i, end in enumerate(ends):
+        d = np.sign(events.kind[i])
+        if d == 0:
+            continue
+
+        def rates(t, state, d=d):
+            F = law.F_fk + (law.F_fs - law.F_fk) * math.exp(
+                -((abs(state[1]) / law.v_s) ** law.exponent)
+            )
+            u_dd = motion.A[0] * math.sin(2 * math.pi * f * t)
+            return [state[1], -u_dd - (k_x * state[0] + b * state[1] + d * F) / m]
+
+        begin = events.t[i]
+        state = [events.x_r[i], 0.0]
+        other = solve_ivp(rates, (begin, end), state, "DOP853", rtol=1e-12, atol=1e-16)
+        assert other.y[0, -1] == pytest.approx(response.track.state(end).x_r, abs=1e-10)
+        assert abs(other.y[1, -1]) == pytest.approx(
+            abs(response.track.state(end).v_r), abs=1e-9
+        )
+    assert len(events) > 6
+
+
+@pytest.mark.parametrize("motion", [sine(0.75, 2.0), noise(4000, 0.67)], ids=["sine", "noise"])
+def test_stribeck_without_a_fall_is_coulomb(motion):
+    duration = 10.0 if isinstance(motion, Sines) else None
+    flat = solved(Dynamic(45.0, 45.0, STRIBECK, v_s=1e-3), motion, duration=duration)
+    coulomb = solved(Law(45.0, 45.0), motion, duration=duration)
+    assert np.abs(flat.x_r - coulomb.x_r).max() < 1e-10 * np.abs(coulomb.x_r).max()
+    assert flat.events.kind.tolist() == coulomb.events.kind.tolist()
+    assert flat.events.t == pytest.approx(coulomb.events.t, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", [DAHL, LUGRE._replace(F_fs=45.0, sigma_1=0.0, sigma_2=0.0)])
+def test_stiff_bristles_come_to_coulomb_as_the_root_of_their_softness(law):
+    """A reversal takes the way 2 F_fk/σ_0, so the time in which it errs falls as its root."""
+    motion = sine(1.0, 1.6)
+    coulomb = solved(Law(45.0, 45.0), motion, duration=3.0).x_r
+    errors = [
+        np.abs(solved(law._replace(sigma_0=s), motion, duration=3.0).x_r - coulomb).max()
+        for s in (1e5, 1e6, 1e7)
+    ]
+    assert errors[2] < 2e-4
+    assert errors[0] / errors[1] == pytest.approx(math.sqrt(10.0), rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(math.sqrt(10.0), rel=0.05)
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(2000, 0.8)], ids=["sine", "noise"])
+class TestInvariants:
+    def test_energy_closes(self, law, motion):
+        from drysim.metrics import measure
+
+        response = solved(law, motion, duration=4.0)
+        metrics = measure(response.track, (1.0, 4.0), None)
+        assert metrics["energy_residual"] < 1e-10
+        assert metrics["energy_friction"] > 0
+
+    def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, law, motion):
+        if isinstance(motion, Sines):
+            other = Sines(tuple(-A for A in motion.A), motion.f, motion.phase)
+        else:
+            other = Samples(-motion.u_dd, motion.dt)
+        one, two = (solved(law, each, duration=2.0) for each in (motion, other))
+        assert (one.x_r == -two.x_r).all()
+        assert (one.F_f == -two.F_f).all()
+
+    def test_split_run_equals_the_whole(self, law, motion):
+        if isinstance(motion, Sines):
+            pytest.skip("a sine starts anew at t = 0")
+        whole = solved(law, motion, duration=4.0)
+        rest = Samples(motion.u_dd[800:], motion.dt)
+        part = solved(law, rest, start=whole.track.state(2.0), duration=2.0)
+        assert np.abs(part.x_r - whole.x_r[800:]).max() < 1e-9 * np.abs(whole.x_r).max()
+
+
+def test_force_law_and_motion_agree_at_every_sample():
+    response = solved(LUGRE, sine(1.0, 1.6), duration=2.0)
+    m, k_x, b = PAPER
+    x_dd = -(k_x * response.x_r + b * response.v_r + response.F_f) / m
+    assert (response.x_dd == x_dd).all()
+    assert not response.stuck.any()
+
+
+def test_belt_under_a_falling_friction_sticks_and_slips_as_long_as_the_closed_form_says():
+    """A belt at speed V under a mass on a spring is a base whose acceleration is a ramp."""
+    V, F_fk, F_fs = 0.2, 0.5, 1.0
+    ramp = Samples(np.arange(4001) * 0.01 * V, 0.01)
+    law = Dynamic(F_fk, F_fs, STRIBECK, v_s=1e-6)
+    events = solved(law, ramp, plant=Plant(1.0, 1.0, 0.0)).events
+    stick = events.t[events.kind == 0][1:4]
+    slip = events.t[np.abs(events.kind) == 1][1:4]
+    assert np.diff(stick) == pytest.approx(8.902605, abs=2e-3)
+    assert slip - stick[: len(slip)] == pytest.approx(5.0, abs=2e-3)
+
+
+def test_steady_orbit_of_bristles_closes_and_repeats():
+    motion = sine(1.0, 1.6)
+    orbit = StickSlip().orbit(PAPER, LUGRE, motion, REST, 1 / 1.6)
+    assert orbit.settled
+    assert orbit.closure <= 1e-9
+    response = solved(LUGRE, motion, start=orbit.state, duration=2 / 1.6)
+    half = len(response.x_r) // 2
+    assert np.abs(response.x_r[half:] - response.x_r[: len(response.x_r) - half]).max() < 1e-9
