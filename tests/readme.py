@@ -76,7 +76,7 @@ def meaning(field) -> tuple[str, str]:
     unit = "".join(re.findall(r" \[([^\], ]+)\]", re.sub("`[^`]*`", "", text))[:1])
     text = text.replace(f" [{unit}]", "", 1).replace("|", "\\|")
     choices = field.get("enum", ())
-    if choices and not (choices[0] in text and choices[-1] in text):
+    if choices and not (str(choices[0]) in text and str(choices[-1]) in text):
         text += f" One of {', '.join(f'`{word}`' for word in choices)}."
     return text, unit.replace("-", "–")
 

@@ -119,3 +119,6 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     yield Row("stuck", percent(metrics["stuck_share"]), counted)
     residual = number(metrics["energy_residual"], digits=2)
     yield Row("energy", residual, "is what the energy balance leaves, relative")
+    if (error := outcome.response.numerics.error) is not None:
+        bound = "at most, relative to its peak, is the error of x_r"
+        yield Row("error", number(error, digits=2), bound)

@@ -63,7 +63,9 @@ def friction(
 
 
 def _dynamics(law: Dynamic) -> Iterator[str]:
-    """Give what a law has besides its two forces."""
+    """Give the name of a law and what it has besides its two forces."""
+    bare = law.F_fs == law.F_fk and not (law.sigma_1 or law.sigma_2)
+    yield "law stribeck" if law.kind != BRISTLE else f"law {'dahl' if bare else 'lugre'}"
     if law.F_fs > law.F_fk:
         yield f"v_s {number(law.v_s, 'm/s')}"
     if law.kind == BRISTLE:
