@@ -19,7 +19,7 @@ from drysim.wording import number
 
 if TYPE_CHECKING:
     from drysim.approach import Approach
-    from drysim.core.plant import Law
+    from drysim.core.plant import AnyLaw
 
 FINER = (1, 4, 16, 64)
 """Pieces of a sample that fixed steps are tried with."""
@@ -67,7 +67,7 @@ def entry(
     work: Work,
     approach: Approach,
     words: str,
-    law: Law,
+    law: AnyLaw,
     lacks: tuple[str, ...],
     count: int,
 ) -> Entry:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from drysim.approach.events import Floats
     from drysim.approach.response import Track
-    from drysim.core.plant import Law, Plant, State
+    from drysim.core.plant import AnyLaw, Plant, State
     from drysim.errors import Caution
     from drysim.scenario import Scenario
 
@@ -61,7 +61,7 @@ class Work:
 
     scenario: Scenario
     plant: Plant
-    law: Law
+    law: AnyLaw
     motion: Sines | Samples
     start: State
     step: float
