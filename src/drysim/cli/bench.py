@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from drysim.cli import options
 from drysim.cli.streams import reader_may_leave
 from drysim.cli.studies import app as app
-from drysim.errors import EXIT_OK
+from drysim.errors import EXIT_OK, Caution
 
 if TYPE_CHECKING:
-    from drysim.study.bench.attempt import Terms
-    from drysim.study.bench.work import Work
+    from drysim.scenario import Scenario
+
+PATIENCE, HARD_PATIENCE = 0.2, 10.0
+"""Time that one run may take [s], and that a hard case may: there it decides held or failed."""
 
 Asked = Annotated[
     str | None,
@@ -30,16 +32,20 @@ Size = Annotated[
     int, typer.Option("--samples", min=1, metavar="N", help="Samples of the work, at most.")
 ]
 Patience = Annotated[
-    float,
+    float | None,
     typer.Option(
         "--patience",
         min=1e-3,
         metavar="SECONDS",
-        help="What one run may take; slower entries run on a shorter stretch.",
+        help=f"What one run may take, default {PATIENCE:g}: slower entries run on a shorter "
+        f"stretch; with --hard {HARD_PATIENCE:g}, and what takes longer fails.",
     ),
 ]
 Peers = Annotated[
     bool, typer.Option("--peers/--no-peers", help="Whether other programs take part.")
+]
+Hard = Annotated[
+    bool, typer.Option("--hard", help="Put every approach through the hard cases instead.")
 ]
 
 
@@ -49,9 +55,10 @@ def bench(
     scenario: Asked = None,
     changes: options.Changes = None,
     out: options.Out = None,
+    hard: Hard = False,
     repeats: Repeats = 15,
     samples: Size = 24_000,
-    patience: Patience = 0.2,
+    patience: Patience = None,
     peers: Peers = True,
     dry_run: options.DryRun = False,
     no_plots: options.NoPlots = False,
@@ -59,68 +66,121 @@ def bench(
     quiet: options.Quiet = False,
 ) -> int:
     """Speed against error: all approaches, and programs that people know."""
+    command = shlex.join(["drysim", *context.obj])
+    if hard:
+        return held(scenario, changes or [], out, patience, dry_run, as_json, quiet, command)
     from drysim.report.claim import check
+    from drysim.study.bench import default, speed_error
     from drysim.study.bench.attempt import Terms
-    from drysim.study.bench.default import NAME, scenarios
-    from drysim.study.bench.speed_error import bench as measure
-    from drysim.study.bench.speed_error import entries
     from drysim.study.bench.work import work_of
 
-    asked = scenarios(scenario, changes or [])
+    asked = default.scenarios(scenario, changes or [])
     works = [work_of(one, samples) for one in asked]
-    name = NAME if scenario is None else f"{asked[0].name}-{NAME}"
-    folder = Path("out", name) if out is None else out
+    folder = folder_of(out, scenario, asked, "bench")
     check(folder)
-    terms = Terms(samples, repeats, patience, peers)
+    terms = Terms(samples, repeats, patience or PATIENCE, peers)
+    counts = [len(speed_error.entries(work, terms)) for work in works]
     if dry_run:
-        return plan(works, terms, folder, as_json, quiet)
+        cases = [
+            {"name": work.scenario.name, "samples": work.samples, "step": work.step,
+             "entries": count}
+            for work, count in zip(works, counts, strict=True)
+        ]  # fmt: skip
+        cautions = [caution for work in works for caution in work.cautions]
+        return plan(cases, terms._asdict(), folder, cautions, as_json, quiet)
     from drysim import console, report
 
-    total = sum(len(entries(work, terms)) for work in works)
-    with console.progress(total, "entries", quiet) as advance:
-        made = measure(works, terms, advance)
-    command = shlex.join(["drysim", *context.obj])
+    with console.progress(sum(counts), "entries", quiet) as advance:
+        made = speed_error.bench(works, terms, advance)
     told = report.write_bench(
         made, folder, plots=not no_plots, command=command, exit_code=EXIT_OK
     )
+    shown(folder, told, lambda: console.show_bench(made, folder), made.warnings, as_json, quiet)
+    return EXIT_OK
+
+
+def held(
+    scenario: str | None,
+    changes: Sequence[str],
+    out: Path | None,
+    patience: float | None,
+    dry_run: bool,
+    as_json: bool,
+    quiet: bool,
+    command: str,
+) -> int:
+    """Put every approach through the hard cases."""
+    from drysim.report.claim import check
+    from drysim.scenario.blocks import SHELF
+    from drysim.study.bench import hard
+
+    asked = hard.scenarios(scenario, changes)
+    folder = folder_of(out, scenario, asked, "hard")
+    check(folder)
+    limit = patience or HARD_PATIENCE
+    if dry_run:
+        cases = [{"name": one.name, "entries": len(SHELF)} for one in asked]
+        return plan(cases, {"patience": limit}, folder, (), as_json, quiet)
+    from drysim import console, report
+
+    with console.progress(len(asked) * len(SHELF), "trials", quiet) as advance:
+        made = hard.run(asked, limit, advance)
+    code = made.exit_code()
+    told = report.write_hard(made, folder, command=command, exit_code=code)
+    shown(folder, told, lambda: console.show_hard(made, folder), (), as_json, quiet)
+    return code
+
+
+def folder_of(
+    out: Path | None, scenario: str | None, asked: Sequence[Scenario], word: str
+) -> Path:
+    """Give the output folder: as it was asked for, or by the scenario's name."""
+    if out is not None:
+        return out
+    return Path("out", word if scenario is None else f"{asked[0].name}-{word}")
+
+
+def shown(
+    folder: Path,
+    told: dict[str, Any],
+    show: Callable[[], None],
+    warnings: Sequence[Caution],
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Show what came out, in words or as JSON."""
+    from drysim import console, report
+
     with reader_may_leave(folder):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:
-            console.show_bench(made, folder)
+            show()
         if as_json and not quiet:
-            console.show_warnings(made.warnings)
-    return EXIT_OK
+            console.show_warnings(warnings)
 
 
-def plan(works: Sequence[Work], terms: Terms, folder: Path, as_json: bool, quiet: bool) -> int:
+def plan(
+    cases: Sequence[dict[str, Any]],
+    terms: dict[str, Any],
+    folder: Path,
+    cautions: Sequence[Caution],
+    as_json: bool,
+    quiet: bool,
+) -> int:
     """Show what a bench would do."""
     from drysim import console
-    from drysim.study.bench.peers import absent
-    from drysim.study.bench.speed_error import entries
 
-    counts = {work.scenario.name: len(entries(work, terms)) for work in works}
-    fields = {
-        "dry_run": True,
-        "cases": [
-            {"name": work.scenario.name, "samples": work.samples, "step": work.step,
-             "entries": counts[work.scenario.name]}
-            for work in works
-        ],
-        **terms._asdict(),
-        "absent": absent(),
-        "folder": folder.as_posix(),
-    }  # fmt: skip
+    fields = {"dry_run": True, "cases": cases, **terms, "folder": folder.as_posix()}
     with reader_may_leave():
         if as_json:
             typer.echo(json.dumps(fields, indent=2))
         elif not quiet:
-            for work in works:
-                name = work.scenario.name
-                console.say(f"{name}: {counts[name]} entries on {work.samples} samples")
+            for case in cases:
+                size = f" on {case['samples']} samples" if "samples" in case else ""
+                console.say(f"{case['name']}: {case['entries']} entries{size}")
             console.say(f"would be written to {folder}")
             console.say("dry run: nothing was computed, nothing was written")
         if not quiet:
-            for work in works:
-                console.show_warnings(work.cautions)
+            console.show_warnings(cautions)
     return EXIT_OK

@@ -5,6 +5,7 @@ from drysim.console.bench import show_bench as show_bench
 from drysim.console.comparison import show_comparison as show_comparison
 from drysim.console.faults import show_fault as show_fault
 from drysim.console.faults import show_problems as show_problems
+from drysim.console.hard import show_hard as show_hard
 from drysim.console.paper import remark as remark
 from drysim.console.paper import say as say
 from drysim.console.parts import show_warnings as show_warnings

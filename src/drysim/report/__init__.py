@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report import digest, plots, rows, scored, spectrum, tables
+from drysim.report import digest, ordeals, plots, rows, scored, spectrum, tables
 from drysim.report.claim import JOURNAL, MARKER, SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
@@ -21,6 +21,7 @@ from drysim.report.sidecar import text as text
 from drysim.source import dump
 
 if TYPE_CHECKING:
+    from drysim.study.bench.hard import Ordeals
     from drysim.study.bench.scores import Bench
     from drysim.study.outcome import Outcome
     from drysim.study.table import Comparison, Table
@@ -120,6 +121,12 @@ def write_bench(
     """Write the output folder of a bench; parameters and errors are those of `write`."""
     writers = BENCH_WRITERS + BENCH_PAINTERS * plots
     return _write(bench, folder, writers, scored.of_bench, command, exit_code)
+
+
+def write_hard(hard: Ordeals, folder: Path, *, command: str, exit_code: int) -> dict[str, Any]:
+    """Write the output folder of the hard cases; parameters and errors are those of `write`."""
+    writers = (ordeals.hard_cases,)
+    return _write(hard, folder, writers, ordeals.of_ordeals, command, exit_code)
 
 
 def _write(

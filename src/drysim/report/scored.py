@@ -54,8 +54,8 @@ def cells(panel: Panel, at: int) -> list[str]:
     one = panel.scores[at]
     before = (one.step, one.time, one.error_x_r, one.error_T_a, one.energy_residual)
     return [
-        one.approach, _quoted(one.setting), *map(_text, before), _quoted(one.verdict),
-        panel.scenario.name, *map(_text, (one.ratio, one.samples, one.repeats)),
+        one.approach, quoted(one.setting), *map(text, before), quoted(one.verdict),
+        panel.scenario.name, *map(text, (one.ratio, one.samples, one.repeats)),
     ]  # fmt: skip
 
 
@@ -92,12 +92,12 @@ def _found(panel: Panel) -> Fields:
     }
 
 
-def _text(value: float | None) -> str:
+def text(value: float | None) -> str:
     """Give the shortest text that reads back as the same number; nothing for not known."""
     return "" if value is None else str(value + 0)
 
 
-def _quoted(words: str) -> str:
+def quoted(words: str) -> str:
     """Give words as a cell: in quotes where they hold a comma, a quote or a line end."""
     words = " ".join(words.split())
     return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words

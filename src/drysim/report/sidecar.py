@@ -95,7 +95,7 @@ def framed(
         "created": created(),
         "complete": complete and exit_code not in (EXIT_NUMERICS_FAILED, EXIT_INTERRUPTED),
         "exit_code": exit_code,
-        "scenario": {"name": scenario.name, **_origin(scenario.origin)},
+        "scenario": {"name": scenario.name, **origin(scenario.origin)},
         "inputs": [
             {"file": bare_name(file), "sha256": sha256, "size": size}
             for file, sha256, size in getattr(motion, "inputs", ())
@@ -151,5 +151,6 @@ def _check(verdict: Verdict) -> Fields:
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
 
 
-def _origin(origin: Mapping[str, Any]) -> Fields:
-    return {**origin, "file": bare_name(str(origin.get("file", "")))}
+def origin(known: Mapping[str, Any]) -> Fields:
+    """Give where a scenario came from: its file by its bare name, its hash, overrides."""
+    return {**known, "file": bare_name(str(known.get("file", "")))}

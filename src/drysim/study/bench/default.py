@@ -7,9 +7,6 @@ from collections.abc import Sequence
 from drysim.scenario import Scenario, load
 from drysim.study import gallery
 
-NAME = "bench"
-"""Name of the output folder of a bench of several scenarios."""
-
 GALLERY = (
     ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),
     ("paper-random", ("friction.static_ratio=1.2", "excitation.rms=0.67")),

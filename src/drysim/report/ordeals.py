@@ -1,0 +1,79 @@
+"""Files of the hard cases: hard_cases.csv, and what drysim.json says of them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import drysim
+from drysim.errors import EXIT_NUMERICS_FAILED
+from drysim.report.bare import bare_command, plain
+from drysim.report.scored import quoted, text
+from drysim.report.sidecar import FORMAT, Fields, created, origin, software
+from drysim.report.tables import heading, write
+from drysim.study.bench.hard import COMPARED
+
+if TYPE_CHECKING:
+    from drysim.study.bench.hard import Ordeals
+
+DEVIATIONS = tuple(f"{metric}_deviation" for metric in COMPARED)
+HEADINGS = ("case", "approach", "verdict", "how", *map(heading, DEVIATIONS))
+COUNTS = ("checks", "passed", "time")
+
+
+def hard_cases(ordeals: Ordeals, folder: Path) -> None:
+    """Write hard_cases.csv: a row for every approach on every case.
+
+    Parameters
+    ----------
+    ordeals : Ordeals
+    folder : Path
+        Where to write.
+    """
+    columns = [*HEADINGS, *map(heading, COUNTS)]
+    write(folder / "hard_cases.csv", columns, [list(zip(*cells(ordeals), strict=True))])
+
+
+def cells(ordeals: Ordeals) -> Iterator[list[str]]:
+    """Give the rows of hard_cases.csv."""
+    for case in ordeals.cases:
+        for one in case.trials:
+            off = [text(one.deviations.get(metric)) for metric in COMPARED]
+            counts = [str(one.checks), str(one.passed), str(one.time)]
+            yield [case.scenario.name, one.approach, one.word, quoted(one.how), *off, *counts]
+
+
+def of_ordeals(
+    ordeals: Ordeals, command: str, exit_code: int, files: Mapping[str, str]
+) -> Fields:
+    """Give everything that made the verdicts, ready for JSON; as `report.sidecar` does."""
+    trials = [one for case in ordeals.cases for one in case.trials]
+    metrics: Fields = {
+        name: dict(Counter(one.word for one in trials if one.approach == name))
+        for name in dict.fromkeys(one.approach for one in trials)
+    }
+    cases: list[Fields] = [
+        {
+            "scenario": {"name": case.scenario.name, **origin(case.scenario.origin)},
+            "trials": [one._asdict() for one in case.trials],
+        }
+        for case in ordeals.cases
+    ]
+    fields: Fields = {
+        "format": FORMAT,
+        "version": drysim.__version__,
+        "command": bare_command(command),
+        "created": created(),
+        "complete": exit_code != EXIT_NUMERICS_FAILED,
+        "exit_code": exit_code,
+        "numerics": {"engine": ordeals.engine, "cases": len(cases)},
+        "software": software(),
+        "metrics": metrics,
+        "cases": cases,
+        "checks": [],
+        "warnings": [],
+        "files": files,
+    }
+    return {key: plain(value) for key, value in fields.items()}
