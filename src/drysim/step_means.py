@@ -37,7 +37,7 @@ def step_means(response: Response) -> tuple[Floats, Floats]:
         u_dd = 0.5 * (response.u_dd[:-1] + response.u_dd[1:])
     else:
         A = tuple(A * float(np.sinc(f * dt)) for A, f in zip(motion.A, motion.f, strict=True))
-        middles = (np.arange(len(response.x_r) - 1, dtype=np.float64) + 0.5) * dt
+        middles = (np.arange(len(response) - 1, dtype=np.float64) + 0.5) * dt
         u_dd = base_acceleration(Sines(A, motion.f, motion.phase), middles)
     return u_dd, u_dd + np.diff(response.v_r) / dt
 
@@ -51,4 +51,4 @@ def steps_within(response: Response, window: tuple[float, float]) -> slice:
     """Give the steps that lie in a window [s] as a whole."""
     first = int(np.ceil(window[0] / response.dt - ON_GRID))
     last = int(np.floor(window[1] / response.dt + ON_GRID))
-    return slice(first, max(first, min(last, len(response.x_r) - 1)))
+    return slice(first, max(first, min(last, len(response) - 1)))

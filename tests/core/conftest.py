@@ -11,7 +11,7 @@ import pytest
 PARTS = (
     "plant", "motion", "compiled", "flow", "wave", "series", "stop", "events", "march", "slide",
     "leave", "leap", "grid", "period_map", "orbit", "integrals", "forms", "recursion", "law",
-    "stepping",
+    "stepping", "decimal", "digits",
 )  # fmt: skip
 
 

@@ -155,7 +155,7 @@ def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNames
     columns = [np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)]
     log = log_of(kernel)
     out = kernel.leap.leap_steps(
-        plant, law, waves_of(kernel, [], law), np.zeros(n), 5e-3, 0, n - 1, 0.05, 0.2, 1,
+        plant, law, waves_of(kernel, [], law), 0, np.zeros(n), 5e-3, 0, n - 1, 0.05, 0.2, 1,
         *columns, log, 0, len(log.n),
     )  # fmt: skip
     t = log.n[: out[4]] * 5e-3 + log.s[: out[4]]

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
-from drysim.approach.response import Numerics, Orbit, Response
+from drysim.approach.numerics import Numerics
+from drysim.approach.points import Held, Points
+from drysim.approach.response import Orbit, Response
 from drysim.approach.scene import (
     core_of,
     first_u_dd,
@@ -208,7 +210,8 @@ def solve(
     how = Numerics(
         "stick-slip", *core_of(law, motion), engine(), points - 1, len(track.turns), error=error
     )
-    return Response(plant, law, motion, dt, u_dd, x_r, v_r, d, track.turns, how, track, F_f)
+    grid = Held(dt, Points(u_dd, x_r, v_r, d, F_f))
+    return Response(plant, law, motion, grid, track.turns, how, track)
 
 
 def find_orbit(

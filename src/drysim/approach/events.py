@@ -39,6 +39,11 @@ class Events:
         """Give the number of events."""
         return len(self.t)
 
+    def until(self, t: float) -> Events:
+        """Give the events up to an instant [s], itself included."""
+        count = int(np.searchsorted(self.t, t, side="right"))
+        return Events(self.t[:count], self.kind[:count], self.x_r[:count], self.F_L[:count])
+
     @property
     def names(self) -> list[str]:
         """The names of the events, in order."""

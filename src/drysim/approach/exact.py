@@ -9,6 +9,7 @@ import numpy as np
 from drysim.approach import by_series, under_sines
 from drysim.approach.events import Events
 from drysim.approach.over_samples import solve_samples
+from drysim.approach.points import Sliding
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
@@ -25,13 +26,20 @@ def solve(
     start: AnyState,
     step: float,
     duration: float | None,
+    whole: bool,
 ) -> Response:
-    """Solve a scene with the core that fits its base motion, and write it on its grid."""
+    """Solve a scene with the core that fits its base motion, to be had on its grid.
+
+    `whole` keeps the motion over samples at hand, however long it is.
+    """
     if isinstance(law, Dynamic):
-        return by_series.solve(plant, law, motion, start, step, duration)
-    if isinstance(motion, Samples):
-        return solve_samples(plant, law, motion, State(*start[:2]), duration)
-    return on_grid(follow_sines(plant, law, motion, State(*start[:2]), needed(duration)), step)
+        response = by_series.solve(plant, law, motion, start, step, duration)
+    elif isinstance(motion, Samples):
+        response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole)
+    else:
+        track = follow_sines(plant, law, motion, State(*start[:2]), needed(duration))
+        response = on_grid(track, step)
+    return response if law.F_fs > 0.0 else frictionless(response)
 
 
 def follow(
@@ -45,7 +53,8 @@ def follow(
     if isinstance(law, Dynamic):
         return by_series.follow(plant, law, motion, start, duration)
     if isinstance(motion, Samples):
-        track = solve_samples(plant, law, motion, State(*start[:2]), duration).track
+        response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole=False)
+        track = response.track
         assert track is not None, "samples are solved with their track"
         return track
     return follow_sines(plant, law, motion, State(*start[:2]), needed(duration))
@@ -60,14 +69,13 @@ def needed(duration: float | None) -> float:
 
 def frictionless(response: Response) -> Response:
     """Give the response of a scene without dry friction: turning points are not events then."""
-    whole = np.ones(len(response.x_r), dtype=np.int8)
     events = response.events
     begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
     why = "no dry friction: the same flow, with turning points for the peaks only"
     numerics = replace(
         response.numerics, approach="viscous", why=why, events=1, closest_decision=None
     )
-    return replace(response, d=whole, events=begin, numerics=numerics)
+    return replace(response, grid=Sliding(response.grid), events=begin, numerics=numerics)
 
 
 def find_orbit(

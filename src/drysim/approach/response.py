@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
@@ -10,52 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.events import Codes, Events, Floats
+from drysim.approach.numerics import Numerics
+from drysim.approach.points import BLOCK, KEPT, Grid, Points
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Totals
-
-FIXED_STEP = "step"
-"""The core of the approaches that locate no event."""
-
-
-@dataclass(frozen=True)
-class Numerics:
-    """How the numbers were made.
-
-    Attributes
-    ----------
-    approach : str
-        Name on the shelf.
-    core : str
-        Which core solved the scene.
-    why : str
-        Why that core: a sentence.
-    engine : str
-        `plain` or `compiled`.
-    steps : int
-        Steps of the output grid.
-    events : int
-        Number of events, the state at t = 0 included.
-    closest_decision : float or None
-        Smallest relative distance ||F_L| - F_fs|/max(|F_L|, F_fs) of all decisions at a stop
-        [-].
-    closure : float or None
-        Largest change of the scaled state over one repetition of a periodic orbit [-].
-    period_multiple : int or None
-        Excitation periods in one repetition of the orbit.
-    error : float or None
-        Bound of the error of x_r relative to its peak [-], where the core has one to state.
-    """
-
-    approach: str
-    core: str
-    why: str
-    engine: str
-    steps: int
-    events: int
-    closest_decision: float | None = None
-    closure: float | None = None
-    period_multiple: int | None = None
-    error: float | None = None
 
 
 class Track(Protocol):
@@ -95,43 +54,68 @@ class Track(Protocol):
 class Response:
     """Relative motion on an equidistant grid, with the events between its points.
 
-    x_dd, F_f, t and stuck follow from the rest and are made when first asked for.
+    A long one that is not asked for as a whole never is one: `parts` cuts its grid into blocks,
+    `points`, `acceleration` and `friction` give what belongs to each.
 
     Attributes
     ----------
     plant, law, motion
         The scene.
-    dt : float
-        Distance of the grid points [s].
-    u_dd, x_r, v_r : ndarray, shape (n,)
-        Base acceleration [m/s²], relative displacement [m] and velocity [m/s].
-    d : ndarray of int8, shape (n,)
-        Direction of sliding: -1, +1, or 0 where stuck.
+    grid : Grid
+        Where its points come from.
     events : Events
     numerics : Numerics
     track : Track or None
         The solution between the grid points; None where only the motion was asked for.
-    force : ndarray, shape (n,), or None
-        Friction force as the approach had it [N]; None where the mode and the law give it.
     """
 
     plant: Plant
     law: AnyLaw
     motion: Sines | Samples
-    dt: float
-    u_dd: Floats
-    x_r: Floats
-    v_r: Floats
-    d: Codes
+    grid: Grid
     events: Events
     numerics: Numerics
     track: Track | None = None
-    force: Floats | None = None
+    _latest: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
+
+    def __len__(self) -> int:
+        """Give the number of grid points."""
+        return len(self.grid)
+
+    @property
+    def dt(self) -> float:
+        """Distance of the grid points [s]."""
+        return self.grid.dt
+
+    @cached_property
+    def whole(self) -> Points:
+        """All points."""
+        return self.grid.part(0, len(self))
+
+    @property
+    def u_dd(self) -> Floats:
+        """Base acceleration [m/s²], shape (n,)."""
+        return self.whole.u_dd
+
+    @property
+    def x_r(self) -> Floats:
+        """Relative displacement [m], shape (n,)."""
+        return self.whole.x_r
+
+    @property
+    def v_r(self) -> Floats:
+        """Relative velocity [m/s], shape (n,)."""
+        return self.whole.v_r
+
+    @property
+    def d(self) -> Codes:
+        """Direction of sliding, shape (n,): -1, +1, or 0 where stuck."""
+        return self.whole.d
 
     @cached_property
     def t(self) -> Floats:
         """Time of the grid points [s], shape (n,)."""
-        t: Floats = np.arange(len(self.x_r), dtype=np.float64) * self.dt
+        t: Floats = np.arange(len(self), dtype=np.float64) * self.dt
         return t
 
     @cached_property
@@ -150,25 +134,39 @@ class Response:
         """Absolute acceleration of the mass [m/s²], shape (n,); equals ü while stuck."""
         return self.acceleration(slice(None))
 
+    def parts(self) -> Iterator[slice]:
+        """Cut the grid into blocks, in the order of time."""
+        return (slice(at, min(at + BLOCK, len(self))) for at in range(0, len(self), BLOCK))
+
+    def points(self, part: slice) -> Points:
+        """Give a part of the grid, so that long responses need not be held whole."""
+        if len(self) <= KEPT or "whole" in vars(self):
+            return self.whole.cut(part)
+        first, last, _ = part.indices(len(self))
+        if (first, last) not in self._latest:
+            self._latest.clear()
+            self._latest[first, last] = self.grid.part(first, last)
+        return self._latest[first, last]
+
     def friction(self, part: slice) -> Floats:
-        """Give F_f [N] on a part of the grid, so that long responses need not hold it whole."""
-        if self.force is not None:
-            return self.force[part]
-        kinetic = self.d[part] * self.law.F_fk
+        """Give F_f [N] on a part of the grid."""
+        u_dd, x_r, _, d, force = self.points(part)
+        if force is not None:
+            return force
+        kinetic = d * self.law.F_fk
         if isinstance(self.law, Law) and self.law.variation:
-            t = np.arange(len(self.x_r))[part] * self.dt
+            t = np.arange(*part.indices(len(self))) * self.dt
             kinetic = kinetic * (
                 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
             )
-        limit_force = self.plant.m * self.u_dd[part] + self.plant.k_x * self.x_r[part]
-        return np.where(self.d[part] == 0, -limit_force, kinetic)
+        return np.where(d == 0, -(self.plant.m * u_dd + self.plant.k_x * x_r), kinetic)
 
     def acceleration(self, part: slice) -> Floats:
         """Give x_dd [m/s²] on a part of the grid."""
         m, k_x, b = self.plant
-        pull = k_x * self.x_r[part] + b * self.v_r[part] + self.friction(part)
-        stuck = self.stuck[part] if self.force is None else False
-        return np.where(stuck, self.u_dd[part], -pull / m)
+        u_dd, x_r, v_r, d, force = self.points(part)
+        pull = k_x * x_r + b * v_r + self.friction(part)
+        return np.where(d == 0 if force is None else False, u_dd, -pull / m)
 
 
 class Orbit(NamedTuple):

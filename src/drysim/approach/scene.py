@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.events import Events
-from drysim.approach.response import Numerics
+from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, first_mode
 from drysim.core.motion import Samples, Sines
@@ -53,10 +53,10 @@ def first_u_dd(motion: Sines | Samples) -> float:
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 
-def empty_log() -> Log:
-    """Give an empty log of `LOG_LENGTH` events."""
+def empty_log(length: int = LOG_LENGTH) -> Log:
+    """Give an empty log with room for so many events."""
     kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
-    return Log(*(held(np.empty(LOG_LENGTH, dtype=kind)) for kind in kinds))
+    return Log(*(held(np.empty(length, dtype=kind)) for kind in kinds))
 
 
 def joined(logs: list[Log]) -> Log:

@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike
 
 from drysim.approach import APPROACHES
 from drysim.approach.events import Events, Floats
-from drysim.approach.response import Numerics, Response
+from drysim.approach.numerics import Numerics
+from drysim.approach.points import Held, Points
+from drysim.approach.response import Response
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, State
 from drysim.errors import UsageError
@@ -93,10 +95,8 @@ def linear(plant: Plant, motion: Samples, start: State) -> Response:
     why = "no dry friction: one affine map a step, no event code"
     numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
     modes = np.ones(n, dtype=np.int8)
-    return Response(
-        plant, Law(0.0, 0.0), motion, motion.dt, motion.u_dd, np.asarray(x_r), np.asarray(v_r),
-        modes, events, numerics,
-    )  # fmt: skip
+    points = Points(motion.u_dd, np.asarray(x_r), np.asarray(v_r), modes)
+    return Response(plant, Law(0.0, 0.0), motion, Held(motion.dt, points), events, numerics)
 
 
 def refuse_nonsense(plant: Plant, law: Law, u_dd: Floats, dt: float, start: State) -> None:

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.events import Codes, Events, Floats
-from drysim.approach.response import FIXED_STEP, Numerics, Response
+from drysim.approach.numerics import FIXED_STEP, Numerics
+from drysim.approach.points import Held, Points
+from drysim.approach.response import Response
 from drysim.approach.scene import grid_points
 from drysim.core.compiled import engine, held
 from drysim.core.motion import (
@@ -55,13 +57,8 @@ def finer(motion: Sines | Samples, pieces: int) -> Sines | Samples:
 
 def thinned(response: Response, motion: Sines | Samples, pieces: int) -> Response:
     """Give every so-manieth point of a response; its track keeps them all."""
-    every = slice(None, None, pieces)
-    assert response.force is not None, "a fixed-step approach gives its friction force"
-    return replace(
-        response, motion=motion, dt=response.dt * pieces, u_dd=response.u_dd[every],
-        x_r=response.x_r[every], v_r=response.v_r[every], d=response.d[every],
-        force=response.force[every],
-    )  # fmt: skip
+    points = response.whole.cut(slice(None, None, pieces))
+    return replace(response, motion=motion, grid=Held(response.dt * pieces, points))
 
 
 def from_start(start: AnyState, n: int) -> tuple[Floats, Floats]:
@@ -185,7 +182,8 @@ def respond(
     numerics = Numerics(how[0], FIXED_STEP, how[1], engine(), len(x_r) - 1, len(events))
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
     track = SteppedTrack(plant, law, motion, dt, u_dd, x_r, v_r, x_dd, force, d)
-    return Response(plant, law, motion, dt, u_dd, x_r, v_r, d, events, numerics, track, force)
+    points = Held(dt, Points(u_dd, x_r, v_r, d, force))
+    return Response(plant, law, motion, points, events, numerics, track)
 
 
 def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Codes) -> Events:

@@ -51,8 +51,21 @@ class StickSlip(Block):
         """
         from drysim.approach import exact
 
-        response = exact.solve(plant, law, motion, start, step, duration)
-        return response if law.F_fs > 0.0 else exact.frictionless(response)
+        return exact.solve(plant, law, motion, start, step, duration, whole=True)
+
+    def by_parts(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response as `solve` does; of a long one no more than a part is ever held."""
+        from drysim.approach import exact
+
+        return exact.solve(plant, law, motion, start, step, duration, whole=False)
 
     def track(
         self,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drysim.approach.events import Events
+from drysim.approach.points import Points
 from drysim.approach.response import Orbit, Response
 from drysim.approach.scene import (
     LOG_LENGTH,
@@ -96,18 +97,45 @@ def follow_sines(
     return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
 
 
+@dataclass(frozen=True, eq=False)
+class Leaps:
+    """A solution under sines on the grid n·dt, of `length` points."""
+
+    track: LeapTrack
+    dt: float
+    length: int
+
+    def __len__(self) -> int:
+        """Give the number of points."""
+        return self.length
+
+    def part(self, first: int, last: int) -> Points:
+        """Give the points from number `first` to the one before `last`."""
+        track, n = self.track, last - first
+        ends = np.array([first, last - 1]) * self.dt
+        before, behind = np.searchsorted(track.turns.t, ends, side="right").tolist()
+        events = slice(before - 1, behind)
+        turns = (track.turns.t, track.turns.kind, track.turns.x_r)
+        t, kind, x_0 = (held(column[events]) for column in turns)
+        v_0 = track.start.v_r if before == 1 else 0.0
+        x_r, v_r, modes = held(np.zeros(n)), held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
+        sample_leaps(
+            track.plant, track.law, track.waves, t, kind, x_0, v_0, first, self.dt,
+            x_r, v_r, modes,
+        )  # fmt: skip
+        u_dd = base_acceleration(
+            track.motion, np.arange(first, last, dtype=np.float64) * self.dt
+        )
+        states = (np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
+        return Points(u_dd, *states)
+
+
 def on_grid(track: LeapTrack, step: float) -> Response:
-    """Write a solution on the grid n·step."""
-    turns, motion = track.turns, track.motion
+    """Give a solution on the grid n·step."""
+    plant, law, motion, turns = track.plant, track.law, track.motion, track.turns
     n = grid_points(track.end, step)
-    x_r, v_r, modes = held(np.zeros(n)), held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
-    columns = (held(turns.t), held(turns.kind), held(turns.x_r))
-    scene = (track.plant, track.law, track.waves)
-    sample_leaps(*scene, *columns, track.start.v_r, step, x_r, v_r, modes)
-    u_dd = base_acceleration(motion, np.arange(n, dtype=np.float64) * step)
-    how = numerics(*core_of(track.law, motion), n, turns, track.closest)
-    grid = (step, u_dd, np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
-    return Response(track.plant, track.law, motion, *grid, turns, how, track)
+    how = numerics(*core_of(law, motion), n, turns, track.closest)
+    return Response(plant, law, motion, Leaps(track, step, n), turns, how, track)
 
 
 def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: float) -> Orbit:

@@ -38,6 +38,18 @@ class Viscous(Block):
         """Give the response without dry friction; parameters as in `StickSlip.solve`."""
         return StickSlip().solve(plant, NO_FRICTION, motion, start, step, duration)
 
+    def by_parts(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response part by part; parameters as in `StickSlip.by_parts`."""
+        return StickSlip().by_parts(plant, NO_FRICTION, motion, start, step, duration)
+
     def track(
         self,
         plant: Plant,

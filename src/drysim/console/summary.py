@@ -74,7 +74,7 @@ def _scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
 def _window(outcome: Outcome) -> str:
     """Give the stretch of time that the metrics are of."""
     settle = outcome.scenario.measure.settle
-    end = (len(outcome.response.x_r) - 1) * outcome.response.dt
+    end = (len(outcome.response) - 1) * outcome.response.dt
     settled = f" after settling for {number(settle, 's')}" if settle else ""
     return f"{number(end - settle, 's')}{settled}"
 

@@ -19,13 +19,15 @@ def state_within(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
 
 
 @compiled
-def sample_leaps(plant, law, waves, t, kind, x_r, v_first, dt, x_out, v_out, d_out):
-    """Write a solution under waves on the grid n·dt.
+def sample_leaps(plant, law, waves, t, kind, x_r, v_first, first, dt, x_out, v_out, d_out):
+    """Write a solution under waves on the grid n·dt, from point `first` on.
 
     Parameters
     ----------
     t, kind, x_r : array, shape (events,)
-        The events; the first is the start of the run, with velocity `v_first` [m/s].
+        The events; the first is before the first point and leaves with `v_first` [m/s].
+    first : int
+        Number of the first point.
     dt : float
         Distance of the grid points [s].
     x_out, v_out, d_out : array, shape (n,)
@@ -33,11 +35,12 @@ def sample_leaps(plant, law, waves, t, kind, x_r, v_first, dt, x_out, v_out, d_o
     """
     event = 0
     for n in range(len(x_out)):
-        while event + 1 < len(t) and t[event + 1] <= n * dt:
+        at = (first + n) * dt
+        while event + 1 < len(t) and t[event + 1] <= at:
             event += 1
         d = direction(kind[event])
         v_r = v_first if event == 0 else 0.0
         x_out[n], v_out[n] = state_within(
-            plant, law, waves, 0.0, 0.0, t[event], x_r[event], v_r, d, n * dt - t[event]
+            plant, law, waves, 0.0, 0.0, t[event], x_r[event], v_r, d, at - t[event]
         )
         d_out[n] = d

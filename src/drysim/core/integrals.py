@@ -125,7 +125,7 @@ def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
 
 
 @compiled
-def integrate_steps(plant, law, waves, u_dd, dt, steps, x_r, v_r, d, log, begin, end):
+def integrate_steps(plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log, begin, end):
     """Integrate the named steps of a march; each may hold events or an end of the window.
 
     Parameters
@@ -134,8 +134,10 @@ def integrate_steps(plant, law, waves, u_dd, dt, steps, x_r, v_r, d, log, begin,
         Base acceleration [m/s²].
     dt : float
         Distance of the samples [s].
+    first : int
+        How many samples of the motion come before those that are given.
     steps : array of int, shape (steps,)
-        Numbers of the steps, ascending.
+        Numbers of the steps, ascending; they and the log count from `first`.
     x_r, v_r, d : array, shape (samples,)
         The march.
     log : Log
@@ -155,16 +157,17 @@ def integrate_steps(plant, law, waves, u_dd, dt, steps, x_r, v_r, d, log, begin,
         while event < len(log.n) and log.n[event] < n:
             event += 1
         slope = (u_dd[n + 1] - u_dd[n]) / dt
+        t = (first + n) * dt
         start, x, v, mode = 0.0, x_r[n], v_r[n], d[n]
         going = True
         while going:
             going = event < len(log.n) and log.n[event] == n
             stop = log.s[event] if going else dt
-            lo = max(begin - n * dt - start, 0.0)
-            hi = min(end - n * dt, stop) - start
+            lo = max(begin - t - start, 0.0)
+            hi = min(end - t, stop) - start
             if hi > lo:
                 part = integrate(
-                    plant, law, waves, u_dd[n] + slope * start, slope, n * dt + start,
+                    plant, law, waves, u_dd[n] + slope * start, slope, t + start,
                     x, v, mode, lo, hi,
                 )  # fmt: skip
                 x2 += part[0]

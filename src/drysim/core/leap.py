@@ -107,15 +107,19 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
 
 @compiled
 def leap_steps(
-    plant, law, waves, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity
+    plant, law, waves, past, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, cap
 ):
-    """March over samples where the friction limits vary: one leap a step; else like `march`."""
+    """March over samples where the friction limits vary: one leap a step; else like `march`.
+
+    `past` is how many samples of the motion come before those that are given; `cap` is the
+    capacity of the log.
+    """
     closest = NEVER
-    while n < end and count + ROOM <= capacity:
+    while n < end and count + ROOM <= cap:
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         reached, x_r, v_r, d, count, tight = leap(
-            plant, law, waves, u_dd[n], slope, n, n * dt, dt, 0.0, x_r, v_r, d, log, count,
-            capacity
+            plant, law, waves, u_dd[n], slope, n, (past + n) * dt, dt, 0.0, x_r, v_r, d, log,
+            count, cap
         )  # fmt: skip
         closest = min(closest, tight)
         if reached < dt or count < 0:

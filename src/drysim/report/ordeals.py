@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import drysim
 from drysim.errors import EXIT_NUMERICS_FAILED
 from drysim.report.bare import bare_command, plain
+from drysim.report.cells import joined
 from drysim.report.scored import quoted, text
 from drysim.report.sidecar import FORMAT, Fields, created, origin, software
 from drysim.report.tables import heading, write
@@ -33,7 +34,7 @@ def hard_cases(ordeals: Ordeals, folder: Path) -> None:
         Where to write.
     """
     columns = [*HEADINGS, *map(heading, COUNTS)]
-    write(folder / "hard_cases.csv", columns, [list(zip(*cells(ordeals), strict=True))])
+    write(folder / "hard_cases.csv", columns, [joined(zip(*cells(ordeals), strict=True))])
 
 
 def cells(ordeals: Ordeals) -> Iterator[list[str]]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drysim.report.cells import joined
 from drysim.report.tables import COMFORT, STROKE, heading, write
 
 if TYPE_CHECKING:
@@ -29,14 +30,14 @@ def transmissibility(table: Table, folder: Path) -> None:
     folder : Path
         Where to write.
     """
-    write(folder / "transmissibility.csv", _headings(table), [_columns(table)])
+    write(folder / "transmissibility.csv", _headings(table), [joined(_columns(table))])
 
 
 def comparison(made: Comparison, folder: Path) -> None:
     """Write comparison.csv: every case under every approach, and what it is off by."""
     off = [_text(made.deviation(row)) for row in made.table.rows]
     headings = [*_headings(made.table), heading("T_a_deviation")]
-    write(folder / "comparison.csv", headings, [[*_columns(made.table), off]])
+    write(folder / "comparison.csv", headings, [joined([*_columns(made.table), off])])
 
 
 def stroke_violations(table: Table, folder: Path) -> None:
@@ -48,7 +49,7 @@ def stroke_violations(table: Table, folder: Path) -> None:
     if rows:
         headings = [*_keys(table), *map(heading, STROKE)]
         columns = [*_points(table, rows), *_values(rows, VIOLATION)]
-        write(folder / "stroke_violations.csv", headings, [columns])
+        write(folder / "stroke_violations.csv", headings, [joined(columns)])
 
 
 def _headings(table: Table) -> list[str]:

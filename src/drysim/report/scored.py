@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drysim.report.cells import joined
 from drysim.report.claim import SCENARIO
 from drysim.report.sidecar import Fields, framed, software
 from drysim.report.tables import heading, write
@@ -46,7 +47,7 @@ def speed_error(bench: Bench, folder: Path) -> None:
         "case", *map(heading, FURTHER),
     ]  # fmt: skip
     rows = [cells(panel, at) for panel in bench.panels for at in range(len(panel.scores))]
-    write(folder / "speed_error.csv", headings, [list(zip(*rows, strict=True))])
+    write(folder / "speed_error.csv", headings, [joined(zip(*rows, strict=True))])
 
 
 def cells(panel: Panel, at: int) -> list[str]:

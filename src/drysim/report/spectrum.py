@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.report.tables import texts, write
+from drysim.report.cells import joined, texts
+from drysim.report.tables import write
 
 if TYPE_CHECKING:
     from drysim.spectra import Spectra
@@ -34,7 +35,7 @@ def spectra(outcome: Outcome, folder: Path) -> None:
         found.f, found.G_u, found.G_x, np.abs(found.H1), np.angle(found.H1), found.coherence,
     )  # fmt: skip
     cells = [[text if text != "nan" else "" for text in texts(column)] for column in columns]
-    write(folder / "spectra.csv", HEADINGS, [cells])
+    write(folder / "spectra.csv", HEADINGS, [joined(cells)])
 
 
 def told(found: Spectra) -> dict[str, Any]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drysim.approach.events import EVENT_NAMES
+from drysim.approach.points import BLOCK
+from drysim.report.cells import Block, Text, joined, rows
+
 if TYPE_CHECKING:
-    from drysim.approach.events import Floats
+    from drysim.approach.events import Events
     from drysim.approach.response import Response
     from drysim.study.outcome import Outcome
 
@@ -65,9 +69,7 @@ RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
 EVENTS = ("t", "event", "x_r", "F_L")
 COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 STROKE = ("t_first", "x_r_peak", "t_beyond", "violations")
-
-BLOCK = 65_536
-"""Rows made at a time: a block of text is some 10 MB, however long the response is."""
+STUCK = ("0", "1")
 
 
 def response(outcome: Outcome, folder: Path) -> None:
@@ -80,19 +82,17 @@ def response(outcome: Outcome, folder: Path) -> None:
         Where to write.
     """
     motion = outcome.response
-    blocks = (_motion(motion, part) for part in _parts(len(motion.x_r)))
-    write(folder / "response.csv", [*map(heading, RESPONSE)], blocks)
+    blocks = (_motion(motion, part) for part in motion.parts())
+    write(folder / "response.csv", [*map(heading, RESPONSE)], rows(blocks, STUCK, 6))
 
 
 def events(outcome: Outcome, folder: Path) -> None:
     """Write events.csv: stops, break-aways, reversals; the first row is the state at t = 0."""
     found = outcome.response.events
-    names = found.names
-    blocks = (
-        [texts(found.t[part]), names[part], texts(found.x_r[part]), texts(found.F_L[part])]
-        for part in _parts(len(found))
-    )
-    write(folder / "events.csv", [*map(heading, EVENTS)], blocks)
+    names = [EVENT_NAMES[code] for code in sorted(EVENT_NAMES)]
+    starts = range(0, len(found), BLOCK)
+    blocks = (_events(found, slice(start, start + BLOCK)) for start in starts)
+    write(folder / "events.csv", [*map(heading, EVENTS)], rows(blocks, names, 1))
 
 
 def stroke_violations(outcome: Outcome, folder: Path) -> None:
@@ -106,41 +106,29 @@ def stroke_violations(outcome: Outcome, folder: Path) -> None:
             found |= caution.numbers
     row = (found[name] for name in ("t_first_violation", "x_r_peak", "t_beyond", "violations"))
     cells = [["" if value is None else str(value)] for value in row]
-    write(folder / "stroke_violations.csv", [*map(heading, STROKE)], [cells])
+    write(folder / "stroke_violations.csv", [*map(heading, STROKE)], [joined(cells)])
 
 
-def _motion(motion: Response, part: slice) -> list[Iterable[str]]:
-    """Give one block of response.csv, column by column."""
+def _motion(motion: Response, part: slice) -> Block:
+    """Give one block of response.csv."""
+    u_dd, x_r, v_r, d, _ = motion.points(part)
     t = np.arange(part.start, part.stop) * motion.dt
-    series = (
-        t,
-        motion.u_dd[part],
-        motion.x_r[part],
-        motion.v_r[part],
-        motion.acceleration(part),
-        motion.friction(part),
+    series = (t, u_dd, x_r, v_r, motion.acceleration(part), motion.friction(part))
+    return Block(series, d == 0)
+
+
+def _events(found: Events, part: slice) -> Block:
+    """Give one block of events.csv."""
+    return Block(
+        (found.t[part], found.x_r[part], found.F_L[part]), found.kind[part] - min(EVENT_NAMES)
     )
-    return [*map(texts, series), map("01".__getitem__, (motion.d[part] == 0).tolist())]
 
 
-def texts(values: Floats) -> Iterator[str]:
-    """Give the shortest text that reads back as the same number; -0.0 becomes 0.0."""
-    return map(repr, (values + 0.0).tolist())
-
-
-def _parts(length: int) -> Iterator[slice]:
-    """Cut a length into blocks."""
-    return (slice(at, min(at + BLOCK, length)) for at in range(0, length, BLOCK))
-
-
-def write(
-    file: Path, headings: Sequence[str], blocks: Iterable[Sequence[Iterable[str]]]
-) -> None:
-    """Write a header row and blocks of columns."""
-    with file.open("w", encoding="utf-8", newline="\n") as out:
-        out.write(",".join(headings) + "\n")
-        for block in blocks:
-            out.writelines(map("{}\n".format, map(",".join, zip(*block, strict=True))))
+def write(file: Path, headings: Sequence[str], blocks: Iterable[Text]) -> None:
+    """Write a header row and blocks of rows."""
+    with file.open("wb") as out:
+        out.write((",".join(headings) + "\n").encode())
+        out.writelines(blocks)
 
 
 def heading(name: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from drysim.approach.response import FIXED_STEP
+from drysim.approach.numerics import FIXED_STEP
 from drysim.errors import Caution
 from drysim.wording import millimetres, number
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.approach.response import FIXED_STEP
+from drysim.approach.numerics import FIXED_STEP
 from drysim.errors import SolverError
 from drysim.study.case import assemble
 from drysim.study.cases import Motions, measured, response_of

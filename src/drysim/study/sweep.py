@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from drysim.approach.response import FIXED_STEP
+from drysim.approach.numerics import FIXED_STEP
 from drysim.core import compiled
 from drysim.core.motion import Sines
 from drysim.errors import Caution, ScenarioError

@@ -103,8 +103,8 @@ def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bo
 def _stretch(response: Response, first: float, last: float) -> tuple[Any, Any]:
     """Give the acceleration of a stretch [s], [m/s²]; jumps of an exact one stand upright."""
     begin = max(int(first / response.dt) - 1, 0)
-    part = slice(begin, min(int(last / response.dt) + 2, len(response.x_r)))
-    if response.force is None:
+    part = slice(begin, min(int(last / response.dt) + 2, len(response)))
+    if response.points(part).force is None:
         shown = curves.curve(response, part)
         return shown.t, shown.x_dd
     return np.arange(part.start, part.stop) * response.dt, response.acceleration(part)

@@ -34,6 +34,13 @@ class Curve(NamedTuple):
     F_f: Floats
 
 
+class Peak(NamedTuple):
+    """The greatest magnitude of a series, and its grid point."""
+
+    value: float
+    point: int
+
+
 def curve(response: Response, part: slice) -> Curve:
     """Give a stretch of the response in which jumps of force and acceleration stand upright.
 
@@ -48,13 +55,14 @@ def curve(response: Response, part: slice) -> Curve:
     Curve
         Grid points and events in the order of time.
     """
-    first, last, _ = part.indices(len(response.x_r))
+    first, last, _ = part.indices(len(response))
+    u_dd, x_r, v_r, *_ = response.points(part)
     grid = Curve(
         np.arange(first, last) * np.float64(response.dt),
-        response.u_dd[part],
+        u_dd,
         response.acceleration(part),
-        response.x_r[part],
-        response.v_r[part],
+        x_r,
+        v_r,
         response.friction(part),
     )
     sides = _event_sides(response, grid.t[0], grid.t[-1])
@@ -106,6 +114,16 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
     return (edges[:-1] + edges[1:]) / 2, low, high
 
 
+def greatest(response: Response, name: str, begin: int = 0) -> Peak:
+    """Give the greatest |value| of a series of `Points` from some grid point on."""
+    found = Peak(-1.0, begin)
+    for part in response.parts():
+        values = np.abs(getattr(response.points(part), name)[max(begin - part.start, 0) :])
+        if len(values) and values.max() > found.value:
+            found = Peak(float(values.max()), part.stop - len(values) + int(values.argmax()))
+    return found
+
+
 def zoom(response: Response, begin: float) -> slice:
     """Give the part of the grid around the largest stroke; around the largest ü when stuck.
 
@@ -115,14 +133,14 @@ def zoom(response: Response, begin: float) -> slice:
     begin : float
         End of the settling time [s]; the largest stroke is looked for behind it.
     """
-    x_r, settled = response.x_r, min(round(begin / response.dt), len(response.x_r) - 1)
-    series = (response.u_dd if x_r.min() == x_r.max() else x_r)[settled:]
-    top, bottom = int(series.argmax()), int(series.argmin())
-    peak = settled + (top if series[top] >= -series[bottom] else bottom)
+    length, settled = len(response), min(round(begin / response.dt), len(response) - 1)
+    x_r = response.points(slice(0, 1)).x_r
+    moves = any((response.points(part).x_r != x_r).any() for part in response.parts())
+    peak = greatest(response, "x_r" if moves else "u_dd", settled).point
     m, k_x, _ = response.plant
     period = 2 * np.pi * np.sqrt(m / k_x) if k_x > 0 else np.inf
-    points = min(max(WINDOW * period / response.dt, POINTS[0]), POINTS[1], len(x_r))
-    first = int(min(max(peak - points / 2, 0), len(x_r) - points))
+    points = min(max(WINDOW * period / response.dt, POINTS[0]), POINTS[1], length)
+    first = int(min(max(peak - points / 2, 0), length - points))
     return slice(first, first + int(points))
 
 
@@ -131,16 +149,27 @@ def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[
     if response.law.F_fs == 0:
         return []
     events = response.events
-    until = np.append(events.t[1:], (len(response.x_r) - 1) * response.dt)
+    until = np.append(events.t[1:], (len(response) - 1) * response.dt)
     stuck = events.kind == 0
     first = np.maximum(events.t[stuck], begin)
     last = np.minimum(until[stuck], end)
     return [(a, b - a) for a, b in zip(first.tolist(), last.tolist(), strict=True) if b > a]
 
 
-def excursions(response: Response, limit: float) -> list[int]:
-    """Give the grid point of the largest |x_r| of every excursion to or beyond a limit [m]."""
-    over = (response.x_r >= limit) | (response.x_r <= -limit)
-    steps = np.flatnonzero(np.diff(over, prepend=False, append=False))
-    pairs = zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True)
-    return [a + int(np.abs(response.x_r[a:b]).argmax()) for a, b in pairs]
+def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
+    """Give time [s] and x_r [m] at the largest |x_r| of every excursion to a limit [m]."""
+    found: list[tuple[float, float]] = []
+    goes_on = False
+    for part in response.parts():
+        x_r = response.points(part).x_r
+        size = np.abs(x_r)
+        steps = np.flatnonzero(np.diff(size >= limit, prepend=False, append=False))
+        for a, b in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
+            at = a + int(size[a:b].argmax())
+            peak = (part.start + at) * response.dt, float(x_r[at])
+            if not (goes_on and a == 0):
+                found.append(peak)
+            elif size[at] > abs(found[-1][1]):
+                found[-1] = peak
+        goes_on = bool(size[-1] >= limit)
+    return found

@@ -47,7 +47,7 @@ def telling(response: Response, others: Iterable[Response], begin: float) -> Str
     It holds the longest stop that fits with the slips around it; the beginning of a longer one;
     without any, the greatest deviation.
     """
-    end = (len(response.x_r) - 1) * response.dt
+    end = (len(response) - 1) * response.dt
     least, most = (count * _period(response) for count in PERIODS)
     span = min(max(least, min(STEPS * response.dt, most)), end - begin)
     stops = curves.stuck_stretches(response, begin, end)
@@ -86,7 +86,7 @@ def _apart(response: Response, others: Iterable[Response], begin: float) -> floa
 def difference(response: Response, other: Response, begin: float) -> Floats:
     """Give |x_dd - x_dd of another| on the grid of a response from some instant on [m/s²]."""
     first = round(begin / response.dt)
-    t = np.arange(first, len(response.x_r)) * response.dt
+    t = np.arange(first, len(response)) * response.dt
     own = response.acceleration(slice(first, None))
     gap: Floats = np.abs(np.interp(t, other.t, other.x_dd) - own)
     return gap

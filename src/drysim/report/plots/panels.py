@@ -62,14 +62,13 @@ def lines(above: Axes, below: Axes, shown: Curve) -> None:
 
 def bands(above: Axes, below: Axes, motion: Response) -> None:
     """Draw the bands that a long response fills."""
-    length = len(motion.x_r)
     filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
-        (above, motion.u_dd.__getitem__, BAND),
+        (above, lambda part: motion.points(part).u_dd, BAND),
         (above, motion.acceleration, MASS["color"]),
-        (below, lambda part: motion.x_r[part] * MM, MASS["color"]),
+        (below, lambda part: motion.points(part).x_r * MM, MASS["color"]),
     )
     for axes, series, color in filled:
-        at, low, high = curves.envelope(series, length)
+        at, low, high = curves.envelope(series, len(motion))
         axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
 
 
@@ -106,7 +105,7 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
     far : float
         A limit more than this many times the peak would flatten the curve and is left out.
     """
-    peak = float(max(motion.x_r.max(), -motion.x_r.min()))
+    peak = curves.greatest(motion, "x_r").value
     if limit > far * peak > 0:
         return
     axes.autoscale(axis="y")
@@ -114,11 +113,10 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
         label = f"stroke limit ±{wording.millimetres(limit)}"
         axes.axhline(side * limit * MM, **LIMIT, label=label)
     begin, end = axes.get_xlim()
-    at = np.array(curves.excursions(motion, limit), dtype=np.int64)
-    at = at[(at * motion.dt >= begin) & (at * motion.dt <= end)]
-    if len(at):
-        series = at * motion.dt, motion.x_r[at] * MM
-        axes.plot(*series, **BEYOND, linestyle="none", clip_on=False, label="limit met")
+    met = np.array(curves.excursions(motion, limit), dtype=float).reshape(-1, 2)
+    met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, MM)
+    if len(met):
+        axes.plot(*met.T, **BEYOND, linestyle="none", clip_on=False, label="limit met")
 
 
 def loop(axes: Axes, shown: Curve, motion: Response) -> None:

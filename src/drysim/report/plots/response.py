@@ -39,7 +39,7 @@ def response(outcome: Outcome, folder: Path) -> None:
 def draw(outcome: Outcome) -> Figure:
     """Give the picture of a response, not yet rendered."""
     motion = outcome.response
-    zoomed = len(motion.x_r) > LONG or len(motion.events) > BUSY
+    zoomed = len(motion) > LONG or len(motion.events) > BUSY
     body, arrange = (8.05, _zoomed) if zoomed else (5.15, _whole)
     head = heading.lines(outcome)
     figure = canvas.blank(body + heading.height(head))
@@ -59,9 +59,9 @@ def _zoomed(figure: Figure, outcome: Outcome) -> None:
     """Draw a long response as it goes, and a stretch of it so that it can be read."""
     motion, stroke = outcome.response, outcome.scenario.stroke
     shown = curves.curve(motion, curves.zoom(motion, _settle(outcome)))
-    end = (len(motion.x_r) - 1) * motion.dt
+    end = (len(motion) - 1) * motion.dt
     above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), 0.0, end)
-    if len(motion.x_r) > 2 * curves.BINS:
+    if len(motion) > 2 * curves.BINS:
         panels.bands(above, below, motion)
     else:
         panels.lines(above, below, curves.curve(motion, slice(None)))

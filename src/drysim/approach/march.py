@@ -1,0 +1,166 @@
+"""The march over samples, block by block: each can be marched again from its first state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drysim.approach.events import Codes, Events, Floats
+from drysim.approach.points import BLOCK, KEPT, Points
+from drysim.approach.scene import (
+    LOG_LENGTH,
+    empty_log,
+    first_entry,
+    joined,
+    mode_at_start,
+    refuse_storm,
+    waves_of,
+)
+from drysim.core.compiled import held
+from drysim.core.events import Log
+from drysim.core.leap import leap_steps
+from drysim.core.march import march
+from drysim.core.motion import Samples
+from drysim.core.plant import Law, Plant, State
+from drysim.core.slide import Waves
+
+STRIDE = 4_000_000
+"""Samples that a kernel may march before it hands over, so that an interrupt is heard."""
+
+Mark = tuple[float, float, int]
+"""x_r [m], v_r [m/s] and direction at the first sample of a block."""
+
+
+class Block(NamedTuple):
+    """The solution from sample `first` on: one value a sample, shape (n,), and its events.
+
+    The last sample is the first one of the next block. `log` counts from `first`.
+    """
+
+    first: int
+    u_dd: Floats
+    x_r: Floats
+    v_r: Floats
+    d: Codes
+    log: Log
+
+
+@dataclass(frozen=True, eq=False)
+class March:
+    """A march to sample `last` that keeps a state for every block, and the latest block.
+
+    Notes
+    -----
+    A march that starts from such a state goes on as if never stopped, so a block that is
+    marched again is the same to the last bit. What is to be kept whole is one block.
+    """
+
+    plant: Plant
+    law: Law
+    motion: Samples
+    waves: Waves
+    last: int
+    size: int
+    marks: list[Mark]
+    latest: dict[int, Block] = field(default_factory=dict)
+
+    def block(self, number: int) -> Block:
+        """Give a block."""
+        if number not in self.latest:
+            self.go(number)
+        return self.latest[number]
+
+    def holding(self, n: int) -> Block:
+        """Give the block of a sample, at best the one that it begins."""
+        return self.block(min(n // self.size, len(self.marks) - 1))
+
+    def blocks(self, first: int, last: int) -> Iterator[Block]:
+        """Give the blocks that hold the steps from sample `first` to sample `last`."""
+        numbers = range(first // self.size, min(-(-last // self.size), len(self.marks)))
+        return map(self.block, numbers)
+
+    def go(self, number: int) -> tuple[Mark, float]:
+        """March through a block; gives the state at its end and the tightest decision."""
+        first, state, closest = number * self.size, self.marks[number], math.inf
+        last = min(first + self.size, self.last) - first
+        u_dd = self.motion.u_dd[first : first + last + 1]
+        x_r, v_r = held(np.empty(last + 1)), held(np.empty(last + 1))
+        d = held(np.empty(last + 1, dtype=np.int8))
+        x_r[0], v_r[0], d[0] = state
+        given, logs, log, n = held(u_dd), [empty_log(0)], empty_log(LOG_LENGTH), 0
+        while n < last:
+            until = min(n + STRIDE, last)
+            rest: tuple[Any, ...] = (n, until, *state, x_r, v_r, d, log, 0, LOG_LENGTH)
+            if self.law.variation:
+                waves = self.waves, first
+                out = leap_steps(self.plant, self.law, *waves, given, self.motion.dt, *rest)
+            else:
+                out = march(self.plant, self.law, given, self.motion.dt, *rest)
+            n, state, count, closest = out[0], out[1:4], out[4], min(closest, out[5])
+            refuse_storm(count, (first + n) * self.motion.dt, state)
+            logs.append(Log(*(column[:count].copy() for column in log)))
+        series = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
+        self.latest.clear()
+        self.latest[number] = Block(first, u_dd, *series, joined(logs))
+        return state, closest
+
+
+def march_samples(
+    plant: Plant, law: Law, motion: Samples, start: State, last: int, whole: bool
+) -> tuple[March, Events, float]:
+    """March to sample `last`; gives also the events and the tightest decision.
+
+    `whole` keeps all of a march however long it is.
+    """
+    mode, closest = mode_at_start(plant, law, motion, start), math.inf
+    size = max(last, 1) if whole or last <= KEPT else BLOCK
+    mark = (start.x_r, start.v_r, mode)
+    made = March(plant, law, motion, waves_of(motion, law), last, size, [])
+    _, *begin = first_entry(plant, motion, start, mode)
+    turns = [tuple(map(np.array, begin))]
+    for number in range(max(1, -(-last // size))):
+        made.marks.append(mark)
+        mark, tight = made.go(number)
+        closest = min(closest, tight)
+        block = made.latest[number]
+        n, s, *rest = block.log
+        turns.append(((n + block.first) * motion.dt + s, *rest))
+    t, kind, x_r, F_L = (np.concatenate(column) for column in zip(*turns, strict=True))
+    return made, Events(t, kind.astype(np.int8), x_r, F_L), closest
+
+
+@dataclass(frozen=True, eq=False)
+class Marched:
+    """The points of a march, as a grid of some length."""
+
+    march: March
+    length: int
+
+    @property
+    def dt(self) -> float:
+        """Distance of the points [s]."""
+        return self.march.motion.dt
+
+    def __len__(self) -> int:
+        """Give their number."""
+        return self.length
+
+    def part(self, first: int, last: int) -> Points:
+        """Give the points from number `first` to the one before `last`."""
+        block = self.march.holding(first)
+        if last - block.first <= len(block.d):
+            points = Points(block.u_dd, block.x_r, block.v_r, block.d)
+            return points.cut(slice(first - block.first, last - block.first))
+        n = last - first
+        found = Points(np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int8))
+        for block in self.march.blocks(first, last):
+            begin, end = max(first, block.first), min(last, block.first + len(block.d))
+            here = slice(begin - first, end - first)
+            there = slice(begin - block.first, end - block.first)
+            found.u_dd[here], found.x_r[here] = block.u_dd[there], block.x_r[there]
+            found.v_r[here], found.d[here] = block.v_r[there], block.d[there]
+        return found

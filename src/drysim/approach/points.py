@@ -1,0 +1,92 @@
+"""Points: a response on its grid, held or made part by part. Plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from drysim.approach.events import Codes, Floats
+
+BLOCK = 65_536
+"""Grid points worked on at a time: a few megabytes, which stay near the processor."""
+
+KEPT = 1 << 20
+"""Grid points up to which a response is kept whole, 35 MB; a longer one is made by parts, and
+made anew whenever a part is asked for: that costs a tenth of writing it down."""
+
+
+class Points(NamedTuple):
+    """Neighbouring points of a grid, each array of shape (n,).
+
+    Attributes
+    ----------
+    u_dd, x_r, v_r : ndarray
+        Base acceleration [m/s²], relative displacement [m] and velocity [m/s].
+    d : ndarray of int8
+        Direction of sliding: -1, +1, or 0 where stuck.
+    force : ndarray or None
+        Friction force as the approach had it [N]; None where the mode and the law give it.
+    """
+
+    u_dd: Floats
+    x_r: Floats
+    v_r: Floats
+    d: Codes
+    force: Floats | None = None
+
+    def cut(self, part: slice) -> Points:
+        """Give some of the points."""
+        u_dd, x_r, v_r, d, force = self
+        bare = Points(u_dd[part], x_r[part], v_r[part], d[part])
+        return bare if force is None else bare._replace(force=force[part])
+
+
+class Grid(Protocol):
+    """Where the points of a response come from."""
+
+    @property
+    def dt(self) -> float:
+        """Distance of the points [s]."""
+
+    def __len__(self) -> int:
+        """Give their number."""
+
+    def part(self, first: int, last: int) -> Points:
+        """Give the points from number `first` to the one before `last`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Points that are there, `dt` seconds apart."""
+
+    dt: float
+    points: Points
+
+    def __len__(self) -> int:
+        """Give their number."""
+        return len(self.points.x_r)
+
+    def part(self, first: int, last: int) -> Points:
+        """Give the points from number `first` to the one before `last`."""
+        return self.points.cut(slice(first, last))
+
+
+@dataclass(frozen=True, eq=False)
+class Sliding:
+    """The points of another grid, none of them stuck."""
+
+    grid: Grid
+
+    @property
+    def dt(self) -> float:
+        """Distance of the points [s]."""
+        return self.grid.dt
+
+    def __len__(self) -> int:
+        """Give their number."""
+        return len(self.grid)
+
+    def part(self, first: int, last: int) -> Points:
+        """Give the points from number `first` to the one before `last`."""
+        points = self.grid.part(first, last)
+        return points._replace(d=points.d * 0 + 1)

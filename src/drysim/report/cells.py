@@ -1,0 +1,89 @@
+"""Rows of CSV: numbers as the shortest text that reads back as the same number."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.compiled import is_plain
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+WORKERS = min(os.cpu_count() or 1, 4)
+"""Threads that make text; one more writes it down, and hardly a disk is faster than these."""
+
+Text = bytes | memoryview
+Made = TypeVar("Made")
+
+
+class Block(NamedTuple):
+    """Columns of numbers, and which word stands in each row; all of shape (n,)."""
+
+    numbers: Sequence[NDArray[np.float64]]
+    codes: NDArray[np.generic]
+
+
+def texts(values: NDArray[np.float64]) -> Iterator[str]:
+    """Give the shortest text that reads back as the same number; -0.0 becomes 0.0."""
+    return map(repr, (values + 0.0).tolist())
+
+
+def joined(columns: Iterable[Iterable[str]]) -> bytes:
+    """Give columns of cells as rows."""
+    return "".join(map("{}\n".format, map(",".join, zip(*columns, strict=True)))).encode()
+
+
+def rows(blocks: Iterable[Block], words: Sequence[str], place: int) -> Iterator[Text]:
+    """Give blocks as rows, in order.
+
+    Parameters
+    ----------
+    blocks : iterable of Block
+    words : sequence of str
+        By code.
+    place : int
+        Columns of numbers before the words.
+    """
+    if is_plain():
+        return (_spoken(words, place, block) for block in blocks)
+    return _ahead(partial(_printed, words, place), blocks)
+
+
+def _spoken(words: Sequence[str], place: int, block: Block) -> bytes:
+    """Give the rows of a block, in plain Python."""
+    columns: list[Iterable[str]] = [texts(column) for column in block.numbers]
+    columns.insert(place, map(words.__getitem__, block.codes.tolist()))
+    return joined(columns)
+
+
+def _printed(words: Sequence[str], place: int, block: Block) -> memoryview:
+    """Give the rows of a block by the kernel."""
+    from drysim.core.digits import WIDTH, put_rows
+
+    numbers, letters = np.stack(block.numbers), np.array([word.encode() for word in words])
+    table = letters.view(np.uint8).reshape(len(words), -1)
+    longest = len(numbers) * (WIDTH + 1) + table.shape[1] + 1
+    out = np.empty(len(block.codes) * longest, np.uint8)
+    codes = block.codes.astype(np.int64)
+    return out[: put_rows(numbers.view(np.uint64), codes, table, place, out)].data
+
+
+def _ahead(make: Callable[[Block], Made], blocks: Iterable[Block]) -> Iterator[Made]:
+    """Give what is made of every block, in order; some are made ahead, in threads."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(WORKERS) as pool:
+        waiting: deque[Future[Made]] = deque()
+        for block in blocks:
+            waiting.append(pool.submit(make, block))
+            if len(waiting) > WORKERS:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
