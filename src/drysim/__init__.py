@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from drysim.scenario import Scenario, load
     from drysim.study.compare import compare
+    from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.run import run
     from drysim.study.sweep import sweep
@@ -30,6 +31,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Comparison",
     "DrysimError",
+    "Ensemble",
     "Outcome",
     "OutputError",
     "RecordError",
@@ -50,6 +52,7 @@ _HOMES = {
     "Comparison": "drysim.study.table",
     "Table": "drysim.study.table",
     "DrysimError": "drysim.errors",
+    "Ensemble": "drysim.study.ensemble",
     "Outcome": "drysim.study.outcome",
     "OutputError": "drysim.errors",
     "RecordError": "drysim.errors",

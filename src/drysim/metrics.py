@@ -67,6 +67,12 @@ METRICS = (
     Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
 )
 
+COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
+"""Those that only a weighting gives."""
+
+LIMITED = ("stroke_used", "violations", "t_first_violation", "t_beyond", "limit_rate")
+"""Those that only a stroke limit gives."""
+
 
 def measure(
     track: Track,

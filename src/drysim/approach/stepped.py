@@ -24,6 +24,9 @@ from drysim.core.motion import (
 from drysim.core.plant import AnyLaw, AnyState, Plant, State, Totals
 from drysim.errors import SolverError
 
+LARGEST = 1e100
+"""Displacement [m] or velocity [m/s] from which on energies would leave the numbers."""
+
 
 def grid_of(
     motion: Sines | Samples, step: float, duration: float | None
@@ -172,8 +175,9 @@ def respond(
     """
     u_dd, dt = grid
     x_r, v_r, force, d = state
-    if not np.isfinite(x_r[-1]) or not np.isfinite(v_r[-1]):
-        at = int(np.flatnonzero(~np.isfinite(x_r + v_r))[0])
+    if not all(-LARGEST < series.min() <= series.max() < LARGEST for series in (x_r, v_r)):
+        within = (np.abs(x_r) < LARGEST) & (np.abs(v_r) < LARGEST)
+        at = int(np.flatnonzero(~within)[0])
         raise SolverError(
             f"{how[0]} with a step of {dt:.6g} s has left the numbers at t = {at * dt:.6g} s",
             "take a smaller solver.step, or an approach that needs none",

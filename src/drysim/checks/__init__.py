@@ -128,6 +128,17 @@ class Verdict:
     """Of many cases the one that decided, by its swept keys; None for a single case."""
     applies: bool = True
     """Whether the check is about this case, or about any case of the sweep."""
+    half_width: float | None = None
+    """Half of the 95 % confidence interval, where the value is a mean over several seeds."""
+    seeds: int = 1
+    """How many seeds the value is a mean over."""
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the limit lies within the confidence interval of the mean."""
+        if self.value is None or self.half_width is None:
+            return False
+        return abs(self.value - self.check.limit) < self.half_width
 
     @property
     def unit(self) -> str:
@@ -146,7 +157,9 @@ class Verdict:
             return f"{self.check}: {self.check.metric} is not known{where}, so the check fails"
         unit = "" if self.unit == "-" else f" {self.unit}"
         outcome = "holds" if self.passed else "fails"
-        return f"{self.check}: {outcome} with {self.value:.6g}{unit}{self.place}"
+        width = "" if self.half_width is None else f" ± {self.half_width:.3g}"
+        mean = f" (mean of {self.seeds} seeds)" if self.seeds > 1 else ""
+        return f"{self.check}: {outcome} with {self.value:.6g}{width}{unit}{mean}{self.place}"
 
     @property
     def place(self) -> str:

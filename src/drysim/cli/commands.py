@@ -62,30 +62,41 @@ def run(
     changes: options.Changes = None,
     out: options.Out = None,
     approach: options.Approach = None,
+    workers: options.SeedWorkers = None,
+    resume: options.SeedResume = False,
     dry_run: options.DryRun = False,
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """One case: response, events, metrics, checks."""
+    """One case: response, events, metrics, checks; with many seeds, means over them."""
+    from drysim.cli import ensembles
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare
+    from drysim.study.seeds import most
 
     case = prepare(load(scenario, options.overrides(changes, approach)))
+    if most(case.scenario) == 1:
+        ensembles.refuse_needless(workers, resume)
     folder = Path("out", case.scenario.name) if out is None else out
     check(folder)
     if dry_run:
         from drysim.cli import plans
 
         return plans.show(case, folder, as_json, quiet)
+    command = shlex.join(["drysim", *context.obj])
+    if most(case.scenario) > 1:
+        return ensembles.run(
+            case, folder, command, workers=workers, resume=resume, strict=strict,
+            plots=not no_plots, as_json=as_json, quiet=quiet,
+        )  # fmt: skip
     from drysim import console, report
     from drysim.study.run import solve
 
     outcome = solve(case)
     code = outcome.exit_code(strict)
-    command = shlex.join(["drysim", *context.obj])
     told = report.write(outcome, folder, plots=not no_plots, command=command, exit_code=code)
     with reader_may_leave(folder, code):
         if as_json:

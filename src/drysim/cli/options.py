@@ -65,6 +65,18 @@ Workers = Annotated[
         help="Threads; default: one a processor, one alone under sines.",
     ),
 ]
+SeedWorkers = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        min=1,
+        metavar="N",
+        help="Threads for many seeds; default: one a processor.",
+    ),
+]
+SeedResume = Annotated[
+    bool, typer.Option("--resume", help="Go on with the seeds where a run was interrupted.")
+]
 Resume = Annotated[
     bool, typer.Option("--resume", help="Go on where an interrupted sweep has stopped.")
 ]

@@ -10,6 +10,7 @@ import typer
 
 from drysim.cli.streams import reader_may_leave
 from drysim.errors import EXIT_OK
+from drysim.study.seeds import most
 from drysim.wording import clean_up, number
 
 if TYPE_CHECKING:
@@ -34,9 +35,12 @@ def sentences(case: Case, folder: Path) -> list[str]:
     """Give the plan for people."""
     begin, end = case.window
     span = f"{number(begin, 's')} to {number(end, 's')}"
+    seeds = most(case.scenario)
+    many = f"{seeds} seeds, " if seeds > 1 else ""
+    many = f"up to {many}" if getattr(case.scenario.excitation, "until", None) else many
     over = "one repetition of the periodic orbit" if case.period else span
     return [
-        f"{case.scenario.name}: {case.steps} steps of {number(case.step, 's')} by "
+        f"{case.scenario.name}: {many}{case.steps} steps of {number(case.step, 's')} by "
         f"{case.approach.approach}, metrics over {over}",
         *(f"{case.scenario.excitation.kind}: {step}" for step in clean_up(case.motion)),
         f"would be written to {folder}",
@@ -52,6 +56,7 @@ def plan(case: Case, folder: Path) -> dict[str, object]:
         "approach": case.approach.approach,
         "step": case.step,
         "steps": case.steps,
+        "seeds": most(case.scenario),
         "window": list(case.window),
         "steady": case.period is not None,
         "clean_up": clean_up(case.motion),

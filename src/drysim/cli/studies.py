@@ -76,7 +76,7 @@ def sweep(
         if as_json and not quiet:
             console.show_warnings(table.warnings)
         if not table.complete and (as_json or quiet):
-            console.show_interrupted(table, folder)
+            console.show_interrupted(len(table.rows), "case", folder)
     return code
 
 

@@ -3,6 +3,7 @@
 from drysim.console.bar import progress as progress
 from drysim.console.bench import show_bench as show_bench
 from drysim.console.comparison import show_comparison as show_comparison
+from drysim.console.ensemble import show_ensemble as show_ensemble
 from drysim.console.faults import show_fault as show_fault
 from drysim.console.faults import show_problems as show_problems
 from drysim.console.hard import show_hard as show_hard

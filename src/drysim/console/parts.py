@@ -88,7 +88,11 @@ def _words(verdict: Verdict, axes: Sequence[Axis]) -> str:
     if value is None:
         return f"{check}; {check.metric} is not known {place.lstrip() or 'here'}"
     scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
-    return f"{check}, with {number(value * scale, unit, FINE)}{place}"
+    mean = f", mean of {verdict.seeds} seeds" if verdict.seeds > 1 else ""
+    if verdict.half_width:
+        found = wording.around(value * scale, verdict.half_width * scale, unit)
+        return f"{check}, with {found}{mean}{place}"
+    return f"{check}, with {number(value * scale, unit, FINE)}{mean}{place}"
 
 
 def show_folder(paper: Console, folder: Path | None) -> None:

@@ -42,14 +42,14 @@ def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
     """
     paper = result()
     show_title(paper, outcome.scenario)
-    show_scene(paper, _scene(outcome))
+    show_scene(paper, scene(outcome))
     show_rows(paper, _rows(outcome), VALUE)
     show_verdicts(paper, outcome.checks)
     show_folder(paper, folder)
     show_warnings(outcome.warnings)
 
 
-def _scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
+def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Give in words what was solved, and how."""
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics

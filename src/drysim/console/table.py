@@ -58,16 +58,16 @@ def show_table(table: study.Table, folder: Path | None = None) -> None:
         show_folder(paper, folder)
     show_warnings(table.warnings)
     if not table.complete and folder is not None:
-        show_interrupted(table, folder)
+        show_interrupted(len(table.rows), "case", folder)
 
 
-def show_interrupted(table: study.Table, folder: Path) -> None:
-    """Say on stderr what an interrupted sweep has kept, and how it goes on."""
-    kept, paper = len(table.rows), talk()
+def show_interrupted(kept: int, what: str, folder: Path) -> None:
+    """Say on stderr what was kept of interrupted work, cases or seeds, and how it goes on."""
+    paper = talk()
     if not kept:
-        line(paper, "interrupted before any case was finished")
+        line(paper, f"interrupted before any {what} was finished")
         return
-    cases = "1 finished case is" if kept == 1 else f"{kept} finished cases are"
+    cases = f"1 finished {what} is" if kept == 1 else f"{kept} finished {what}s are"
     line(
         paper,
         f"interrupted: {cases} kept in {folder}.partial; the same command with --resume "

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from drysim.core.motion import Samples
 from drysim.excitation.noise import numbers
-from drysim.quantity import Block, Misfit, Quantity
+from drysim.quantity import Block, Misfit, Quantity, shown
 
 WHOLE = 1e-9
 """A time this close to a whole number of steps, relative to it, is that number."""
 
 Span = Annotated[float, Quantity("s", above=0)]
+
+
+def _whole(given: object) -> object:
+    """Give 1e3 as the whole number that it is."""
+    return int(given) if isinstance(given, float) and given.is_integer() else given
+
+
+Whole = Annotated[int, BeforeValidator(_whole), Field(strict=True)]
+
+MOST = 400
+"""Seeds at which `until` gives up by default: then the interval is no wider than a tenth of
+what a single seed scatters."""
 
 
 class Generated(Block):
@@ -69,11 +81,50 @@ class Ending(Generated):
         return {"duration": self.duration}
 
 
-class Drawn(Ending):
-    """Random base motion: the same seed gives the same motion."""
+class Until(Block):
+    """How narrow the confidence interval of a mean over seeds is to become."""
 
-    seed: Annotated[int, Field(strict=True, ge=0)]
-    """Seed of the random numbers [-], a whole number; another seed, another signal."""
+    metric: str
+    """Name of a metric."""
+    half_width: Annotated[float, Quantity("", above=0)]
+    """Half of its 95 % confidence interval over its mean [-], such as `1 %`."""
+
+
+class Drawn(Ending):
+    """Random base motion: the same seed gives the same motion.
+
+    With `seeds` or `until` it stands for many motions, one for each seed from `seed` on.
+    """
+
+    seed: Annotated[Whole, Field(ge=0)] = 1
+    """Seed of the random numbers [-], a whole number; another seed, another signal. The first
+    one where there are many; only then has it a default."""
+    seeds: Annotated[Whole, Field(le=1_000_000_000)] | None = None
+    """How many seeds [-], 2 or more: `seed`, `seed` + 1 and so on, each a run of its own. The
+    metrics are means over them, with confidence intervals. Beside `until` the most there may
+    be; 400 when it is not given."""
+    until: Until | None = None
+    """Draws seeds until the confidence interval of a metric is as narrow as asked; looked at
+    after every tenth seed."""
+
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("seed", "seeds", "until"),)
+
+    @property
+    def most_seeds(self) -> int:
+        """How many seeds it stands for at most [-]; 1 where neither key asks for more."""
+        return (self.seeds or MOST) if self.until else (self.seeds or 1)
+
+    def of_seed(self, seed: int) -> Self:
+        """Give the motion of one seed alone."""
+        return self.model_copy(update={"seed": seed, "seeds": None, "until": None})
+
+    @field_validator("seeds")
+    @classmethod
+    def _several(cls, seeds: int | None) -> int | None:
+        if seeds is not None and seeds < 2:
+            sentence = "must be at least 2, as one seed has no confidence interval"
+            raise ValueError(f"{sentence}; not {shown(seeds)}")
+        return seeds
 
     @property
     def band(self) -> tuple[float, float]:

@@ -24,6 +24,8 @@ class Block(BaseModel):
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
     """Groups of keys of which exactly one is given."""
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Groups of keys of which one at least is given."""
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
     """Groups of keys of which one may be given."""
     needs: ClassVar[dict[str, str]] = {}
@@ -40,6 +42,7 @@ class Block(BaseModel):
         rules: list[JsonSchemaValue] = [
             {"oneOf": [{"required": [key]} for key in group]} for group in cls.one_of
         ]
+        rules += [{"anyOf": [{"required": [key]} for key in group]} for group in cls.any_of]
         for group in cls.at_most_one_of:
             pairs = [[a, b] for i, a in enumerate(group) for b in group[i + 1 :]]
             rules.append({"not": {"anyOf": [{"required": pair} for pair in pairs]}})

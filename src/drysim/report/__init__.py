@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report import digest, ordeals, plots, rows, scored, spectrum, tables
+from drysim.report import digest, ensembles, ordeals, plots, rows, scored, spectrum, tables
 from drysim.report.claim import JOURNAL, MARKER, SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
@@ -23,13 +23,14 @@ from drysim.source import dump
 if TYPE_CHECKING:
     from drysim.study.bench.hard import Ordeals
     from drysim.study.bench.scores import Bench
+    from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.table import Comparison, Table
 
 Made = TypeVar("Made")
 
 
-def resolved_scenario(made: Outcome | Table, folder: Path) -> None:
+def resolved_scenario(made: Outcome | Ensemble | Table, folder: Path) -> None:
     """Write scenario.yaml: overrides and defaults spelled out; it runs again as it is."""
     words = dump(made.scenario.resolved(relative_to=folder))
     (folder / SCENARIO).write_text(words, encoding="utf-8", newline="\n")
@@ -52,6 +53,21 @@ WRITERS = (
 PAINTERS = (plots.response, plots.spectra)
 """The same, for files that `--no-plots` leaves out."""
 
+
+def of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
+    """Give a writer that writes the file of the seed that an ensemble shows."""
+    return lambda made, folder: write(made.shown, folder)
+
+
+ENSEMBLE_WRITERS = (
+    resolved_scenario,
+    ensembles.ensemble,
+    of_shown(tables.response),
+    of_shown(tables.events),
+    ensembles.stroke_violations,
+    of_shown(spectrum.spectra),
+)
+ENSEMBLE_PAINTERS = (plots.ensemble, *map(of_shown, PAINTERS))
 TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
 TABLE_PAINTERS = (plots.transmissibility, plots.stroke)
 COMPARISON_WRITERS = (compared_scenario, rows.comparison)
@@ -89,6 +105,15 @@ def write(
     """
     writers = WRITERS + PAINTERS * plots
     return _write(outcome, folder, writers, sidecar, command, exit_code)
+
+
+def write_ensemble(
+    ensemble: Ensemble, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
+) -> dict[str, Any]:
+    """Write the output folder of many seeds; parameters and errors are as in `write_table`."""
+    painters = () if exit_code == EXIT_INTERRUPTED else ENSEMBLE_PAINTERS * plots
+    writers = ENSEMBLE_WRITERS + painters
+    return _write(ensemble, folder, writers, ensembles.told, command, exit_code)
 
 
 def write_table(

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drysim.metrics import COMFORT
 from drysim.report.cells import joined
-from drysim.report.tables import COMFORT, STROKE, heading, write
+from drysim.report.tables import STROKE, heading, write
 
 if TYPE_CHECKING:
     from drysim.study.table import Comparison, Row, Table
@@ -48,7 +49,7 @@ def stroke_violations(table: Table, folder: Path) -> None:
     rows = [row for row in table.own if row.metrics.get("violations")]
     if rows:
         headings = [*_keys(table), *map(heading, STROKE)]
-        columns = [*_points(table, rows), *_values(rows, VIOLATION)]
+        columns = [*_points(table, rows), *known(rows, VIOLATION)]
         write(folder / "stroke_violations.csv", headings, [joined(columns)])
 
 
@@ -71,9 +72,9 @@ def _columns(table: Table) -> list[Iterable[str]]:
         *_points(table, rows),
         [_text(row.F_fk) for row in rows],
         [_text(row.F_fs) for row in rows],
-        *_values(rows, METRICS),
+        *known(rows, METRICS),
         [row.status for row in rows],
-        *_values(rows, _felt(table)),
+        *known(rows, _felt(table)),
     ]
 
 
@@ -91,7 +92,8 @@ def _points(table: Table, rows: Sequence[Row]) -> list[list[str]]:
     return [[_text(row.point.get(axis.key)) for row in rows] for axis in table.axes]
 
 
-def _values(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
+def known(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
+    """Give the cells of some metrics, column by column."""
     return [[_text(row.metrics.get(name)) for row in rows] for name in metrics]
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from drysim.checks import Verdict
     from drysim.scenario import Scenario
     from drysim.study.bench.scores import Panel
+    from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
 
@@ -67,7 +68,7 @@ def sidecar(outcome: Outcome, command: str, exit_code: int, files: Mapping[str, 
 
 
 def framed(
-    made: Outcome | Table | Panel,
+    made: Outcome | Ensemble | Table | Panel,
     motion: Sines | Samples | None,
     found: Mapping[str, Any],
     command: str,
@@ -78,7 +79,7 @@ def framed(
 
     Parameters
     ----------
-    made : Outcome or Table or Panel
+    made : Outcome or Ensemble or Table or Panel
         What was computed.
     motion : Sines or Samples or None
         How the base moved; None where it moved differently from case to case.
@@ -100,7 +101,7 @@ def framed(
             {"file": bare_name(file), "sha256": sha256, "size": size}
             for file, sha256, size in getattr(motion, "inputs", ())
         ],
-        "excitation": _excitation(scenario, motion),
+        "excitation": excitation(scenario, motion),
         **found,
         "checks": [_check(verdict) for verdict in made.checks],
         "warnings": [asdict(caution) for caution in made.warnings],
@@ -133,10 +134,10 @@ def software() -> dict[str, str]:
     return versions
 
 
-def _excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
+def excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
     """Give the kind of base motion and, where it is a series, its hash."""
-    excitation = scenario.excitation
-    fields: Fields = {"kind": excitation.kind, "seed": getattr(excitation, "seed", None)}
+    asked = scenario.excitation
+    fields: Fields = {"kind": asked.kind, "seed": getattr(asked, "seed", None)}
     if isinstance(motion, Samples):
         series = np.ascontiguousarray(motion.u_dd, dtype="<f8")
         fields["sha256"] = hashlib.sha256(series.data).hexdigest()
@@ -146,8 +147,10 @@ def _excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
 
 
 def _check(verdict: Verdict) -> Fields:
-    """Give a verdict; over many cases also where it was decided, if anywhere."""
+    """Give a verdict; over many cases also where it was decided, of a mean how sure it is."""
     fields = {"check": str(verdict.check), "passed": verdict.passed, "value": verdict.value}
+    if verdict.seeds > 1:
+        fields |= {"half_width": verdict.half_width, "seeds": verdict.seeds}
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
 
 

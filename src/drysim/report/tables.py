@@ -67,7 +67,6 @@ UNITS = {
 
 RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
 EVENTS = ("t", "event", "x_r", "F_L")
-COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 STROKE = ("t_first", "x_r_peak", "t_beyond", "violations")
 STUCK = ("0", "1")
 

@@ -9,6 +9,7 @@ from pydantic_core import core_schema
 
 from drysim.scenario.blocks import SHELF
 from drysim.scenario.model import FORMAT, Scenario
+from drysim.scenario.seeds import NAMES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -40,6 +41,7 @@ def describe() -> dict[str, Any]:
     for member in SHELF.values():
         options = words["$defs"].get(member.__name__, {"properties": {}})
         options["properties"].pop("approach", None)  # the block's own name says it
+    words["$defs"]["Until"]["properties"]["metric"]["enum"] = list(NAMES)
     del words["$defs"]["Measure"]["properties"]["steady"]["default"]
     del words["properties"]["sweep"]["default"]  # no sweep is no block
     return {"$schema": DIALECT} | words

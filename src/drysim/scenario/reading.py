@@ -135,7 +135,7 @@ class Reading:
             if field.is_required() and name not in words:
                 sentence = f"{dotted((*at, name))} is required{_about(model, field)}"
                 self.fault(sentence, (*at, name), at_key=True)
-        for group in getattr(model, "one_of", ()):
+        for group in (*getattr(model, "one_of", ()), *getattr(model, "any_of", ())):
             if not words.keys() & set(group):
                 either = " or ".join(group)
                 self.fault(f"{dotted(at)} needs {either}", (*at, group[0]), at_key=True)

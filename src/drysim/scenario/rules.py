@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from drysim.core.plant import Dynamic
 from drysim.excitation import EXCITATIONS
 from drysim.scenario.blocks import SHELF, Solver
+from drysim.scenario.seeds import unmeasured
 from drysim.scenario.shape import tag_of
 from drysim.source import Keys
 
@@ -30,6 +31,7 @@ def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
     if kind in _KINDS:
         yield from _step(_block(words, "solver"), kind)
         yield from _measure(_block(words, "measure"), kind)
+        yield from unmeasured(words)
     yield from _reference(words)
     approach = _block(words, "solver").get("approach")
     if approach in SHELF and "friction" in words and not SHELF[approach].use_friction:

@@ -12,7 +12,7 @@ from drysim.errors import Caution, ScenarioError, UsageError
 from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
-from drysim.study import memory
+from drysim.study import memory, seeds
 from drysim.study.spectral import refusal
 from drysim.wording import number
 
@@ -103,6 +103,8 @@ def prepare(scenario: Scenario) -> Case:
         When the environment names an engine that there is not.
     """
     require_engine()
+    if shortage := memory.shortage_of_seeds(seeds.most(scenario)):
+        raise misfit(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
     motion = base_motion(scenario)
     case = assemble(
         scenario, motion, (*cautions(scenario, motion), *getattr(motion, "cautions", ()))

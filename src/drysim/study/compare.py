@@ -11,8 +11,9 @@ from drysim.scenario.blocks import SHELF
 from drysim.study.case import prepare
 from drysim.study.cases import Motions, response_of
 from drysim.study.diagnosis import diagnose
+from drysim.study.in_order import Finished, nothing
 from drysim.study.spectral import run_only
-from drysim.study.sweep import Finished, how, nothing, settle, solved, statuses, strokes
+from drysim.study.sweep import how, settle, solved, statuses, strokes
 from drysim.study.table import OK, Comparison, Row, Table
 
 if TYPE_CHECKING:

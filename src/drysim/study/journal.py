@@ -66,7 +66,7 @@ class Journal:
         if whole(lines[0] if lines else "") != self.what:
             raise UsageError(
                 f"{self.file.parent} holds cases of another sweep or another drysim",
-                "run the sweep without --resume to begin anew",
+                "run the command without --resume to begin anew",
             )
         found = (whole(line) for line in lines[1:])
         return {line["number"]: Row(**line["row"]) for line in found if line is not None}

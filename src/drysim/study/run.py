@@ -10,6 +10,7 @@ from drysim.study import comfort
 from drysim.study.case import Case, prepare
 from drysim.study.cautions import found, orbit_doubtful
 from drysim.study.outcome import Outcome
+from drysim.study.seeds import most
 from drysim.study.spectral import spectra_of
 from drysim.study.steady import orbit_of
 
@@ -17,21 +18,25 @@ if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.errors import Caution
     from drysim.scenario import Scenario
+    from drysim.study.ensemble import Ensemble
 
     Solved = tuple[Response, tuple[float, float], tuple[Caution, ...]]
 
 
-def run(scenario: Scenario) -> Outcome:
+def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble:
     """Give the response, the metrics and the verdicts of a scenario.
 
     Parameters
     ----------
     scenario : Scenario
         As `drysim.load` gives it.
+    workers : int, optional
+        Threads for many seeds; default: one for each processor.
 
     Returns
     -------
-    Outcome
+    Outcome or Ensemble
+        An ensemble where the scenario asks for many seeds; its metrics are means.
 
     Raises
     ------
@@ -42,7 +47,12 @@ def run(scenario: Scenario) -> Outcome:
     SolverError
         When the numerics fail; the time is named.
     """
-    return solve(prepare(scenario))
+    case = prepare(scenario)
+    if most(scenario) == 1:
+        return solve(case)
+    from drysim.study import ensemble
+
+    return ensemble.solve(case, workers=workers)
 
 
 def solve(case: Case) -> Outcome:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from drysim.core.motion import Sines
 from drysim.errors import Caution, ScenarioError
 from drysim.study.case import Case, prepare
 from drysim.study.cases import Job, Motions, count, jobs, row_of
+from drysim.study.in_order import Finished, nothing
 from drysim.study.spectral import run_only
 from drysim.study.table import FAILED, OK, Row, Table
 from drysim.wording import millimetres
@@ -29,12 +30,6 @@ STEPS_A_CASE = 2_000
 
 MOVERS = ("excitation.", "solver.step", "measure.")
 """Beginnings of the keys that change the base motion."""
-
-Finished = Callable[[int, Row], None]
-
-
-def nothing(number: int, row: Row) -> None:
-    """Do nothing with a finished case."""
 
 
 def sweep(

@@ -41,6 +41,8 @@ class Row:
         `ok`, `not settled`, `not unique` or `failed`.
     note : str
         What is to be said about a status other than `ok`.
+    sha256 : str
+        Of the base acceleration (hex), where the case is one seed of many.
     """
 
     point: Mapping[str, float]
@@ -50,6 +52,7 @@ class Row:
     metrics: Mapping[str, float | int | None]
     status: str = OK
     note: str = ""
+    sha256: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,8 @@
 from drysim.wording.cases import place as place
 from drysim.wording.cases import short as short
 from drysim.wording.cases import swept as swept
+from drysim.wording.means import around as around
+from drysim.wording.means import seeds as seeds
 from drysim.wording.numbers import UNKNOWN as UNKNOWN
 from drysim.wording.numbers import clean as clean
 from drysim.wording.numbers import millimetres as millimetres

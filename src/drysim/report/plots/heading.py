@@ -30,6 +30,8 @@ def lines(outcome: Outcome) -> Lines:
     """Give the heading of the picture of a response, line by line."""
     scenario, motion = outcome.scenario, outcome.response
     base = wording.excitation(scenario.excitation.kind, motion.motion)
+    if (seed := getattr(scenario.excitation, "seed", None)) is not None:
+        base += f", seed {seed}"
     scene = f"{wording.scene(motion.plant)}; {wording.friction(motion.law)}"
     base = textwrap.shorten(f"base motion: {base}", WRAP, placeholder=" …")
     return _title(scenario), [*_about(scenario), base], [scene, _found(outcome)]

@@ -9,6 +9,7 @@ from typing import Any
 from drysim.excitation import EXCITATIONS
 from drysim.quantity import near, shown
 from drysim.scenario.rules import broken
+from drysim.scenario.seeds import beside_seeds
 from drysim.scenario.shape import keys_of, tag_of
 from drysim.scenario.sweep.numerals import Known, Numeral
 
@@ -38,7 +39,7 @@ def refusal(words: Mapping[str, Any], key: str, known: Known) -> str | None:
     block, _, name = key.rpartition(".")
     before = takewhile(lambda other: other != key, words["sweep"])
     beside = {other.rpartition(".")[2] for other in before if other.rpartition(".")[0] == block}
-    if sentence := _excluded(block, name, numeral, beside):
+    if sentence := _excluded(block, name, numeral, beside) or beside_seeds(words, key):
         return sentence
     if block == "measure" and not _windowed(words):
         return f"{key} has no use here: metrics cover the periodic orbit; give it in measure"

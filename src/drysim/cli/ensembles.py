@@ -1,0 +1,90 @@
+"""A run of many seeds: what `drysim run` does where the scenario asks for them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from drysim.cli.streams import reader_may_leave
+from drysim.errors import EXIT_INTERRUPTED, UsageError
+
+if TYPE_CHECKING:
+    from drysim.study.case import Case
+    from drysim.study.ensemble import Ensemble
+
+ONLY = "has a meaning only with many seeds"
+HINT = "ask for them by --set excitation.seeds=20, or leave it out"
+
+
+def refuse_needless(workers: int | None, resume: bool) -> None:
+    """Make sure that nobody asks a single seed for what only many can do."""
+    if workers is not None:
+        raise UsageError(f"--workers {ONLY}: a single run is one thread", HINT)
+    if resume:
+        raise UsageError(f"--resume {ONLY}: a single run begins anew", HINT)
+
+
+def run(
+    case: Case,
+    folder: Path,
+    command: str,
+    *,
+    workers: int | None,
+    resume: bool,
+    strict: bool,
+    plots: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Compute, write and show the ensemble of a case; give the exit code."""
+    from drysim import console, report
+
+    anew = not (resume or quiet) and report.resumable(folder)
+    with report.claim_partial(folder, resume) as claim:
+        if anew:
+            typer.echo(
+                f"beginning anew: the finished seeds in {folder}.partial are given up", err=True
+            )
+        ensemble = solved(case, claim.journal, workers, resume, quiet)
+        code = ensemble.exit_code(strict) if ensemble.complete else EXIT_INTERRUPTED
+        told = report.write_ensemble(
+            ensemble, claim, plots=plots, command=command, exit_code=code
+        )
+    with reader_may_leave():
+        if as_json:
+            typer.echo(report.text(told), nl=False)
+        elif not quiet:
+            console.show_ensemble(ensemble, folder)
+        if as_json and not quiet:
+            console.show_warnings(ensemble.warnings)
+        if not ensemble.complete:
+            console.show_interrupted(len(ensemble.rows), "seed", folder)
+    return code
+
+
+def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: bool) -> Ensemble:
+    """Give the ensemble of a case; incomplete when it was interrupted on the way."""
+    from drysim import console
+    from drysim.study.ensemble import ensemble_of, solve
+    from drysim.study.journal import Journal, identity
+    from drysim.study.seeds import most
+    from drysim.study.table import Row
+
+    what = identity(case.scenario) | {"of": "seeds"}
+    with Journal(file, what, resume) as journal:
+        done = dict(journal.done)
+        with console.progress(most(case.scenario) - len(done), "seeds", quiet) as advance:
+
+            def finished(number: int, row: Row) -> None:
+                journal.add(number, row)
+                advance()
+
+            try:
+                return solve(case, workers=workers, done=done, finished=finished)
+            except KeyboardInterrupt:
+                rows = [row for _, row in sorted(journal.done.items())]
+                if not rows:
+                    raise
+                return ensemble_of(case, rows, complete=False)

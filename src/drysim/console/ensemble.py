@@ -1,0 +1,111 @@
+"""The summary of many seeds: what was drawn, means with their intervals, verdicts, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drysim.console.paper import result
+from drysim.console.parts import (
+    Row,
+    show_folder,
+    show_rows,
+    show_scene,
+    show_title,
+    show_verdicts,
+    show_warnings,
+)
+from drysim.console.summary import scene
+from drysim.study.table import OK
+from drysim.wording import around, number, percent, seeds
+
+if TYPE_CHECKING:
+    from drysim.study.ensemble import Ensemble
+    from drysim.study.statistics import Statistic
+
+VALUE = 22
+"""Columns of the values beside the names."""
+
+MAIN = (
+    ("T_a", "T_a", 1.0, ""),
+    ("SEAT", "SEAT", 1.0, ""),
+    ("a_w", "a_w", 1.0, "m/s²"),
+    ("T_x", "T_x", 1.0, ""),
+    ("peak |x_r|", "x_r_peak", 1e3, "mm"),
+    ("in an hour", "stroke_once_an_hour", 1e3, "mm"),
+    ("stuck", "stuck_share", 1e2, "%"),
+)
+"""Name, metric, scale and unit of the rows."""
+
+
+def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
+    """Show what came out of many seeds.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    folder : Path, optional
+        Where the files were written.
+    """
+    paper = result()
+    show_title(paper, ensemble.scenario)
+    show_scene(paper, _scene(ensemble))
+    show_rows(paper, _rows(ensemble), VALUE)
+    show_verdicts(paper, ensemble.checks)
+    if ensemble.complete:
+        show_folder(paper, folder)
+    show_warnings(ensemble.warnings)
+
+
+def _scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
+    """Give in words what was solved, and with which seeds."""
+    for name, words in scene(ensemble.shown):
+        yield name, words
+        if name == "base":
+            until = getattr(ensemble.scenario.excitation, "until", None)
+            yield "seeds", seeds(ensemble.seeds, until)
+
+
+def _rows(ensemble: Ensemble) -> Iterator[Row]:
+    """Give the metrics that matter most, and the one that decided when to stop."""
+    until = getattr(ensemble.scenario.excitation, "until", None)
+    rows = list(MAIN)
+    if until and until.metric not in {metric for _, metric, _, _ in MAIN}:
+        rows.append((until.metric, until.metric, 1.0, ""))
+    for name, metric, scale, unit in rows:
+        found = ensemble.statistics[metric]
+        if found is not None:
+            width = None if found.half_width is None else found.half_width * scale
+            words = around(found.mean * scale, width, unit)
+            yield Row(name, words, "; ".join(_remarks(ensemble, metric, found, scale, unit)))
+    yield from _limit(ensemble)
+    residual = ensemble.statistics["energy_residual"]
+    if residual:
+        words = number(residual.greatest[0], digits=2)
+        yield Row("energy", words, "is the most that an energy balance leaves, relative")
+    if lost := sum(row.status != OK for row in ensemble.rows):
+        yield Row("failed", "1 seed" if lost == 1 else f"{lost} seeds", style="bold red")
+
+
+def _remarks(
+    ensemble: Ensemble, metric: str, found: Statistic, scale: float, unit: str
+) -> Iterator[str]:
+    """Give how a metric scatters from seed to seed."""
+    low, high = (found.quantiles[at] * scale for at in (0, -1))
+    if number(low) != number(high):
+        yield f"9 of 10 seeds from {number(low)} to {number(high, unit)}"
+    if found.seeds < len(ensemble.rows):
+        yield f"known with {found.seeds} of {len(ensemble.rows)} seeds"
+    if metric == "x_r_peak" and (stroke := ensemble.scenario.stroke):
+        value, seed = found.greatest
+        used = percent(value / stroke.limit)
+        yield f"most with seed {seed}, {used} of the stroke limit"
+
+
+def _limit(ensemble: Ensemble) -> Iterator[Row]:
+    """Give how many seeds meet the stroke limit."""
+    beyond = sum(bool(row.metrics.get("violations")) for row in ensemble.rows)
+    if beyond:
+        count = "1 seed" if beyond == 1 else f"{beyond} seeds"
+        yield Row("limit met", count, f"of {len(ensemble.rows)}", "bold red")

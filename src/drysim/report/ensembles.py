@@ -1,0 +1,121 @@
+"""Files of many seeds: a row for each seed, and what drysim.json says of all of them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drysim.metrics import COMFORT, METRICS
+from drysim.report.cells import joined
+from drysim.report.rows import VIOLATION, known
+from drysim.report.sidecar import Fields, excitation, framed, software
+from drysim.report.tables import STROKE, heading, write
+from drysim.study.statistics import CONFIDENCE, QUANTILES
+from drysim.study.table import OK
+
+if TYPE_CHECKING:
+    from drysim.study.ensemble import Ensemble
+    from drysim.study.statistics import Statistic
+
+SEED = "excitation.seed [-]"
+
+
+def ensemble(made: Ensemble, folder: Path) -> None:
+    """Write ensemble.csv: every metric of every seed, and the hash of its base motion.
+
+    Parameters
+    ----------
+    made : Ensemble
+    folder : Path
+        Where to write.
+    """
+    felt = bool(made.scenario.measure.weights)
+    names = [
+        one for one in METRICS if one.name != "closure" and (felt or one.name not in COMFORT)
+    ]
+    headings = [SEED, *(f"{one.name} [{one.unit}]" for one in names), "status", "sha256"]
+    columns = [
+        map(str, made.seeds),
+        *known(made.rows, [one.name for one in names]),
+        [row.status for row in made.rows],
+        [row.sha256 for row in made.rows],
+    ]
+    write(folder / "ensemble.csv", headings, [joined(columns)])
+
+
+def stroke_violations(made: Ensemble, folder: Path) -> None:
+    """Write stroke_violations.csv: the seeds with which the stroke limit was met, if any."""
+    rows = [row for row in made.rows if row.metrics.get("violations")]
+    if rows:
+        seeds = [str(row.point["excitation.seed"]) for row in rows]
+        columns = [seeds, *known(rows, VIOLATION)]
+        write(folder / "stroke_violations.csv", [SEED, *map(heading, STROKE)], [joined(columns)])
+
+
+def told(made: Ensemble, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:
+    """Give everything that made the numbers of an ensemble, ready for JSON.
+
+    Parameters are those of `report.sidecar`; the metrics are means.
+    """
+    residual = made.statistics["energy_residual"]
+    numerics = {
+        **asdict(made.shown.response.numerics),
+        "step": made.response.dt,
+        "cases": len(made.rows),
+        "energy_residual": residual and residual.greatest[0],
+    }
+    found = {
+        "excitation": _drawn(made),
+        "numerics": numerics,
+        "software": software(),
+        "metrics": made.metrics,
+        "ensemble": _ensemble(made),
+    }
+    return framed(made, made.response.motion, found, command, exit_code, files)
+
+
+def _drawn(made: Ensemble) -> Fields:
+    """Give the base motions; the hash is that of the hashes of all seeds, in order."""
+    fields = excitation(made.scenario, made.response.motion)
+    hashes = "\n".join(row.sha256 for row in made.rows)
+    fields["sha256"] = hashlib.sha256(hashes.encode()).hexdigest()
+    return fields | {"seeds": len(made.rows), "sha256_of": "sha256 of every seed, one a line"}
+
+
+def _ensemble(made: Ensemble) -> Fields:
+    """Give the statistics of every metric that is known."""
+    until = getattr(made.scenario.excitation, "until", None)
+    return {
+        "seeds": len(made.rows),
+        "first": made.seeds[0],
+        "last": made.seeds[-1],
+        "failed": sum(row.status != OK for row in made.rows),
+        "until": until and until.model_dump(),
+        "confidence": CONFIDENCE,
+        "metrics": {
+            name: _statistic(found)
+            for name, found in made.statistics.items()
+            if found is not None
+        },
+    }
+
+
+def _statistic(found: Statistic) -> dict[str, Any]:
+    """Give one statistic in words and numbers."""
+    (least, at_least), (greatest, at_greatest) = found.least, found.greatest
+    quantiles = {
+        f"{100 * share:g} %": value
+        for share, value in zip(QUANTILES, found.quantiles, strict=True)
+    }
+    return {
+        "seeds": found.seeds,
+        "mean": found.mean,
+        "half_width": found.half_width,
+        "std": found.std,
+        "quantiles": quantiles,
+        "least": {"value": least, "seed": at_least},
+        "greatest": {"value": greatest, "seed": at_greatest},
+    }

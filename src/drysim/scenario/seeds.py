@@ -1,0 +1,47 @@
+"""Rules about many seeds: what their interval may be of, and what may vary beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from drysim.metrics import COMFORT, LIMITED, METRICS
+from drysim.quantity import near, shown
+from drysim.source import Keys
+
+NAMES = tuple(metric.name for metric in METRICS)
+METRIC = ("excitation", "until", "metric")
+SEED = "excitation.seed"
+
+
+def unmeasured(words: Mapping[str, Any]) -> Iterator[tuple[Keys, str]]:
+    """Give the sentence when `until` names a metric that the scene does not know."""
+    until = _block(_block(words, "excitation"), "until")
+    name, measure = until.get("metric"), _block(words, "measure")
+    if not isinstance(name, str):
+        return
+    at = f"excitation.until.metric: {shown(name)} is not known"
+    if name not in NAMES:
+        nearest = near(name, NAMES)
+        hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(NAMES)}"
+        yield METRIC, f"excitation.until.metric: unknown metric {shown(name)}; {hint}"
+    elif name == "closure":
+        yield METRIC, f"{at} for random base motion, which has no periodic orbit"
+    elif name in LIMITED and "stroke" not in words:
+        yield METRIC, f"{at} without a stroke limit; give stroke.limit"
+    elif name in COMFORT and not {"direction", "weighting"} & measure.keys():
+        yield METRIC, f"{at} without a weighting; give measure.direction or measure.weighting"
+
+
+def beside_seeds(words: Mapping[str, Any], key: str) -> str | None:
+    """Say why the seed cannot be swept where every case has many of its own."""
+    given = {"seeds", "until"} & _block(words, "excitation").keys()
+    if key != SEED or not given:
+        return None
+    return f"{SEED} cannot be swept beside {min(given)}: every case has the same seeds then"
+
+
+def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Give a block, empty where there is none."""
+    block = words.get(name)
+    return block if isinstance(block, Mapping) else {}

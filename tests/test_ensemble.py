@@ -1,0 +1,387 @@
+"""Many seeds of one scenario: means, intervals, when they are enough, and the files."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+from math import ceil
+
+import numpy as np
+import pytest
+
+import drysim as package
+from drysim.errors import ScenarioError, SolverError
+from drysim.scenario import load
+from drysim.study import ensemble
+from drysim.study.run import run
+from drysim.study.seeds import LOOK
+from drysim.study.statistics import interval
+
+SEAT = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45, static_ratio: 1.2}
+stroke: {limit: 5 mm}
+excitation: {kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.67, duration: 10, seed: 1}
+solver: {step: 5e-3}
+"""
+
+UNSTABLE = """\
+oscillator: {mass: 1, stiffness: 100, damping: 300}
+friction: {law: coulomb, kinetic: 1}
+excitation: {kind: psd, points: [[0.5, 1], [10, 1]], duration: 3.4, seeds: 8}
+solver: {approach: signum, step: 1e-2, signum: {method: euler}}
+"""
+"""Grows by Euler's steps until the numbers end: with some seeds before 3.4 s."""
+
+SEEDS = "excitation.seeds"
+UNTIL = "excitation.until"
+
+
+@pytest.fixture
+def noisy(tmp_path):
+    """Write a small random scenario."""
+    file = tmp_path / "noisy.yaml"
+    file.write_text(SEAT)
+    return file
+
+
+def problems(file, changes):
+    """Give the sentences that a scenario earns."""
+    with pytest.raises(ScenarioError) as fault:
+        load(file, changes)
+    return [problem.sentence for problem in fault.value.problems]
+
+
+def columns(file):
+    """Give the rows of a CSV file by the names of their columns."""
+    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+
+
+def same(one, other):
+    """Whether two ensembles are one to the last bit."""
+    return [vars(row) for row in one.rows] == [vars(row) for row in other.rows] and (
+        one.statistics == other.statistics
+    )
+
+
+def test_every_seed_is_the_run_of_that_seed_alone(noisy):
+    many = run(load(noisy, {SEEDS: 3, "excitation.seed": 7}))
+    assert many.seeds == (7, 8, 9)
+    for row, seed in zip(many.rows, many.seeds, strict=True):
+        alone = run(load(noisy, {"excitation.seed": seed}))
+        assert row.metrics == alone.metrics
+        u_dd = alone.response.motion.u_dd
+        assert row.sha256 == hashlib.sha256(u_dd.astype("<f8").data).hexdigest()
+    assert many.metrics["T_a"] == interval([row.metrics["T_a"] for row in many.rows])[0]
+
+
+def test_the_first_seed_is_1_when_none_is_given(noisy):
+    scenario = load(noisy, {"excitation.seed": None, SEEDS: 2})
+    assert run(scenario).seeds == (1, 2)
+    assert scenario.resolved()["excitation"]["seed"] == 1
+
+
+def test_response_is_that_of_the_first_seed(noisy):
+    many, alone = run(load(noisy, {SEEDS: 2})), run(load(noisy))
+    assert many.response.x_r.tobytes() == alone.response.x_r.tobytes()
+    assert len(many.events) == len(alone.events)
+
+
+@pytest.mark.parametrize("wish", [{}, {UNTIL: {"metric": "T_a", "half_width": "0.6 %"}}])
+def test_an_ensemble_does_not_depend_on_the_number_of_workers(noisy, wish):
+    scenario = load(noisy, {SEEDS: 35} | wish)
+    one, two, many = (run(scenario, workers=workers) for workers in (1, 2, 7))
+    assert same(one, two)
+    assert same(one, many)
+
+
+def test_until_stops_at_the_first_look_with_a_narrow_interval(noisy):
+    wish = {"metric": "x_r_rms", "half_width": "3 %"}
+    found = run(load(noisy, {UNTIL: wish}))
+    n, values = len(found.rows), [row.metrics["x_r_rms"] for row in found.rows]
+    assert n % LOOK == 0
+    assert n > LOOK
+    mean, half_width = interval(values)
+    assert half_width <= 0.03 * mean
+    mean, half_width = interval(values[:-LOOK])
+    assert half_width > 0.03 * mean
+    assert not any(one.slug == "interval-wide" for one in found.warnings)
+
+
+def test_until_gives_up_at_the_most_seeds_and_says_how_many_it_takes(noisy):
+    found = run(load(noisy, {SEEDS: 12, UNTIL: {"metric": "x_r_peak", "half_width": "2 %"}}))
+    assert len(found.rows) == 12
+    (caution,) = [one for one in found.warnings if one.slug == "interval-wide"]
+    assert caution.sentence.startswith("after 12 seeds, the most there may be, the interval of")
+    needed = 12 * (caution.numbers["half_width"] / 0.02) ** 2
+    assert f"excitation.seeds: {ceil(needed)} would do" in caution.sentence
+
+
+def test_until_never_holds_for_a_metric_that_some_seed_does_not_know(noisy):
+    wish = {"metric": "t_first_violation", "half_width": "50 %"}
+    found = run(load(noisy, {SEEDS: 20, UNTIL: wish}))
+    assert 0 < found.statistics["t_first_violation"].seeds < 20
+    assert any("so until never holds" in one.sentence for one in found.warnings)
+
+
+def test_until_holds_at_once_for_what_does_not_scatter(noisy):
+    found = run(load(noisy, {UNTIL: {"metric": "chatter_share", "half_width": "1 %"}}))
+    assert len(found.rows) == LOOK
+
+
+def test_stroke_violations_are_counted_over_the_seeds(noisy):
+    found = run(load(noisy, {SEEDS: 20, "measure": {"settle": 2}}))
+    beyond = [row for row in found.rows if row.metrics["violations"]]
+    assert 0 < len(beyond) < 20
+    worst = max(found.rows, key=lambda row: row.metrics["stroke_suffices"])
+    (caution,) = [one for one in found.warnings if one.slug == "stroke-violated"]
+    assert f"is met with {len(beyond)} of 20 seeds" in caution.sentence
+    assert caution.sentence.endswith(f"with seed {worst.point['excitation.seed']}")
+
+
+def test_checks_judge_the_mean_and_say_so(noisy):
+    found = run(load(noisy, {SEEDS: 10, "checks": ["T_a < 0.9", "x_r_peak < 1 mm"]}))
+    passed, failed = found.checks
+    assert (passed.passed, failed.passed, found.exit_code()) == (True, False, 1)
+    assert passed.value == found.statistics["T_a"].mean
+    assert passed.half_width == found.statistics["T_a"].half_width
+    assert "(mean of 10 seeds)" in passed.sentence
+    assert not any(one.slug == "check-undecided" for one in found.warnings)
+
+
+def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):
+    mean = run(load(noisy, {SEEDS: 10})).statistics["T_a"].mean
+    found = run(load(noisy, {SEEDS: 10, "checks": [f"T_a < {mean + 1e-4}"]}))
+    (caution,) = [one for one in found.warnings if one.slug == "check-undecided"]
+    assert "holds by the mean of 10 seeds" in caution.sentence
+    assert (found.exit_code(), found.exit_code(strict=True)) == (0, 1)
+
+
+def test_a_mass_that_rests_with_the_first_seed_only_is_not_said_to_rest(noisy):
+    rest = {"friction.kinetic": 118, "friction.static_ratio": 1, "excitation.rms": 0.5}
+    alone = run(load(noisy, rest))
+    assert alone.metrics["stuck_share"] == 1.0
+    assert [one.slug for one in alone.warnings] == ["will-not-move"]
+    found = run(load(noisy, rest | {SEEDS: 20}))
+    assert found.statistics["stuck_share"].least[0] < 1.0
+    assert found.warnings == ()
+
+
+WORDS = {
+    "seeds: 0": "excitation.seeds must be at least 2, as one seed has no confidence interval",
+    "seeds: -4": "excitation.seeds must be at least 2",
+    "seeds: 1": "excitation.seeds must be at least 2",
+    "seeds: 2.5": "excitation.seeds must be a whole number, not 2.5",
+    "seeds: true": "excitation.seeds must be a whole number, not true",
+    "seeds: 1e12": "excitation.seeds must be at most 1000000000",
+    "seeds: 1, until: {metric: T_a, half_width: 1 %}": "excitation.seeds must be at least 2",
+    "until: {metric: T_b, half_width: 1 %}": "excitation.until.metric: unknown metric `T_b`; ",
+    "until: {metric: SEAT, half_width: 1 %}": "excitation.until.metric: `SEAT` is not known",
+    "until: {metric: closure, half_width: 1 %}": "excitation.until.metric: `closure` is",
+    "until: {metric: T_a, half_width: 0}": "excitation.until.half_width must be above 0",
+    "until: {metric: T_a, half_width: -1 %}": "excitation.until.half_width must be above 0",
+    "until: {metric: T_a, half_width: 1 mm}": "excitation.until.half_width: `mm` is a unit of",
+    "until: {metric: T_a}": "excitation.until.half_width is required",
+    "until: {half_width: 1 %}": "excitation.until.metric is required",
+    "until: 1 %": "excitation.until must be a block of keys, not `1 %`",
+}
+
+
+@pytest.mark.parametrize(("words", "sentence"), WORDS.items(), ids=WORDS)
+def test_faulty_words_are_refused_at_their_place(noisy, words, sentence):
+    noisy.write_text(SEAT.replace("seed: 1", words))
+    with pytest.raises(ScenarioError) as fault:
+        load(noisy)
+    (problem,) = fault.value.problems
+    assert problem.sentence.startswith(sentence)
+    assert problem.line == 4
+
+
+def test_stroke_metrics_ask_for_a_stroke_limit(noisy):
+    changes = {UNTIL: {"metric": "stroke_used", "half_width": 0.01}, "stroke": None}
+    (sentence,) = problems(noisy, changes)
+    assert sentence.endswith(
+        "`stroke_used` is not known without a stroke limit; give stroke.limit"
+    )
+
+
+def test_a_sine_has_no_seeds(noisy):
+    sine = {"kind": "harmonic", "frequency": 1, "rms": 1, "seeds": 4}
+    (sentence,) = problems(noisy, {"excitation": sine})
+    assert sentence.startswith("unknown key `seeds` in excitation of kind harmonic")
+
+
+def test_the_seed_is_not_swept_beside_seeds(noisy):
+    (sentence,) = problems(noisy, {SEEDS: 3, "sweep": {"excitation.seed": [1, 2]}})
+    assert sentence.startswith("excitation.seed cannot be swept beside seeds")
+
+
+def test_more_seeds_than_the_memory_holds_are_refused(noisy):
+    with pytest.raises(ScenarioError) as fault:
+        run(load(noisy, {SEEDS: 900_000_000}))
+    assert "seeds need" in fault.value.problems[0].sentence
+
+
+def test_seeds_in_which_the_numerics_fail_are_left_out_of_the_means(drysim, tmp_path):
+    (tmp_path / "unstable.yaml").write_text(UNSTABLE)
+    answer = drysim("run", "unstable.yaml", "--no-plots")
+    assert answer.code == 3
+    told = json.loads((tmp_path / "out" / "unstable" / "drysim.json").read_text())
+    failed = told["ensemble"]["failed"]
+    assert 0 < failed < 8
+    assert told["complete"] is False
+    assert told["ensemble"]["metrics"]["T_a"]["seeds"] == 8 - failed
+    assert f"the numerics failed with {failed} of 8 seeds" in answer.err
+
+
+def test_numerics_that_fail_with_every_seed_leave_nothing(tmp_path):
+    file = tmp_path / "unstable.yaml"
+    file.write_text(UNSTABLE.replace("3.4", "10"))
+    with pytest.raises(SolverError, match="fail with every seed; the first says: signum"):
+        run(load(file))
+
+
+def test_files_hold_every_seed_and_what_they_have_in_common(drysim, noisy, tmp_path):
+    answer = drysim("run", noisy, "--set", f"{SEEDS}=12", "--set", "checks=[T_a < 1]")
+    assert (answer.code, answer.err.count("warning")) == (0, 1), answer.err
+    assert "seeds       12, from 1 to 12; values are means" in answer.out
+    folder = tmp_path / "out" / "noisy"
+    names = {file.name for file in folder.iterdir()}
+    assert {"ensemble.csv", "ensemble.png", "response.csv", "response.png"} < names
+    found = columns(folder / "ensemble.csv")
+    assert [row["excitation.seed [-]"] for row in found] == [str(n) for n in range(1, 13)]
+    values = [float(row["T_a [-]"]) for row in found]
+    told = json.loads((folder / "drysim.json").read_text())
+    mean, half_width = interval(values)
+    assert told["metrics"]["T_a"] == told["ensemble"]["metrics"]["T_a"]["mean"] == mean
+    assert told["ensemble"]["metrics"]["T_a"]["half_width"] == half_width
+    assert told["checks"][0]["half_width"] == half_width
+    hashes = "\n".join(row["sha256"] for row in found)
+    assert told["excitation"]["sha256"] == hashlib.sha256(hashes.encode()).hexdigest()
+    beyond = columns(folder / "stroke_violations.csv")
+    assert len(beyond) == sum(float(row["violations [-]"]) > 0 for row in found)
+
+
+def test_the_resolved_scenario_gives_the_same_ensemble(drysim, noisy, tmp_path):
+    drysim("run", noisy, "--set", f"{SEEDS}=3", "--no-plots")
+    again = load(tmp_path / "out" / "noisy" / "scenario.yaml")
+    assert same(run(again), run(load(noisy, {SEEDS: 3})))
+
+
+def test_a_dry_run_tells_the_seeds(drysim, noisy):
+    assert (
+        "noisy: 20 seeds, 2000 steps"
+        in drysim("run", noisy, "--dry-run", "--set", f"{SEEDS}=20").out
+    )
+    wish = f"{UNTIL}={{metric: T_a, half_width: 1 %}}"
+    assert "noisy: up to 400 seeds" in drysim("run", noisy, "--dry-run", "--set", wish).out
+    told = json.loads(drysim("run", noisy, "--dry-run", "--json", "--set", f"{SEEDS}=20").out)
+    assert told["seeds"] == 20
+
+
+@pytest.mark.parametrize("option", [("--workers", 2), ("--resume",)])
+def test_what_only_seeds_can_use_is_refused_without_them(drysim, noisy, option):
+    answer = drysim("run", noisy, *option)
+    assert answer.code == 2
+    assert "has a meaning only with many seeds" in answer.err
+
+
+def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
+    words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
+    assert drysim(*words, "whole").code == 0
+    one_seed = ensemble.row_of_seed
+
+    def stopped(scenario, seed):
+        if seed == 6:
+            raise KeyboardInterrupt
+        return one_seed(scenario, seed)
+
+    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
+    answer = drysim(*words, "part", "--workers", 1)
+    assert answer.code == 130
+    assert "5 finished seeds are kept in part.partial" in answer.err
+    told = json.loads((tmp_path / "part.partial" / "drysim.json").read_text())
+    assert (told["complete"], told["ensemble"]["seeds"]) == (False, 5)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    assert drysim(*words, "part", "--resume").code == 0
+    assert not (tmp_path / "part.partial").exists()
+    for name in ("ensemble.csv", "response.csv"):
+        assert (tmp_path / "part" / name).read_bytes() == (
+            tmp_path / "whole" / name
+        ).read_bytes()
+
+
+def test_an_ensemble_is_a_public_name(noisy):
+    assert isinstance(package.run(load(noisy, {SEEDS: 2})), package.Ensemble)
+
+
+@pytest.fixture
+def values(process, tmp_path):
+    """Give a metric of every seed, by a process of its own: this one may be plain Python."""
+
+    def of(file, metric, *changes):
+        sets = [word for change in changes for word in ("--set", change)]
+        words = ("run", file, "--no-plots", "--quiet", "--out", "many", *sets)
+        assert process(*words, DRYSIM_ENGINE="compiled").code == 0
+        rows = columns(tmp_path / "many" / "ensemble.csv")
+        return np.array([float(row[metric]) for row in rows])
+
+    return of
+
+
+def test_without_friction_the_mean_is_that_of_the_spectrum(noisy, values):
+    """Only phases are random, so the mean square of ẍ over any window is that of the lines."""
+    long = ("friction=null", "excitation.duration=50", "measure={settle: 10}", f"{SEEDS}=60")
+    a_x = values(noisy, "a_x [m/s2]", *long)
+    f = np.arange(25, 501) / 50.0
+    s = 2j * np.pi * f
+    T = (500 * s + 7500) / (75 * s**2 + 500 * s + 7500)
+    exact = 0.67**2 * np.mean(np.abs(T) ** 2)
+    mean, half_width = interval((a_x**2).tolist())
+    assert half_width < 0.02 * exact
+    assert abs(mean - exact) < half_width
+
+
+def laplace(b, limit):
+    """Give the mean of v_r² by the density exp(-(b v²/2 + F|v|)), F = 1 N, m = 1 kg, D = 1."""
+    v = np.linspace(0.0, limit, 1_000_001)
+    density = np.exp(-(0.5 * b * v * v + v))
+    return float((v * v * density).sum() / density.sum())
+
+
+@pytest.fixture
+def on_white_noise(values, tmp_path):
+    """Give v_r² of each seed of a block on noise of two-sided intensity 2D, D = 1 m²/s³."""
+
+    def squares(b, step, duration, seeds):
+        file = tmp_path / "block.yaml"
+        file.write_text(
+            f"oscillator: {{mass: 1, stiffness: 0, damping: {b}}}\n"
+            "friction: {law: coulomb, kinetic: 1}\n"
+            f"excitation: {{kind: psd, points: [[{0.5 / duration}, 4], [{0.49 / step}, 4]],\n"
+            f"  duration: {duration}, seeds: {seeds}}}\n"
+            f"solver: {{step: {step}}}\nmeasure: {{settle: 50}}\n"
+        )
+        return values(file, "v_r_rms [m/s]") ** 2
+
+    return squares
+
+
+def test_a_block_on_white_noise_has_the_laplace_law_within_its_own_interval(on_white_noise):
+    """The noise ends at 12 Hz, which takes 1 % away by its trend; the interval is ±5 %."""
+    mean, half_width = interval(on_white_noise(0, 0.04, 1000, 30).tolist())
+    assert half_width < 0.06 * laplace(0, 60)
+    assert abs(mean - laplace(0, 60)) < half_width
+
+
+@pytest.mark.slow
+def test_a_damped_block_on_white_noise_has_its_law_within_one_percent(on_white_noise):
+    """What the end of the band takes goes with the step, so two steps tell it for no step."""
+    coarse, fine = (on_white_noise(1, step, 500, 200) for step in (0.02, 0.01))
+    mean, half_width = interval((2 * fine - coarse).tolist())
+    assert half_width < 0.01 * laplace(1, 20)
+    assert abs(mean - laplace(1, 20)) < half_width
+    rough, narrow = interval(coarse.tolist())
+    assert abs(rough - laplace(1, 20)) > narrow, "without that the interval misses the law"
