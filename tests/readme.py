@@ -91,6 +91,11 @@ def default(block, key, field) -> str:
             others = " or ".join(f"`{other}`" for other in either if other != key)
             return f"**required**, or {others}"
     value = field.get("default")
+    for rule in block.get("allOf", ()):
+        either = [option["required"][0] for option in rule.get("anyOf", ())]
+        if key in either and value is not None:
+            others = " or ".join(f"`{other}`" for other in either if other != key)
+            return f"**required**, or {others}: then `{value}`"
     if isinstance(value, bool | float):
         value = f"{value:g}" if isinstance(value, float) else str(value).lower()
     return "–" if value in (None, "", []) or isinstance(value, dict) else f"`{value}`"

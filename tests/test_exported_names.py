@@ -14,6 +14,7 @@ HEAVY = ("matplotlib", "numba", "pint", "scipy")
 NAMES = [
     "Comparison",
     "DrysimError",
+    "Ensemble",
     "Outcome",
     "OutputError",
     "RecordError",

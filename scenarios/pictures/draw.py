@@ -17,6 +17,7 @@ GALLERY = HERE.parent
 COLOURS = 64
 PICTURES = {
     "seat-on-em1.png": (["run", f"{GALLERY}/seat-on-em1.yaml"], "response.png"),
+    "seat-ensemble.png": (["run", f"{GALLERY}/seat-ensemble.yaml"], "ensemble.png"),
     "transmissibility.png": (
         ["sweep", f"{GALLERY}/paper-low-friction.yaml"],
         "transmissibility.png",

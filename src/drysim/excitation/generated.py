@@ -85,7 +85,7 @@ class Until(Block):
     """How narrow the confidence interval of a mean over seeds is to become."""
 
     metric: str
-    """Name of a metric."""
+    """Name of a metric, from `a_u` to `energy_residual` in their table."""
     half_width: Annotated[float, Quantity("", above=0)]
     """Half of its 95 % confidence interval over its mean [-], such as `1 %`."""
 
@@ -98,7 +98,7 @@ class Drawn(Ending):
 
     seed: Annotated[Whole, Field(ge=0)] = 1
     """Seed of the random numbers [-], a whole number; another seed, another signal. The first
-    one where there are many; only then has it a default."""
+    one where there are many."""
     seeds: Annotated[Whole, Field(le=1_000_000_000)] | None = None
     """How many seeds [-], 2 or more: `seed`, `seed` + 1 and so on, each a run of its own. The
     metrics are means over them, with confidence intervals. Beside `until` the most there may

@@ -52,7 +52,8 @@ def stroke_violations(made: Ensemble, folder: Path) -> None:
     if rows:
         seeds = [str(row.point["excitation.seed"]) for row in rows]
         columns = [seeds, *known(rows, VIOLATION)]
-        write(folder / "stroke_violations.csv", [SEED, *map(heading, STROKE)], [joined(columns)])
+        headings = [SEED, *map(heading, STROKE)]
+        write(folder / "stroke_violations.csv", headings, [joined(columns)])
 
 
 def told(made: Ensemble, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:

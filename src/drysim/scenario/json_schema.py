@@ -41,7 +41,9 @@ def describe() -> dict[str, Any]:
     for member in SHELF.values():
         options = words["$defs"].get(member.__name__, {"properties": {}})
         options["properties"].pop("approach", None)  # the block's own name says it
-    words["$defs"]["Until"]["properties"]["metric"]["enum"] = list(NAMES)
+    words["$defs"]["Until"]["properties"]["metric"]["enum"] = [
+        name for name in NAMES if name != "closure"
+    ]
     del words["$defs"]["Measure"]["properties"]["steady"]["default"]
     del words["properties"]["sweep"]["default"]  # no sweep is no block
     return {"$schema": DIALECT} | words

@@ -26,7 +26,7 @@ FEW = 60
 MOST = 2_000
 """Points of a running mean that a picture can show."""
 
-FAR = 3.0
+FAR = 1.0
 """How many times the scatter of the seeds a check's limit may be away to be drawn."""
 
 SEEDS: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.2}
@@ -156,8 +156,9 @@ def _limits(
 
 def _words(made: Ensemble) -> heading.Lines:
     """Give the heading: the scene, the seeds and the main results."""
-    title, words, (scene, _) = heading.lines(made.shown)
     until = getattr(made.scenario.excitation, "until", None)
+    drawn = f"seeds: {wording.seeds(made.seeds, until)}"
+    title, words, (scene, _) = heading.lines(made.shown, drawn)
     found = [
         f"{name} {wording.around(one.mean * scale, (one.half_width or 0.0) * scale, unit)}"
         for name, metric, scale, unit in (
@@ -168,6 +169,4 @@ def _words(made: Ensemble) -> heading.Lines:
         )
         if (one := made.statistics[metric]) is not None
     ]
-    drawn = f"seeds: {wording.seeds(made.seeds, until)}"
-    base = words[-1].rpartition(", seed ")[0]
-    return title, [*words[:-1], base, drawn], [scene, ", ".join(found)]
+    return title, words, [scene, ", ".join(found)]

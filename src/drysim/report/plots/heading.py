@@ -26,15 +26,18 @@ Lines = tuple[str, list[str], list[str]]
 """Title; words of the user, taken as they are; words of drysim, in which x_r is a symbol."""
 
 
-def lines(outcome: Outcome) -> Lines:
-    """Give the heading of the picture of a response, line by line."""
+def lines(outcome: Outcome, seeds: str = "") -> Lines:
+    """Give the heading of the picture of a response, line by line.
+
+    `seeds` are the words for many of them; otherwise the seed of the response is told.
+    """
     scenario, motion = outcome.scenario, outcome.response
-    base = wording.excitation(scenario.excitation.kind, motion.motion)
-    if (seed := getattr(scenario.excitation, "seed", None)) is not None:
-        base += f", seed {seed}"
+    seed = None if seeds else getattr(scenario.excitation, "seed", None)
+    base = "base motion" if seed is None else f"base motion, seed {seed}"
+    base += f": {wording.excitation(scenario.excitation.kind, motion.motion)}"
     scene = f"{wording.scene(motion.plant)}; {wording.friction(motion.law)}"
-    base = textwrap.shorten(f"base motion: {base}", WRAP, placeholder=" …")
-    return _title(scenario), [*_about(scenario), base], [scene, _found(outcome)]
+    words = [*_about(scenario), textwrap.shorten(base, WRAP, placeholder=" …")]
+    return _title(scenario), [*words, seeds] if seeds else words, [scene, _found(outcome)]
 
 
 def of_table(table: Table, left_out: int = 0) -> Lines:
