@@ -44,15 +44,15 @@ def run(
     anew = not (resume or quiet) and report.resumable(folder)
     with report.claim_partial(folder, resume) as claim:
         if anew:
-            typer.echo(
-                f"beginning anew: the finished seeds in {folder}.partial are given up", err=True
+            console.remark(
+                f"beginning anew: the finished seeds in {folder}.partial are given up"
             )
         ensemble = solved(case, claim.journal, workers, resume, quiet)
         code = ensemble.exit_code(strict) if ensemble.complete else EXIT_INTERRUPTED
         told = report.write_ensemble(
             ensemble, claim, plots=plots, command=command, exit_code=code
         )
-    with reader_may_leave():
+    with reader_may_leave(folder, code):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:
