@@ -208,7 +208,7 @@ def test_varying_normal_force_is_known_to_no_peer_and_said(drysim, tmp_path):
     (tmp_path / "sliding.yaml").write_text(words)
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots")
     assert answer.code == 0
-    assert "no peer knows a normal force that varies" in answer.err
+    assert "no peer knows this friction" in answer.err
     assert (
         "exact by its energy balance"
         in (tmp_path / "out/sliding-bench/speed_error.csv").read_text()
@@ -250,3 +250,22 @@ def test_labels_of_a_crowded_picture_do_not_cover_each_other(tmp_path):
         (one, other) for at, one in enumerate(boxes) for other in boxes[:at]
         if one.x0 < other.x1 and other.x0 < one.x1 and one.y0 < other.y1 and other.y0 < one.y1
     ]  # fmt: skip
+
+
+def test_steady_states_are_the_same_orbits_by_search_and_by_marching(drysim, tmp_path):
+    words = SLIDING + "sweep: {excitation.frequency: [2, 4]}\n"
+    (tmp_path / "sliding.yaml").write_text(words)
+    few = ("--repeats", 1, "--patience", 0.5, "--no-peers", "--no-plots", "--json")
+    told = json.loads(drysim("bench", "--steady", "sliding.yaml", *few).out)
+    scores = told["cases"][0]["scores"]
+    assert scores[0]["setting"] == "periodic orbits"
+    assert scores[0]["error_x_r"] < 1e-8
+    assert scores[0]["samples"] == 2 * 100 * 256
+    assert {one["approach"] for one in scores} == {*SHELF, "solve_ivp events"}
+
+
+def test_scenario_without_steady_states_has_none_to_time(drysim, tmp_path):
+    (tmp_path / "sliding.yaml").write_text(SLIDING)
+    answer = drysim("bench", "--steady", "sliding.yaml")
+    assert answer.code == 2
+    assert "sliding has no steady states to sweep" in answer.err

@@ -89,8 +89,8 @@ def test_dry_run_of_the_hard_cases_names_them_all(drysim):
 
 
 @pytest.mark.slow
-def test_exact_approach_holds_every_hard_case(drysim):
-    answer = drysim("bench", "--hard", "--json")
+def test_exact_approach_holds_every_hard_case(process):
+    answer = process("bench", "--hard", "--json", "--patience", 120)
     assert answer.code == 0
     counts = json.loads(answer.out)["metrics"]
     assert set(counts["stick-slip"]) == {"held"}

@@ -18,7 +18,7 @@ from drysim.errors import EXIT_OK, Caution
 if TYPE_CHECKING:
     from drysim.scenario import Scenario
 
-PATIENCE, HARD_PATIENCE = 0.2, 10.0
+PATIENCE, HARD_PATIENCE = 0.2, 30.0
 """Time that one run may take [s], and that a hard case may: there it decides held or failed."""
 
 Asked = Annotated[
@@ -44,6 +44,9 @@ Patience = Annotated[
 Peers = Annotated[
     bool, typer.Option("--peers/--no-peers", help="Whether other programs take part.")
 ]
+Steady = Annotated[
+    bool, typer.Option("--steady", help="Time the steady states of a sweep instead.")
+]
 Hard = Annotated[
     bool, typer.Option("--hard", help="Put every approach through the hard cases instead.")
 ]
@@ -55,6 +58,7 @@ def bench(
     scenario: Asked = None,
     changes: options.Changes = None,
     out: options.Out = None,
+    steady: Steady = False,
     hard: Hard = False,
     repeats: Repeats = 15,
     samples: Size = 24_000,
@@ -70,28 +74,21 @@ def bench(
     if hard:
         return held(scenario, changes or [], out, patience, dry_run, as_json, quiet, command)
     from drysim.report.claim import check
-    from drysim.study.bench import default, speed_error
+    from drysim.study.bench import default
     from drysim.study.bench.attempt import Terms
-    from drysim.study.bench.work import work_of
 
-    asked = default.scenarios(scenario, changes or [])
-    works = [work_of(one, samples) for one in asked]
-    folder = folder_of(out, scenario, asked, "bench")
-    check(folder)
     terms = Terms(samples, repeats, patience or PATIENCE, peers)
-    counts = [len(speed_error.entries(work, terms)) for work in works]
+    asked = default.scenarios(scenario, changes or [], steady)
+    job = default.settling(asked, terms) if steady else default.marching(asked, terms)
+    folder = folder_of(out, scenario, asked, "steady" if steady else "bench")
+    check(folder)
     if dry_run:
-        cases = [
-            {"name": work.scenario.name, "samples": work.samples, "step": work.step,
-             "entries": count}
-            for work, count in zip(works, counts, strict=True)
-        ]  # fmt: skip
-        cautions = [caution for work in works for caution in work.cautions]
-        return plan(cases, terms._asdict(), folder, cautions, as_json, quiet)
+        return plan(job.cases, terms._asdict(), folder, job.cautions, as_json, quiet)
     from drysim import console, report
 
-    with console.progress(sum(counts), "entries", quiet) as advance:
-        made = speed_error.bench(works, terms, advance)
+    total = sum(case["entries"] for case in job.cases)
+    with console.progress(total, "entries", quiet) as advance:
+        made = job.run(advance)
     told = report.write_bench(
         made, folder, plots=not no_plots, command=command, exit_code=EXIT_OK
     )

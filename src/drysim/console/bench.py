@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drysim import wording
 from drysim.console.columns import show_columns
 from drysim.console.paper import paragraph, result
 from drysim.console.parts import HEAD, show_folder, show_scene, show_title, show_warnings
@@ -36,7 +35,7 @@ def show_bench(bench: Bench, folder: Path | None = None) -> None:
     paper = result()
     for panel in bench.panels:
         show_title(paper, panel.scenario)
-        show_scene(paper, [*scene(panel), ("engine", bench.engine)])
+        show_scene(paper, [*panel.words, ("engine", bench.engine)])
         show_columns(paper, columns(panel), LEFT, SPARED)
         for head, sentence in findings(panel):
             paragraph(paper, f"  {head}".ljust(HEAD), sentence, "dim")
@@ -45,17 +44,6 @@ def show_bench(bench: Bench, folder: Path | None = None) -> None:
         paragraph(paper, "  absent".ljust(HEAD), absent(bench.absent), "dim")
     show_folder(paper, folder)
     show_warnings(bench.warnings)
-
-
-def scene(panel: Panel) -> Iterator[tuple[str, str]]:
-    """Give in words what every entry solves."""
-    work = panel.work
-    yield "oscillator", wording.scene(work.plant)
-    yield "friction", wording.friction(work.law, not panel.scenario.static_given)
-    yield "base", wording.excitation(panel.scenario.excitation.kind, work.motion)
-    length = number(work.end, "s")
-    yield "work", f"{work.samples} samples of {number(work.step, 's')}, {length} from the start"
-    yield "lfilter", f"{number(panel.lfilter, 'ns')} a sample: the time that ratios refer to"
 
 
 def columns(panel: Panel) -> list[list[str]]:

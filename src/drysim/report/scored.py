@@ -69,8 +69,7 @@ def of_bench(bench: Bench, command: str, exit_code: int, files: Mapping[str, str
     metrics = {panel.scenario.name: _found(panel) for panel in bench.panels}
     found = {"numerics": numerics, "software": software(), "metrics": metrics}
     frames = [
-        framed(panel, panel.work.motion, found, command, exit_code, files)
-        for panel in bench.panels
+        framed(panel, panel.motion, found, command, exit_code, files) for panel in bench.panels
     ]
     cases = [
         {key: frame[key] for key in OF_A_CASE}

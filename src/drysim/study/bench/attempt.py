@@ -17,7 +17,7 @@ MOST_POINTS = 2_000_000
 TASTE = 200
 """Samples of the stretch that tells how long a whole run would take."""
 
-HOPELESS = 60.0
+HOPELESS = 20.0
 """Times the patience with one run after which an entry has failed."""
 
 

@@ -1,11 +1,20 @@
-"""What a bench takes where no scenario is named: the paper's oscillator, twice."""
+"""What a bench is asked: its scenarios, by default the paper's, and the job they make."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim.scenario import Scenario, load
 from drysim.study import gallery
+from drysim.study.bench import speed_error, steady
+from drysim.study.bench.clock import Job
+from drysim.study.bench.work import work_of
+
+if TYPE_CHECKING:
+    from drysim.errors import Caution
+    from drysim.study.bench.attempt import Terms
+    from drysim.study.bench.scores import Bench
 
 GALLERY = (
     ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),
@@ -14,8 +23,19 @@ GALLERY = (
 """Scenarios of the gallery, and what is changed in them: a sine at which the mass sticks twice
 a period, and noise under 45 N that is 54 N at rest."""
 
+STEADY = (("paper-low-friction", ()), ("paper-high-friction", ()))
+"""The paper's Figs. 3 and 4."""
 
-def scenarios(file: str | None, changes: Sequence[str]) -> list[Scenario]:
+
+class Asked(NamedTuple):
+    """A bench that is ready to be run: its cases in words, and the work."""
+
+    cases: list[dict[str, Any]]
+    cautions: list[Caution]
+    run: Callable[[Job], Bench]
+
+
+def scenarios(file: str | None, changes: Sequence[str], swept: bool) -> list[Scenario]:
     """Give the scenarios to bench: the one named, else those of the gallery.
 
     Raises
@@ -25,4 +45,29 @@ def scenarios(file: str | None, changes: Sequence[str]) -> list[Scenario]:
     """
     if file is not None:
         return [load(file, list(changes))]
-    return [load(gallery.find(name).file, [*own, *changes]) for name, own in GALLERY]
+    known = STEADY if swept else GALLERY
+    return [load(gallery.find(name).file, [*own, *changes]) for name, own in known]
+
+
+def marching(asked: Sequence[Scenario], terms: Terms) -> Asked:
+    """Give the bench of one motion a scenario."""
+    works = [work_of(one, terms.samples) for one in asked]
+    cases = [
+        {"name": work.scenario.name, "samples": work.samples, "step": work.step,
+         "entries": len(speed_error.entries(work, terms))}
+        for work in works
+    ]  # fmt: skip
+    cautions = [caution for work in works for caution in work.cautions]
+    return Asked(cases, cautions, lambda advance: speed_error.bench(works, terms, advance))
+
+
+def settling(asked: Sequence[Scenario], terms: Terms) -> Asked:
+    """Give the bench of the steady states of every scenario's sweep."""
+    ready = [steady.cases_of(one) for one in asked]
+    cases = [
+        {"name": case.scenario.name, "steady_states": steady.size(case),
+         "entries": steady.count(case, terms)}
+        for case in ready
+    ]  # fmt: skip
+    cautions = [caution for case in ready for caution in case.cautions]
+    return Asked(cases, cautions, lambda advance: steady.bench(ready, terms, advance))

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
+    from drysim.core.motion import Samples, Sines
     from drysim.errors import Caution
     from drysim.scenario import Scenario
-    from drysim.study.bench.work import Work
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,12 @@ class Panel:
 
     Attributes
     ----------
-    work : Work
+    scenario : Scenario
+        What was asked.
+    motion : Sines or Samples or None
+        How the base moved; None where it moved differently from case to case.
+    words : tuple of (str, str)
+        What every entry solves: heads and sentences.
     scores : tuple of Score
         drysim's shelf first, then the peers.
     lfilter : float
@@ -73,16 +78,13 @@ class Panel:
     warnings : tuple of Caution
     """
 
-    work: Work
+    scenario: Scenario
+    motion: Sines | Samples | None
+    words: tuple[tuple[str, str], ...]
     scores: tuple[Score, ...]
     lfilter: float
     reference: Score | None
     warnings: tuple[Caution, ...]
-
-    @property
-    def scenario(self) -> Scenario:
-        """What was asked."""
-        return self.work.scenario
 
     @property
     def checks(self) -> tuple[Verdict, ...]:

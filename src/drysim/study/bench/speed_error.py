@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from drysim import wording
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
+from drysim.core.plant import AnyLaw, Law
 from drysim.errors import Caution, DrysimError
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Runner, Terms, attempt
@@ -17,6 +19,7 @@ from drysim.study.bench.judge import EXACT, Yardstick, verdict
 from drysim.study.bench.peers.scipy_ivp import reference
 from drysim.study.bench.scores import Bench, Panel, Score
 from drysim.study.bench.work import Answer, Work
+from drysim.wording import number
 
 RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
 """The filter that is timed: a stable one of second order, as the oscillator is."""
@@ -48,9 +51,14 @@ def bench(works: Sequence[Work], terms: Terms, finished: Job = nothing) -> Bench
 
 def entries(work: Work, terms: Terms) -> list[Entry]:
     """Give all entries on a work: the exact one first, the reference last."""
-    known = not work.law.variation
+    known = known_to_peers(work.law)
     others = peers.entries(work) if terms.peers and known else ()
     return [*shelf.entries(work), *others, *([reference()] if known else [])]
+
+
+def known_to_peers(law: AnyLaw) -> bool:
+    """Tell whether the peers know a law: Coulomb's under a constant normal force."""
+    return isinstance(law, Law) and not law.variation
 
 
 def panel(work: Work, terms: Terms, finished: Job) -> Panel:
@@ -77,7 +85,18 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
         scores.append(score)
     held = scores[-1] if wanted[-1].approach == reference().approach else None
     scores[0] = held_to(scores[0], held)
-    return Panel(work, tuple(scores), plain, held, tuple(cautions(work, wanted)))
+    found = (tuple(scores), plain, held, tuple(cautions(work, wanted)))
+    return Panel(work.scenario, work.motion, tuple(words_of(work, plain)), *found)
+
+
+def words_of(work: Work, plain: float) -> Iterator[tuple[str, str]]:
+    """Give in words what every entry solves, and how long the filter takes [ns]."""
+    yield "oscillator", wording.scene(work.plant)
+    yield "friction", wording.friction(work.law, not work.scenario.static_given)
+    yield "base", wording.excitation(work.scenario.excitation.kind, work.motion)
+    length = number(work.end, "s")
+    yield "work", f"{work.samples} samples of {number(work.step, 's')}, {length} from the start"
+    yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
 
 
 def judged(entry: Entry, one: Runner | str, yardstick: Yardstick) -> Score:
@@ -131,5 +150,5 @@ def cautions(work: Work, wanted: Sequence[Entry]) -> Iterator[Caution]:
     yield from work.cautions
     for sentence in dict.fromkeys(words for one in wanted if one.own for words in one.lacks):
         yield Caution("left-out", sentence)
-    if work.law.variation:
-        yield Caution("no-peers", "no peer knows a normal force that varies: none takes part")
+    if not known_to_peers(work.law):
+        yield Caution("no-peers", "no peer knows this friction: none takes part")

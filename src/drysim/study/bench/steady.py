@@ -1,0 +1,220 @@
+"""Steady states against error: the orbits of a sweep, beside marching until they settle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from drysim import wording
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.compiled import PLAIN_STEPS, engine, settle
+from drysim.core.motion import Sines
+from drysim.core.plant import State
+from drysim.errors import DrysimError, UsageError
+from drysim.scenario.sweep.axis import points
+from drysim.study import cases, sweep
+from drysim.study.bench import peers, shelf
+from drysim.study.bench.attempt import HOPELESS, Terms
+from drysim.study.bench.clock import Job, interleaved, repeats, timed
+from drysim.study.bench.judge import Yardstick, verdict
+from drysim.study.bench.patience import at_most
+from drysim.study.bench.peers.scipy_ivp import reference
+from drysim.study.bench.scores import Bench, Panel, Score
+from drysim.study.bench.speed_error import cautions, held_to, known_to_peers, lfilter, nothing
+from drysim.study.bench.work import Answer, Work
+from drysim.study.case import assemble, prepare
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from drysim.scenario import Scenario
+    from drysim.study.bench.entry import Entry
+    from drysim.study.case import Case
+
+EXACT = "stick-slip"
+
+PERIODS, A_PERIOD = 100, 256
+"""What settling takes: after so many periods of so many samples the start is forgotten."""
+
+FEW = 12
+"""Cases of a sweep, evenly spread, through which everything but the orbit search marches."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settling:
+    """A case of the sweep as work, one period of it, and the orbit that it must come to."""
+
+    work: Work
+    period: Work
+    orbit: Yardstick
+
+    def last(self, answer: Answer) -> Answer:
+        """Give the last period of an answer."""
+        part = slice(-A_PERIOD - 1, None)
+        return Answer(answer.x_r[part], answer.v_r[part], lambda: answer.friction()[part])
+
+
+@dataclass(frozen=True, eq=False)
+class March:
+    """An entry on the cases that its patience allows, with the score of its answers."""
+
+    run: Job
+    once: float
+    score: Score
+
+
+def cases_of(scenario: Scenario) -> Case:
+    """Give a sweep of steady states, ready to be solved, its reference left aside.
+
+    Raises
+    ------
+    UsageError
+        When the scenario sweeps nothing, or measures no steady state.
+    """
+    case = prepare(scenario.copied({"reference": None}))
+    if not scenario.axes or case.period is None:
+        raise UsageError(
+            f"{scenario.name} has no steady states to sweep",
+            "name a scenario with a sweep block and `measure: {steady: true}`",
+        )
+    return case
+
+
+def bench(asked: Sequence[Case], terms: Terms, finished: Job = nothing) -> Bench:
+    """Give the scores of the orbit search, and of marching, on some sweeps."""
+    settle(PLAIN_STEPS + 1)
+    panels = tuple(panel(case, terms, finished) for case in asked)
+    return Bench(panels, peers.absent() if terms.peers else (), engine())
+
+
+def entries(work: Work, terms: Terms) -> list[Entry]:
+    """Give what marches: the shelf at the step of the work, the peers, the reference last."""
+    own = [
+        one for one in shelf.entries(work) if one.points == 1 and one.approach != "stick-slip"
+    ]
+    if not known_to_peers(work.law):
+        return own
+    return [*own, *(peers.entries(work) if terms.peers else ()), reference()]
+
+
+def size(case: Case) -> int:
+    """Give the number of steady states of a sweep."""
+    return cases.size(case.scenario.axes)
+
+
+def count(case: Case, terms: Terms) -> int:
+    """Give the number of entries that march through a sweep."""
+    known = next(settlings(case), None)
+    return 0 if known is None else len(entries(known.work, terms))
+
+
+def panel(case: Case, terms: Terms, finished: Job) -> Panel:
+    """Give the scores on one sweep."""
+    scenario, known = case.scenario, list(settlings(case))
+    wanted = list(zip(*(entries(one.work, terms) for one in known), strict=True))
+    tried = []
+    for alike in wanted:
+        tried.append(attempt(alike, known, terms))
+        finished()
+    total = size(case)
+    orbits = search(case, total)
+    marches = [orbits, *(one for one in tried if isinstance(one, March))]
+    counts = [repeats(one.once, terms.repeats, terms.patience) for one in marches]
+    jobs = [lfilter(known[0].work), *(one.run for one in marches)]
+    plain, *took = interleaved(jobs, [terms.repeats, *counts])
+    plain *= 1e9 / (known[0].work.samples + 1)
+    scores = []
+    for one, count, seconds in zip(marches, counts, took, strict=True):
+        time = 1e9 * seconds / one.score.samples
+        scores.append(replace(one.score, repeats=count, time=time, ratio=time / plain))
+    held = scores[-1] if scores[-1].approach == reference().approach else None
+    failed = [one for one in tried if isinstance(one, Score)]
+    scores = [held_to(scores[0], held), *scores[1:], *failed]
+    words = tuple(words_of(case, total, len(known), plain))
+    warnings = tuple(cautions(known[0].work, [alike[0] for alike in wanted]))
+    return Panel(scenario, None, words, tuple(scores), plain, held, warnings)
+
+
+def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[str, str]]:
+    """Give in words what is solved, and how long the filter takes [ns]."""
+    varied = [axis.key for axis in case.scenario.axes]
+    yield "oscillator", wording.scene(case.plant, varied)
+    yield "friction", wording.friction(case.law, not case.scenario.static_given)
+    heads = ("swept", *[""] * len(varied))
+    for head, axis in zip(heads, case.scenario.axes, strict=False):
+        yield head, wording.swept(axis)
+    each = f"{PERIODS} periods of {A_PERIOD} samples"
+    others = f"the others march through up to {few} of them"
+    yield "work", f"{total} steady states, each as {each}; {EXACT} finds all orbits, {others}"
+    yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
+
+
+def settlings(case: Case) -> Iterator[Settling]:
+    """Give some cases of a sweep, evenly spread; those whose orbit takes one period."""
+    motions, every = cases.Motions.beginning_with(case), list(points(case.scenario.axes))
+    for at in range(min(FEW, len(every))):
+        point = every[(2 * at + 1) * len(every) // (2 * min(FEW, len(every)))]
+        own = case.scenario.at(point)
+        found = assemble(own, motions.of(own))
+        assert found.period is not None, "all cases of a steady sweep have a period"
+        assert isinstance(found.motion, Sines), "only sines repeat"
+        orbit = StickSlip().orbit(
+            found.plant, found.law, found.motion, found.start, found.period
+        )
+        if orbit.settled and orbit.periods == 1:
+            scene = (own, found.plant, found.law, found.motion)
+            step = found.period / A_PERIOD
+            period = Work(*scene, State(*orbit.state[:2]), step, A_PERIOD)
+            work = Work(*scene, found.start, step, PERIODS * A_PERIOD)
+            yield Settling(work, period, Yardstick.of(period))
+
+
+def search(case: Case, total: int) -> March:
+    """Give the search of all orbits, as `drysim sweep` does it, metrics included."""
+
+    def run() -> object:
+        return sweep.solve(case, workers=1)
+
+    run()
+    _, once = timed(run)
+    samples = total * PERIODS * A_PERIOD
+    return March(run, once, Score(EXACT, "periodic orbits", True, None, samples))
+
+
+def attempt(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> March | Score:
+    """March an entry through as many cases as patience allows; or say how it fails."""
+    try:
+        with at_most(max(HOPELESS * terms.patience, 1.0)):
+            return marched(alike, known, terms)
+    except Exception as fault:  # whatever happens to an entry is its score
+        words = str(fault) if isinstance(fault, DrysimError) else repr(fault)
+        first = alike[0]
+        score = Score(first.approach, first.setting, first.own, first.step, 0)
+        return replace(score, verdict=f"failed, {words}")
+
+
+def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> March:
+    """March an entry through as many cases as patience allows, and judge its last periods."""
+    first = alike[0]
+    run = first.ready(known[0].work)
+    run()
+    _, once = timed(run)
+    count = max(1, min(len(known), int(terms.patience * len(known) / max(once, 1e-9))))
+    runs = [one.ready(scene.work) for one, scene in zip(alike, known, strict=True)][:count]
+    off, T_a, chatters, moves = 0.0, 0.0, False, False
+    for scene, ready in zip(known, runs, strict=False):
+        last = scene.last(ready())
+        error, error_T_a = scene.orbit.errors(scene.period, last)
+        symptoms = scene.orbit.symptoms(scene.period, last)
+        off, T_a = max(off, error or 0.0), max(T_a, error_T_a or 0.0, key=abs)
+        chatters, moves = chatters or symptoms[0], moves or symptoms[1]
+    words = verdict((off, T_a), (chatters, moves), bool(first.lacks))
+    samples = count * PERIODS * A_PERIOD
+    score = Score(first.approach, first.setting, first.own, first.step, samples)
+    score = replace(score, error_x_r=off, error_T_a=T_a, verdict=words)
+
+    def all_runs() -> None:
+        for one in runs:
+            one()
+
+    return March(all_runs, once * count, score)
