@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "motion", "compiled", "flow", "wave", "series", "stop", "events", "march", "slide",
-    "leave", "leap", "grid", "period_map", "orbit", "integrals", "forms", "recursion", "law",
-    "stepping", "decimal", "digits",
+    "plant", "motion", "compiled", "flow", "wave", "series", "stop", "events", "march", "waves",
+    "fade", "slide", "leave", "leap", "grid", "integrals", "means", "turns", "period_map",
+    "orbit", "orbits", "forms", "recursion", "law", "stepping", "decimal", "digits",
 )  # fmt: skip
 
 

@@ -48,9 +48,10 @@ def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], l
     rows = list(sines)
     if law.variation:
         rows.append((0.0, law.omega / (2 * math.pi), law.phase))
-    table = np.array(rows, dtype=float).reshape(-1, 3)
-    A, f, phase = (column.copy() for column in table.T)
-    return kernel.slide.Waves(A, f, 2 * math.pi * f, phase, np.zeros(len(A)), len(sines))
+    values = np.zeros(kernel.waves.STRIDE * len(rows))
+    for i, row in enumerate(rows):
+        kernel.waves.set_wave(values, i, *row)
+    return kernel.waves.Waves(values, len(rows), len(sines))
 
 
 def leap(

@@ -23,19 +23,19 @@ from drysim.approach.scene import (
 from drysim.core.compiled import engine, held
 from drysim.core.events import Log
 from drysim.core.jet import ORDER, Jet
-from drysim.core.motion import Samples, Sines, base_acceleration, mean_squares, sample_squares
+from drysim.core.means import mean_squares
+from drysim.core.motion import Samples, Sines, base_acceleration, sample_squares
 from drysim.core.plant import (
     AnyLaw,
     AnyState,
     Deflected,
     Dynamic,
-    Law,
     Plant,
     Totals,
 )
 from drysim.core.replay import integrate_series, read
-from drysim.core.slide import Waves
 from drysim.core.trace import Steps, first_heading, trace
+from drysim.core.waves import Waves
 
 CAPACITY = 16_384
 """Steps that a kernel may take before it hands over, so that an interrupt is heard."""
@@ -54,9 +54,6 @@ MOST_MULTIPLE = 8
 
 CLOSED = 1e-9
 """Scaled change of the state over a repetition that counts as none [-]."""
-
-NO_WAVE = Law(0.0, 0.0)
-"""A law without a wave of its own."""
 
 FAINT = 1e-9
 """Share of the speed that the base alone may give, from which on a motion is measured."""
@@ -101,7 +98,7 @@ class SeriesTrack:
         sums = (x2, v2, x_dd2, power, rub, stuck)
         if isinstance(self.motion, Samples):
             return Totals(*sums, *sample_squares(self.motion, begin, end))
-        u_dd2, u2 = mean_squares(self.motion, begin, end)
+        u_dd2, u2 = mean_squares(self.waves, begin, end)
         return Totals(*sums, u_dd2 * (end - begin), u2 * (end - begin))
 
     @property
@@ -161,7 +158,7 @@ def follow(
         assert isinstance(motion, Samples), "sines need a duration"
         duration = (len(motion.u_dd) - 1) * motion.dt
     u_dd, dt, last, length = base_of(motion, duration)
-    waves, jet = waves_of(motion, NO_WAVE), empty_jet()
+    waves, jet = waves_of(motion), empty_jet()
     x_r, v_r, z = (*start, 0.0)[:3]
     scene = (plant, law, waves)
     slope = float(u_dd[1] - u_dd[0]) / dt

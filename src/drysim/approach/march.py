@@ -26,7 +26,7 @@ from drysim.core.leap import leap_steps
 from drysim.core.march import march
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, State
-from drysim.core.slide import Waves
+from drysim.core.waves import Waves
 
 STRIDE = 4_000_000
 """Samples that a kernel may march before it hands over, so that an interrupt is heard."""

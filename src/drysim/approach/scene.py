@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,11 @@ from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, first_mode
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, State
-from drysim.core.slide import Waves
+from drysim.core.waves import STRIDE, Waves, set_wave
 from drysim.errors import SolverError
+
+CONSTANT = Law(0.0, 0.0)
+"""Friction without a wave of its own."""
 
 LOG_LENGTH = 4 * ROOM
 """Events that a kernel may write before it hands over."""
@@ -24,18 +26,16 @@ ON_GRID = 1e-9
 """A duration this close to a whole number of steps, relative to one step, is that number."""
 
 
-def waves_of(motion: Sines | Samples, law: Law) -> Waves:
+def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
     """Give the sines of a scene as the kernels want them; varying friction is one more."""
-    A, f, phase = motion if isinstance(motion, Sines) else ((), (), ())
-    base = len(A)
+    rows = [*zip(*motion, strict=True)] if isinstance(motion, Sines) else []
+    base = len(rows)
     if law.variation:
-        A, f, phase = (*A, 0.0), (*f, law.omega / (2.0 * math.pi)), (*phase, law.phase)
-    omega = [2.0 * math.pi * value for value in f]
-
-    def column(values: Iterable[float]) -> Any:
-        return held(np.array(tuple(values), dtype=float))
-
-    return Waves(column(A), column(f), column(omega), column(phase), column(phase), base)
+        rows.append((0.0, law.omega / (2.0 * math.pi), law.phase))
+    values = held(np.zeros(STRIDE * len(rows)))
+    for i, row in enumerate(rows):
+        set_wave(values, i, *row)
+    return Waves(values, len(rows), base)
 
 
 def mode_at_start(plant: Plant, law: Law, motion: Sines | Samples, start: State) -> int:

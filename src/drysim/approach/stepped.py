@@ -12,14 +12,14 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import FIXED_STEP, Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
-from drysim.approach.scene import grid_points
+from drysim.approach.scene import grid_points, waves_of
 from drysim.core.compiled import engine, held
+from drysim.core.means import mean_squares
 from drysim.core.motion import (
     Samples,
     Sines,
     base_acceleration,
     displacement_between,
-    mean_squares,
 )
 from drysim.core.plant import AnyLaw, AnyState, Plant, State, Totals
 from drysim.errors import SolverError
@@ -140,7 +140,8 @@ class SteppedTrack:
         if isinstance(self.motion, Sines):
             begin: float = part.start * self.dt
             end: float = part.stop * self.dt
-            return mean_squares(self.motion, begin, end)[1] * (end - begin)
+            u2: float = mean_squares(waves_of(self.motion), begin, end)[1]
+            return u2 * (end - begin)
         if self.motion.u is None:
             return None
         u: Floats = self.motion.u[part]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from drysim.approach.events import Events
+from drysim.approach.events import Events, Floats
 from drysim.approach.points import Points
 from drysim.approach.response import Orbit, Response
 from drysim.approach.scene import (
@@ -23,15 +23,16 @@ from drysim.approach.scene import (
     refuse_storm,
     waves_of,
 )
-from drysim.core import orbit
+from drysim.core import orbit, orbits
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
 from drysim.core.grid import sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.leap import leap
-from drysim.core.motion import Sines, base_acceleration, mean_squares
+from drysim.core.means import mean_squares
+from drysim.core.motion import Sines, base_acceleration
 from drysim.core.plant import Law, Plant, State, Totals
-from drysim.core.slide import Waves
+from drysim.core.waves import STRIDE, Waves
 
 MOST_PERIODS = 5_000
 """Periods after which a scene counts as not settled."""
@@ -73,7 +74,7 @@ class LeapTrack:
             self.start.v_r, begin, end,
         )  # fmt: skip
         length = end - begin
-        u_dd2, u2 = mean_squares(self.motion, begin, end)
+        u_dd2, u2 = mean_squares(self.waves, begin, end)
         return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length)
 
 
@@ -140,30 +141,39 @@ def on_grid(track: LeapTrack, step: float) -> Response:
 
 def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: float) -> Orbit:
     """Follow a start to its periodic orbit."""
-    if law.F_fs == 0.0 and plant.k_x > 0.0 and plant.b > 0.0:
-        start = frequency_response(plant, motion)
-    d = mode_at_start(plant, law, motion, start)
-    waves, log = waves_of(motion, law), empty_log()
-    past = held(np.zeros(orbit.MOST_MULTIPLE)), held(np.zeros(orbit.MOST_MULTIPLE))
-    x_r, v_r, d, multiple, closure, periods, peak = orbit.settle(
-        plant, law, waves, period, *start, d, MOST_PERIODS, *past, log, LOG_LENGTH
-    )
+    x_r, v_r, multiple, closure, periods, peak, unique = orbit.find(
+        plant, law, waves_of(motion, law), period, *start, MOST_PERIODS, *pasts(), empty_log(),
+        LOG_LENGTH,
+    )  # fmt: skip
     refuse_storm(multiple, periods * period, (x_r, v_r))
-    scene = (plant, law, waves, max(multiple, 1) * period, x_r, v_r, d, log, LOG_LENGTH)
-    unique = multiple == 0 or plant.b > 0.0 or not orbit.marginal(*scene)
     return Orbit(
         State(x_r, v_r), max(multiple, 1), closure, multiple > 0, unique,
         periods * period, peak,
     )  # fmt: skip
 
 
-def frequency_response(plant: Plant, motion: Sines) -> State:
-    """Give the steady state at t = 0 of the oscillator without dry friction, in closed form."""
-    m, k_x, b = plant
-    x_r, v_r = 0.0, 0.0
-    for A, f, phase in zip(*motion, strict=True):
-        omega = 2.0 * math.pi * f
-        swing = -m * A * cmath.exp(1j * phase) / complex(k_x - m * omega**2, b * omega)
-        x_r += swing.imag
-        v_r += omega * swing.real
-    return State(x_r, v_r)
+def solve_orbits(scenes: Floats) -> Floats:
+    """Find and measure the periodic orbits of many scenes.
+
+    Parameters
+    ----------
+    scenes : ndarray, shape (n, SINES + 3 sines)
+        The columns that `drysim.core.orbits` names.
+
+    Returns
+    -------
+    ndarray, shape (n, FOUND)
+        The columns of its answers.
+    """
+    answers = held(np.full((len(scenes), orbits.FOUND), np.nan))
+    room = (scenes.shape[1] - orbits.SINES) // 3 + 1
+    orbits.solve_orbits(
+        held(np.ascontiguousarray(scenes)), answers, held(np.zeros(STRIDE * room)), *pasts(),
+        MOST_PERIODS, empty_log(), LOG_LENGTH,
+    )  # fmt: skip
+    return np.asarray(answers)
+
+
+def pasts() -> tuple[Any, Any]:
+    """Give room for the states of the latest periods."""
+    return held(np.zeros(orbit.MOST_MULTIPLE)), held(np.zeros(orbit.MOST_MULTIPLE))

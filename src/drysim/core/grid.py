@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from drysim.core.compiled import compiled
 from drysim.core.events import direction
-from drysim.core.slide import anchor, slide
+from drysim.core.slide import slide
+from drysim.core.waves import anchor
 
 
 @compiled
@@ -12,7 +13,7 @@ def state_within(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
     """Give x_r and v_r at time s of a stretch that starts at time t with this state."""
     if d == 0:
         return x_r, 0.0
-    anchor(waves, law, plant.m, t, d)
+    anchor(waves, plant, law, t, d)
     c = plant.b / plant.m
     w = plant.k_x / plant.m
     return slide(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]

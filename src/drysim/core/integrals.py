@@ -12,7 +12,8 @@ import numpy as np
 
 from drysim.core.compiled import compiled
 from drysim.core.events import direction
-from drysim.core.slide import anchor, base_motion, normal_force, slide
+from drysim.core.slide import slide
+from drysim.core.waves import OMEGA, STRIDE, anchor, base_motion, normal_force
 
 PANEL = 4.0
 """Radians (or decays) a panel may hold: 12 nodes integrate exp(±2i·4) to 4e-17."""
@@ -29,8 +30,8 @@ WEIGHTS = tuple((0.5 * _WEIGHTS).tolist())
 def panel_length(c, w, waves, s):
     """Give the length of the panel that may start at time s of a stretch [s]."""
     rate = 0.0
-    for i in range(len(waves.A)):
-        rate = max(rate, waves.omega[i])
+    for i in range(waves.size):
+        rate = max(rate, waves.values[STRIDE * i + OMEGA])
     if c * s < FADED:
         rate = max(rate, c + math.sqrt(w))
     elif 0.25 * c * c > w:
@@ -63,7 +64,7 @@ def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     c = b / m
     w = k_x / m
     f = d * law.F_fk / m
-    anchor(waves, law, m, t, d)
+    anchor(waves, plant, law, t, d)
     x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
     s = lo
     while s < hi:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
 from drysim.core.plant import BRISTLE, STRIBECK
+from drysim.core.waves import FREQUENCY, OMEGA, PHASE, STRIDE, A
 
 ORDER = 20
 """Terms of a series at most: near the least work for errors of rounding size."""
@@ -50,10 +51,12 @@ def drive(jet, waves, u_0, slope, t):
     jet.u[0] = u_0
     jet.u[1] = slope
     for i in range(waves.base):
-        omega = waves.omega[i]
-        angle = 2.0 * math.pi * ((waves.f[i] * t) % 1.0) + waves.phase[i]
-        sine = waves.A[i] * math.sin(angle)
-        cosine = waves.A[i] * math.cos(angle)
+        at = STRIDE * i
+        amplitude, omega = waves.values[at + A], waves.values[at + OMEGA]
+        turns = (waves.values[at + FREQUENCY] * t) % 1.0
+        angle = 2.0 * math.pi * turns + waves.values[at + PHASE]
+        sine = amplitude * math.sin(angle)
+        cosine = amplitude * math.cos(angle)
         for n in range(ORDER + 1):
             jet.u[n] += sine
             sine, cosine = cosine * omega / (n + 1), -sine * omega / (n + 1)

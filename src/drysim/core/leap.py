@@ -15,8 +15,9 @@ from drysim.core.events import (
     tightness,
 )
 from drysim.core.leave import leave_slip, leave_stick
-from drysim.core.slide import anchor, base_motion, normal_force, slide
+from drysim.core.slide import slide
 from drysim.core.stop import NEVER
+from drysim.core.waves import anchor, base_motion, normal_force
 
 STALL = 100
 """Events in a row without progress in time that put a scene at the end of double precision."""
@@ -59,7 +60,7 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
     stalled = 0
     while begin < h and (broke or count + 2 <= capacity):
         before = begin
-        anchor(waves, law, m, t + begin, d)
+        anchor(waves, plant, law, t + begin, d)
         u_begin = u_0 + slope * begin
         left = h - begin
         if d == 0:

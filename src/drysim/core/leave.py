@@ -1,8 +1,8 @@
 """When a stretch of sliding or sticking under waves ends, rigorously.
 
 The next zero is approached from below by steps that a bound on the curvature proves safe, so
-none is skipped; near a simple zero the steps converge like Newton's, and a near miss is
-passed at its own distance.
+none is skipped and a near miss is passed at its own distance. Where the bound proves that the
+function only falls until it is below zero, Newton's method has nothing to miss.
 """
 
 from __future__ import annotations
@@ -12,6 +12,14 @@ import math
 from drysim.core.compiled import compiled
 from drysim.core.slide import margin, slide
 from drysim.core.stop import NEVER, RESOLUTION
+from drysim.core.waves import OMEGA, SINE, STRIDE, THETA, A
+
+FALLS = 3.0
+"""A slope this many times what it may change by up to 1.5 times the zero of its parabola leads
+below zero on the way."""
+
+NEWTON_CAP = 20
+"""The parabola errs in the third order: 3 rounds do, as none is allowed to turn back."""
 
 TOUCH = 1e-6
 """A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
@@ -56,6 +64,13 @@ def first_step(rate, bend, bend_bound, third_bound):
 
 
 @compiled
+def to_zero(v, a, j):
+    """Give the smaller time at which v + a h + j h²/2, falling, is zero; infinity for none."""
+    square = a * a - 2.0 * v * j
+    return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
+
+
+@compiled
 def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     """Give the first time in (0, h] at which sliding in direction d stops, or infinity.
 
@@ -64,16 +79,20 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     """
     growth = 0.0
     fastest = 0.0
-    for i in range(len(waves.A)):
-        growth += abs(waves.A[i]) * waves.omega[i] ** 2
-        fastest = max(fastest, waves.omega[i])
+    for i in range(waves.size):
+        omega = waves.values[STRIDE * i + OMEGA]
+        growth += abs(waves.values[STRIDE * i + A]) * omega * omega
+        fastest = max(fastest, omega)
     cap = 1.0 / fastest if fastest > 0.0 else NEVER
     s = 0.0
-    v_r_0 = v_r
     v, a, j = d * v_r, d * a, d * j
     while True:
         bend = math.sqrt(j * j + w * a * a)
         if v > 0.0:
+            near = to_zero(v, a, j) if a < 0.0 else NEVER
+            if -a >= FALLS * (bend + growth * 1.5 * near) * 1.5 * near:
+                s = sharpen(c, w, waves, x_r, v_r, g, r, d, s, v, a, j, growth)
+                return s if s < h else NEVER
             step = safe_step(v, a, bend, growth, cap)
         else:
             bound = bend + growth * cap if growth > 0.0 else bend
@@ -88,10 +107,26 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
         if step <= RESOLUTION * s:
             return s
         s += step
-        _, v, a, j = slide(c, w, waves, x_r, v_r_0, g, r, s)
+        _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
         v, a, j = d * v, d * a, d * j
         if v <= 0.0:
             return s
+
+
+@compiled
+def sharpen(c, w, waves, x_r, v_r, g, r, d, s, v, a, j, growth):
+    """Give the zero of a velocity that only falls, from its values at time s."""
+    for _ in range(NEWTON_CAP):
+        step = to_zero(v, a, j)
+        s += step
+        # What the parabola leaves out is at most this times the cube of the step.
+        bend = math.sqrt(j * j + w * a * a) + growth * abs(step)
+        third = (c + math.sqrt(w)) * bend + growth
+        if third * abs(step) ** 3 <= -6.0 * a * RESOLUTION * s or step == 0.0:
+            return s
+        _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
+        v, a, j = d * v, d * a, d * j
+    return s
 
 
 @compiled
@@ -100,12 +135,15 @@ def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
 
     A margin that only touches zero does not break away: equality sticks.
     """
+    if waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0:
+        return leave_one_sine(plant, law, waves, x_r, side, h)
     bend = 0.0
     third = 0.0
     fastest = 0.0
-    for i in range(len(waves.A)):
-        force = plant.m * abs(waves.A[i]) if i < waves.base else law.F_fs * law.variation
-        omega = waves.omega[i]
+    for i in range(waves.size):
+        A_i = abs(waves.values[STRIDE * i + A])
+        force = plant.m * A_i if i < waves.base else law.F_fs * law.variation
+        omega = waves.values[STRIDE * i + OMEGA]
         bend += force * omega**2
         third += force * omega**3
         fastest = max(fastest, omega)
@@ -130,3 +168,23 @@ def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
                 return s
             step += first_step(0.0, G_dd, bend, third)
         s += step
+
+
+@compiled
+def leave_one_sine(plant, law, waves, x_r, side, h):
+    """Give what `leave_stick` gives where one sine moves the base: its inverse."""
+    G, G_d, _ = margin(plant, law, waves, x_r, 0.0, 0.0, side, 0.0)
+    if G < 0.0:
+        return 0.0
+    force = side * plant.m * waves.values[A]
+    level = G + force * waves.values[SINE]
+    if abs(force) <= level:
+        return NEVER
+    theta = waves.values[THETA] if force > 0.0 else waves.values[THETA] + math.pi
+    rise = math.asin(level / abs(force))
+    turn = (rise - theta) % (2.0 * math.pi)
+    # Rising, and beyond the limit by less than the rounding of an angle.
+    if G_d < 0.0 and turn > math.pi:
+        turn = 0.0
+    s = turn / waves.values[OMEGA]
+    return s if s <= h else NEVER

@@ -83,37 +83,6 @@ def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float6
     return u_dd
 
 
-def mean_squares(sines: Sines, begin: float, end: float) -> tuple[float, float]:
-    """Give the mean squares of ü [m²/s⁴] and of u [m²] over a window [s], in closed form.
-
-    u is the displacement without offset and drift, -Σ A/(2π f)² sin(2π f t + phase).
-    """
-    length, middle = end - begin, 0.5 * (begin + end)
-    u_dd2, u2 = 0.0, 0.0
-    waves = [(A, 2.0 * math.pi * f, f, phase) for A, f, phase in zip(*sines, strict=True)]
-    for A_i, omega_i, f_i, phase_i in waves:
-        for A_j, omega_j, f_j, phase_j in waves:
-            product = (
-                0.5
-                * A_i
-                * A_j
-                * (
-                    _mean_cosine(f_i - f_j, phase_i - phase_j, length, middle)
-                    - _mean_cosine(f_i + f_j, phase_i + phase_j, length, middle)
-                )
-            )
-            u_dd2 += product
-            u2 += product / (omega_i * omega_j) ** 2
-    return u_dd2, u2
-
-
-def _mean_cosine(f: float, phase: float, length: float, middle: float) -> float:
-    """Give the mean of cos(2π f t + phase) over a window of some length about its middle."""
-    half = math.pi * f * length
-    fade = math.sin(half) / half if half else 1.0
-    return fade * math.cos(2.0 * math.pi * ((f * middle) % 1.0) + phase)
-
-
 def displacement_between(
     motion: Samples, n: NDArray[np.intp], q: NDArray[np.float64]
 ) -> NDArray[np.float64]:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled
+from drysim.core.events import first_mode
 from drysim.core.period_map import CONTRACTS, one_period, radius, refine, slopes
+from drysim.core.plant import Law
+from drysim.core.waves import OMEGA, PHASE, STRIDE, A
 
 MOST_MULTIPLE = 8
 """Longest repetition looked for, in periods of the excitation."""
@@ -22,18 +25,85 @@ PATIENCE = 20
 NEAR = 1e-2
 """Scaled change below which Newton's method may take over."""
 
+BETTER = 0.5
+"""Share of the change before that Newton's method must reach at least."""
+
+WAIT = 10
+"""Periods of the motion itself after a step of Newton's that did not."""
+
+ROOM = 2
+"""Places that `leap` leaves free in a log that held all events of a period."""
+
+
+@compiled
+def find(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, capacity):
+    """Give the periodic orbit that a start leads to.
+
+    Parameters
+    ----------
+    As in `settle`, from rest on; without dry friction the steady motion itself is the start.
+
+    Returns
+    -------
+    x_r, v_r, multiple, closure, periods, peak
+        As in `settle`.
+    unique : bool
+        Whether neighbours are drawn to the orbit; false for one of a continuum.
+    """
+    if law.F_fs == 0.0 and plant.k_x > 0.0 and plant.b > 0.0:
+        x_r, v_r = steady_start(plant, waves)
+    d = first_direction(plant, law, waves, x_r, v_r)
+    x_r, v_r, d, multiple, closure, periods, peak = settle(
+        plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, capacity
+    )
+    length = max(multiple, 1) * period
+    unique = multiple <= 0 or plant.b > 0.0
+    if not unique:
+        unique = not marginal(plant, law, waves, length, x_r, v_r, d, log, capacity)
+    return x_r, v_r, multiple, closure, periods, peak, unique
+
+
+@compiled
+def first_direction(plant, law, waves, x_r, v_r):
+    """Give the direction of sliding at t = 0, 0 for stuck."""
+    u_dd = 0.0
+    for i in range(waves.base):
+        at = STRIDE * i
+        u_dd += waves.values[at + A] * math.sin(waves.values[at + PHASE])
+    load = 1.0 + law.variation * math.sin(law.phase)
+    limits = Law(law.F_fk * load, law.F_fs * load, law.variation, law.omega, law.phase)
+    return first_mode(plant, limits, x_r, v_r, u_dd)
+
+
+@compiled
+def steady_start(plant, waves):
+    """Give the steady x_r and v_r at t = 0 of the oscillator without dry friction."""
+    x_r, v_r = 0.0, 0.0
+    for i in range(waves.base):
+        at = STRIDE * i
+        omega, phase = waves.values[at + OMEGA], waves.values[at + PHASE]
+        stiff = complex(plant.k_x - plant.m * omega * omega, plant.b * omega)
+        turn = complex(math.cos(phase), math.sin(phase))
+        swing = -plant.m * waves.values[at + A] * turn / stiff
+        x_r += swing.imag
+        v_r += omega * swing.real
+    return x_r, v_r
+
 
 @compiled
 def marginal(plant, law, waves, period, x_r, v_r, d, log, capacity):
     """Tell whether an orbit that moves is one of a continuum: its map keeps distances."""
-    image = one_period(plant, law, waves, period, x_r, v_r, d, log, capacity)
-    if image[3] <= 0:
+    events = one_period(plant, law, waves, period, x_r, v_r, d, log, capacity)[3]
+    if events <= 0 or events + ROOM > capacity:
         return False
-    rate = max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
-    alike, a, b, c, e = slopes(
-        plant, law, waves, period, rate, x_r, v_r, d, image, log, capacity
-    )
-    return alike and radius(a, b, c, e) >= CONTRACTS
+    rate = rate_of(plant, period)
+    return not radius(*slopes(plant, law, waves, period, rate, d, events, log)) < CONTRACTS
+
+
+@compiled
+def rate_of(plant, period):
+    """Give what turns velocities into displacements of like size [1/s]."""
+    return max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
 
 
 @compiled
@@ -70,19 +140,20 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
     peak : float
         Largest |x_r| on the way [m].
     """
-    rate = max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
+    rate = rate_of(plant, period)
     highest = abs(x_r)
     events_before = -1
     change_before = math.inf
     smallest = math.inf
     smallest_at = 0
     wait = 0
+    refined = False
+    plain_x, plain_v = x_r, v_r
     closure = math.inf
     for n in range(most):
         past_x[n % MOST_MULTIPLE] = x_r
         past_v[n % MOST_MULTIPLE] = v_r
-        d_before = d
-        x_before, v_before = x_r, v_r
+        d_before, x_before, v_before = d, x_r, v_r
         image = one_period(plant, law, waves, period, x_r, v_r, d, log, capacity)
         x_r, v_r, d, events, peak = image
         if events < 0:
@@ -99,23 +170,20 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
             if change <= CLOSED or still:
                 return x_r, v_r, d, multiple, change, n + 1, highest
         change = max(abs(x_r - x_before), abs(v_r - v_before) / rate) / scale
+        alike = events == events_before and d == d_before and events + ROOM <= capacity
+        if refined and not (alike and change < BETTER * change_before):
+            # Newton has led astray: go on from where the motion itself was.
+            x_r, v_r, d = plain_x, plain_v, d_before
+            refined, wait, change_before = False, WAIT, math.inf
+            continue
         wait -= 1
-        slow = change < NEAR and change > 0.3 * change_before
-        if wait <= 0 and slow and events == events_before and d == d_before:
-            image = (x_r, v_r, d, events, scale)
-            good, x_new, v_new = refine(
-                plant, law, waves, period, rate, x_before, v_before, d, image, log, capacity
+        refined = False
+        if wait <= 0 and change < NEAR and alike:
+            plain_x, plain_v = x_r, v_r
+            refined, x_r, v_r = refine(
+                plant, law, waves, period, rate, x_before, v_before, d, image, log
             )
-            wait = 1
-            if good:
-                one = one_period(plant, law, waves, period, x_new, v_new, d, log, capacity)
-                left = max(abs(one[0] - x_new), abs(one[1] - v_new) / rate) / scale
-                good = one[3] == events and one[2] == d and left < 0.5 * change
-            if good:
-                x_r, v_r = x_new, v_new
-                change = math.inf
-            else:
-                wait = 10
+            wait = 0 if refined else WAIT
         change_before = change
         events_before = events
     return x_r, v_r, d, 0, closure, most, highest

@@ -7,49 +7,27 @@ are one more wave.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
 from drysim.core.events import ROUNDING
-from drysim.core.flow import flow
+from drysim.core.fade import fade
+from drysim.core.flow import SHORT, flow
 from drysim.core.wave import wave
-
-
-class Waves(NamedTuple):
-    """The sines of a scene as parallel arrays (or lists), shape (waves,).
-
-    The first `base` of them move the base; one more may stand for friction limits that vary.
-
-    Attributes
-    ----------
-    A : array of float
-        Amplitude of ü [m/s²]; of the friction wave: set by `anchor` for the direction of
-        sliding.
-    f, omega : array of float
-        Frequency [Hz] and angular frequency [rad/s].
-    phase : array of float
-        Phase at t = 0 [rad].
-    theta : array of float
-        Phase at the start of the stretch [rad]; set by `anchor`.
-    base : int
-        Number of waves that move the base.
-    """
-
-    A: Any
-    f: Any
-    omega: Any
-    phase: Any
-    theta: Any
-    base: int
-
-
-@compiled
-def anchor(waves, law, m, t, d):
-    """Start a stretch at time t [s] in direction d: set the phases, and friction's wave."""
-    for i in range(len(waves.A)):
-        waves.theta[i] = 2.0 * math.pi * ((waves.f[i] * t) % 1.0) + waves.phase[i]
-    if len(waves.A) > waves.base:
-        waves.A[waves.base] = d * law.F_fk * law.variation / m
+from drysim.core.waves import (
+    ACROSS,
+    ALONG,
+    COSINE,
+    OMEGA,
+    SINE,
+    STEADY,
+    STRIDE,
+    THETA,
+    V_START,
+    X_START,
+    A,
+    base_motion,
+    normal_force,
+)
 
 
 @compiled
@@ -74,27 +52,33 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
     x_r, v_r, a, j : float
         Relative displacement [m], velocity [m/s], acceleration [m/s²] and jerk [m/s³].
     """
-    n = len(waves.A)
-    y, y_d, Y, YY = 0.0, 0.0, 0.0, 0.0
-    if n == 0 or r != 0.0:
+    YY = 0.0
+    if r == 0.0:
+        y, y_d, Y = fade(c, w, s)
+    else:
         y, y_d, Y, YY = flow(c, w, s)
-    x = 0.0
-    v = 0.0
-    push = 0.0
-    push_d = 0.0
-    for i in range(n):
-        omega = waves.omega[i]
-        from_sine = -waves.A[i] * math.cos(waves.theta[i])
-        from_cosine = -waves.A[i] * math.sin(waves.theta[i])
-        y, y_d, Y, R, P, P_d, sine, cosine = wave(c, w, omega, s)
-        x += from_sine * omega * R + from_cosine * P
-        v += from_sine * omega * P + from_cosine * P_d
-        push += from_sine * omega * sine + from_cosine * cosine
-        push_d += omega * (from_sine * cosine - from_cosine * omega * sine)
+    x, v, a, j = 0.0, 0.0, 0.0, 0.0
+    values = waves.values
+    for i in range(waves.size):
+        at = STRIDE * i
+        omega = values[at + OMEGA]
+        if values[at + STEADY] > 0.0 and omega * s > SHORT:
+            angle = omega * s + values[at + THETA]
+            sine, cosine = math.sin(angle), math.cos(angle)
+            swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
+            rate = omega * (values[at + ALONG] * cosine - values[at + ACROSS] * sine)
+            push, push_d = -omega * omega * swing, -omega * omega * rate
+            # What the start lacks of the steady response dies out with it.
+            x_r -= values[at + X_START]
+            v_r -= values[at + V_START]
+        else:
+            swing, rate, push, push_d = from_rest(c, w, values, at, s, y, y_d)
+        x += swing
+        v += rate
+        a += push
+        j += push_d
     # What the waves do and what is left of the start are added up apart: a motion that dies out
     # under a steady force keeps the sign of its velocity and acceleration.
-    a = push - c * v - w * x
-    j = push_d - c * a - w * v
     p = g - w * x_r
     a_start = (p - c * v_r) * y_d + (r - w * v_r) * y
     v_start = v_r * y_d + p * y + r * Y
@@ -103,29 +87,17 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
 
 
 @compiled
-def base_motion(waves, u_0, slope, s):
-    """Give ü [m/s²] and its first two rates at time s of a stretch."""
-    u_dd = u_0 + slope * s
-    rate = slope
-    bend = 0.0
-    for i in range(waves.base):
-        omega = waves.omega[i]
-        angle = omega * s + waves.theta[i]
-        value = waves.A[i] * math.sin(angle)
-        u_dd += value
-        rate += waves.A[i] * omega * math.cos(angle)
-        bend -= value * omega * omega
-    return u_dd, rate, bend
-
-
-@compiled
-def normal_force(law, waves, s):
-    """Give the normal force relative to its mean [-], and its first two rates, at time s."""
-    if len(waves.A) == waves.base:
-        return 1.0, 0.0, 0.0
-    angle = law.omega * s + waves.theta[waves.base]
-    swing = law.variation * math.sin(angle)
-    return 1.0 + swing, law.variation * law.omega * math.cos(angle), -swing * law.omega**2
+def from_rest(c, w, values, at, s, y, y_d):
+    """Give x_r, v_r, a and j that a wave alone has made from rest by time s."""
+    omega = values[at + OMEGA]
+    from_sine = -values[at + A] * values[at + COSINE]
+    from_cosine = -values[at + A] * values[at + SINE]
+    R, P, P_d, sine, cosine = wave(c, w, omega, s, y, y_d)
+    x = from_sine * omega * R + from_cosine * P
+    v = from_sine * omega * P + from_cosine * P_d
+    a = from_sine * omega * sine + from_cosine * cosine - c * v - w * x
+    j = omega * (from_sine * cosine - from_cosine * omega * sine) - c * a - w * v
+    return x, v, a, j
 
 
 @compiled

@@ -10,8 +10,8 @@ from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, not
 from drysim.core.jet import ORDER, drive, grow, value
 from drysim.core.leave import leave_stick, parabola
 from drysim.core.plant import BRISTLE, STRIBECK, Law
-from drysim.core.slide import anchor
 from drysim.core.stop import NEVER, RESOLUTION
+from drysim.core.waves import OMEGA, STRIDE, anchor
 
 ENOUGH = 3
 """Events and steps that one step may add to their logs, and one to spare."""
@@ -231,8 +231,8 @@ def trace(
 def calm_length(waves):
     """Give the longest step [s] of a stuck mass, within which a series knows the waves."""
     fastest = 0.0
-    for i in range(len(waves.A)):
-        fastest = max(fastest, waves.omega[i])
+    for i in range(waves.size):
+        fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
     return 1.0 / fastest if fastest > 0.0 else NEVER
 
 
@@ -240,7 +240,7 @@ def calm_length(waves):
 def break_away(plant, law, waves, x_r, u_0, slope, t, h):
     """Give when a stuck mass breaks away within h [s], or infinity, and in which direction."""
     limits = Law(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
-    anchor(waves, limits, plant.m, t, 0)
+    anchor(waves, plant, limits, t, 0)
     up = leave_stick(plant, limits, waves, x_r, u_0, slope, 1, h)
     down = leave_stick(plant, limits, waves, x_r, u_0, slope, -1, min(up, h))
     if down < up:

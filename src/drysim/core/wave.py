@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled
-from drysim.core.flow import INVERSE_FACTORIAL, SHORT, few, flow
+from drysim.core.flow import INVERSE_FACTORIAL, SHORT, few
 
 
 @compiled
-def wave(c, w, omega, s):
-    """Give the response from rest to sin(omega s)/omega, beside `flow` and the wave itself.
+def wave(c, w, omega, s, y, y_d):
+    """Give the response from rest to sin(omega s)/omega, and the wave itself.
 
     Parameters
     ----------
@@ -18,11 +18,11 @@ def wave(c, w, omega, s):
         As in `flow`.
     omega : float
         Angular frequency of the wave [rad/s], at least 0.
+    y, y_d : float
+        What `flow` gives for the stretch.
 
     Returns
     -------
-    y, y_d, Y : float
-        As in `flow`.
     R, P, P_d : float
         Response from rest to sin(omega s)/omega [s³]; its slope, which is the response to
         cos(omega s) [s²]; and the slope of that [s].
@@ -35,7 +35,6 @@ def wave(c, w, omega, s):
     """
     if (c + math.sqrt(w) + omega) * s <= SHORT:
         return short_wave(c, w, omega, s)
-    y, y_d, Y, _ = flow(c, w, s)
     # The response to exp(mu s) is a divided difference of exponentials over mu and both roots.
     mu = complex(0.0, omega)
     root, other, decay = roots(c, w, y, y_d)
@@ -43,16 +42,7 @@ def wave(c, w, omega, s):
     near = confluent(mu - root, decay, turn, s)
     to_wave = (near - y) / (mu - other)
     rate = (turn + root * near - y_d) / (mu - other)
-    return (
-        y,
-        y_d,
-        Y,
-        to_wave.imag / omega,
-        to_wave.real,
-        rate.real,
-        turn.imag / omega,
-        turn.real,
-    )
+    return to_wave.imag / omega, to_wave.real, rate.real, turn.imag / omega, turn.real
 
 
 @compiled
@@ -112,9 +102,8 @@ def short_wave(c, w, omega, s):
             answer, answer_before = push - (cs * answer + ws * answer_before), answer
         else:
             answer, answer_before = -(cs * answer + ws * answer_before), answer
-    y, y_d, Y, _ = flow(c, w, s)
     R *= s * s * s
     P *= s * s
     sine = math.sin(omega * s) / omega if omega > 0.0 else s
     cosine = math.cos(omega * s)
-    return y, y_d, Y, R, P, sine - c * P - w * R, sine, cosine
+    return R, P, sine - c * P - w * R, sine, cosine
