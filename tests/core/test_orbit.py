@@ -133,3 +133,25 @@ def test_continuum_of_orbits_at_half_the_natural_frequency_is_recognised(
         assert found.marginal == marginal
         ends.append(found.state[0])
     assert (abs(ends[1] - ends[0]) > 9e-4) == marginal
+
+
+def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
+    fast: SimpleNamespace,
+) -> None:
+    # With F_fs above F_fk the place of rest depends on every period of the way there.
+    beta, zeta, phi, ratio, start = 6.751, 20.0, 0.9, 1.2, (-0.0152, 0.03)
+    found = orbit(fast, beta, zeta, phi, ratio, start=start)
+    plant, law = (
+        fast.plant.Plant(M, K, 2 * zeta * math.sqrt(K * M)),
+        fast.plant.Law(phi, ratio * phi),
+    )
+    period = 2 * math.pi / (beta * math.sqrt(K / M))
+    waves, log = waves_of(fast, [(1.0, 1 / period, 0.0)], law), log_of(fast)
+    state, before = (*start, 1), None
+    while state != before:
+        before = state
+        state = fast.period_map.one_period(plant, law, waves, period, *state, log, len(log.n))[
+            :3
+        ]
+    assert state[1:] == (0.0, 0)
+    assert found.state == state[:2]

@@ -26,10 +26,10 @@ NEAR = 1e-2
 """Scaled change below which Newton's method may take over."""
 
 BETTER = 0.5
-"""Share of the change before that Newton's method must reach at least."""
+"""Share of the change before to which each of Newton's steps must bring it."""
 
 WAIT = 10
-"""Periods of the motion itself after a step of Newton's that did not."""
+"""Periods of the motion itself after Newton's method has failed first; then twice as many."""
 
 ROOM = 2
 """Places that `leap` leaves free in a log that held all events of a period."""
@@ -143,12 +143,12 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
     rate = rate_of(plant, period)
     highest = abs(x_r)
     events_before = -1
-    change_before = math.inf
+    step_before = math.inf
     smallest = math.inf
     smallest_at = 0
-    wait = 0
+    wait, patience = 0, WAIT
     refined = False
-    plain_x, plain_v = x_r, v_r
+    plain_x, plain_v, plain_d = x_r, v_r, d
     closure = math.inf
     for n in range(most):
         past_x[n % MOST_MULTIPLE] = x_r
@@ -158,6 +158,15 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
         x_r, v_r, d, events, peak = image
         if events < 0:
             return x_r, v_r, d, -1, closure, n + 1, highest
+        step = max(abs(x_r - x_before), abs(v_r - v_before) / rate)
+        alike = events == events_before and d == d_before and events + ROOM <= capacity
+        if refined and not (alike and step < BETTER * step_before):
+            # Newton leads astray: the motion goes on from where it was.
+            x_r, v_r, d = plain_x, plain_v, plain_d
+            for i in range(MOST_MULTIPLE):
+                past_x[i] = math.inf
+            refined, wait, patience = False, patience, 2 * patience
+            continue
         highest = max(highest, peak)
         scale = peak if peak > 0.0 else 1.0
         for multiple in range(1, min(n + 1, MOST_MULTIPLE) + 1):
@@ -167,23 +176,20 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
             if multiple == 1 and change < smallest:
                 smallest, smallest_at = change, n
             still = change <= NOISE and change <= 10.0 * smallest and n - smallest_at > PATIENCE
-            if change <= CLOSED or still:
+            apart = multiple == 1 or step > NOISE * scale
+            if apart and (change <= CLOSED or still):
                 return x_r, v_r, d, multiple, change, n + 1, highest
-        change = max(abs(x_r - x_before), abs(v_r - v_before) / rate) / scale
-        alike = events == events_before and d == d_before and events + ROOM <= capacity
-        if refined and not (alike and change < BETTER * change_before):
-            # Newton has led astray: go on from where the motion itself was.
-            x_r, v_r, d = plain_x, plain_v, d_before
-            refined, wait, change_before = False, WAIT, math.inf
-            continue
         wait -= 1
-        refined = False
-        if wait <= 0 and change < NEAR and alike:
-            plain_x, plain_v = x_r, v_r
+        if wait <= 0 and step < NEAR * scale and alike:
+            # Where a mass may come to rest depends on its way there, if F_fs exceeds F_fk: a
+            # step that leads to no orbit must leave no trace then.
+            if not refined or law.F_fs <= law.F_fk:
+                plain_x, plain_v, plain_d = x_r, v_r, d
             refined, x_r, v_r = refine(
                 plant, law, waves, period, rate, x_before, v_before, d, image, log
             )
-            wait = 0 if refined else WAIT
-        change_before = change
+            if not refined:
+                wait = WAIT
+        step_before = step
         events_before = events
     return x_r, v_r, d, 0, closure, most, highest

@@ -20,9 +20,9 @@ ALONG, ACROSS, X_START, V_START, STEADY = 7, 8, 9, 10, 11
 """Steady response to the wave: ALONG sin + ACROSS cos [m], its state as the stretch starts
 [m, m/s], and whether it may be set off against the motion (1 or 0)."""
 
-MOST_SWING = 1e3
+MOST_SWING = 16.0
 """Square of the greatest swing, relative to that of an oscillator free or stiff, up to which
-the steady response may be set off against the motion: five bits are lost at most."""
+the steady response may be set off against the motion: two bits are lost at most."""
 
 
 class Waves(NamedTuple):
