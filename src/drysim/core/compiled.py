@@ -48,6 +48,19 @@ def settle(steps: int) -> None:
 
 def compiled(function: Kernel) -> Kernel:
     """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine."""
+    return _compiled(function, "never")
+
+
+def inlined(function: Kernel) -> Kernel:
+    """Compile a part of a kernel into its callers.
+
+    A call that hands arrays over counts their references: more work than a short part has.
+    """
+    return _compiled(function, "always")
+
+
+def _compiled(function: Kernel, inline: str) -> Kernel:
+    """Compile a kernel, or leave it alone."""
     if engine() == PLAIN:
         return function
     import numba
@@ -56,10 +69,9 @@ def compiled(function: Kernel) -> Kernel:
     settings: Any = numba.config
     before = settings.CACHE_DIR
     settings.CACHE_DIR = str(folder or "")
+    kept: Any = {"cache": folder is not None, "inline": inline}
     try:
-        kernel: Any = numba.njit(cache=folder is not None, nogil=True, error_model="numpy")(
-            function
-        )
+        kernel: Any = numba.njit(nogil=True, error_model="numpy", **kept)(function)
     finally:
         settings.CACHE_DIR = before
     return cast(Kernel, kernel)

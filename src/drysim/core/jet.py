@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.plant import BRISTLE, STRIBECK
 from drysim.core.waves import FREQUENCY, OMEGA, PHASE, STRIDE, A
 
@@ -62,45 +62,49 @@ def drive(jet, waves, u_0, slope, t):
             sine, cosine = cosine * omega / (n + 1), -sine * omega / (n + 1)
 
 
-@compiled
-def convolve(a, b, n):
-    """Give term n of the product of two series."""
-    total = 0.0
-    for k in range(n + 1):
-        total += a[k] * b[n - k]
-    return total
+@inlined
+def inner_sums(jet, n):
+    """Give the inner part of term n of the products v v, v z, s' g and g p.
+
+    One loop for all: the sums do not wait for each other.
+    """
+    vv, vz, sg, gp = 0.0, 0.0, 0.0, 0.0
+    for k in range(1, n):
+        vv += jet.v[k] * jet.v[n - k]
+        vz += jet.v[k] * jet.z[n - k]
+        sg += k * jet.s[k] * jet.g[n - k]
+        gp += jet.g[k] * jet.p[n - k]
+    return vv, vz, sg, gp
 
 
-@compiled
-def excess_term(law, jet, d, n):
-    """Set term n of the Stribeck curve's excess over F_fk [N]: F' = -s' F."""
+@inlined
+def excess_term(law, jet, d, n, vv, sg):
+    """Set term n of the Stribeck curve's excess over F_fk [N]: its rate is -s' times it."""
     if law.exponent == 1:
         jet.s[n] = d * jet.v[n] / law.v_s
     else:
-        jet.s[n] = convolve(jet.v, jet.v, n) / (law.v_s * law.v_s)
+        square = vv + (2.0 if n > 0 else 1.0) * jet.v[0] * jet.v[n]
+        jet.s[n] = square / (law.v_s * law.v_s)
     if n == 0:
         jet.g[0] = (law.F_fs - law.F_fk) * math.exp(-jet.s[0])
-        return
-    total = 0.0
-    for k in range(1, n + 1):
-        total += k * jet.s[k] * jet.g[n - k]
-    jet.g[n] = -total / n
+    else:
+        jet.g[n] = -(sg + n * jet.s[n] * jet.g[0]) / n
 
 
-@compiled
+@inlined
 def force_term(law, jet, d, n):
     """Set term n of the friction force [N] and, for bristles, term n + 1 of z."""
-    flat = law.F_fs == law.F_fk
-    if not flat:
-        excess_term(law, jet, d, n)
+    vv, vz, sg, gp = inner_sums(jet, n)
+    if law.F_fs != law.F_fk:
+        excess_term(law, jet, d, n, vv, sg)
     if law.kind == STRIBECK:
         jet.F[n] = d * ((law.F_fk if n == 0 else 0.0) + jet.g[n])
         return
-    total = d * convolve(jet.v, jet.z, n)
-    if not flat:
-        for k in range(1, n + 1):
-            total -= jet.g[k] * jet.p[n - k]
-    jet.p[n] = total / (law.F_fk + jet.g[0])
+    product = vz + jet.v[0] * jet.z[n]
+    if n > 0:
+        product += jet.v[n] * jet.z[0]
+        gp += jet.g[n] * jet.p[0]
+    jet.p[n] = (d * product - gp) / (law.F_fk + jet.g[0])
     z_d = jet.v[n] - law.sigma_0 * jet.p[n]
     jet.z[n + 1] = z_d / (n + 1)
     jet.F[n] = law.sigma_0 * jet.z[n] + law.sigma_1 * z_d + law.sigma_2 * jet.v[n]
@@ -158,10 +162,11 @@ def reach(law, jet, v_least, z_least):
     """Give the length [s] at which the last terms of the series are what may be neglected."""
     h = math.inf
     for n in range(ORDER - 1, ORDER + 1):
-        if jet.v[n] != 0.0:
-            h = min(h, (v_least / abs(jet.v[n])) ** (1.0 / n))
-        if law.kind == BRISTLE and jet.z[n] != 0.0:
-            h = min(h, (z_least / abs(jet.z[n])) ** (1.0 / n))
+        size = abs(jet.v[n]) / v_least
+        if law.kind == BRISTLE:
+            size = max(size, abs(jet.z[n]) / z_least)
+        if size > 0.0:
+            h = min(h, size ** (-1.0 / n))
     return h
 
 

@@ -8,6 +8,9 @@ from drysim.core.events import limit_force
 from drysim.core.integrals import NODES, WEIGHTS
 from drysim.core.jet import ORDER, drive, grow, value
 
+TINY = 1e-300
+"""Nothing that a series has may be neglected where it is read."""
+
 
 @compiled
 def revive(plant, law, waves, u_dd, dt, jet, steps, i):
@@ -21,7 +24,7 @@ def revive(plant, law, waves, u_dd, dt, jet, steps, i):
         return 0
     way = 1 if d > 0 else -1
     state = steps.x_r[i], steps.v_r[i], steps.z[i]
-    last, _ = grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, 0.0, 0.0)
+    last, _ = grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, TINY, TINY)
     return last
 
 

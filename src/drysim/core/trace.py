@@ -6,6 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
+from drysim.core.dynamic import sliding_limit
 from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, note, sign
 from drysim.core.jet import ORDER, drive, grow, value
 from drysim.core.leave import leave_stick, parabola
@@ -22,6 +23,10 @@ FLAT = 37.0
 
 BEYOND = 1.05
 """A series that begins nearer than this to the edge of the flat part foresees the rise."""
+
+
+CURVE_SLACK = 10.0
+"""Tolerances of F_fs that the curve at the end of a series may be off; roundings add up."""
 
 
 class Steps(NamedTuple):
@@ -102,6 +107,24 @@ def foreseen(law, jet, n, d, h):
     arrives = first_zero(jet.v, n, d, h)
     jet.v[0] = v
     return min(arrives, h)
+
+
+@compiled
+def followed(law, jet, n, h):
+    """Give the length [s], at most h, at whose end the series still is the Stribeck curve.
+
+    Near the edge of the flat part the terms of the rise grow for long before they fall, so
+    small terms alone do not tell that a series is complete.
+    """
+    if law.F_fs == law.F_fk:
+        return h
+    slack = CURVE_SLACK * law.tolerance * law.F_fs
+    while (
+        abs(law.F_fk + value(jet.g, n - 1, h) - sliding_limit(law, value(jet.v, n, h))) > slack
+        and h > 0.0
+    ):
+        h *= 0.5
+    return h
 
 
 @compiled
@@ -203,6 +226,10 @@ def trace(
             )
             step = foreseen(law, jet, last, way, step)
             stop = first_zero(jet.v, last, way, step)
+            seen = followed(law, jet, last, min(stop, step))
+            if seen < stop:
+                step = min(seen, step)
+                stop = NEVER
             if stop == NEVER and step <= RESOLUTION * (t + step):
                 return v_most, n, s, x_r, v_r, z, d, at, -1
             wish = 4.0 * step if step < left else NEVER

@@ -14,7 +14,7 @@ GRAVITY = 9.81
 TOLERANCE = 1e-12
 """Default share of the motion that one step may neglect: what is left is near rounding."""
 
-Tolerance = Annotated[float, Quantity("", above=0, below=1e-3)]
+Tolerance = Annotated[float, Quantity("", at_least=1e-14, below=1e-3)]
 
 Coefficient = Annotated[float, Quantity("", at_least=0)]
 
