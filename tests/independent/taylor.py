@@ -12,38 +12,31 @@ from typing import Any, NamedTuple
 
 import mpmath as mp
 
+from drawn import Scene
+
 DIGITS = 50
 TERMS = 42
 """A stretch is one radian of the fastest rate, so what is left out is below 1/42! = 7e-52."""
 
-NARROW = mp.mpf(10) ** -38
-"""Share of a stretch at which an interval counts as one instant: a touch, not a crossing."""
+DEEPEST = 126
+"""Halvings after which an interval, 1e-38 of a stretch, is one instant: a touch, no crossing."""
+
+AFTER = mp.mpf(10) ** -15
+"""Share of a stretch by which the search goes on behind a touch."""
 
 NOTHING = mp.mpf(10) ** -35
 """Rate of a margin, relative to the margin's scale, that is a touch and not a crossing."""
 
 BITS = 220
-"""Fixed-point bits of the integrals: 66 digits."""
+"""Fixed-point bits of an integral: 66 digits."""
+
+FINE_BITS = 640
+"""Fixed-point bits of a polynomial that is halved: a start from rest as s⁴ is seen to the end."""
 
 CAP = 400
 """Halving alone needs 170 rounds to 50 digits."""
 
 Polynomial = list[Any]
-
-
-class Scene(NamedTuple):
-    """A scene in plain numbers: `sines` of (amplitude, frequency, phase), or samples and dt."""
-
-    m: float
-    k_x: float
-    b: float
-    F_fk: float
-    F_fs: float
-    x_r: float = 0.0
-    v_r: float = 0.0
-    sines: tuple[tuple[float, float, float], ...] = ()
-    u_dd: tuple[float, ...] = ()
-    dt: float = 0.0
 
 
 class Solution(NamedTuple):
@@ -81,56 +74,62 @@ def magnitude(p: Polynomial, reach: Any = 1) -> Any:
 def square_integral(p: Polynomial, s: Any) -> Any:
     """Give the integral of a squared polynomial from 0 to s, by integers in fixed point."""
     scaled = [each * s**n for n, each in enumerate(p)]
-    largest = max(abs(each) for each in scaled)
-    if largest == 0:
-        return largest
-    shift = BITS - mp.mag(largest)
-    fixed = [int(mp.ldexp(each, shift)) for each in scaled]
-    total = sum(
-        (one * other << BITS) // (i + j + 1)
-        for i, one in enumerate(fixed)
-        for j, other in enumerate(fixed)
-        if one and other
-    )
+    if not any(scaled):
+        return mp.mpf(0)
+    shift = BITS - max(mp.mag(each) for each in scaled if each)
+    whole = [int(mp.ldexp(each, shift)) for each in scaled]
+    square = [0] * (2 * len(whole))
+    for i, one in enumerate(whole):
+        for j, other in enumerate(whole):
+            square[i + j] += one * other
+    total = sum((each << BITS) // (n + 1) for n, each in enumerate(square))
     return s * mp.ldexp(mp.mpf(total), -2 * shift - BITS)
 
 
-def shifted(p: Polynomial, s: Any) -> Polynomial:
-    """Give the polynomial about s instead of 0."""
+def part(p: Polynomial, lo: Any, hi: Any) -> Polynomial:
+    """Give the polynomial of [lo, hi], stretched to [0, 1]."""
     out = list(p)
     for i in range(len(out) - 1):
         for j in range(len(out) - 2, i - 1, -1):
-            out[j] += s * out[j + 1]
-    return out
+            out[j] += lo * out[j + 1]
+    return [each * (hi - lo) ** n for n, each in enumerate(out)]
 
 
-def first_zero(p: Polynomial, begin: Any = 0) -> Any:
-    """Give the first s in (begin, 1] where a polynomial falls to 0 or touches it, or None.
+def fixed(p: Polynomial) -> list[int]:
+    """Give the coefficients as integers, the largest with `FINE_BITS` bits."""
+    shift = FINE_BITS - max(mp.mag(each) for each in p if each)
+    return [int(mp.ldexp(each, shift)) for each in p]
 
-    It is above zero at `begin`, or leaves zero upwards there.
+
+def first_zero(p: Polynomial) -> Any:
+    """Give the first s in (0, 1] where a polynomial falls to 0 or touches it, or None.
+
+    It is above zero at 0, or leaves zero upwards there.
     """
-    if begin == 0 and p[0] > magnitude(p[1:]):
+    if p[0] > magnitude(p[1:]) or not any(p):
         return None
-    p_d = slope(p)
-    stack = [(mp.mpf(begin), mp.mpf(1))]
+    stack = [(fixed(p), 0, 0)]
     while stack:
-        lo, hi = stack.pop()
-        half = (hi - lo) / 2
-        here = shifted(p, lo + half)
-        if here[0] > half * magnitude(here[1:], half):
+        q, k, depth = stack.pop()
+        if q[0] > sum(map(abs, q[1:])):
             continue
-        steep = half * magnitude(slope(here)[1:], half)
-        if here[1] > steep:
+        steep = sum(n * abs(q[n]) for n in range(2, len(q)))
+        if q[1] > steep:
             continue
-        if here[1] < -steep:
-            if value(p, hi) <= 0:
-                return polished(p, p_d, lo, hi)
+        if q[1] < -steep:
+            if sum(q) <= 0:
+                return polished(p, slope(p), mp.mpf(k) / 2**depth, mp.mpf(k + 1) / 2**depth)
             continue
-        if half < NARROW:
-            if lo == begin:
+        if depth == DEEPEST:
+            if k == 0:
                 continue
-            return hi
-        stack += [(lo + half, hi), (lo, lo + half)]
+            return mp.mpf(k + 1) / 2**depth
+        left = [each >> n for n, each in enumerate(q)]
+        right = list(left)
+        for i in range(len(q) - 1):
+            for j in range(len(q) - 2, i - 1, -1):
+                right[j] += right[j + 1]
+        stack += [(right, 2 * k + 1, depth + 1), (left, 2 * k, depth + 1)]
     return None
 
 
@@ -150,31 +149,37 @@ def polished(p: Polynomial, p_d: Polynomial, lo: Any, hi: Any) -> Any:
 def leaves(gap: Polynomial) -> Any:
     """Give when a margin at or above 0 falls below it on [0, 1], or None; a touch does not."""
     begin, scale = mp.mpf(0), magnitude(gap)
-    while True:
-        after = shifted(gap, begin)
-        rate = next((each for each in after[1:] if abs(each) > NOTHING * scale), mp.mpf(0))
-        if abs(after[0]) <= NOTHING * scale and rate < 0:
+    while begin < 1:
+        rest = part(gap, begin, 1) if begin else gap
+        rate = next((each for each in rest[1:] if abs(each) > NOTHING * scale), mp.mpf(0))
+        if abs(rest[0]) <= NOTHING * scale and rate < 0:
             return begin
-        found = first_zero(gap, begin)
+        found = first_zero(rest)
         if found is None:
             return None
+        found = begin + found * (1 - begin)
         if value(slope(gap), found) < -NOTHING * scale:
             return found
-        begin = found + mp.mpf(10) ** -15
+        begin = found + AFTER
+    return None
 
 
 class March:
     """One run through a scene. A stretch of length h is a polynomial in s/h, from 0 to 1."""
 
-    def __init__(self, scene: Scene, duration: float | None) -> None:
+    def __init__(self, scene: Scene) -> None:
         self.m, self.k, self.b, self.F_fk, self.F_fs, self.x, self.v = map(mp.mpf, scene[:7])
         self.c, self.w = self.b / self.m, self.k / self.m
         self.sines = [
             (mp.mpf(A), 2 * mp.pi * mp.mpf(f), mp.mpf(phase)) for A, f, phase in scene.sines
         ]
+        swing, f, phase = map(mp.mpf, scene.variation)
+        self.loads = [(swing, 2 * mp.pi * f, phase)] if swing else []
         self.u_dd, self.dt = [mp.mpf(each) for each in scene.u_dd], mp.mpf(scene.dt)
-        self.end = self.dt * (len(self.u_dd) - 1) if duration is None else mp.mpf(duration)
-        fastest = max([self.c + mp.sqrt(self.w), *(omega for _, omega, _ in self.sines)])
+        self.end = mp.mpf(scene.end)
+        fastest = max(
+            [self.c + mp.sqrt(self.w), *(omega for _, omega, _ in self.sines + self.loads)]
+        )
         self.longest = 1 / fastest if fastest else self.end
         self.t = mp.mpf(0)
         self.events: list[tuple[Any, int, Any]] = []
@@ -186,7 +191,15 @@ class March:
         if self.u_dd:
             rise = (self.u_dd[n + 1] - self.u_dd[n]) / self.dt
             p[0], p[1] = self.u_dd[n] + rise * (self.t - n * self.dt), rise * h
-        for A, omega, phase in self.sines:
+        return self.with_waves(p, self.sines, h)
+
+    def load(self, h: Any) -> Polynomial:
+        """Give the normal force from now on, relative to its mean."""
+        return self.with_waves([mp.mpf(1)] + [mp.mpf(0)] * (TERMS - 1), self.loads, h)
+
+    def with_waves(self, p: Polynomial, waves: list[Any], h: Any) -> Polynomial:
+        """Add sines to a polynomial."""
+        for A, omega, phase in waves:
             sine, cosine = mp.sin(omega * self.t + phase), mp.cos(omega * self.t + phase)
             factor = A
             for i in range(TERMS):
@@ -194,18 +207,18 @@ class March:
                 factor *= omega * h / (i + 1)
         return p
 
-    def motion(self, u: Polynomial, d: int, h: Any) -> Polynomial:
-        """Give x_r of sliding in direction d from the state that is."""
+    def motion(self, u: Polynomial, f: Polynomial, h: Any) -> Polynomial:
+        """Give x_r of sliding against friction f, per mass, from the state that is."""
         x, c, w = [self.x, self.v * h], self.c * h, self.w * h * h
         for n in range(TERMS - 2):
-            force = h * h * (u[n] + (d * self.F_fk / self.m if n == 0 else 0))
+            force = h * h * (u[n] + f[n])
             x.append(-(force + c * (n + 1) * x[n + 1] + w * x[n]) / ((n + 1) * (n + 2)))
         return x
 
-    def mode_at_rest(self, u: Any) -> int:
+    def mode_at_rest(self, u: Any, load: Any) -> int:
         """Give the direction in which the limit force drives the mass, 0 where it holds."""
         F_L = self.m * u + self.k * self.x
-        return 0 if abs(F_L) <= self.F_fs else (-1 if F_L > 0 else 1)
+        return 0 if abs(F_L) <= self.F_fs * load else (-1 if F_L > 0 else 1)
 
     def stretches(self) -> Iterator[tuple[Any, int]]:
         """Give the ends of the sample intervals, with their numbers."""
@@ -216,7 +229,8 @@ class March:
 
     def run(self, most: int) -> Solution:
         """March to the end, or until there are as many events as asked for."""
-        d = (1 if self.v > 0 else -1) if self.v else self.mode_at_rest(self.base(0, 1)[0])
+        d = (1 if self.v > 0 else -1) if self.v else 0
+        d = d or self.mode_at_rest(self.base(0, 1)[0], self.load(1)[0])
         for until, n in self.stretches():
             while self.t < until and len(self.events) < most:
                 h = min(self.longest, until - self.t)
@@ -232,8 +246,11 @@ class March:
         """Stay stuck to the end or to break-away; gives mode, share of h, and any event."""
         share, d = mp.mpf(1), 0
         for side in (1, -1):
-            gap = [-side * self.m * each for each in u]
-            gap[0] += self.F_fs - side * self.k * self.x
+            gap = [
+                self.F_fs * hold - side * self.m * each
+                for hold, each in zip(self.load(h), u, strict=True)
+            ]
+            gap[0] -= side * self.k * self.x
             found = leaves(gap)
             if found is not None and found < share:
                 share, d = found, -side
@@ -244,12 +261,13 @@ class March:
 
     def slip(self, u: Polynomial, d: int, h: Any) -> tuple[int, Any, int | None]:
         """Slide to the end or to the stop; gives mode, share of h, and any event."""
-        x = self.motion(u, d, h)
+        load = self.load(h)
+        f = [d * self.F_fk / self.m * each for each in load]
+        x = self.motion(u, f, h)
         v = [each / h for each in slope(x)]
         found = first_zero([d * each for each in v])
         share = mp.mpf(1) if found is None else found
-        x_dd = [-self.w * x[n] - self.c * v[n] for n in range(TERMS - 1)]
-        x_dd[0] -= d * self.F_fk / self.m
+        x_dd = [-self.w * x[n] - self.c * v[n] - f[n] for n in range(TERMS - 1)]
         for name, p in (("x2", x), ("v2", v), ("x_dd2", x_dd)):
             self.sums[name] += h * square_integral(p, share)
         before, self.x, self.v = self.x, value(x, share), value(v, share)
@@ -257,11 +275,11 @@ class March:
         if found is None:
             return d, share, None
         self.v = mp.mpf(0)
-        mode = self.mode_at_rest(value(u, share))
+        mode = self.mode_at_rest(value(u, share), value(load, share))
         return mode, share, 2 * mode
 
 
-def solve(scene: Scene, duration: float | None = None, most: int = 10_000) -> Solution:
-    """Give the solution of a scene from t = 0 to `duration` [s] or the end of its samples."""
+def solve(scene: Scene, most: int = 10_000) -> Solution:
+    """Give the solution of a scene from t = 0 to its end, or to so many events."""
     with mp.workdps(DIGITS):
-        return March(scene, duration).run(most)
+        return March(scene).run(most)

@@ -1,0 +1,106 @@
+"""drysim against a solution in 50 digits that shares no line and no formula with it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import mpmath as mp
+import pytest
+from against import AGREES, unexplained
+from hypothesis import HealthCheck, Phase, given, settings
+from taylor import DIGITS, solve
+
+import drysim
+from drawn import Scene, scenes
+from drysim.core.motion import Samples
+from drysim.study.case import prepare
+
+HARD = Path(__file__).parents[2] / "scenarios" / "hard"
+
+QUICK = {
+    "around-critical-damping": {},
+    "around-critical-damping at ζ = 1 + 1e-8": {"oscillator.damping_ratio": 1.00000001},
+    "coarsely-quantised-record": {},
+    "flat-tops-on-the-limit": {},
+    "huge-motion": {},
+    "many-stops-a-half-cycle": {},
+    "spring-of-five-radians-a-step": {},
+    "spring-or-damper-missing": {},
+    "spring-or-damper-missing but a spring": {"oscillator.stiffness": 7500},
+    "static-above-kinetic": {},
+    "static-above-kinetic by 1e-7": {"friction.static_ratio": 1.0000001},
+    "tiny-motion": {},
+    "two-turns-in-one-step": {},
+}
+LONG = {
+    "around-critical-damping at ζ = 50": {"oscillator.damping_ratio": 50},
+    "edge-of-the-stuck-zone": {"start.x_r": "2.000001 mm"},
+    "limit-just-exceeded": {},
+    "resonance-that-grows": {},
+    "spring-of-fifty-radians-a-step": {},
+}
+RADIANS, FAST, MANY = 60.0, 12, 400
+
+
+def scene_of(name: str, overrides: dict[str, object]) -> Scene:
+    """Give a hard case in plain numbers, from its start to the end of its window."""
+    case = prepare(drysim.load(HARD / f"{name.split()[0]}.yaml", overrides))
+    numbers = (*case.plant, case.law.F_fk, case.law.F_fs, *case.start)
+    if isinstance(case.motion, Samples):
+        count = round(case.window[1] / case.motion.dt) + 1
+        u_dd = tuple(case.motion.u_dd[:count].tolist())
+        return Scene(*numbers, u_dd=u_dd, dt=case.motion.dt)
+    return Scene(*numbers, sines=tuple(zip(*case.motion, strict=True)), duration=case.window[1])
+
+
+def agree_on_drawn_scenes(examples: int, **chosen: bool) -> None:
+    """Draw scenes and hold drysim against 50 digits."""
+
+    @settings(
+        max_examples=examples,
+        deadline=None,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+        phases=(Phase.generate,),  # to shrink a scene would take hours
+        **chosen,
+    )
+    @given(scenes(radians=RADIANS))
+    def tried(scene: Scene) -> None:
+        if scene.F_fs > 0.0:
+            assert unexplained(scene, scene.track()) <= AGREES
+
+    tried()
+
+
+def test_fifty_digits_know_the_free_decay_in_closed_form() -> None:
+    scene = Scene(1.0, 1.0, 0.0, 1.0, 1.0, 12.0, 6.0, duration=25.0)
+    found = solve(scene)
+    with mp.workdps(DIGITS):
+        turns = [abs(x) for _, _, x in found.events[:7]]
+        assert max(abs(a - b - 2) for a, b in pairwise(turns)) < 1e-45
+    assert [kind for _, kind, _ in found.events] == [-2, 2, -2, 2, -2, 2, -2, 0]
+    assert float(found.events[-1][0]) == pytest.approx(22.42355635, abs=5e-9)
+    assert float(found.integrals["stuck"]) == pytest.approx(25 - 22.42355635, abs=5e-9)
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_hard_case_agrees_with_fifty_digits(name):
+    scene = scene_of(name, QUICK[name])
+    assert unexplained(scene, scene.track()) <= AGREES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LONG)
+def test_long_hard_case_agrees_with_fifty_digits(name):
+    scene = scene_of(name, LONG[name])
+    assert unexplained(scene, scene.track()) <= AGREES
+
+
+def test_drawn_scene_agrees_with_fifty_digits():
+    agree_on_drawn_scenes(FAST, derandomize=True)
+
+
+@pytest.mark.slow
+def test_many_more_drawn_scenes_agree_with_fifty_digits():
+    agree_on_drawn_scenes(MANY)
