@@ -1,4 +1,4 @@
-"""Scenes drawn by hypothesis from the whole space of legal numbers, and how drysim solves them."""
+"""Scenes drawn by hypothesis from the whole space of legal numbers; how drysim solves them."""
 
 from __future__ import annotations
 

@@ -19,7 +19,10 @@ TERMS = 42
 """A stretch is one radian of the fastest rate, so what is left out is below 1/42! = 7e-52."""
 
 DEEPEST = 126
-"""Halvings after which an interval, 1e-38 of a stretch, is one instant: a touch, no crossing."""
+"""Halvings after which an interval, 1e-38 of a stretch, is one instant: a touch."""
+
+START = 4
+"""So many of the narrowest intervals at 0 belong to a start from rest."""
 
 AFTER = mp.mpf(10) ** -15
 """Share of a stretch by which the search goes on behind a touch."""
@@ -31,7 +34,7 @@ BITS = 220
 """Fixed-point bits of an integral: 66 digits."""
 
 FINE_BITS = 640
-"""Fixed-point bits of a polynomial that is halved: a start from rest as s⁴ is seen to the end."""
+"""Fixed-point bits of a polynomial that is halved: a start as s⁴ is seen to the end."""
 
 CAP = 400
 """Halving alone needs 170 rounds to 50 digits."""
@@ -121,7 +124,7 @@ def first_zero(p: Polynomial) -> Any:
                 return polished(p, slope(p), mp.mpf(k) / 2**depth, mp.mpf(k + 1) / 2**depth)
             continue
         if depth == DEEPEST:
-            if k == 0:
+            if k < START:
                 continue
             return mp.mpf(k + 1) / 2**depth
         left = [each >> n for n, each in enumerate(q)]

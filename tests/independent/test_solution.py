@@ -21,7 +21,6 @@ HARD = Path(__file__).parents[2] / "scenarios" / "hard"
 QUICK = {
     "around-critical-damping": {},
     "around-critical-damping at ζ = 1 + 1e-8": {"oscillator.damping_ratio": 1.00000001},
-    "coarsely-quantised-record": {},
     "flat-tops-on-the-limit": {},
     "huge-motion": {},
     "many-stops-a-half-cycle": {},
@@ -34,6 +33,7 @@ QUICK = {
     "two-turns-in-one-step": {},
 }
 LONG = {
+    "coarsely-quantised-record": {},
     "around-critical-damping at ζ = 50": {"oscillator.damping_ratio": 50},
     "edge-of-the-stuck-zone": {"start.x_r": "2.000001 mm"},
     "limit-just-exceeded": {},

@@ -15,7 +15,7 @@ from drysim.approach.response import Response
 from drysim.approach.scene import core_of, grid_points, numerics
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
-from drysim.core.forms import step_forms
+from drysim.core.forms import step_forms, step_rows
 from drysim.core.grid import state_within
 from drysim.core.integrals import integrate_steps
 from drysim.core.motion import Samples, sample_squares
@@ -103,18 +103,19 @@ class StepTrack:
             sums += self._whole_steps(block, n, forms)
         return sums
 
-    def _whole_steps(self, block: Block, n: Numbers, forms: Floats) -> Floats:
-        """Integrate whole steps: those of sliding by their quadratic forms."""
-        dt, u_dd = self.march.motion.dt, block.u_dd
+    def _whole_steps(self, block: Block, n: Numbers, forms: tuple[Floats, Floats]) -> Floats:
+        """Integrate whole steps: those of sliding by their forms."""
+        (m, k_x, b), dt, u_dd = self.plant, self.march.motion.dt, block.u_dd
         stuck, slip = n[block.d[n] == 0], n[block.d[n] != 0]
-        x_r = block.x_r[slip]
-        f = block.d[slip] * (self.law.F_fk / self.plant.m)
-        columns = np.column_stack(
-            (x_r, block.v_r[slip], -u_dd[slip] - f, -u_dd[slip + 1] - f, f)
-        )
+        d = block.d[slip]
+        rows = step_rows(
+            b / m, k_x / m, d * (self.law.F_fk / m), block.x_r[slip], block.v_r[slip],
+            u_dd[slip], u_dd[slip + 1],
+        )  # fmt: skip
+        squares, way = forms
         sums = np.zeros(6)
-        sums[:4] = np.einsum("kij,ij->k", forms, columns.T @ columns)
-        sums[4] = np.abs(block.x_r[slip + 1] - x_r).sum()
+        sums[:4] = np.einsum("kij,ij->k", squares, rows @ rows.T)
+        sums[4] = d @ (way @ rows)
         u_0, u_1 = u_dd[stuck], u_dd[stuck + 1]
         sums[0] += dt * np.square(block.x_r[stuck]).sum()
         sums[2] += dt / 3.0 * (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum()

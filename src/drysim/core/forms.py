@@ -1,4 +1,4 @@
-"""Quadratic forms that integrate a whole step of sliding at once."""
+"""Forms that integrate a whole step of sliding at once."""
 
 from __future__ import annotations
 
@@ -10,8 +10,45 @@ from drysim.core.flow import flow
 from drysim.core.integrals import NODES, PANEL, WEIGHTS
 
 
+def step_rows(c, w, f, x_r, v_r, u_0, u_1):
+    """Give what a step of sliding is made of, such that no integral is a small difference.
+
+    Parameters
+    ----------
+    c, w : float
+        b/m [1/s] and k_x/m [1/s²].
+    f : array, shape (steps,)
+        Friction force per mass, d F_fk/m [m/s²].
+    x_r, v_r, u_0, u_1 : array, shape (steps,)
+        State at the start of the steps [m, m/s], and ü at both ends [m/s²].
+
+    Returns
+    -------
+    ndarray, shape (6, steps)
+        x_r; v_r; the force per mass at the start that all but the damper exert, the change of
+        ü, and ü at the start; and x_dd at the start. The third and the last have their sign
+        changed.
+
+    Notes
+    -----
+    Spring and friction may all but balance, so that x_dd and the way are far smaller than
+    either: they are formed once, here, and integrated as such.
+    """
+    rows = np.empty((6, len(x_r)))
+    rows[0] = x_r
+    rows[1] = v_r
+    contact = w * x_r
+    contact += f
+    np.add(u_0, contact, out=rows[2])
+    np.subtract(u_1, u_0, out=rows[3])
+    rows[4] = u_0
+    np.multiply(v_r, c, out=rows[5])
+    rows[5] += contact
+    return rows
+
+
 def step_forms(c, w, dt):
-    """Give the quadratic forms that integrate a whole step of sliding.
+    """Give the forms that integrate a whole step of sliding, in its `step_rows`.
 
     Parameters
     ----------
@@ -20,22 +57,24 @@ def step_forms(c, w, dt):
 
     Returns
     -------
-    ndarray, shape (4, 5, 5)
-        Forms of x_r², v_r², x_dd² and ü v_r in the step's (x_r, v_r, g_0, g_1, f): the state at
-        its start, the force per mass at both ends, and its part that is friction, d F_fk/m.
+    squares : ndarray, shape (4, 6, 6)
+        Quadratic forms of x_r², v_r², x_dd² and ü v_r.
+    way : ndarray, shape (6,)
+        Linear form of v_r: the distance slid.
     """
-    forms = np.zeros((4, 5, 5))
+    squares = np.zeros((4, 6, 6))
     panels = max(1, math.ceil(dt * (c + math.sqrt(w)) / PANEL))
     for panel in range(panels):
         for node, weight in zip(NODES, WEIGHTS, strict=True):
             s = dt * (panel + node) / panels
             y, y_d, Y, YY = flow(c, w, s)
-            x = np.array([1.0 - w * Y, y, Y - YY / dt, YY / dt, 0.0])
-            v = np.array([-w * y, y_d, y - Y / dt, Y / dt, 0.0])
-            u_dd = -np.array([0.0, 0.0, 1.0 - s / dt, s / dt, 1.0])
-            x_dd = -(w * x + c * v) - np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-            for form, one, other in zip(
-                forms, (x, v, x_dd, u_dd), (x, v, x_dd, v), strict=True
+            x = np.array([1.0, y, -Y, -YY / dt, 0.0, 0.0])
+            v = np.array([0.0, y_d, -y, -Y / dt, 0.0, 0.0])
+            u_dd = np.array([0.0, 0.0, 0.0, s / dt, 1.0, 0.0])
+            x_dd = np.array([0.0, -w * y, 0.0, (c * Y + w * YY) / dt, c * y + w * Y, -y_d])
+            for square, one, other in zip(
+                squares, (x, v, x_dd, u_dd), (x, v, x_dd, v), strict=True
             ):
-                form += weight * dt / panels * np.outer(one, other)
-    return forms
+                square += weight * dt / panels * np.outer(one, other)
+    y, _, Y, YY = flow(c, w, dt)
+    return squares, np.array([0.0, y, -Y, -YY / dt, 0.0, 0.0])
