@@ -121,7 +121,8 @@ def _refuse_foreign(place: Path, leftover: bool = False) -> None:
         raise OutputError(f"{place} was not written by drysim; it stays as it is", away)
     if marker is None or leftover:
         return
-    foreign = sorted(held - {MARKER} - set(marker.get("files") or ()))
+    files = marker.get("files")
+    foreign = sorted(held - {MARKER} - set(files if isinstance(files, dict) else ()))
     if foreign:
         raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
     if _edited(place / SCENARIO, marker):

@@ -81,8 +81,13 @@ def leave(claim: Claim) -> None:
 
 
 def mark(folder: Path, text: str) -> None:
-    """Give a folder its drysim.json, in one piece or not at all."""
+    """Give a folder its drysim.json, in one piece or not at all.
+
+    It is on the disk before it has its name: without it, after a power cut, the folder would be
+    a stranger to the next drysim.
+    """
     (folder / DRAFT).write_text(text, encoding="utf-8", newline="\n")
+    sync(folder / DRAFT)
     os.replace(folder / DRAFT, folder / MARKER)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 import drysim
+from drysim import regular
 from drysim.core.compiled import source_digest
 from drysim.errors import UsageError
 from drysim.study.table import Row
@@ -30,7 +31,7 @@ class Journal:
         self.file = file
         self.what = dict(what)
         self.done: dict[int, Row] = {}
-        if resume and self.file.exists():
+        if resume and _is_there(file):
             self.done = self._read()
         lines = [self.what, *(entry(number, row) for number, row in self.done.items())]
         fresh = self.file.with_suffix(".new")
@@ -68,8 +69,7 @@ class Journal:
                 f"{self.file.parent} holds cases of another sweep or another drysim",
                 "run the command without --resume to begin anew",
             )
-        found = (whole(line) for line in lines[1:])
-        return {line["number"]: Row(**line["row"]) for line in found if line is not None}
+        return dict(case for case in map(finished, lines[1:]) if case is not None)
 
 
 def identity(scenario: Scenario) -> dict[str, Any]:
@@ -86,8 +86,25 @@ def entry(number: int, row: Row) -> dict[str, Any]:
 
 
 def whole(line: str) -> Any:
-    """Give what a line says, or None where it was cut short."""
+    """Give what a line says, or None where it was cut short or is none of ours."""
     try:
         return json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
+
+
+def finished(line: str) -> tuple[int, Row] | None:
+    """Give the case of a line, or None where there is none."""
+    try:
+        said = whole(line)
+        return int(said["number"]), Row(**said["row"])
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def _is_there(file: Path) -> bool:
+    """Whether there is a journal; a device or a pipe in its place is none."""
+    try:
+        return regular.size(file) > 0
+    except (OSError, regular.Irregular):
+        return False
