@@ -5,9 +5,10 @@ PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python -m
 READY := $(VENV)/.ready
+INPUTS ?= 1000000
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test slow check demo paper readme pictures schema clean
+.PHONY: help install fmt lint types layers test slow fuzz coverage check demo paper readme pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -41,6 +42,13 @@ test: $(READY) ## the tests, all but the slow ones
 
 slow: $(READY) ## the slow tests
 	$(RUN) pytest -m slow
+
+fuzz: $(READY) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
+	cd tests && ../$(RUN) fuzz --inputs $(INPUTS)
+
+coverage: $(READY) ## branch coverage of src under the plain engine, gaps named
+	DRYSIM_ENGINE=plain $(RUN) coverage run -m pytest -m "not slow"
+	$(RUN) coverage report
 
 check: lint types layers test ## all but the slow tests
 
