@@ -12,16 +12,7 @@ from typing import NamedTuple
 import pytest
 
 from drysim.cli import main
-
-SEAT = """\
-drysim: 1
-name: seat
-oscillator: {mass: 75, stiffness: 7500, damping: 500}
-friction: {law: coulomb, kinetic: 15}
-excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
-solver: {approach: stick-slip, step: 2.5e-3}
-measure: {steady: false, settle: 0, duration: 2}
-"""
+from seat import SEAT
 
 
 class Answer(NamedTuple):

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conftest import SEAT
 from drysim import report
 from drysim.cli import main
+from seat import SEAT
 
 GRID = "sweep: {excitation.frequency: {from: 0.5, to: 5, count: 100}}\n"
 SCENARIO = SEAT.replace("duration: 2", "duration: 9") + GRID

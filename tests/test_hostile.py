@@ -6,9 +6,9 @@ import time
 
 import pytest
 
-from conftest import SEAT
 from drysim.errors import ScenarioError
 from drysim.scenario import load
+from seat import SEAT
 
 MEGABYTE = 900_000
 """Characters: what a scenario may just hold."""

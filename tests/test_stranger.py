@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from conftest import SEAT
 from drysim import report
 from drysim.errors import OutputError
+from seat import SEAT
 
 PROGRAM = """\
 import json, os, sys

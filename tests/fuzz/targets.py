@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from conftest import SEAT
 from drysim.checks import Check
 from drysim.errors import UsageError
 from drysim.excitation.record import Record
 from drysim.metrics import METRICS
 from drysim.quantity import KINDS, convert
 from drysim.scenario import load
+from seat import SEAT
 from test_record_formats import at2, mat, wav
 
 HERE = Path(__file__).parents[1]

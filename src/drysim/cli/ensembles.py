@@ -52,7 +52,7 @@ def run(
         told = report.write_ensemble(
             ensemble, claim, plots=plots, command=command, exit_code=code
         )
-    with reader_may_leave(folder, code):
+    with reader_may_leave(folder if ensemble.complete else claim.partial, code):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:

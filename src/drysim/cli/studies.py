@@ -68,7 +68,7 @@ def sweep(
         told = report.write_table(
             table, claim, plots=not no_plots, command=command, exit_code=code
         )
-    with reader_may_leave(folder, code):
+    with reader_may_leave(folder if table.complete else claim.partial, code):
         if as_json:
             typer.echo(report.text(told), nl=False)
         elif not quiet:
