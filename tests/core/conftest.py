@@ -9,9 +9,10 @@ from types import SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "motion", "compiled", "flow", "wave", "series", "stop", "events", "march", "waves",
-    "fade", "slide", "leave", "leap", "grid", "integrals", "means", "turns", "period_map",
-    "orbit", "orbits", "forms", "recursion", "law", "stepping", "decimal", "digits",
+    "plant", "motion", "compiled", "flow", "wave", "series", "steps", "stop", "events", "glide",
+    "eventful", "march", "waves", "fade", "slide", "leave", "leap", "grid", "integrals",
+    "means", "turns", "period_map", "orbit", "orbits", "forms", "recursion", "law", "stepping",
+    "decimal", "digits",
 )  # fmt: skip
 
 

@@ -63,21 +63,55 @@ def test_plain_and_compiled_agree_bit_for_bit(
         assert np.array_equal(one.t, other.t)
 
 
-def test_march_that_is_interrupted_goes_on_as_if_never_stopped(kernel: SimpleNamespace) -> None:
-    u_dd = noise(3000)
-    whole = march(kernel, u_dd, DT, (45.0, 54.0))
+def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -> np.ndarray:
+    """March from one end to the next; gives x_r and v_r."""
     plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(45.0, 54.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
-    columns[2][0] = whole.d[0]
-    state = (0, 0.0, 0.0, int(whole.d[0]))
-    for end in (1, 700, 701, 2999):
+    columns[2][0] = kernel.events.first_mode(plant, law, 0.0, 0.0, u_dd[0])
+    state = (0, 0.0, 0.0, int(columns[2][0]))
+    for end in ends:
         log = log_of(kernel)
         out = kernel.march.march(
             plant, law, u_dd, DT, state[0], end, *state[1:], *columns, log, 0, len(log.n)
         )
         state = out[:4]
-    assert np.array_equal(columns[0], whole.x_r)
-    assert np.array_equal(columns[1], whole.v_r)
+    return np.array(columns[:2])
+
+
+def test_march_handed_over_between_stretches_goes_on_to_the_last_bit(
+    kernel: SimpleNamespace,
+) -> None:
+    u_dd, stretch = noise(3000), kernel.march.STRETCH
+    whole = in_parts(kernel, u_dd, (2999,))
+    parts = in_parts(kernel, u_dd, (stretch, 4 * stretch, 9 * stretch, 2999))
+    assert np.array_equal(parts, whole)
+
+
+def test_march_interrupted_anywhere_goes_on_to_rounding(kernel: SimpleNamespace) -> None:
+    u_dd = noise(3000)
+    whole = in_parts(kernel, u_dd, (2999,))
+    parts = in_parts(kernel, u_dd, (1, 700, 701, 1703, 2999))
+    for one, other in zip(parts, whole, strict=True):
+        assert np.abs(one - other).max() <= 1e-14 * np.abs(other).max()
+
+
+def test_march_interrupted_by_a_full_log_goes_on_to_the_last_bit(
+    kernel: SimpleNamespace,
+) -> None:
+    u_dd = noise(3000)
+    whole = march(kernel, u_dd, DT, (30.0, 36.0))
+    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(30.0, 36.0)
+    columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
+    state, handed = (0, 0.0, 0.0, int(whole.d[0])), 0
+    while state[0] < 2999:
+        log = log_of(kernel, kernel.events.ROOM + 2)
+        out = kernel.march.march(
+            plant, law, u_dd, DT, state[0], 2999, *state[1:], *columns, log, 0, len(log.n)
+        )
+        state, handed = out[:4], handed + 1
+    assert handed > 5
+    assert np.array_equal(columns[0][1:], whole.x_r[1:])
+    assert np.array_equal(columns[1][1:], whole.v_r[1:])
 
 
 def test_sampling_the_same_lines_more_finely_changes_nothing(kernel: SimpleNamespace) -> None:

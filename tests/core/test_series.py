@@ -16,24 +16,43 @@ import pytest
 def test_short_way_and_long_way_are_one(kernel: SimpleNamespace, c: float, w: float) -> None:
     rng = np.random.Generator(np.random.PCG64(5))
     h = 0.06 / (c + math.sqrt(w)) if c + w else 1.0
+    plant, law = kernel.plant.Plant(1.0, w, c), kernel.plant.Law(0.0, 0.0)
+    short_way = kernel.steps.steps_of(plant, law, h)
+    long_way = short_way._replace(short=False)
+    assert short_way.short
     stops = 0
     for _ in range(300):
         v, a, r = abs(rng.normal()), rng.normal() * 2 / h, rng.normal() * 4 / h**2
-        short = kernel.stop.coast(c, w, v, a, r, h, True)
-        long = kernel.stop.coast(c, w, v, a, r, h, False)
         scale = v + abs(a) * h + abs(r) * h * h
+        one, other = (kernel.stop.coast(way, v, a, r, h) for way in (short_way, long_way))
+        assert one[0] == pytest.approx(other[0], abs=1e-14 * scale * h)
+        assert one[1] == pytest.approx(other[1], abs=1e-14 * scale)
+        short, long = (
+            kernel.stop.stop_within(way, v, a, r, other[1], h) for way in (short_way, long_way)
+        )
         if math.inf in (short[0], long[0]):
             assert short[0] == long[0]
         else:
             stops += 1
             assert short[0] == pytest.approx(long[0], rel=1e-12)
         assert short[1] == pytest.approx(long[1], abs=1e-14 * scale * h)
-        assert short[2] == pytest.approx(long[2], abs=1e-14 * scale)
     assert stops > 50
 
 
 def test_graze_is_left_to_the_long_way(kernel: SimpleNamespace) -> None:
     # v = (s - 1)² touches zero and does not cross it: Newton on a series has no slope to go by.
-    q = kernel.series.series(0.0, 0.0, 1.0, -2.0, 2.0)
+    q = (1.0, -2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert kernel.series.fall(q, 1.0) == -1.0
-    assert kernel.stop.coast(0.0, 0.0, 1.0, -2.0, 2.0, 3.0, True)[0] == pytest.approx(1.0)
+    assert kernel.stop.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(1.0)
+
+
+def test_series_is_the_flow_to_the_last_digit(kernel: SimpleNamespace) -> None:
+    c, w, s = 6.7, 100.0, 3.5e-3
+    y, y_d, Y, YY = kernel.flow.flow(c, w, s)
+    tail = kernel.series.tail_of(c, w)
+    for v, a, r in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -70.0, 900.0)):
+        q = kernel.series.series(tail, v, a, r - c * a - w * v)
+        p = a + c * v
+        assert kernel.series.distance(q, s) == pytest.approx(v * y + p * Y + r * YY, rel=1e-15)
+        assert kernel.series.speed(q, s) == pytest.approx(v * y_d + p * y + r * Y, rel=1e-14)
+        assert kernel.series.rate(q, s) == pytest.approx(a * y_d + (r - w * v) * y, rel=1e-14)

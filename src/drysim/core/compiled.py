@@ -47,31 +47,32 @@ def settle(steps: int) -> None:
 
 
 def compiled(function: Kernel) -> Kernel:
-    """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine."""
-    return _compiled(function, "never")
+    """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine.
+
+    A kernel may not allocate: arrays come from its caller and are not counted as references,
+    which would cost more than a step at each call.
+    """
+    return function if engine() == PLAIN else jit(function, forceinline=False)
 
 
 def inlined(function: Kernel) -> Kernel:
-    """Compile a part of a kernel into its callers.
-
-    A call that hands arrays over counts their references: more work than a short part has.
-    """
-    return _compiled(function, "always")
+    """Compile a kernel like `compiled`, into its callers: for what a hot loop calls often."""
+    return function if engine() == PLAIN else jit(function, forceinline=True)
 
 
-def _compiled(function: Kernel, inline: str) -> Kernel:
-    """Compile a kernel, or leave it alone."""
-    if engine() == PLAIN:
-        return function
+def jit(function: Kernel, **options: bool) -> Kernel:
+    """Compile a kernel, with the cache folder of exactly this source."""
     import numba
 
     folder = cache_folder()
     settings: Any = numba.config
     before = settings.CACHE_DIR
     settings.CACHE_DIR = str(folder or "")
-    kept: Any = {"cache": folder is not None, "inline": inline}
+    make: Any = numba.njit
     try:
-        kernel: Any = numba.njit(nogil=True, error_model="numpy", **kept)(function)
+        kernel = make(
+            cache=folder is not None, nogil=True, error_model="numpy", _nrt=False, **options
+        )(function)
     finally:
         settings.CACHE_DIR = before
     return cast(Kernel, kernel)

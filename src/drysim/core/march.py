@@ -9,93 +9,22 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
-from drysim.core.events import (
-    REVERSAL,
-    ROOM,
-    SLIP,
-    STICK,
-    holding_force,
-    limit_force,
-    note,
-    sign,
-    tightness,
-)
-from drysim.core.flow import flow
-from drysim.core.series import SHORT
-from drysim.core.stop import NEVER, coast
+import numpy as np
 
-FINE = 1.0
-"""Radians (or decays) a fine step may hold: what decays within it leaves a third, far above
-rounding, and extrema are π apart."""
+from drysim.core.compiled import compiled, held, inlined
+from drysim.core.eventful import through_events
+from drysim.core.events import ROOM, holding_force
+from drysim.core.glide import glide, look_ahead
+from drysim.core.steps import steps_of
+
+STRETCH = 256
+"""Samples prepared at once: a few kilobytes. Chains of steps begin anew at each multiple, so
+that a march handed over there goes on to the last bit."""
+
+BLOCK = 16
+"""Stuck samples that are tested at once: two or four in the widest registers."""
 
 
-@compiled
-def through_events(plant, law, c, w, short, u_0, slope, h, n, x_r, v_r, d, log, count, closest):
-    """Carry the state through one step that may hold any number of events.
-
-    Parameters
-    ----------
-    plant, law : Plant, Law
-    c, w : float
-        b/m [1/s] and k_x/m [1/s²].
-    short : bool
-        Whether the step is short enough for `series`.
-    u_0, slope, h : float
-        ü at the start of the step [m/s²], its rate [m/s³], length of the step [s].
-    n : int
-        Number of the sample at the start of the step.
-    x_r, v_r : float
-        State at the start of the step [m, m/s].
-    d : int
-        Direction of sliding, 0 when stuck.
-    log : Log
-    count : int
-        Events written so far.
-    closest : float
-        Tightest stop decision so far [-].
-
-    Returns
-    -------
-    x_r, v_r, d, count, closest
-        At the end of the step; `count` is negative when the step holds more than `ROOM` events.
-    """
-    m, b = plant.m, plant.b
-    room = count + ROOM
-    begin = 0.0
-    a = -(limit_force(plant, x_r, u_0) + b * v_r + d * law.F_fk) / m
-    while count < room:
-        if d == 0:
-            F_L = limit_force(plant, x_r, u_0 + slope * h)
-            if abs(F_L) <= holding_force(plant, law, x_r):
-                return x_r, 0.0, 0, count, closest
-            # Break-away: F_L is linear in time, so it meets the limit at a quotient.
-            d = -sign(F_L)
-            F_L = -d * law.F_fs
-            meets = (F_L - limit_force(plant, x_r, u_0)) / (m * slope)
-            begin = min(max(meets, begin), h)
-            count = note(log, count, n, begin, d * SLIP, x_r, F_L)
-            a = d * (law.F_fs - law.F_fk) / m
-            v_r = 0.0
-        stop, way, v_r = coast(c, w, d * v_r, d * a, -d * slope, h - begin, short)
-        x_r += d * way
-        if stop == NEVER:
-            return x_r, d * v_r, d, count, closest
-        begin = min(begin + stop, h)
-        v_r = 0.0
-        F_L = limit_force(plant, x_r, u_0 + slope * begin)
-        closest = min(closest, tightness(F_L, law.F_fs))
-        if abs(F_L) <= holding_force(plant, law, x_r):
-            d = 0
-            count = note(log, count, n, begin, STICK, x_r, F_L)
-        else:
-            d = -sign(F_L)
-            a = -(F_L + d * law.F_fk) / m
-            count = note(log, count, n, begin, d * REVERSAL, x_r, F_L)
-    return x_r, v_r, d, -1, closest
-
-
-@compiled
 def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity):
     """March from sample n to sample `end`, or until the log is nearly full.
 
@@ -115,7 +44,7 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     d : int
         Direction of sliding at sample n, 0 when stuck.
     x_out, v_out, d_out : array, shape (samples,)
-        Written from n + 1 to the sample reached.
+        Written from n + 1 to the sample reached; what lies up to `end` may be scribbled on.
     log : Log
     count, capacity : int
         Events already in the log, and its length; at least `ROOM` must be free.
@@ -125,57 +54,77 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     n, x_r, v_r, d, count, closest
         Sample reached, the state there, events in the log (negative when one step holds too
         many) and the tightest stop decision [-]. A march that starts there goes on as if never
-        stopped.
+        stopped: to the last bit where n is a multiple of `STRETCH` or the log was full, to
+        rounding elsewhere.
     """
-    m, k_x, b = plant
-    c = b / m
-    w = k_x / m
-    y, y_d, Y, YY = flow(c, w, dt)
-    x_x, x_v, x_1 = 1.0 - w * Y, y, YY / dt
-    x_0 = Y - x_1
-    v_x, v_v, v_1 = -w * y, y_d, Y / dt
-    v_0 = y - v_1
-    f = law.F_fk / m
-    x_f, v_f = Y * f, y * f
-    # A fine step holds at most one extremum of v_r, and the acceleration outlasts it, so its
-    # signs at both ends tell of a dip. Every coarse step of sliding is looked into.
-    coarse = (c + math.sqrt(w)) * dt > FINE
-    short = (c + math.sqrt(w)) * dt <= SHORT
+    ahead = held(np.empty(STRETCH)), held(np.empty(STRETCH))
+    return march_on(
+        plant, law, steps_of(plant, law, dt), u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out,
+        log, count, capacity, *ahead,
+    )  # fmt: skip
+
+
+@compiled
+def march_on(
+    plant, law, steps, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity,
+    x_ahead, v_ahead,
+):  # fmt: skip
+    """March stretch by stretch, as `march` says; the last two are scratch for one stretch."""
+    begin, until = n, n
     closest = math.inf
     full = capacity - ROOM
     while n < end and 0 <= count <= full:
+        if n >= until:
+            begin, until = -1, min(n - n % STRETCH + STRETCH, end)
         if d == 0:
-            F_k = k_x * x_r
-            hold = holding_force(plant, law, x_r)
-            while n < end and abs(m * u_dd[n + 1] + F_k) <= hold:
-                n += 1
-                x_out[n] = x_r
-                v_out[n] = 0.0
-                d_out[n] = 0
-        else:
-            a = -(u_dd[n] + c * v_r + w * x_r + d * f)
-            while n < end and not coarse:
-                u_0 = u_dd[n]
-                u_1 = u_dd[n + 1]
-                x_next = x_x * x_r + x_v * v_r - (x_0 * u_0 + x_1 * u_1 + d * x_f)
-                v_next = v_x * x_r + v_v * v_r - (v_0 * u_0 + v_1 * u_1 + d * v_f)
-                a_next = -(u_1 + c * v_next + w * x_next + d * f)
-                if d * v_next <= 0.0 or (d * a < 0.0 and d * a_next > 0.0):
-                    break
-                n += 1
-                x_r = x_next
-                v_r = v_next
-                a = a_next
-                x_out[n] = x_r
-                v_out[n] = v_r
-                d_out[n] = d
-        if n < end:
-            slope = (u_dd[n + 1] - u_dd[n]) / dt
+            n = rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out)
+        elif steps.fine:
+            if begin < 0:
+                begin = n
+                look_ahead(steps.x_base, u_dd[n : until + 1], x_ahead)
+                look_ahead(steps.v_base, u_dd[n : until + 1], v_ahead)
+            n, x_r, v_r = glide(
+                steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out, begin, x_ahead, v_ahead
+            )
+        if n < until:
             x_r, v_r, d, count, closest = through_events(
-                plant, law, c, w, short, u_dd[n], slope, dt, n, x_r, v_r, d, log, count, closest
+                plant, law, steps, u_dd[n], u_dd[n + 1], n, x_r, v_r, d, log, count, closest
             )
             n += 1
             x_out[n] = x_r
             v_out[n] = v_r
             d_out[n] = d
     return n, x_r, v_r, d, count, closest
+
+
+@inlined
+def rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
+    """Stick until `until` or a step at whose end F_L is more than the contact bears."""
+    F_k = plant.k_x * x_r
+    hold = holding_force(plant, law, x_r)
+    if n < 0:
+        # Never so; but the compiler is told that no index counts from the end.
+        return n
+    while n + BLOCK <= until and bears(plant.m, F_k, hold, u_dd[n + 1 : n + 1 + BLOCK]):
+        for k in range(BLOCK):
+            x_out[n + 1 + k] = x_r
+        for k in range(BLOCK):
+            v_out[n + 1 + k] = 0.0
+        for k in range(BLOCK):
+            d_out[n + 1 + k] = 0
+        n += BLOCK
+    while n < until and abs(plant.m * u_dd[n + 1] + F_k) <= hold:
+        n += 1
+        x_out[n] = x_r
+        v_out[n] = 0.0
+        d_out[n] = 0
+    return n
+
+
+@compiled
+def bears(m, F_k, hold, u_dd):
+    """Tell whether the contact bears F_L at every one of these samples."""
+    beyond = 0
+    for k in range(len(u_dd)):
+        beyond += abs(m * u_dd[k] + F_k) > hold
+    return beyond == 0

@@ -7,78 +7,113 @@ the oscillator itself a few terms do the same for a third of the work.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 
 SHORT = 0.0625
 """Radians (or decays) in a short stretch: nine terms of its series exhaust double precision."""
 
-NEARLY = 1e-7
-"""Relative step of Newton's method after which the next would be below the last digit."""
+NEARLY = 1e-6
+"""Relative step of Halley's method, of third order, after which nothing is left to mend."""
 
-NEWTON_CAP = 8
-"""Newton starts on a parabola and needs 2 rounds; what needs more takes the general way."""
+HALLEY_CAP = 8
+"""The first guess is off by less than that mostly; what strays takes the general way."""
+
+
+class Tail(NamedTuple):
+    """How acceleration (a) and jerk (j) at the start go on in the terms of v from s³ to s⁸."""
+
+    a_3: float
+    j_3: float
+    a_4: float
+    j_4: float
+    a_5: float
+    j_5: float
+    a_6: float
+    j_6: float
+    a_7: float
+    j_7: float
+    a_8: float
+    j_8: float
 
 
 @compiled
-def series(c, w, v, a, r):
-    """Give the coefficients of v(s) = q_0 + q_1 s + q_2 s² + ...
+def tail_of(c, w):
+    """Give the tail of the series: each derivative is minus c times the last, w that before."""
+    a_3, j_3 = -w, -c
+    a_4, j_4 = -c * a_3, -(c * j_3 + w)
+    a_5, j_5 = -(c * a_4 + w * a_3), -(c * j_4 + w * j_3)
+    a_6, j_6 = -(c * a_5 + w * a_4), -(c * j_5 + w * j_4)
+    a_7, j_7 = -(c * a_6 + w * a_5), -(c * j_6 + w * j_5)
+    a_8, j_8 = -(c * a_7 + w * a_6), -(c * j_7 + w * j_6)
+    return Tail(
+        a_3 / 6.0, j_3 / 6.0, a_4 / 24.0, j_4 / 24.0, a_5 / 120.0, j_5 / 120.0,
+        a_6 / 720.0, j_6 / 720.0, a_7 / 5040.0, j_7 / 5040.0, a_8 / 40320.0, j_8 / 40320.0,
+    )  # fmt: skip
 
-    Parameters
-    ----------
-    c, w, v, a, r : float
-        As in `locate_stop`.
-    """
-    j = r - c * a - w * v
-    d_3 = -(c * j + w * a)
-    d_4 = -(c * d_3 + w * j)
-    d_5 = -(c * d_4 + w * d_3)
-    d_6 = -(c * d_5 + w * d_4)
-    d_7 = -(c * d_6 + w * d_5)
-    d_8 = -(c * d_7 + w * d_6)
+
+@compiled
+def series(tail, v, a, j):
+    """Give the coefficients of v(s) = q_0 + q_1 s + q_2 s² + ... from v, a and the jerk."""
     return (
-        v, a, j * (1.0 / 2.0), d_3 * (1.0 / 6.0), d_4 * (1.0 / 24.0), d_5 * (1.0 / 120.0),
-        d_6 * (1.0 / 720.0), d_7 * (1.0 / 5040.0), d_8 * (1.0 / 40320.0),
+        v, a, 0.5 * j, tail.a_3 * a + tail.j_3 * j, tail.a_4 * a + tail.j_4 * j,
+        tail.a_5 * a + tail.j_5 * j, tail.a_6 * a + tail.j_6 * j, tail.a_7 * a + tail.j_7 * j,
+        tail.a_8 * a + tail.j_8 * j,
     )  # fmt: skip
 
 
 @compiled
 def distance(q, s):
     """Give the distance slid in time s."""
-    return s * (
-        q[0] + s * (q[1] * (1.0 / 2.0) + s * (q[2] * (1.0 / 3.0) + s * (q[3] * (1.0 / 4.0)
-        + s * (q[4] * (1.0 / 5.0) + s * (q[5] * (1.0 / 6.0) + s * (q[6] * (1.0 / 7.0)
-        + s * (q[7] * (1.0 / 8.0) + s * q[8] * (1.0 / 9.0))))))))
-    )  # fmt: skip
+    s_2 = s * s
+    s_4 = s_2 * s_2
+    low = (q[0] + q[1] * (1.0 / 2.0) * s) + s_2 * (q[2] * (1.0 / 3.0) + q[3] * (1.0 / 4.0) * s)
+    high = (q[4] * (1.0 / 5.0) + q[5] * (1.0 / 6.0) * s) + s_2 * (
+        q[6] * (1.0 / 7.0) + q[7] * (1.0 / 8.0) * s
+    )
+    return s * (low + s_4 * (high + s_4 * (q[8] * (1.0 / 9.0))))
 
 
 @compiled
 def speed(q, s):
-    """Give velocity and acceleration after time s."""
-    v = q[0] + s * (q[1] + s * (q[2] + s * (q[3] + s * (q[4] + s * (q[5] + s * (q[6] + s * (
-        q[7] + s * q[8])))))))  # fmt: skip
-    a = q[1] + s * (2.0 * q[2] + s * (3.0 * q[3] + s * (4.0 * q[4] + s * (5.0 * q[5] + s * (
-        6.0 * q[6] + s * (7.0 * q[7] + s * (8.0 * q[8])))))))  # fmt: skip
-    return v, a
+    """Give the velocity after time s."""
+    s_2 = s * s
+    s_4 = s_2 * s_2
+    low = (q[0] + q[1] * s) + s_2 * (q[2] + q[3] * s)
+    return low + s_4 * ((q[4] + q[5] * s) + s_2 * (q[6] + q[7] * s) + s_4 * q[8])
 
 
 @compiled
+def rate(q, s):
+    """Give the acceleration after time s."""
+    s_2 = s * s
+    s_4 = s_2 * s_2
+    low = (q[1] + 2.0 * q[2] * s) + s_2 * (3.0 * q[3] + 4.0 * q[4] * s)
+    return low + s_4 * ((5.0 * q[5] + 6.0 * q[6] * s) + s_2 * (7.0 * q[7] + 8.0 * q[8] * s))
+
+
+@inlined
 def fall(q, h):
     """Give the time in (0, h] at which a velocity above zero that ends below it is zero, or -1.
 
-    A short stretch holds at most one extremum, so there is one such time. Newton starts where
-    the parabola through the start is zero; where it strays, -1 says so.
+    A short stretch holds at most one extremum, so there is one such time. The first guess is
+    where the parabola through the start is zero, mended by the next two terms; where Halley's
+    method strays from there, -1 says so.
     """
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
     if square <= 0.0:
         return -1.0
     root = math.sqrt(square)
     s = 2.0 * q[0] / (root - q[1]) if root > q[1] else (-q[1] - root) / (2.0 * q[2])
-    for _ in range(NEWTON_CAP):
-        v, a = speed(q, s)
+    s += s * s * s * (q[3] + s * q[4]) * (1.0 / root)
+    for _ in range(HALLEY_CAP):
+        a = rate(q, s)
         if not (a < 0.0 and s > 0.0):
             return -1.0
-        step = -v / a
+        per_a = 1.0 / a
+        step = -speed(q, s) * per_a
+        step -= step * step * (q[2] + 3.0 * q[3] * s) * per_a
         s += step
         if abs(step) <= NEARLY * s:
             return min(s, h)

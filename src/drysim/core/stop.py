@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.flow import flow
-from drysim.core.series import distance, fall, series, speed
+from drysim.core.series import distance, fall, rate, series, speed
 
 NEVER = math.inf
 
@@ -140,36 +140,47 @@ def locate_stop(c, w, v, a, r, h):
     return NEVER
 
 
-@compiled
-def coast(c, w, v, a, r, h, short):
-    """Let the mass slide until it stops or the stretch ends.
+@inlined
+def coast(steps, v, a, r, h):
+    """Give distance and velocity after sliding for a time h, parameters as in `locate_stop`."""
+    if steps.short:
+        q = series(steps.tail, v, a, r - steps.c * a - steps.w * v)
+        return distance(q, h), speed(q, h)
+    y, y_d, Y, YY = flow(steps.c, steps.w, h)
+    p = a + steps.c * v
+    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+
+
+@inlined
+def stop_within(steps, v, a, r, v_end, h):
+    """Give the first stop in a step, or in what is left of it.
 
     Parameters
     ----------
-    c, w, v, a, r, h : float
+    steps : Steps
+    v, a, r, h : float
         As in `locate_stop`.
-    short : bool
-        Whether the step is short enough for `series`.
+    v_end : float
+        Velocity at the end, should the mass not stop before [m/s].
 
     Returns
     -------
-    stop : float
-        When it stops [s]; infinity when the stretch ends first.
-    way, v : float
-        Distance slid [m] and the velocity that is left [m/s].
+    stop, way : float
+        When it stops [s] and how far it slides until then [m]; infinity when it does not.
     """
-    if short:
-        q = series(c, w, v, a, r)
-        v_end, a_end = speed(q, h)
-        if v_end > 0.0 and not (a < 0.0 and a_end > 0.0):
-            return NEVER, distance(q, h), v_end
+    c, w = steps.c, steps.w
+    if steps.short:
+        q = series(steps.tail, v, a, r - c * a - w * v)
+        if v_end > 0.0 and (a >= 0.0 or rate(q, h) <= 0.0):
+            return NEVER, 0.0
         if v > 0.0 and v_end <= 0.0:
             stop = fall(q, h)
             if stop > 0.0:
-                return stop, distance(q, stop), 0.0
+                return stop, distance(q, stop)
     stop = locate_stop(c, w, v, a, r, h)
-    length = h if stop == NEVER else stop
-    y, y_d, Y, YY = flow(c, w, length)
-    p = a + c * v
-    left = v * y_d + p * y + r * Y if stop == NEVER else 0.0
-    return stop, v * y + p * Y + r * YY, left
+    if stop == NEVER:
+        if v_end > 0.0 or v == 0.0:
+            return NEVER, 0.0
+        stop = h
+    y, _, Y, YY = flow(c, w, stop)
+    return stop, v * y + (a + c * v) * Y + r * YY
