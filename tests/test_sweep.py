@@ -8,7 +8,8 @@ import pytest
 
 from drysim.errors import ScenarioError
 from drysim.scenario import load
-from drysim.study.cases import count, points, size
+from drysim.scenario.sweep.axis import points
+from drysim.study.cases import count, size
 from drysim.study.journal import Journal, identity
 from drysim.study.sweep import approaches_of, sweep
 from drysim.study.table import Row, Table

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from drysim.approach.response import Track
-from drysim.core.plant import AnyState, Plant, Totals
+from drysim.averages import energies, means
 from drysim.peaks import stroke_statistics
 from drysim.stroke import excursions
 
@@ -105,7 +104,8 @@ def measure(
     values["chatter_share"] = track.chatter(*window)
     values["stroke_suffices"] = greatest(track, (0.0, window[1])) if window[0] else peak
     values |= stroke_statistics(track, window, x_rM, goes_on)
-    values |= energies(track, totals, track.state(window[0]), track.state(window[1]))
+    ends = track.state(window[0]), track.state(window[1])
+    values |= energies(track.plant, track.law.F_fk, totals, *ends)
     if x_rM is not None:
         times, t_first, t_beyond = excursions(track, x_rM, repeats=closure is not None)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
@@ -119,54 +119,3 @@ def greatest(track: Track, window: tuple[float, float]) -> float:
     inside = (track.turns.t >= begin) & (track.turns.t <= end)
     turning = np.abs(track.turns.x_r[inside]).max(initial=0.0)
     return float(max(turning, abs(track.state(begin).x_r), abs(track.state(end).x_r)))
-
-
-def means(totals: Totals, length: float) -> dict[str, float | int | None]:
-    """Give RMS values, their ratios and the stuck share from the integrals over a window."""
-    a_u = math.sqrt(totals.u_dd2 / length)
-    # A mass that never moves has the base's motion to the last bit, not to rounding.
-    a_x = a_u if totals.stuck >= length else math.sqrt(totals.x_dd2 / length)
-    x_r = math.sqrt(totals.x2 / length)
-    u = None if totals.u2 is None else math.sqrt(totals.u2 / length)
-    return {
-        "a_u": a_u,
-        "a_x": a_x,
-        "T_a": a_x / a_u if a_u else None,
-        "T_x": x_r / u if u else None,
-        "x_r_rms": x_r,
-        "v_r_rms": math.sqrt(totals.v2 / length),
-        "u_rms": u,
-        "stuck_share": totals.stuck / length,
-    }
-
-
-def energies(
-    track: Track, totals: Totals, first: AnyState, last: AnyState
-) -> dict[str, float | int | None]:
-    """Give the energy balance of a window, audited.
-
-    Notes
-    -----
-    Each term is integrated on its own, so what the balance leaves certifies the solution. It is
-    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange.
-    """
-    plant = track.plant
-    work = -plant.m * totals.power
-    stored = held_energy(plant, last) - held_energy(plant, first)
-    viscous = plant.b * totals.v2
-    friction = track.law.F_fk * totals.rub
-    exchanged = plant.m * math.sqrt(totals.u_dd2 * totals.v2)
-    scale = max(exchanged, abs(stored), viscous, friction, held_energy(plant, first))
-    left = abs(work - stored - viscous - friction)
-    return {
-        "energy_input": work,
-        "energy_stored": stored,
-        "energy_viscous": viscous,
-        "energy_friction": friction,
-        "energy_residual": left / scale if scale else 0.0,
-    }
-
-
-def held_energy(plant: Plant, state: AnyState) -> float:
-    """Give the spring and kinetic energy of a state of relative motion [J]."""
-    return 0.5 * (plant.m * state.v_r**2 + plant.k_x * state.x_r**2)

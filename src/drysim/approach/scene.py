@@ -92,15 +92,25 @@ def numerics(core: str, why: str, points: int, turns: Events, closest: float) ->
 def refuse_storm(count: int, t: float, state: Any) -> None:
     """Raise where events follow each other without end, or the state has left the numbers."""
     if count < 0:
-        raise SolverError(
-            f"at t = {t:.9g} s events follow each other without progress in time",
-            "check friction and stiffness for values at the end of double precision",
-        )
+        raise storm(t)
     if not all(math.isfinite(value) for value in state[:2]):
-        raise SolverError(
-            f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",
-            "check the units of the base motion and of the oscillator",
-        )
+        raise overflow(t)
+
+
+def storm(t: float) -> SolverError:
+    """Give the error of events that follow each other without end."""
+    return SolverError(
+        f"at t = {t:.9g} s events follow each other without progress in time",
+        "check friction and stiffness for values at the end of double precision",
+    )
+
+
+def overflow(t: float) -> SolverError:
+    """Give the error of a state that has left the numbers."""
+    return SolverError(
+        f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",
+        "check the units of the base motion and of the oscillator",
+    )
 
 
 def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:

@@ -62,7 +62,7 @@ Workers = Annotated[
         "--workers",
         min=1,
         metavar="N",
-        help="Threads; default: one a processor, one alone under sines.",
+        help="Threads; default: one a processor.",
     ),
 ]
 SeedWorkers = Annotated[

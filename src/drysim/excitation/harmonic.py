@@ -30,7 +30,10 @@ class Component(Block):
     @property
     def A(self) -> float:
         """Amplitude of the base acceleration [m/s²]."""
-        return sqrt(2) * (self.rms or 0.0) if self.amplitude is None else self.amplitude
+        if self.amplitude is not None:
+            return self.amplitude
+        assert self.rms is not None, "one of both is given"
+        return sqrt(2) * self.rms
 
 
 class Harmonic(Component):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, create_model, field_validator, model_validator
@@ -21,6 +20,7 @@ from drysim.quantity import (
     near,
     shown,
 )
+from drysim.quantity.arithmetic import root
 
 
 class Oscillator(Block):
@@ -45,9 +45,11 @@ class Oscillator(Block):
 
     def plant(self) -> Plant:
         """Give mass, stiffness and damping as numbers."""
-        critical = 2 * sqrt(self.stiffness * self.mass)
-        b = (self.damping_ratio or 0.0) * critical if self.damping is None else self.damping
-        return Plant(self.mass, self.stiffness, b)
+        if self.damping is not None:
+            return Plant(self.mass, self.stiffness, self.damping)
+        assert self.damping_ratio is not None, "one of both is given"
+        critical = 2 * root(self.stiffness * self.mass)
+        return Plant(self.mass, self.stiffness, self.damping_ratio * critical)
 
 
 class Stroke(Block):

@@ -114,9 +114,12 @@ def common_period(frequencies: Iterable[float]) -> float | None:
 
     Notes
     -----
-    A frequency is taken as the decimal number that it is written as: 1.6 Hz and 0.7 Hz repeat
-    after 10 s exactly.
+    A frequency beside others is taken as the decimal number that it is written as: 1.6 Hz and
+    0.7 Hz repeat after 10 s exactly.
     """
+    frequencies = tuple(frequencies)
+    if len(frequencies) == 1:
+        return 1.0 / frequencies[0]
     decimals = {Fraction(repr(frequency)) for frequency in frequencies}
     if not decimals:
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyState
 from drysim.errors import SolverError
-from drysim.scenario.sweep.axis import points
 from drysim.study import comfort
 from drysim.study.case import Case, assemble, base_motion
 from drysim.study.steady import orbit_of
@@ -24,21 +23,15 @@ KEPT = 4
 """Base motions kept: neighbouring cases differ in friction more often than in motion."""
 
 
+ONE_OF_MANY = "one of a continuum of orbits"
+
+
 class Job(NamedTuple):
     """One case of one approach: its number, the scenario to take it from, and its point."""
 
     number: int
     scenario: Scenario
     point: dict[str, float]
-
-
-def jobs(scenarios: Sequence[Scenario]) -> Iterator[Job]:
-    """Give every case of every scenario, in order; the first axis varies fastest."""
-    number = 0
-    for scenario in scenarios:
-        for point in points(scenario.axes):
-            yield Job(number, scenario, point)
-            number += 1
 
 
 def count(scenarios: Sequence[Scenario]) -> int:
@@ -106,12 +99,17 @@ def measured(case: Case) -> tuple[Mapping[str, float | int | None], str, str]:
     # The orbit of fixed steps is measured even where it does not close.
     if hasattr(case.approach, "orbit"):
         if not orbit.settled:
-            return unknown, NOT_SETTLED, f"not settled after {orbit.run_up:.6g} s"
+            return unknown, NOT_SETTLED, unsettled(orbit.run_up)
         if not orbit.unique:
-            return unknown, NOT_UNIQUE, "one of a continuum of orbits"
+            return unknown, NOT_UNIQUE, ONE_OF_MANY
     length = orbit.periods * case.period
     track, felt = follow(case, orbit.state, step, (0.0, length))
     return measure(track, (0.0, length), case.limit, orbit.closure) | felt, OK, ""
+
+
+def unsettled(run_up: float) -> str:
+    """Say that a motion had not settled after some time [s]."""
+    return f"not settled after {run_up:.6g} s"
 
 
 def follow(

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from itertools import islice
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core import compiled
-from drysim.core.motion import Sines
 from drysim.errors import Caution, ScenarioError
 from drysim.study.case import Case, prepare
-from drysim.study.cases import Job, Motions, count, jobs, row_of
-from drysim.study.in_order import Finished, nothing
+from drysim.study.cases import Motions, count
+from drysim.study.in_order import Finished, in_order, nothing
+from drysim.study.pieces import Piece, pieces, solve_piece
 from drysim.study.spectral import run_only
 from drysim.study.table import FAILED, OK, Row, Table
 from drysim.wording import millimetres
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis, Scenario
-
-BLOCK = 256
-"""Cases handed to the threads at a time: enough to keep them busy, few enough to hold."""
 
 STEPS_A_CASE = 2_000
 """What an orbit weighs against loading the compiler, in steps of a plain march."""
@@ -46,8 +41,7 @@ def sweep(
     scenario : Scenario
         With a sweep block.
     workers : int, optional
-        Threads; default: one for each processor, one alone under sines. The table does not
-        depend on it.
+        Threads; default: one for each processor. The table does not depend on it.
     done : mapping, optional
         Rows by number that an interrupted sweep has left.
     finished : callable, optional
@@ -98,12 +92,6 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
     return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
 
 
-def threads_for(motions: Motions) -> int:
-    """Give how many threads help: orbits are over before Python can hand them round."""
-    _, motion = motions.kept[0]
-    return 1 if isinstance(motion, Sines) else os.cpu_count() or 1
-
-
 def solved(
     scenarios: Sequence[Scenario],
     motions: Motions,
@@ -113,20 +101,19 @@ def solved(
 ) -> Iterator[Row]:
     """Give the rows of every case in order; those that are done already are not done again."""
 
-    def row(job: Job) -> Row:
-        return done.get(job.number) or row_of(job, motions)
+    def rows(piece: Piece) -> list[Row]:
+        numbers = range(piece.first, piece.first + piece.end - piece.begin)
+        if all(number in done for number in numbers):
+            return [done[number] for number in numbers]
+        return list(solve_piece(piece, motions))
 
-    waiting = jobs(scenarios)
-    threads = ThreadPoolExecutor(workers or threads_for(motions))
-    try:
-        while block := list(islice(waiting, BLOCK)):
-            for job, result in zip(block, threads.map(row, block), strict=True):
-                if job.number not in done:
-                    finished(job.number, result)
-                yield result
-    finally:
-        # An interrupt waits for the cases under way, not for those in the queue.
-        threads.shutdown(cancel_futures=True)
+    number = 0
+    for piece in in_order(rows, pieces(scenarios), workers or os.cpu_count() or 1):
+        for row in piece:
+            if number not in done:
+                finished(number, row)
+            yield row
+            number += 1
 
 
 def table_of(case: Case, rows: tuple[Row, ...], complete: bool = True) -> Table:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, WithJsonSchema
 
 from drysim.quantity import Block
@@ -25,6 +28,11 @@ class Axis:
     """In the order of the sweep, in the unit; whole numbers where the key takes no others."""
     words: Any = field(default=None, compare=False, repr=False)
     """What a scenario file says for them: a list, or a block of from, to and step or count."""
+
+    @cached_property
+    def column(self) -> NDArray[Any]:
+        """The values as an array."""
+        return np.array(self.values)
 
 
 class Range(Block):

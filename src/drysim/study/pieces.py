@@ -1,0 +1,61 @@
+"""The pieces into which a sweep is cut: blocks of cases that follow each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from drysim.scenario.sweep.columns import columns_of
+from drysim.study import orbits
+from drysim.study.batch import Batch
+from drysim.study.cases import Job, Motions, row_of, size
+
+if TYPE_CHECKING:
+    from drysim.scenario import Scenario
+
+TOGETHER = 512
+"""Orbits that one call of the kernel solves, some 10 ms of work: what it costs besides is a
+hundredth of that."""
+
+
+class Piece(NamedTuple):
+    """Cases of one approach that are solved at a time.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Of the approach, with its sweep block.
+    first : int
+        Number of the first case among those of all approaches.
+    begin, end : int
+        Numbers of the first case and of the one after the last in the approach's own grid.
+    """
+
+    scenario: Scenario
+    first: int
+    begin: int
+    end: int
+
+
+def pieces(scenarios: Sequence[Scenario]) -> Iterator[Piece]:
+    """Give the pieces of every scenario, in order."""
+    first = 0
+    for scenario in scenarios:
+        cases = size(scenario.axes)
+        step = TOGETHER if orbits.together(scenario) else 1
+        for begin in range(0, cases, step):
+            yield Piece(scenario, first + begin, begin, min(begin + step, cases))
+        first += cases
+
+
+def solve_piece(piece: Piece, motions: Motions) -> Batch:
+    """Give the cases of a piece, solved; errors as in `sweep`."""
+    scenario, first, begin, end = piece
+    if orbits.together(scenario):
+        return orbits.solve(scenario, first, begin, end)
+    points = columns_of(scenario.axes, begin, end)
+    rows = [
+        row_of(Job(first + i, scenario, {k: v[i].item() for k, v in points.items()}), motions)
+        for i in range(end - begin)
+    ]
+    return Batch.of(first, rows)
