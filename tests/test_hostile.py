@@ -121,3 +121,26 @@ def test_huge_numbers_of_overrides_are_laid_over(tmp_path):
     assert load(tmp_path / "seat.yaml", words).oscillator.mass == 5000.0
     found = problems(tmp_path / "seat.yaml", [f"a{i}.b=1" for i in range(5000)])
     assert len(found) == 100
+
+
+def test_file_of_a_gigabyte_is_refused_unread(tmp_path):
+    with (tmp_path / "seat.yaml").open("wb") as file:
+        file.write(b"about: ")
+        file.truncate(10**9)
+    began = time.process_time()
+    assert "larger than 1 MB" in problems(tmp_path / "seat.yaml")[0].sentence
+    assert time.process_time() - began < SECONDS
+
+
+@pytest.mark.parametrize("end", ["\r\n", "\r"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_line_ends_and_marks_of_other_systems_are_understood(tmp_path, end, mark):
+    file = tmp_path / "seat.yaml"
+    file.write_bytes(mark + SEAT.replace("\n", end).encode())
+    assert load(file).oscillator.mass == 75.0
+    file.write_bytes(mark + SEAT.replace("mass", "mas").replace("\n", end).encode())
+    assert [problem.line for problem in problems(file)] == [3]
+
+
+def test_name_that_no_disk_holds_is_refused_in_a_sentence(tmp_path):
+    assert "name too long" in problems(tmp_path / ("x" * 300 + ".yaml"))[0].sentence

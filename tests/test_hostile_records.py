@@ -82,3 +82,20 @@ def test_header_is_quoted_in_few_words_whatever_it_holds(tmp_path):
     assert len(refusal(tmp_path)) < 300
     (tmp_path / "r.csv").write_text(f"t,a [{cell}]\n0,1\n1,2\n")
     assert len(refusal(tmp_path)) < 300
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["root:x:0:0\ndaemon:x:1:1\n", "alpha secret\nbeta hidden\n", "a,secret\nb,hidden\n"],
+)
+def test_text_that_is_no_table_is_quoted_by_one_cell_alone(tmp_path, text):
+    (tmp_path / "r.csv").write_text(text)
+    for time in ("t", 1):
+        block = {"kind": "record", "file": "r.csv", "time": time}
+        with pytest.raises(RecordError) as fault:
+            Record.model_validate(block, context={"folder": tmp_path}).motion()
+        said = fault.value.problem.sentence + fault.value.problem.source
+        assert "is not a number" in said
+        assert "secret" not in said
+        assert "root" not in said
+        assert "hidden" not in said

@@ -113,7 +113,11 @@ def tabulate(file: TextFile) -> Table:
     if not line:
         raise fault(file.shown, "the record holds no rows of numbers", header_line)
     delimiter = _delimiter(text)
-    width = len(split(text, delimiter))
+    cells = split(text, delimiter)
+    width = len(cells)
+    if header_line and _is_header(cells):  # a text: none of its words are names of columns
+        cell = next(cell for cell in cells if cell.text)
+        raise fault(file.shown, f"row {line}: `{cell.quote}` is not a number", line, cell)
     header = _header(header_text, delimiter, width) if header_line else ()
     if header and len(header) != width:
         sentence = f"the header names {len(header)} columns, but row {line} has {width}"
