@@ -16,7 +16,6 @@ from drysim.study import gallery
 from drysim.study.bench.patience import at_most
 from drysim.study.case import assemble, prepare
 from drysim.study.cases import Motions
-from drysim.study.run import solve
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -154,6 +153,8 @@ def reason(fault: DrysimError) -> str:
 
 def solved(scenario: Scenario, name: str) -> Solved:
     """Give the metrics of every point of a case under an approach, and what the checks say."""
+    from drysim.study.run import solve  # files are written without it
+
     motions, checks = Motions(), []
     found: list[Metrics] = []
     for point in points(scenario.axes):
