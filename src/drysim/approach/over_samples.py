@@ -115,6 +115,7 @@ class StepTrack:
         squares, way = forms
         sums = np.zeros(6)
         sums[:4] = np.einsum("kij,ij->k", squares, rows @ rows.T)
+        sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
         sums[4] = d @ (way @ rows)
         u_0, u_1 = u_dd[stuck], u_dd[stuck + 1]
         sums[0] += dt * np.square(block.x_r[stuck]).sum()
