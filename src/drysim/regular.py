@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 KINDS = (
     (stat.S_ISDIR, "a folder"),
@@ -36,9 +39,16 @@ def size(path: Path) -> int:
 
 def content(path: Path, most: int) -> bytes:
     """Give what a regular file holds, at most so many bytes; errors as in `size`."""
+    with opened(path) as stream:
+        return stream.read(most)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """Open a regular file to read its bytes; errors as in `size`."""
     with open(path, "rb", opener=_without_waiting) as stream:
         _refuse_others(os.fstat(stream.fileno()))  # it may be another one by now
-        return stream.read(most)
+        yield stream
 
 
 def _refuse_others(about: os.stat_result) -> None:

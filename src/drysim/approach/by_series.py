@@ -34,6 +34,7 @@ from drysim.core.plant import (
     Totals,
 )
 from drysim.core.replay import integrate_series, read
+from drysim.core.signal import largest
 from drysim.core.trace import Steps, first_heading, trace
 from drysim.core.waves import Waves
 
@@ -134,8 +135,8 @@ def base_of(motion: Sines | Samples, duration: float) -> tuple[Floats, float, in
     last = min(grid_points(duration, dt), len(motion.u_dd)) - 2
     beyond = duration - (last + 1) * dt
     if beyond > dt * 1e-9 and last + 2 < len(motion.u_dd):
-        return motion.u_dd, dt, last + 1, beyond
-    return motion.u_dd, dt, last, dt
+        return motion.u_dd[:], dt, last + 1, beyond
+    return motion.u_dd[:], dt, last, dt
 
 
 def quick(motion: Sines | Samples) -> float:
@@ -143,7 +144,7 @@ def quick(motion: Sines | Samples) -> float:
     if isinstance(motion, Sines):
         swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
         return max(swings, default=0.0)
-    return float(np.abs(motion.u_dd).max(initial=0.0)) * motion.dt
+    return largest(motion.u_dd) * motion.dt
 
 
 def follow(

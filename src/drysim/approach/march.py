@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
-from drysim.approach.points import BLOCK, KEPT, Points
+from drysim.approach.points import Points
 from drysim.approach.scene import (
     LOG_LENGTH,
     empty_log,
@@ -26,6 +26,7 @@ from drysim.core.leap import leap_steps
 from drysim.core.march import march
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, State
+from drysim.core.signal import BLOCK, KEPT
 from drysim.core.waves import Waves
 
 STRIDE = 4_000_000

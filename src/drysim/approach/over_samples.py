@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from drysim.approach.events import Events, Floats
 from drysim.approach.march import Block, March, Marched, march_samples
-from drysim.approach.points import BLOCK
 from drysim.approach.response import Response
 from drysim.approach.scene import core_of, grid_points, numerics
 from drysim.core.compiled import held
@@ -20,6 +19,7 @@ from drysim.core.grid import state_within
 from drysim.core.integrals import integrate_steps
 from drysim.core.motion import Samples, sample_squares
 from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.signal import BLOCK
 
 Numbers = NDArray[np.intp]
 

@@ -7,13 +7,6 @@ from typing import NamedTuple, Protocol
 
 from drysim.approach.events import Codes, Floats
 
-BLOCK = 65_536
-"""Grid points worked on at a time: a few megabytes, which stay near the processor."""
-
-KEPT = 1 << 20
-"""Grid points up to which a response is kept whole, 35 MB; a longer one is made by parts, and
-made anew whenever a part is asked for: that costs a tenth of writing it down."""
-
 
 class Points(NamedTuple):
     """Neighbouring points of a grid, each array of shape (n,).

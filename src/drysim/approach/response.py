@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import Numerics
-from drysim.approach.points import BLOCK, KEPT, Grid, Points
+from drysim.approach.points import Grid, Points
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Totals
+from drysim.core.signal import BLOCK, KEPT
 
 
 class Track(Protocol):

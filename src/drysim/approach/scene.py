@@ -49,7 +49,7 @@ def mode_at_start(plant: Plant, law: Law, motion: Sines | Samples, start: State)
 def first_u_dd(motion: Sines | Samples) -> float:
     """Give ü at t = 0 [m/s²]."""
     if isinstance(motion, Samples):
-        return float(motion.u_dd[0])
+        return float(motion.u_dd[:1][0])
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 

@@ -86,16 +86,17 @@ def linear(plant: Plant, motion: Samples, start: State) -> Response:
     from drysim.core.compiled import engine, held
     from drysim.core.recursion import recursion
 
-    n = len(motion.u_dd)
+    u_dd = motion.u_dd[:]
+    n = len(u_dd)
     x_r, v_r = held(np.empty(n)), held(np.empty(n))
-    recursion(plant, held(motion.u_dd), motion.dt, start.x_r, start.v_r, x_r, v_r)
-    F_L = plant.m * motion.u_dd[0] + plant.k_x * start.x_r
+    recursion(plant, held(u_dd), motion.dt, start.x_r, start.v_r, x_r, v_r)
+    F_L = plant.m * u_dd[0] + plant.k_x * start.x_r
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
     why = "no dry friction: one affine map a step, no event code"
     numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
     modes = np.ones(n, dtype=np.int8)
-    points = Points(motion.u_dd, np.asarray(x_r), np.asarray(v_r), modes)
+    points = Points(u_dd, np.asarray(x_r), np.asarray(v_r), modes)
     return Response(plant, Law(0.0, 0.0), motion, Held(motion.dt, points), events, numerics)
 
 

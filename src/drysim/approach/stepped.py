@@ -50,7 +50,7 @@ def finer(motion: Sines | Samples, pieces: int) -> Sines | Samples:
     if isinstance(motion, Sines):
         return motion
     n, at = len(motion.u_dd), np.arange((len(motion.u_dd) - 1) * pieces + 1) / pieces
-    u_dd = np.interp(at, np.arange(n), motion.u_dd)
+    u_dd = np.interp(at, np.arange(n), motion.u_dd[:])
     if motion.u is None:
         return Samples(u_dd, motion.dt / pieces)
     i = np.minimum(at.astype(int), n - 2)

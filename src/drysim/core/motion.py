@@ -10,10 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.signal import BLOCK, Signal
 from drysim.errors import Caution
-
-BLOCK = 65_536
-"""Samples integrated at a time: a few megabytes."""
 
 HALF_RULE = ((0.0694318442029737, 0.1739274225687269), (0.3300094782075719, 0.3260725774312731))
 """Half of four Gauss-Legendre nodes and weights on 0..1: exact for the square of a cubic."""
@@ -52,7 +50,7 @@ class Samples(NamedTuple):
 
     Attributes
     ----------
-    u_dd : ndarray, shape (n,)
+    u_dd : ndarray, shape (n,), or another signal
         Base acceleration [m/s²]; the first sample is t = 0.
     dt : float
         Distance of the samples [s].
@@ -67,7 +65,7 @@ class Samples(NamedTuple):
         Of a generated signal: what was asked for and what came out, by name and in SI.
     """
 
-    u_dd: NDArray[np.float64]
+    u_dd: Signal
     dt: float
     u: NDArray[np.float64] | None = None
     inputs: tuple[Input, ...] = ()
@@ -89,7 +87,8 @@ def displacement_between(
     """Give u [m] at the share q of the steps n: the cubic whose second derivative is ü."""
     assert motion.u is not None, "asked for where u is known only"
     p = 1.0 - q
-    bend = (p**3 - p) * motion.u_dd[n] + (q**3 - q) * motion.u_dd[n + 1]
+    u_dd = motion.u_dd[:]
+    bend = (p**3 - p) * u_dd[n] + (q**3 - q) * u_dd[n + 1]
     u: NDArray[np.float64] = p * motion.u[n] + q * motion.u[n + 1] + motion.dt**2 / 6.0 * bend
     return u
 
@@ -103,7 +102,8 @@ def sample_squares(motion: Samples, begin: float, end: float) -> tuple[float, fl
         n = np.arange(at, min(at + BLOCK, last))
         lo = np.maximum(begin / dt - n, 0.0)
         width = np.minimum(end / dt - n, 1.0) - lo
-        a_0, a_1 = motion.u_dd[n], motion.u_dd[n + 1]
+        u_dd = motion.u_dd[at : at + len(n) + 1]
+        a_0, a_1 = u_dd[:-1], u_dd[1:]
         for node, weight in HALF_RULE:
             for place in (node, 1.0 - node):
                 q = lo + width * place

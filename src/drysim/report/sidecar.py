@@ -16,6 +16,7 @@ import numpy as np
 
 import drysim
 from drysim.core.motion import Samples, Sines
+from drysim.core.signal import blocks
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.report.bare import bare_command, bare_name, plain
 from drysim.report.spectrum import told
@@ -139,8 +140,10 @@ def excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
     asked = scenario.excitation
     fields: Fields = {"kind": asked.kind, "seed": getattr(asked, "seed", None)}
     if isinstance(motion, Samples):
-        series = np.ascontiguousarray(motion.u_dd, dtype="<f8")
-        fields["sha256"] = hashlib.sha256(series.data).hexdigest()
+        digest = hashlib.sha256()
+        for part in blocks(motion.u_dd):
+            digest.update(np.ascontiguousarray(part, dtype="<f8").data)
+        fields["sha256"] = digest.hexdigest()
         if motion.realised:
             fields["realised"] = motion.realised
     return fields

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim.approach.events import EVENT_NAMES
-from drysim.approach.points import BLOCK
+from drysim.core.signal import BLOCK
 from drysim.report.cells import Block, Text, joined, rows
 
 if TYPE_CHECKING:

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from math import inf, pi, sqrt
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from drysim.core.motion import Samples, Sines
+from drysim.core.signal import largest
 from drysim.errors import Caution
 from drysim.scenario.sweep.cautions import needless
 from drysim.scenario.unfit import unfit
@@ -174,5 +173,5 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
 def _peak(motion: Sines | Samples) -> float:
     """Give a bound of |ü| [m/s²] that a single sine and samples reach."""
     if isinstance(motion, Samples):
-        return float(np.max(np.abs(motion.u_dd), initial=0.0))
+        return largest(motion.u_dd)
     return sum(motion.A)

@@ -7,6 +7,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples, Sines
+from drysim.core.signal import blocks
 from drysim.errors import Caution
 from drysim.wording import number
 
@@ -51,5 +52,5 @@ def unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
 def _rms(motion: Sines | Samples) -> float:
     """Give the RMS of ü [m/s²], of sines without regard to their phases."""
     if isinstance(motion, Samples):
-        return sqrt(float(motion.u_dd @ motion.u_dd) / len(motion.u_dd))
+        return sqrt(sum(float(part @ part) for part in blocks(motion.u_dd)) / len(motion.u_dd))
     return sqrt(sum(A * A for A in motion.A) / 2)

@@ -11,9 +11,9 @@ import numpy as np
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from drysim.core.motion import Input, Samples
+from drysim.core.signal import Signal, blocks
 from drysim.excitation.record.cautions import found
 from drysim.excitation.record.choice import SI
-from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.file import fault, read
 from drysim.excitation.record.filters import displacement
 from drysim.excitation.record.formats import SUFFIXES, format_of
@@ -179,16 +179,18 @@ class Record(Block):
         """The file as the scenario gives it; results hold no absolute path."""
         return Path(self.file).name if Path(self.file).is_absolute() else self.file
 
-    def _finite(self, values: Floats, dt: float) -> None:
+    def _finite(self, values: Signal, dt: float) -> None:
         """A NaN compares as false and is refused, too."""
-        within = values.min() >= -GREATEST and values.max() <= GREATEST
+        within = all(
+            part.min() >= -GREATEST and part.max() <= GREATEST for part in blocks(values)
+        )
         if not (within and LEAST <= dt <= GREATEST):
             raise fault(self._shown, "ü is out of range: check unit, `scale` and time step")
 
     def _read(self) -> tuple[Cleaned, Input]:
         """The whole record; its bytes are let go before anything is made of the numbers."""
         file = read(self._folder / self.file, SUFFIXES)
-        source = Input(self.named, file.sha256, len(file.raw))
+        source = Input(self.named, file.sha256, len(file.reader))
         member = format_of(self.file)
         assert member is not None  # `read` has made sure
         columns = member.columns(file)

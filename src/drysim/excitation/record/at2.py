@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from drysim.errors import RecordError
 from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
-from drysim.excitation.record.file import Cell, File, TextFile, fault
+from drysim.excitation.record.file import Cell, File, TextFile, fault, fit
 from drysim.excitation.record.format import NO_FULL_SCALE, ONE_SERIES, OWN_STEP, Format
-from drysim.excitation.record.lines import lines
+from drysim.excitation.record.lines import behind, lines
 from drysim.excitation.record.text import plain
 from drysim.quantity import NUMBER
 
@@ -52,6 +52,7 @@ def columns(file: File) -> Channels:
     RecordError
         When its header does not say NPTS and DT, or the samples are not as many.
     """
+    fit(file.shown, len(file.reader))
     text = plain(file)
     header = _header(text)
     label = Label("", "", header.unit)
@@ -72,8 +73,7 @@ def _header(text: TextFile) -> Header:
             n, dt = int(sizes["n"]), sizes["dt"]
             if n < 1 or not NUMBER.fullmatch(dt) or not 0 < float(dt) < np.inf:
                 raise _at(text, line, "NPTS and DT in the header must be above 0", sizes[0])
-            end = text.text.find(b"\n", start) + 1 or len(text.text)
-            return Header(n, float(dt), unit, line, end)
+            return Header(n, float(dt), unit, line, behind(text, start))
     raise fault(
         text.shown,
         f"the record is no AT2: none of its first {HEADER} lines says NPTS and DT, as in "

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.core.motion import Samples
+from drysim.core.signal import BLOCK, Signal, blocks
 from drysim.errors import Caution
-from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.reports import Report
 
 GRAVITY = 9.81
@@ -27,14 +29,14 @@ FLAT = 4
 """This many equal samples on end, at an extreme, are a clipped peak and no chance."""
 
 
-def clipped(file: str, values: Floats, unit: str) -> Iterator[Caution]:
+def clipped(file: str, values: Signal, unit: str) -> Iterator[Caution]:
     """Say where the samples stand still at their largest or smallest value; NaN is none."""
-    low, high = float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
+    low, high = extremes(values)
     for limit, name in ((low, "smallest"), (high, "largest")):
         # Rest before and after a shock is no peak.
         if not low < high or limit == 0:
             continue
-        at = np.flatnonzero(values == limit)
+        at = places(values, limit)
         first = np.flatnonzero(np.diff(at, prepend=-2) > 1)
         lengths = np.diff(first, append=len(at))
         peaks = lengths >= FLAT
@@ -54,7 +56,7 @@ def found(file: str, motion: Samples) -> Iterator[Caution]:
     name, unit, values = (
         ("u", "m", motion.u) if motion.u is not None else ("ü", "m/s²", motion.u_dd)
     )
-    mean, spread = float(values.mean()), float(values.std())
+    mean, spread = moments(values)
     numbers = {"mean": mean, "rms_about_mean": spread}
     if name == "ü" and abs(abs(mean) - GRAVITY) <= NEAR_GRAVITY * GRAVITY:
         sentence = (
@@ -68,6 +70,26 @@ def found(file: str, motion: Samples) -> Iterator[Caution]:
             f"{spread:.4g} {unit}; `remove: mean` takes away what is an offset of the sensor"
         )
         yield Caution("record-mean", sentence, numbers)
+
+
+def extremes(values: Signal) -> tuple[float, float]:
+    """Give the least and the greatest sample; NaN is neither."""
+    ends = [(np.fmin.reduce(part), np.fmax.reduce(part)) for part in blocks(values)]
+    low, high = zip(*ends, strict=True)
+    return float(np.fmin.reduce(low)), float(np.fmax.reduce(high))
+
+
+def places(values: Signal, wanted: float) -> NDArray[np.intp]:
+    """Give the 0-based samples of one value."""
+    found = [np.flatnonzero(part == wanted) for part in blocks(values)]
+    return np.concatenate([at + number * BLOCK for number, at in enumerate(found)])
+
+
+def moments(values: Signal) -> tuple[float, float]:
+    """Give the mean of the samples and their RMS about it."""
+    mean = sum(float(part.sum()) for part in blocks(values)) / len(values)
+    squares = (float(np.square(part - mean).sum()) for part in blocks(values))
+    return mean, sqrt(sum(squares) / len(values))
 
 
 def much_filled(file: str, report: Report | None, n: int) -> Iterator[Caution]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.excitation.record.columns import GAP, Floats
-from drysim.excitation.record.file import Cell, fault
+from drysim.excitation.record.file import Cell, fault, room
 from drysim.quantity import NUMBER
 
 if TYPE_CHECKING:
@@ -50,28 +50,46 @@ def numbers(table: Table, wanted: list[int], gappy: int | None = None) -> list[F
         At the first ragged row, and at the first wanted cell that is no finite number.
     """
     found = _quick(table, wanted)
-    if found is None or not all(np.isfinite(column).all() for column in found):
-        return _careful(table, wanted, gappy)
-    return found
+    return _careful(table, wanted, gappy) if found is None else found
 
 
 def _quick(table: Table, wanted: list[int]) -> list[Floats] | None:
-    text = table.file.text
-    found = [np.empty(text.count(b"\n", table.start) + 1) for _ in wanted]
-    at, done, last = table.start, 0, len(text.rstrip(b"\n"))
+    text, at, last, done = table.file.text, table.start, _end(table), 0
+    found: list[Floats] = [np.empty(0) for _ in wanted]
     while at < last:
-        end = text.find(b"\n", at + BLOCK, last) + 1 or last
+        end = min(text.find(b"\n", min(at + BLOCK, last)) + 1 or last, last)
         rows = _block(text[at:end], table)
-        if rows is None:
+        if rows is None or not np.isfinite(rows[:, wanted]).all():
             return None
+        if done + len(rows) > len(found[0]):
+            # As many rows again as there are bytes for, and a little more.
+            count = done + int(1.05 * len(rows) * (last - at) / (end - at)) + len(rows)
+            room(table.shown, count * found[0].itemsize * len(found))
+            for column in found:
+                column.resize(count, refcheck=False)
         for index, column in zip(wanted, found, strict=True):
             column[done : done + len(rows)] = rows[:, index]
         at, done = end, done + len(rows)
-    return [column[:done] for column in found]
+    for column in found:
+        column.resize(done, refcheck=False)
+    return found
+
+
+def _end(table: Table) -> int:
+    """Give where the last row ends, before the line ends that close the file."""
+    text, end = table.file.text, len(table.file.text)
+    while end > table.start:
+        tail = text[max(table.start, end - BLOCK) : end]
+        if kept := len(tail.rstrip(b"\r\n")):
+            return end - len(tail) + kept
+        end -= len(tail)
+    return end
 
 
 def _block(block: bytes, table: Table) -> Floats | None:
     """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
+    if b"\r" in block:
+        block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in block:
         block = COMMENT.sub(b"", block)
     block = block.removesuffix(b"\n")

@@ -9,9 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.signal import KEPT, Signal, blocks
 from drysim.errors import RecordError
-from drysim.excitation.record.columns import GAP, Columns, Floats, Label
-from drysim.excitation.record.file import File, fault
+from drysim.excitation.record.columns import GAP, Columns, Label
+from drysim.excitation.record.file import File, fault, room
+from drysim.excitation.record.stored import Stored
+
+SIZE = 8
+"""Bytes of a number in memory."""
 
 
 class Channel(NamedTuple):
@@ -22,7 +27,7 @@ class Channel(NamedTuple):
     """
 
     label: Label
-    load: Callable[[], NDArray[np.generic]]
+    load: Callable[[], NDArray[np.generic] | Stored]
     dt: float | None = None
     first: float = 0.0
     clock: int | None = None
@@ -35,7 +40,7 @@ class Channels(Columns):
     channels: tuple[Channel, ...]
     place: str = "file"
 
-    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
         """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing.
 
         Raises
@@ -48,16 +53,25 @@ class Channels(Columns):
             if len(column) != len(found[0]):
                 lengths = f"{len(column)} samples, {self.called(wanted[0])} {len(found[0])}"
                 raise self.fault(f"{self.called(index)} has {lengths}")
-            good = np.isfinite(column)
-            if index == gappy:
-                good |= np.isnan(column)
-            if not good.all():
-                row = int(np.argmin(good))
-                raise self.at(row, index, f"no finite number: {GAP}")
+            row = 0
+            for block in blocks(column):
+                good = np.isfinite(block)
+                if index == gappy:
+                    good |= np.isnan(block)
+                if not good.all():
+                    row += int(np.argmin(good))
+                    raise self.at(row, index, f"no finite number: {GAP}")
+                row += len(block)
         return found
 
-    def _series(self, index: int) -> Floats:
-        values = np.asarray(self.channels[index].load())
+    def _series(self, index: int) -> Signal:
+        loaded = self.channels[index].load()
+        if isinstance(loaded, Stored):
+            if len(loaded) > KEPT:
+                return loaded
+            room(self.shown, len(loaded) * SIZE)
+            return loaded[:]
+        values = np.asarray(loaded)
         if values.ndim != 1 or values.dtype.kind not in "iufb":
             raise self.fault(f"{self.called(index)} is no series of real numbers")
         ours = values.dtype == np.float64 and values.flags.owndata and values.flags.writeable

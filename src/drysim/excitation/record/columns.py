@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.signal import Signal
 from drysim.errors import RecordError
 from drysim.excitation.record.file import Cell
 from drysim.quantity import near, shown
@@ -66,7 +67,7 @@ class Columns:
     place: str = "header"
     shares: bool = False
 
-    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
         """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
         raise NotImplementedError
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 from drysim import regular
 from drysim.errors import Problem, RecordError
+from drysim.excitation.record.reader import Reader, examine
 from drysim.quantity import near
 
 COPIES = 3
 """The file, what is made of its bytes, and the numbers: room for three at least."""
+
+LEAST = 0.25
+"""Bytes held for a byte of any file, at least: a number of 8 for 32 characters."""
 
 LONGEST_QUOTE = 40
 """Characters of a cell that a message may quote, so that no message retells a file."""
@@ -39,20 +44,28 @@ class Cell(NamedTuple):
         return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 1] + "…"
 
 
-class File(NamedTuple):
-    """Bytes of a record as read, and their SHA-256; `shown` is the path as messages name it."""
+@dataclass(frozen=True, eq=False)
+class File:
+    """A record as it was read first: its SHA-256; `shown` is the path as messages name it."""
 
     shown: str
     path: Path
-    raw: bytes
+    reader: Reader
     sha256: str
+
+    @cached_property
+    def raw(self) -> bytes:
+        """All bytes at once, where memory has room for them and what is made of them."""
+        fit(self.shown, len(self.reader))
+        return self.reader[:]
 
 
 class TextFile(NamedTuple):
-    r"""Text of a record, every line ended by \n, without byte order mark."""
+    """Text of a record, which begins behind the byte order mark."""
 
     shown: str
-    text: bytes
+    text: Reader | bytes
+    begin: int = 0
 
 
 def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
@@ -88,19 +101,21 @@ def read(path: Path, suffixes: Collection[str]) -> File:
         larger than the machine's memory allows.
     """
     try:
-        raw = _content(path, suffixes)
+        size = _size(path, suffixes)
+        room(str(path), size * LEAST)
+        reader, sha256, filled = examine(path)
     except regular.Irregular as other:
         raise fault(str(path), f"the record is {other}; only a regular file is read") from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise fault(str(path), f"the record cannot be read: {why}") from None
-    if not raw.strip():
+    if not size or not filled:
         raise fault(str(path), "the record is empty")
-    return File(str(path), path, raw, hashlib.sha256(raw).hexdigest())
+    return File(str(path), path, reader, sha256)
 
 
-def _content(path: Path, suffixes: Collection[str]) -> bytes:
-    """Give the bytes of a record; a file below /proc, which claims to have none, has none."""
+def _size(path: Path, suffixes: Collection[str]) -> int:
+    """Give the size of a record; a file below /proc, which claims to have none, has none."""
     try:
         size = regular.size(path)
     except FileNotFoundError:
@@ -109,11 +124,7 @@ def _content(path: Path, suffixes: Collection[str]) -> bytes:
         kinds = ", ".join(suffixes)
         suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
         raise fault(str(path), f"a record {suffix} cannot be read; what is read: {kinds}")
-    fit(str(path), size)
-    raw = regular.content(path, size + 1) if size else b""
-    if len(raw) != size:
-        raise fault(str(path), "the record changed while it was read; wait until it is whole")
-    return raw
+    return size
 
 
 def fit(shown: str, size: int) -> None:
@@ -124,7 +135,12 @@ def fit(shown: str, size: int) -> None:
     RecordError
         When the machine has too little.
     """
-    need, have = size * COPIES, _memory()
+    room(shown, size * COPIES)
+
+
+def room(shown: str, need: float) -> None:
+    """Make sure that the machine has so many bytes for a record; errors as in `fit`."""
+    have = _memory()
     if need > have:
         sentence = f"the record needs {need / 1e9:.3g} GB of memory"
         raise fault(shown, f"{sentence}, this machine has {have / 1e9:.3g} GB")

@@ -97,7 +97,7 @@ def displacement(motion: Samples, frequency: float, order: int) -> Floats:
     Filtered before the integration, what an end leaves of slow parts would grow to be most of
     u; filtered behind it, RMS{u} of a seat-test signal of 60 s is true to 1 %.
     """
-    u_dd, dt = motion.u_dd - trend(motion.u_dd, "line"), motion.dt
+    u_dd, dt = motion.u_dd[:] - trend(motion.u_dd[:], "line"), motion.dt
     u_d = np.zeros_like(u_dd)
     np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
     u_d -= u_d.mean()

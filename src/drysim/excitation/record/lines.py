@@ -15,13 +15,23 @@ LONGEST_NAME = 200
 
 def lines(file: TextFile, start: int = 0, line: int = 1) -> Iterator[tuple[int, int, str]]:
     """Give line number, offset and text of every line that is not a comment."""
-    while start < len(file.text):
-        end = file.text.find(b"\n", start)
-        end = end if end >= 0 else len(file.text)
-        text = file.text[start:end].decode("utf-8", "replace")
-        if not text.lstrip().startswith("#"):
-            yield line, start, text
-        start, line = end + 1, line + 1
+    text, start = file.text, max(start, file.begin)
+    while start < len(text):
+        end = text.find(b"\n", start)
+        end = end if end >= 0 else len(text)
+        for part in text[start:end].removesuffix(b"\r").split(b"\r"):
+            words = part.decode("utf-8", "replace")
+            if not words.lstrip().startswith("#"):
+                yield line, start, words
+            start, line = start + len(part) + 1, line + 1
+        start = end + 1
+
+
+def behind(file: TextFile, start: int) -> int:
+    """Give where the line after the one that begins at an offset begins."""
+    ends = [at for at in (file.text.find(mark, start) for mark in (b"\n", b"\r")) if at >= 0]
+    end = min(ends, default=len(file.text))
+    return end + 1 + (file.text[end : end + 2] == b"\r\n")
 
 
 def split(text: str, delimiter: str) -> list[Cell]:

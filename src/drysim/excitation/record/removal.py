@@ -39,7 +39,7 @@ def without(series: Series, wanted: Removal, unit: str, shown: str) -> Rest:
     RecordError
         When a frequency has less than one period in the record, or is above half its rate.
     """
-    rest, slow, words = series.values, None, []
+    rest, slow, words = series.values[:], None, []
     if wanted.trend != "nothing":
         rest = rest - trend(rest, wanted.trend)
         words.append(f"the {wanted.trend}")
@@ -53,14 +53,14 @@ def without(series: Series, wanted: Removal, unit: str, shown: str) -> Rest:
         rest = high_pass(rest, series.dt, wanted.below, wanted.order)
         words.append(f"what is below {wanted.below:g} Hz")
     by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.filters else ""
-    taken = series.values - rest
+    taken = series.values[:] - rest
     mean, drift = float(taken.mean()), float(taken[-1] - taken[0])
     sentence = (
         f"{_listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
         f"{drift:+.4g} {unit}"
     )
     numbers = {"mean": mean, "drift": drift}
-    told = report("remove", sentence, series.values, rest, unit, numbers)
+    told = report("remove", sentence, series.values[:], rest, unit, numbers)
     return Rest(series._replace(values=rest), slow, told)
 
 

@@ -99,4 +99,4 @@ def told(
         numbers |= {"least_step": least, "greatest_step": most}
         was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s as a rule,"
     sentence = f"resampled from {was} to {1 / goal.step:.6g} Hz by {wanted.by}s"
-    return report("resample", sentence, before, after.values, unit, numbers)
+    return report("resample", sentence, before, after.values[:], unit, numbers)

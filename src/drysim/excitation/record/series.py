@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from drysim.core.signal import Signal
 from drysim.errors import Caution
 from drysim.excitation.record.cautions import clipped, much_filled, much_lost
 from drysim.excitation.record.choice import (
@@ -13,13 +14,14 @@ from drysim.excitation.record.choice import (
     missing_spacing,
     seconds,
 )
-from drysim.excitation.record.columns import Columns, Floats
+from drysim.excitation.record.columns import Columns
 from drysim.excitation.record.gaps import closed
 from drysim.excitation.record.grid import Grid, grid_of
 from drysim.excitation.record.removal import without
 from drysim.excitation.record.reports import Report
 from drysim.excitation.record.resampling import onto, target, thinned, told
 from drysim.excitation.record.shape import Series
+from drysim.excitation.record.stored import scaled
 
 if TYPE_CHECKING:
     from drysim.excitation.record import Record
@@ -46,11 +48,13 @@ def series_of(record: Record, columns: Columns) -> Cleaned:
         When choice and file do not fit, or the samples are no even series of finite numbers and
         the record does not say what to do about that.
     """
-    values, grid, index = _read(record, columns)
+    signal, grid, index = _read(record, columns)
     unit, shown = SI[record.quantity], columns.shown
-    cautions = list(clipped(record.named, values, unit))
+    cautions = list(clipped(record.named, signal, unit))
+    if as_read(record, grid):
+        return Cleaned(Series(signal, grid.dt, grid.first), None, (), tuple(cautions))
     goal = record.resample and target(record.resample, record.remove, grid, shown)
-    values, grid, filled = closed(values, grid, record.gaps, columns, index, unit)
+    values, grid, filled = closed(signal[:], grid, record.gaps, columns, index, unit)
     series, resampled = Series(values, grid.dt, grid.first), None
     if record.resample and goal:
         series = onto(values, grid, record.resample, goal, shown)
@@ -66,7 +70,13 @@ def series_of(record: Record, columns: Columns) -> Cleaned:
     return Cleaned(series, slow, reports, tuple(cautions))
 
 
-def _read(record: Record, columns: Columns) -> tuple[Floats, Grid, int]:
+def as_read(record: Record, grid: Grid) -> bool:
+    """Tell whether samples count as they are, so that they may stay in their file."""
+    asked = record.gaps or record.resample or record.remove.any
+    return not asked and grid.at is None and record.quantity == "acceleration"
+
+
+def _read(record: Record, columns: Columns) -> tuple[Signal, Grid, int]:
     """The samples in SI, NaN where one is missing; where they lie, and their 0-based column."""
     time = None if record.time is None else columns.find(record.time)
     index = data_column(columns, record.column or record.channel, time)
@@ -77,10 +87,10 @@ def _read(record: Record, columns: Columns) -> tuple[Floats, Grid, int]:
     *times, values = columns.numbers(wanted, None if record.gaps is None else index)
     if len(values) < 2:
         raise columns.fault("the record has one sample only; motion needs two or more")
-    values *= unit * record.scale
+    values = scaled(values, unit * record.scale)
     if not times or time is None:
         return values, Grid(*own), index
-    grid = grid_of(times[0], second, columns, time, may_jitter=record.resample is not None)
+    grid = grid_of(times[0][:], second, columns, time, may_jitter=record.resample is not None)
     return values, grid, index
 
 

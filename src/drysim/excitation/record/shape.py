@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.core.motion import Samples
-from drysim.excitation.record.columns import Floats
+from drysim.core.signal import Signal
 from drysim.excitation.record.file import fault
 from drysim.excitation.record.spoken import Window
+from drysim.excitation.record.stored import stretch
 
 EDGE = 1e-6
 """Share of a step by which the edge of a window may miss a sample: rounding of its time."""
@@ -19,7 +20,7 @@ EDGE = 1e-6
 class Series(NamedTuple):
     """Evenly spaced samples in SI, their distance and the time of the first [s]."""
 
-    values: Floats
+    values: Signal
     dt: float
     first: float
 
@@ -58,9 +59,9 @@ def _steps(t: float, series: Series) -> float:
 def cut(motion: Samples, first: int, last: int, n: int) -> Samples:
     """Give the motion from the first to the last of n samples of the record."""
     finer = (len(motion.u_dd) - 1) // (n - 1)
-    part = slice(first * finer, last * finer + 1)
-    u = None if motion.u is None else motion.u[part]
-    return motion._replace(u_dd=motion.u_dd[part], u=u)
+    part = first * finer, last * finer + 1
+    u = None if motion.u is None else motion.u[slice(*part)]
+    return motion._replace(u_dd=stretch(motion.u_dd, *part), u=u)
 
 
 def from_acceleration(series: Series) -> Samples:
@@ -80,7 +81,7 @@ def from_velocity(series: Series) -> Samples:
     from scipy.interpolate import make_interp_spline
 
     n = len(series.values)
-    spline = make_interp_spline(np.arange(n), series.values, k=min(2, n - 1))
+    spline = make_interp_spline(np.arange(n), series.values[:], k=min(2, n - 1))
     u_dd = np.asarray(spline(np.arange(2 * n - 1) / 2, 1), dtype=np.float64) / series.dt
     return Samples(u_dd, series.dt / 2)
 
@@ -94,7 +95,7 @@ def from_displacement(series: Series) -> Samples:
     """
     from scipy.interpolate import CubicSpline
 
-    u, steps = series.values, np.arange(len(series.values))
+    u, steps = series.values[:], np.arange(len(series.values))
     u_dd = np.asarray(CubicSpline(steps, u)(steps, 2), dtype=np.float64) / series.dt**2
     return Samples(u_dd, series.dt, u)
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from decimal import Decimal
 from itertools import islice
 
+from drysim.core.signal import Signal
 from drysim.errors import RecordError
 from drysim.excitation.record.cells import numbers
-from drysim.excitation.record.columns import Columns, Floats, Label
+from drysim.excitation.record.columns import Columns, Label
 from drysim.excitation.record.file import Cell, TextFile, fault
 from drysim.excitation.record.lines import lines, name_and_unit, split
 from drysim.quantity import NUMBER
@@ -70,9 +71,9 @@ class Table(Columns):
             blank.clear()
             yield line, split(text, self.delimiter)
 
-    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
         """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
-        return numbers(self, wanted, gappy)
+        return list[Signal](numbers(self, wanted, gappy))
 
     def last_digit(self, index: int) -> float:
         """Give the unit of the last digit that the first rows print."""

@@ -6,26 +6,26 @@ from drysim.excitation.record.file import File, TextFile, fault
 from drysim.excitation.record.format import NO_CHANNEL, NO_FULL_SCALE, Format
 from drysim.excitation.record.table import Table, tabulate
 
+MARK = b"\xef\xbb\xbf"
+"""The byte order mark, which some programs write before UTF-8."""
+
 
 def plain(file: File) -> TextFile:
-    """Give the text of a file.
+    """Give the text of a file, which is still to be read.
 
     Raises
     ------
     RecordError
         When it is binary, or text in another encoding.
     """
-    raw = file.raw
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+    head = file.reader[: len(MARK)]
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise fault(file.shown, "the record is UTF-16 text; save it as UTF-8")
-    if b"\0" in raw:
+    if file.reader.find(b"\0") >= 0:
         raise fault(
             file.shown, "the record is binary: it holds a zero byte, which text never does"
         )
-    text = raw.removeprefix(b"\xef\xbb\xbf")
-    if b"\r" in text:
-        text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return TextFile(file.shown, text)
+    return TextFile(file.shown, file.reader, len(MARK) if head == MARK else 0)
 
 
 def columns(file: File) -> Table:

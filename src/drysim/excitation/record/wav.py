@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from drysim.errors import RecordError
 from drysim.excitation.record.channels import Channel, Channels, channels
-from drysim.excitation.record.columns import Label
+from drysim.excitation.record.columns import Floats, Label
 from drysim.excitation.record.file import File, fault
 from drysim.excitation.record.format import AS_CHANNEL, OWN_STEP, Format
+from drysim.excitation.record.reader import Reader
+from drysim.excitation.record.stored import Stored
 
 PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
 """How samples are coded; the last says that its own code stands further on."""
@@ -50,20 +52,14 @@ def columns(file: File) -> Channels:
         raise fault(file.shown, "the WAV holds no samples")
     if size % each:
         raise _wrong(file, "its last sample is not whole")
-    count = size // each * form.channels
-    dtype = np.dtype(CODINGS[form.code, form.bits])
-    flat = np.frombuffer(file.raw, dtype, size // dtype.itemsize, start)
-    frames = flat.reshape(count // form.channels, form.channels, -1)
-    found = [
-        Channel(Label("", ""), Frames(frames[:, number], form).numbers, 1 / form.rate)
-        for number in range(form.channels)
-    ]
+    ways = [Frames(file, start, size // each, number, form) for number in range(form.channels)]
+    found = [Channel(Label("", ""), way.stored, 1 / form.rate) for way in ways]
     return channels(file, found, shares=form.code == PCM)
 
 
 def _chunks(file: File) -> tuple[Form, int, int]:
     """Give the form of the samples, and where in the file they begin and how long they are."""
-    raw, at, form = file.raw, 12, None
+    raw, at, form = file.reader, 12, None
     if raw[:4] in (b"RF64", b"RIFX"):
         kind = raw[:4].decode()
         raise fault(file.shown, f"the record is {kind}, of which only RIFF is read; convert it")
@@ -103,27 +99,44 @@ def _form(file: File, chunk: bytes) -> Form:
 
 
 class Frames(NamedTuple):
-    """One channel, shape (n, 1) or, of 24 bits, (n, 3)."""
+    """One channel: where in a file its frames begin, and how many there are."""
 
-    frames: NDArray[np.generic]
+    file: File
+    start: int
+    length: int
+    number: int
     form: Form
 
-    def numbers(self) -> NDArray[np.float64]:
-        """Give the samples, whole numbers as shares of full scale."""
-        if self.form.code == FLOAT:
-            return self.frames[:, 0].astype(np.float64)
-        if self.form.bits == 24:
-            wide = np.zeros((len(self.frames), 4), np.uint8)
-            wide[:, 1:] = self.frames
-            return wide.view("<i4")[:, 0] / 2.0**31
-        shares = self.frames[:, 0].astype(np.float64)
-        if self.form.bits == 8:
-            shares -= 128.0
-        shares /= 2.0 ** (self.form.bits - 1)
-        return shares
+    def stored(self) -> Stored:
+        """Give the samples, which stay in the file."""
+        return Stored(self.read, 0, self.length)
+
+    def read(self, first: int, last: int) -> Floats:
+        """Give some samples, whole numbers as shares of full scale."""
+        code, bits, channels, _ = self.form
+        each = bits // 8 * channels
+        raw = self.file.reader[self.start + first * each : self.start + last * each]
+        flat = np.frombuffer(raw, CODINGS[code, bits])
+        frames = flat.reshape(last - first, channels, -1)[:, self.number]
+        return _shares(frames, code, bits)
 
 
-def _number(raw: bytes, at: int, size: int) -> int:
+def _shares(frames: NDArray[np.generic], code: int, bits: int) -> Floats:
+    """Give the numbers of frames of shape (n, 1) or, of 24 bits, (n, 3)."""
+    if code == FLOAT:
+        return frames[:, 0].astype(np.float64)
+    if bits == 24:
+        wide = np.zeros((len(frames), 4), np.uint8)
+        wide[:, 1:] = frames
+        return wide.view("<i4")[:, 0] / 2.0**31
+    shares = frames[:, 0].astype(np.float64)
+    if bits == 8:
+        shares -= 128.0
+    shares /= 2.0 ** (bits - 1)
+    return shares
+
+
+def _number(raw: Reader | bytes, at: int, size: int) -> int:
     return int.from_bytes(raw[at : at + size], "little")
 
 

@@ -88,8 +88,8 @@ class Work:
             waves = zip(*self.motion, strict=True)
             return sum(A * sin(tau * f * t + phase) for A, f, phase in waves)
         n = min(int(t / self.step), len(self.motion.u_dd) - 2)
-        share, u_dd = t / self.step - n, self.motion.u_dd
-        return float((1.0 - share) * u_dd[n] + share * u_dd[n + 1])
+        share, u_dd = t / self.step - n, self.motion.u_dd[n : n + 2]
+        return float((1.0 - share) * u_dd[0] + share * u_dd[1])
 
     def first(self, samples: int) -> Work:
         """Give the same work cut to fewer samples."""
