@@ -8,7 +8,7 @@ READY := $(VENV)/.ready
 INPUTS ?= 1000000
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test slow fuzz coverage check demo paper readme pictures schema clean
+.PHONY: help install fmt lint types layers test slow fuzz coverage check bench proof demo paper readme pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -51,6 +51,13 @@ coverage: $(READY) ## branch coverage of src under the plain engine, gaps named
 	$(RUN) coverage report
 
 check: lint types layers test ## all but the slow tests
+
+bench: $(READY) ## time every approach by pytest-benchmark; apart from the tests
+	$(RUN) pytest tests/bench -o python_files='speed_*.py' --benchmark-max-time=0.3 \
+	  --benchmark-columns=min,median,iqr,rounds --benchmark-group-by=group
+
+proof: $(READY) ## measure the table of speed and error in README.md anew; some minutes
+	$(VENV)/bin/python tests/proof.py
 
 demo: $(READY) ## compute and draw a seat on the EM1 base motion, and the paper's Fig. 3
 	$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1

@@ -12,8 +12,10 @@ from types import SimpleNamespace
 import pytest
 
 import drysim
+import proof
 import readme
 from drysim import errors
+from drysim.cli import main
 from readme import CONSOLE, MADE, PART, PYTHON, README, made
 
 ROOT = Path(__file__).parents[1]
@@ -54,6 +56,26 @@ def test_table_is_that_of_today(name):
 @pytest.mark.parametrize("at", range(len(BLOCKS)), ids=[b.splitlines()[0] for b in BLOCKS])
 def test_console_block_is_what_the_commands_print_today(walk, at):
     assert rounded(BLOCKS[at]) == rounded(walk.screens[at])
+
+
+def test_table_of_speed_and_error_has_the_shape_of_a_measured_one():
+    _, _, *lines = proof.PART.search(README)[2].splitlines()
+    rows = [line.strip("| ").split(" | ") for line in lines]
+    known = [" ".join(filter(None, entry)) for entry in proof.ENTRIES]
+    assert [name for name, *_ in rows] == known
+    cells = [cell for _, *cells in rows for cell in cells]
+    assert len(cells) == len(known) * len(proof.WORKS)
+    assert [
+        cell for cell in cells if cell != proof.NONE and not proof.CELL.fullmatch(cell)
+    ] == []
+    assert all(float(cell.rpartition(", ")[2]) < 1e-9 for cell in rows[0][1:])
+
+
+def test_commands_behind_the_table_of_speed_and_error_are_named_and_known():
+    for words in proof.COMMANDS.values():
+        kept = [word for word in words if word not in ("--quiet", "--no-plots")]
+        assert f"`drysim {' '.join(kept[: kept.index('--out')])}`" in README
+        assert main([*words, "--dry-run"]) == 0
 
 
 def test_python_example_prints_what_stands_below_it(walk):

@@ -17,8 +17,8 @@ MOST_POINTS = 2_000_000
 TASTE = 200
 """Samples of the stretch that tells how long a whole run would take."""
 
-HOPELESS = 20.0
-"""Times the patience with one run after which an entry has failed."""
+HOPELESS = 30.0
+"""Time [s] after which an entry has failed that was to run for the patience only."""
 
 
 class Terms(NamedTuple):
@@ -56,7 +56,7 @@ class Runner:
 def attempt(entry: Entry, work: Work, terms: Terms) -> Runner | str:
     """Make an entry ready on as much of the work as patience allows; or say how it fails."""
     try:
-        with at_most(max(HOPELESS * terms.patience, 1.0)):
+        with at_most(HOPELESS + 3.0 * terms.patience):
             return made_ready(entry, work, terms)
     except DrysimError as fault:
         return str(fault)

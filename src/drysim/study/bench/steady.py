@@ -11,11 +11,11 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
 from drysim.core.motion import Sines
 from drysim.core.plant import State
-from drysim.errors import DrysimError, UsageError
+from drysim.errors import DrysimError, SolverError, UsageError
 from drysim.scenario.sweep.axis import points
 from drysim.study import cases, sweep
 from drysim.study.bench import peers, shelf
-from drysim.study.bench.attempt import HOPELESS, Terms
+from drysim.study.bench.attempt import Terms
 from drysim.study.bench.clock import Job, interleaved, repeats, timed
 from drysim.study.bench.judge import Yardstick, verdict
 from drysim.study.bench.patience import at_most
@@ -35,6 +35,10 @@ EXACT = "stick-slip"
 
 PERIODS, A_PERIOD = 100, 256
 """What settling takes: after so many periods of so many samples the start is forgotten."""
+
+TASTE, TOO_LONG, HOPELESS = 4, 8.0, 60.0
+"""Periods that tell how long a case would take [s], from where on that is too long [s], and
+the time after which an entry has failed [s]."""
 
 FEW = 12
 """Cases of a sweep, evenly spread, through which everything but the orbit search marches."""
@@ -184,7 +188,7 @@ def search(case: Case, total: int) -> March:
 def attempt(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> March | Score:
     """March an entry through as many cases as patience allows; or say how it fails."""
     try:
-        with at_most(max(HOPELESS * terms.patience, 1.0)):
+        with at_most(HOPELESS):
             return marched(alike, known, terms)
     except Exception as fault:  # whatever happens to an entry is its score
         words = str(fault) if isinstance(fault, DrysimError) else repr(fault)
@@ -193,12 +197,20 @@ def attempt(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> 
         return replace(score, verdict=f"failed, {words}")
 
 
+def refuse_the_hopeless(entry: Entry, work: Work) -> None:
+    """Raise where a few periods show that a case would take too long."""
+    run = entry.ready(work.first(TASTE * A_PERIOD))
+    run()
+    whole = timed(run)[1] * PERIODS / TASTE
+    if whole > TOO_LONG:
+        raise SolverError(f"a case would take some {number(whole, 's', 1)}")
+
+
 def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> March:
     """March an entry through as many cases as patience allows, and judge its last periods."""
     first = alike[0]
-    run = first.ready(known[0].work)
-    run()
-    _, once = timed(run)
+    refuse_the_hopeless(first, known[0].work)
+    _, once = timed(first.ready(known[0].work))
     count = max(1, min(len(known), int(terms.patience * len(known) / max(once, 1e-9))))
     runs = [one.ready(scene.work) for one, scene in zip(alike, known, strict=True)][:count]
     off, T_a, chatters, moves = 0.0, 0.0, False, False

@@ -1,0 +1,43 @@
+"""Speed of every entry of `drysim bench`, by pytest-benchmark: `make bench` runs this file.
+
+Not to be confused with a test: nothing here fails, and `make test` does not collect it. Saved
+runs are compared by `--benchmark-autosave` and `--benchmark-compare`.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from drysim.core.compiled import PLAIN_STEPS, settle
+from drysim.study.bench import default, peers, shelf
+from drysim.study.bench.attempt import Runner
+from drysim.study.bench.judge import Yardstick
+from drysim.study.bench.speed_error import judged, lfilter
+from drysim.study.bench.work import work_of
+
+SAMPLES = 4_000
+"""Samples of the work: the slowest entry takes some seconds on them."""
+
+settle(PLAIN_STEPS + 1)
+WORKS = [work_of(one, SAMPLES) for one in default.scenarios(None, [], swept=False)]
+CASES = [
+    pytest.param(work, entry, id=f"{work.scenario.name}-{entry.approach}-{entry.setting}")
+    for work in WORKS
+    for entry in (*shelf.entries(work), *peers.entries(work))
+    if entry.points <= 20
+]
+
+
+@pytest.mark.parametrize("work", WORKS, ids=lambda work: work.scenario.name)
+def test_lfilter(work, benchmark):
+    benchmark.group = work.scenario.name
+    benchmark(lfilter(work))
+
+
+@pytest.mark.parametrize(("work", "entry"), CASES)
+def test_entry(work, entry, benchmark):
+    benchmark.group = work.scenario.name
+    run = entry.ready(work)
+    answer = benchmark(run)
+    score = judged(entry, Runner(entry, work, run, answer, 0.0), Yardstick.of(work))
+    benchmark.extra_info |= {"verdict": score.verdict, "error_x_r": score.error_x_r}
