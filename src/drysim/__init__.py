@@ -5,8 +5,9 @@ The public names are loaded when first asked for, so that importing drysim stays
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from drysim.late import late
 
 if TYPE_CHECKING:
     from drysim.approach.simulate import simulate
@@ -68,13 +69,7 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """Give a public name from the module that holds it."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'drysim' has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = value
-    return value
+__getattr__ = late(__name__, _HOMES)
 
 
 def __dir__() -> list[str]:

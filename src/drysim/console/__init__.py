@@ -1,15 +1,38 @@
 """All that the terminal shows: the result on stdout, the talk on stderr. Writes no file."""
 
-from drysim.console.bar import progress as progress
-from drysim.console.bench import show_bench as show_bench
-from drysim.console.comparison import show_comparison as show_comparison
-from drysim.console.ensemble import show_ensemble as show_ensemble
-from drysim.console.faults import show_fault as show_fault
-from drysim.console.faults import show_problems as show_problems
-from drysim.console.hard import show_hard as show_hard
-from drysim.console.paper import remark as remark
-from drysim.console.paper import say as say
-from drysim.console.parts import show_warnings as show_warnings
-from drysim.console.summary import show_outcome as show_outcome
-from drysim.console.table import show_interrupted as show_interrupted
-from drysim.console.table import show_table as show_table
+from typing import TYPE_CHECKING
+
+from drysim.late import late
+
+if TYPE_CHECKING:
+    from drysim.console.bar import progress as progress
+    from drysim.console.bench import show_bench as show_bench
+    from drysim.console.comparison import show_comparison as show_comparison
+    from drysim.console.ensemble import show_ensemble as show_ensemble
+    from drysim.console.faults import show_fault as show_fault
+    from drysim.console.faults import show_problems as show_problems
+    from drysim.console.hard import show_hard as show_hard
+    from drysim.console.paper import remark as remark
+    from drysim.console.paper import say as say
+    from drysim.console.parts import show_warnings as show_warnings
+    from drysim.console.summary import show_outcome as show_outcome
+    from drysim.console.table import show_interrupted as show_interrupted
+    from drysim.console.table import show_table as show_table
+
+_HOMES = {
+    "progress": "drysim.console.bar",
+    "show_bench": "drysim.console.bench",
+    "show_comparison": "drysim.console.comparison",
+    "show_ensemble": "drysim.console.ensemble",
+    "show_fault": "drysim.console.faults",
+    "show_problems": "drysim.console.faults",
+    "show_hard": "drysim.console.hard",
+    "remark": "drysim.console.paper",
+    "say": "drysim.console.paper",
+    "show_warnings": "drysim.console.parts",
+    "show_outcome": "drysim.console.summary",
+    "show_interrupted": "drysim.console.table",
+    "show_table": "drysim.console.table",
+}
+
+__getattr__ = late(__name__, _HOMES)

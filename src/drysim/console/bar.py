@@ -10,6 +10,7 @@ from threading import Lock
 from typing import Any
 
 from drysim.console.paper import talk
+from drysim.console.plain import Plain
 
 PATIENCE = 1.0
 """Time that work may take before a bar appears [s]."""
@@ -73,10 +74,12 @@ class _Bar:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
         from rich.progress import TimeRemainingColumn as Remaining
 
+        screen = talk()
+        assert not isinstance(screen, Plain), "no bar is begun on a pipe"
         columns = TextColumn(self._label), BarColumn(), MofNCompleteColumn(), Remaining()
         self._shown = Progress(
             *columns,
-            console=talk(),
+            console=screen,
             transient=True,
             redirect_stdout=False,
             redirect_stderr=False,

@@ -6,9 +6,12 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Literal
 
 from drysim.console.paper import line
+from drysim.console.plain import Plain
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from drysim.console.paper import Paper
 
 BETWEEN = 3
 """Columns between two columns of a ruled table."""
@@ -18,13 +21,13 @@ Columns = Sequence[Sequence[str]]
 
 
 def show_columns(
-    paper: Console, given: Columns, left: Collection[str], spared: Sequence[str] = ()
+    paper: Paper, given: Columns, left: Collection[str], spared: Sequence[str] = ()
 ) -> None:
     """Show a table.
 
     Parameters
     ----------
-    paper : Console
+    paper : Paper
     given : sequence of sequence of str
         Column by column, headings first.
     left : collection of str
@@ -32,10 +35,10 @@ def show_columns(
     spared : sequence of str, optional
         Headings of what a narrow terminal does without, in this order.
     """
-    if paper.is_terminal:
-        _ruled(paper, _fitting(given, paper.width, spared), left)
-    else:
+    if isinstance(paper, Plain):
         _plain(paper, given)
+    else:
+        _ruled(paper, _fitting(given, paper.width, spared), left)
 
 
 def _ruled(paper: Console, given: Columns, left: Collection[str]) -> None:
@@ -62,7 +65,7 @@ def _fitting(given: Columns, width: int, spared: Sequence[str]) -> Columns:
     return given
 
 
-def _plain(paper: Console, given: Columns) -> None:
+def _plain(paper: Plain, given: Columns) -> None:
     """Show a table in aligned columns, for pipes and files."""
     line(paper)
     widths = [max(map(len, column)) for column in given]

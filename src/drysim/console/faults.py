@@ -11,7 +11,7 @@ from drysim.console.paper import line, result, talk, workflow_command
 from drysim.errors import DrysimError, Problem, RecordError
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from drysim.console.paper import Paper
 
 SOURCE = 88
 """Columns of a source line that are shown; of a longer one the part around the fault."""
@@ -71,7 +71,7 @@ def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") ->
         _list(paper, problems)
 
 
-def _verdict(paper: Console, file: str, problems: Sequence[Problem]) -> None:
+def _verdict(paper: Paper, file: str, problems: Sequence[Problem]) -> None:
     """Say in one line whether a file is a scenario."""
     errors = sum(problem.severity == "error" for problem in problems)
     warnings = sum(problem.severity == "warning" for problem in problems)
@@ -85,7 +85,7 @@ def _verdict(paper: Console, file: str, problems: Sequence[Problem]) -> None:
         line(paper, ("ok: ", "green"), f"{file} is a scenario")
 
 
-def _list(paper: Console, problems: Sequence[Problem]) -> None:
+def _list(paper: Paper, problems: Sequence[Problem]) -> None:
     """Show problems, each with its place, its source line and a caret below the fault."""
     if problems:
         line(paper)
@@ -102,7 +102,7 @@ def _place(problem: Problem) -> str:
     return ":".join([problem.file, *numbers])
 
 
-def _show_source(paper: Console, problem: Problem, style: str) -> None:
+def _show_source(paper: Paper, problem: Problem, style: str) -> None:
     """Show the faulty line and underline the fault."""
     from rich.cells import cell_len
 

@@ -7,10 +7,13 @@ import sys
 import textwrap
 from typing import TYPE_CHECKING
 
+from drysim.console.plain import Plain, is_plain
 from drysim.wording import clean
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    Paper = Console | Plain
 
 COMMAND = re.compile(r"\s*::")
 """The beginning of a line that the runner of a workflow on GitHub would obey."""
@@ -25,33 +28,35 @@ Piece = str | tuple[str, str]
 """Words, or words and their style."""
 
 
-def result() -> Console:
+def result() -> Paper:
     """Give stdout."""
     return _paper(to_stderr=False)
 
 
-def talk() -> Console:
+def talk() -> Paper:
     """Give stderr."""
     return _paper(to_stderr=True)
 
 
-def _paper(to_stderr: bool) -> Console:
+def _paper(to_stderr: bool) -> Paper:
     """Give a stream; a sign that it cannot encode becomes a question mark, not a crash."""
-    from rich.console import Console
-
     stream = sys.stderr if to_stderr else sys.stdout
     reconfigure = getattr(stream, "reconfigure", None)
     if reconfigure is not None:
         reconfigure(errors="replace")
+    if is_plain(stream):
+        return Plain(stream)
+    from rich.console import Console
+
     return Console(file=stream, highlight=False, markup=False, emoji=False, soft_wrap=True)
 
 
-def line(paper: Console, *pieces: Piece) -> None:
+def line(paper: Paper, *pieces: Piece) -> None:
     """Set one line of pieces, however long it is.
 
     Parameters
     ----------
-    paper : Console
+    paper : Paper
     *pieces : str or (str, str)
         Words with or without a style; control characters are spelled out, brackets stay.
     """
@@ -62,7 +67,7 @@ def line(paper: Console, *pieces: Piece) -> None:
     _print(paper, [(COMMAND_WITHIN.sub(r"# #\1", words), style) for words, style in shown])
 
 
-def workflow_command(paper: Console, words: str) -> None:
+def workflow_command(paper: Paper, words: str) -> None:
     """Set one line that is meant to be a command to who runs a workflow."""
     _print(paper, [(_shown(words), "")])
 
@@ -79,18 +84,21 @@ def remark(text: str) -> None:
         line(talk(), words)
 
 
-def _print(paper: Console, parts: list[tuple[str, str]]) -> None:
+def _print(paper: Paper, parts: list[tuple[str, str]]) -> None:
     """Print a line; where stderr cannot be written, there is nobody left to tell."""
-    from rich.text import Text
-
     try:
-        paper.print(Text.assemble(*parts))
+        if isinstance(paper, Plain):
+            paper.print("".join(words for words, _ in parts))
+        else:
+            from rich.text import Text
+
+            paper.print(Text.assemble(*parts))
     except OSError:
         if paper.file is not sys.stderr:
             raise
 
 
-def paragraph(paper: Console, head: str, words: str, style: str = "") -> None:
+def paragraph(paper: Paper, head: str, words: str, style: str = "") -> None:
     """Set a sentence behind its head, its further lines below its first word."""
     lines = folded(paper, words, len(head))
     line(paper, (head, style), *lines[:1])
@@ -98,7 +106,7 @@ def paragraph(paper: Console, head: str, words: str, style: str = "") -> None:
         line(paper, " " * len(head), further)
 
 
-def folded(paper: Console, words: str, head: int) -> list[str]:
+def folded(paper: Paper, words: str, head: int) -> list[str]:
     """Give a sentence in lines that fit behind a head of so many columns."""
     width = max(min(max(paper.width, NARROW), WIDE) - head, 20)
     return textwrap.wrap(clean(words), width, break_long_words=False, break_on_hyphens=False)

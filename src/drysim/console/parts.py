@@ -12,9 +12,8 @@ from drysim.errors import Caution
 from drysim.wording import number
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from drysim.checks import Verdict
+    from drysim.console.paper import Paper
     from drysim.scenario import Axis, Scenario
 
 HEAD = 14
@@ -33,14 +32,14 @@ class Row(NamedTuple):
     style: str = "bold"
 
 
-def show_title(paper: Console, scenario: Scenario) -> None:
+def show_title(paper: Paper, scenario: Scenario) -> None:
     """Show the name of a scenario and what it is about."""
     line(paper, (wording.clean(scenario.name), "bold"))
     if scenario.about:
         paragraph(paper, "", scenario.about)
 
 
-def show_scene(paper: Console, words: Iterable[tuple[str, str]]) -> None:
+def show_scene(paper: Paper, words: Iterable[tuple[str, str]]) -> None:
     """Show in words what was solved, and how."""
     line(paper)
     for name, sentence in words:
@@ -53,7 +52,7 @@ def steps(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
         yield "" if at else "cleaned", sentence
 
 
-def show_rows(paper: Console, rows: Iterable[Row], width: int) -> None:
+def show_rows(paper: Paper, rows: Iterable[Row], width: int) -> None:
     """Show numbers, each with its remark behind so many columns; long remarks are set below."""
     line(paper)
     for row in rows:
@@ -64,9 +63,7 @@ def show_rows(paper: Console, rows: Iterable[Row], width: int) -> None:
             line(paper, " " * (HEAD + width), words)
 
 
-def show_verdicts(
-    paper: Console, verdicts: Sequence[Verdict], axes: Sequence[Axis] = ()
-) -> None:
+def show_verdicts(paper: Paper, verdicts: Sequence[Verdict], axes: Sequence[Axis] = ()) -> None:
     """Show what became of the checks, over many cases with the one that decided."""
     if verdicts:
         line(paper)
@@ -95,7 +92,7 @@ def _words(verdict: Verdict, axes: Sequence[Axis]) -> str:
     return f"{check}, with {number(value * scale, unit, FINE)}{mean}{place}"
 
 
-def show_folder(paper: Console, folder: Path | None) -> None:
+def show_folder(paper: Paper, folder: Path | None) -> None:
     """Show where the files were written."""
     if folder is not None:
         line(paper)

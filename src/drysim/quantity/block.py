@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 class Block(BaseModel):
     """A block of a scenario: frozen, unknown keys refused, documented under its fields."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True
+    )
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
     """Groups of keys of which exactly one is given."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report import digest, ensembles, ordeals, plots, rows, scored, spectrum, tables
+from drysim.report import rows, spectrum, tables
 from drysim.report.claim import JOURNAL, MARKER, SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
@@ -50,8 +50,8 @@ WRITERS = (
 )
 """Each takes an outcome and a folder, and writes its file when there is anything to write."""
 
-PAINTERS = (plots.response, plots.spectra)
-"""The same, for files that `--no-plots` leaves out."""
+PAINTERS = ("response", "spectra")
+"""The same in `drysim.report.plots`, for files that `--no-plots` leaves out."""
 
 
 def of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
@@ -59,21 +59,11 @@ def of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path
     return lambda made, folder: write(made.shown, folder)
 
 
-ENSEMBLE_WRITERS = (
-    resolved_scenario,
-    ensembles.ensemble,
-    of_shown(tables.response),
-    of_shown(tables.events),
-    ensembles.stroke_violations,
-    of_shown(spectrum.spectra),
-)
-ENSEMBLE_PAINTERS = (plots.ensemble, *map(of_shown, PAINTERS))
 TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
-TABLE_PAINTERS = (plots.transmissibility, plots.stroke)
+TABLE_PAINTERS = ("transmissibility", "stroke")
 COMPARISON_WRITERS = (compared_scenario, rows.comparison)
-COMPARISON_PAINTERS = (plots.comparison,)
-BENCH_WRITERS = (scored.scenarios, scored.speed_error)
-BENCH_PAINTERS = (plots.speed_error,)
+COMPARISON_PAINTERS = ("comparison",)
+BENCH_PAINTERS = ("speed_error",)
 
 
 def write(
@@ -103,7 +93,7 @@ def write(
     OutputError
         The folder is not ours to replace, or cannot be written.
     """
-    writers = WRITERS + PAINTERS * plots
+    writers = WRITERS + _painters(PAINTERS * plots)
     return _write(outcome, folder, writers, sidecar, command, exit_code)
 
 
@@ -111,8 +101,18 @@ def write_ensemble(
     ensemble: Ensemble, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of many seeds; parameters and errors are as in `write_table`."""
-    painters = () if exit_code == EXIT_INTERRUPTED else ENSEMBLE_PAINTERS * plots
-    writers = ENSEMBLE_WRITERS + painters
+    from drysim.report import ensembles
+
+    writers = (
+        resolved_scenario,
+        ensembles.ensemble,
+        of_shown(tables.response),
+        of_shown(tables.events),
+        ensembles.stroke_violations,
+        of_shown(spectrum.spectra),
+    )
+    if plots and exit_code != EXIT_INTERRUPTED:
+        writers += (*_painters(("ensemble",)), *map(of_shown, _painters(PAINTERS)))
     return _write(ensemble, folder, writers, ensembles.told, command, exit_code)
 
 
@@ -128,7 +128,9 @@ def write_table(
         exit code 130 it stays where it is and keeps its finished cases, for `--resume`.
     """
     painters = () if exit_code == EXIT_INTERRUPTED else TABLE_PAINTERS * plots
-    writers = TABLE_WRITERS + painters
+    writers = TABLE_WRITERS + _painters(painters)
+    from drysim.report import digest
+
     return _write(table, folder, writers, digest.of_table, command, exit_code)
 
 
@@ -136,7 +138,9 @@ def write_comparison(
     comparison: Comparison, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of a comparison; parameters and errors are those of `write`."""
-    writers = COMPARISON_WRITERS + COMPARISON_PAINTERS * plots
+    writers = COMPARISON_WRITERS + _painters(COMPARISON_PAINTERS * plots)
+    from drysim.report import digest
+
     return _write(comparison, folder, writers, digest.of_comparison, command, exit_code)
 
 
@@ -144,14 +148,27 @@ def write_bench(
     bench: Bench, folder: Path, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of a bench; parameters and errors are those of `write`."""
-    writers = BENCH_WRITERS + BENCH_PAINTERS * plots
+    from drysim.report import scored
+
+    writers = (scored.scenarios, scored.speed_error, *_painters(BENCH_PAINTERS * plots))
     return _write(bench, folder, writers, scored.of_bench, command, exit_code)
 
 
 def write_hard(hard: Ordeals, folder: Path, *, command: str, exit_code: int) -> dict[str, Any]:
     """Write the output folder of the hard cases; parameters and errors are those of `write`."""
+    from drysim.report import ordeals
+
     writers = (ordeals.hard_cases,)
     return _write(hard, folder, writers, ordeals.of_ordeals, command, exit_code)
+
+
+def _painters(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:
+    """Give the functions that draw; they are loaded for pictures alone."""
+    if not names:
+        return ()
+    from drysim.report import plots
+
+    return tuple(getattr(plots, name) for name in names)
 
 
 def _write(

@@ -50,13 +50,13 @@ class Scenario(FromFile):
     """Dry friction between mass and base; without this block there is none."""
     stroke: Stroke | None = None
     """How far the mass may move on its base."""
-    start: Start = Start()
+    start: Start = Field({}, validate_default=True)
     """The state at t = 0; default: at rest."""
     excitation: Excitation
     """How the base moves."""
-    solver: SolverBlock = SolverBlock()
+    solver: SolverBlock = Field({}, validate_default=True)
     """How the motion is computed."""
-    measure: Measure = Field(Measure(), validate_default=True)
+    measure: Measure = Field({}, validate_default=True)
     """The window of the metrics."""
     sweep: Sweep = ()
     """What to vary: dotted keys of this file, each with a list of values, or with from, to and

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
+
+from yaml.reader import Reader
 
 from drysim import regular
 from drysim.quantity import near
@@ -13,10 +14,8 @@ from drysim.source.place import Place, Unreadable, placer, split_lines
 MAX_BYTES = 1_000_000
 """A scenario is written by hand; what is larger is a record or an attack."""
 
-_BAD = re.compile(
-    "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
-)
-"""Characters that YAML does not know."""
+MARK, REPLACED = "\N{ZERO WIDTH NO-BREAK SPACE}", "\N{REPLACEMENT CHARACTER}"
+"""A byte order mark, which has no place within a text; what stands for what has no place."""
 
 
 def read_bytes(path: Path) -> bytes:
@@ -78,18 +77,20 @@ def screen(text: str, file: str) -> None:
     Unreadable
         With the place of the first of them.
     """
-    if bad := _BAD.search(text):
-        sentence = f"character U+{ord(bad[0]):04X} has no place in a scenario; remove it"
-        raise Unreadable(_at(text, bad.start(), file).problem(sentence))
+    bad = Reader.NON_PRINTABLE.search(text)
+    places = [text.find(MARK), bad.start() if bad else -1]
+    first = min((place for place in places if place >= 0), default=None)
+    if first is not None:
+        sentence = f"character U+{ord(text[first]):04X} has no place in a scenario; remove it"
+        raise Unreadable(_at(text, first, file).problem(sentence))
 
 
 def _at(text: str, start: int, file: str) -> Place:
     """Give the place of one character; what cannot be shown is replaced in the line."""
     before = split_lines(text[:start])
     line, column = len(before) - 1, len(before[-1])
-    return placer(file, _BAD.sub("\N{REPLACEMENT CHARACTER}", text))(
-        (line, column), (line, column + 1)
-    )
+    shown = Reader.NON_PRINTABLE.sub(REPLACED, text).replace(MARK, REPLACED)
+    return placer(file, shown)((line, column), (line, column + 1))
 
 
 def _neighbour(path: Path) -> str:

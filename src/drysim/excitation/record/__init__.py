@@ -7,30 +7,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
-from drysim.core.motion import Input, Samples
-from drysim.core.signal import Signal, blocks
-from drysim.excitation.record.cautions import found
-from drysim.excitation.record.choice import SI
-from drysim.excitation.record.file import fault, read
-from drysim.excitation.record.filters import displacement
-from drysim.excitation.record.formats import SUFFIXES, format_of
-from drysim.excitation.record.series import Cleaned, series_of
-from drysim.excitation.record.shape import SPLINES, cut, span
+from drysim.core.motion import Samples
 from drysim.excitation.record.spoken import (
+    SI,
     Column,
     FullScale,
     Gaps,
-    Removal,
     Removed,
     Resample,
     Window,
 )
 from drysim.quantity import (
-    GREATEST,
-    LEAST,
     Block,
     Frequency,
     Misfit,
@@ -79,7 +68,7 @@ class Record(Block):
     """What becomes of missing samples; default: each is a fault."""
     resample: Resample | None = None
     """Another grid for the record; default: its own, which must be even."""
-    remove: Removed = Removal()
+    remove: Removed = Field({}, validate_default=True)
     """What is taken away from the whole record: `mean`, `line`, a band as in
     `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default."""
     window: Window | None = None
@@ -116,8 +105,12 @@ class Record(Block):
     @classmethod
     def _of_the_format(cls, value: Any, info: ValidationInfo) -> Any:
         """Refuse a key that says nothing about a file of this format."""
+        if value is None:
+            return value
+        from drysim.excitation.record.formats import format_of
+
         member, key = format_of(info.data.get("file", "")), str(info.field_name)
-        if value is not None and member is not None and key in member.idle:
+        if member is not None and key in member.idle:
             raise ValueError(f"{member.name} {member.idle[key].format(key=key)}")
         return value
 
@@ -137,7 +130,7 @@ class Record(Block):
 
     def file_from(self, folder: Path) -> str:
         """Give the path of the record relative to another folder."""
-        path = self._folder / self.file
+        path = self.path
         here = os.path.join(os.path.realpath(path.parent), path.name)
         return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
 
@@ -155,44 +148,16 @@ class Record(Block):
         RecordError
             When the record cannot be used; names the file, the row and the column.
         """
-        with np.errstate(all="ignore"):  # what overflows is found by `_finite`
-            (series, slow, reports, seen), source = self._read()
-            self._finite(series.values, series.dt)
-            first, last = span(series, self.window, self._shown)
-            motion = SPLINES[self.quantity](series)
-            if slow and self.remove.below and motion.u is None:
-                whole = SPLINES[self.quantity](slow)
-                u = displacement(whole, self.remove.below, self.remove.order)
-                motion = motion._replace(u=u)
-            motion = cut(motion, first, last, len(series.values))
-            self._finite(motion.u_dd, motion.dt)
-            cautions = (*seen, *found(source.file, motion))
-        realised = {"clean_up": [one.told() for one in reports]} if reports else {}
-        return motion._replace(inputs=(source,), cautions=cautions, realised=realised)
+        from drysim.excitation.record.reading import motion_of
+
+        return motion_of(self)
 
     @property
-    def _shown(self) -> str:
-        return str(self._folder / self.file)
+    def path(self) -> Path:
+        """Where the record is, as messages name it."""
+        return self._folder / self.file
 
     @property
     def named(self) -> str:
         """The file as the scenario gives it; results hold no absolute path."""
         return Path(self.file).name if Path(self.file).is_absolute() else self.file
-
-    def _finite(self, values: Signal, dt: float) -> None:
-        """A NaN compares as false and is refused, too."""
-        within = all(
-            part.min() >= -GREATEST and part.max() <= GREATEST for part in blocks(values)
-        )
-        if not (within and LEAST <= dt <= GREATEST):
-            raise fault(self._shown, "ü is out of range: check unit, `scale` and time step")
-
-    def _read(self) -> tuple[Cleaned, Input]:
-        """The whole record; its bytes are let go before anything is made of the numbers."""
-        file = read(self._folder / self.file, SUFFIXES)
-        source = Input(self.named, file.sha256, len(file.reader))
-        member = format_of(self.file)
-        assert member is not None  # `read` has made sure
-        columns = member.columns(file)
-        del file
-        return series_of(self, columns), source

@@ -109,9 +109,8 @@ def _at(text: TextFile, line: int, sentence: str, quoted: str = "") -> RecordErr
     return fault(text.shown, sentence + (f", not `{quoted.strip()}`" if quoted else ""), line)
 
 
-AT2 = Format(
+FORMAT = Format(
     "an AT2",
-    (".at2",),
     columns,
     {
         "column": ONE_SERIES,

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from drysim.errors import RecordError
 from drysim.excitation.record.columns import Columns
+from drysim.excitation.record.spoken import SI
 from drysim.quantity import convert, factor
-
-SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
-"""The unit of ü, u̇ and u."""
 
 TIME_NAMES = ("t", "time")
 

@@ -1,4 +1,4 @@
-"""What a format of record files is: its names, its keys, and how its columns are found."""
+"""What a format of record files is: its name, its keys, and how its columns are found."""
 
 from __future__ import annotations
 
@@ -23,8 +23,6 @@ class Format(NamedTuple):
     ----------
     name : str
         As sentences have it, with its article.
-    suffixes : tuple of str
-        Lower case, with the dot.
     columns : callable
         Gives the columns of a file.
     idle : mapping
@@ -32,6 +30,5 @@ class Format(NamedTuple):
     """
 
     name: str
-    suffixes: tuple[str, ...]
     columns: Callable[[File], Columns]
     idle: Mapping[str, str]

@@ -1,26 +1,37 @@
-"""The shelf of formats: one file and one name here for each."""
+"""The shelf of formats: one file, and one line here for each suffix."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 
-from drysim.excitation.record.at2 import AT2
 from drysim.excitation.record.format import Format
-from drysim.excitation.record.mat import MAT
-from drysim.excitation.record.mdf import MDF
-from drysim.excitation.record.rpc import RPC
-from drysim.excitation.record.tdms import TDMS
-from drysim.excitation.record.text import TEXT
-from drysim.excitation.record.uff import UFF
-from drysim.excitation.record.wav import WAV
 
-FORMATS = (TEXT, WAV, MAT, AT2, UFF, MDF, TDMS, RPC)
-
-SUFFIXES = tuple(suffix for member in FORMATS for suffix in member.suffixes)
-"""What is read."""
+SUFFIXES = {
+    ".csv": "text",
+    ".tsv": "text",
+    ".txt": "text",
+    ".dat": "text",
+    ".wav": "wav",
+    ".mat": "mat",
+    ".at2": "at2",
+    ".uff": "uff",
+    ".unv": "uff",
+    ".mf4": "mdf",
+    ".mdf": "mdf",
+    ".tdms": "tdms",
+    ".rpc": "rpc",
+    ".rsp": "rpc",
+    ".tim": "rpc",
+    ".drv": "rpc",
+}
+"""What is read, and the module whose `FORMAT` reads it; loaded when a file asks for it."""
 
 
 def format_of(file: str | Path) -> Format | None:
     """Give the format that the suffix of a file tells."""
-    suffix = Path(file).suffix.lower()
-    return next((member for member in FORMATS if suffix in member.suffixes), None)
+    module = SUFFIXES.get(Path(file).suffix.lower())
+    if module is None:
+        return None
+    found: Format = import_module(f"drysim.excitation.record.{module}").FORMAT
+    return found

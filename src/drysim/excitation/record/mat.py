@@ -36,9 +36,8 @@ def columns(file: File) -> Channels:
     return channels(file, vectors, word="variable", key="column")
 
 
-MAT = Format(
+FORMAT = Format(
     "a MAT file",
-    (".mat",),
     columns,
     {"channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
 )

@@ -88,9 +88,8 @@ def _load(file: File, group: int, at: int, what: str) -> NDArray[np.generic]:
     return read_by(read, file, f"channel {at} of group {group + 1} cannot be read")
 
 
-MDF = Format(
+FORMAT = Format(
     "an MDF",
-    (".mf4", ".mdf"),
     columns,
     {"column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
 )

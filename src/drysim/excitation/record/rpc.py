@@ -55,9 +55,8 @@ def _read(file: File, header_only: bool) -> Any:
     return read_by(read, file, DAMAGED)
 
 
-RPC = Format(
+FORMAT = Format(
     "an RPC III file",
-    (".rpc", ".rsp", ".tim", ".drv"),
     columns,
     {
         "column": AS_CHANNEL,

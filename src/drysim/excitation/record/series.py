@@ -8,7 +8,6 @@ from drysim.core.signal import Signal
 from drysim.errors import Caution
 from drysim.excitation.record.cautions import clipped, much_filled, much_lost
 from drysim.excitation.record.choice import (
-    SI,
     conversion,
     data_column,
     missing_spacing,
@@ -21,6 +20,7 @@ from drysim.excitation.record.removal import without
 from drysim.excitation.record.reports import Report
 from drysim.excitation.record.resampling import onto, target, thinned, told
 from drysim.excitation.record.shape import Series
+from drysim.excitation.record.spoken import SI
 from drysim.excitation.record.stored import scaled
 
 if TYPE_CHECKING:

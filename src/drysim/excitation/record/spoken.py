@@ -10,6 +10,9 @@ from pydantic_core import CoreSchema
 
 from drysim.quantity import NUMBER, Block, Frequency, Misfit, Quantity, Time, near, shown
 
+SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
+"""The unit of ü, u̇ and u."""
+
 WORDS = ("nothing", "mean", "line")
 
 HIGHEST_ORDER = 8

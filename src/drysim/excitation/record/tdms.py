@@ -63,9 +63,8 @@ def _load(file: File, group: str, name: str) -> NDArray[np.generic]:
     return read_by(read, file, f"channel `{Label(name, name).quote}` cannot be read")
 
 
-TDMS = Format(
+FORMAT = Format(
     "a TDMS",
-    (".tdms",),
     columns,
     {"column": AS_CHANNEL, "full_scale": NO_FULL_SCALE},
 )

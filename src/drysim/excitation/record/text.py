@@ -33,9 +33,8 @@ def columns(file: File) -> Table:
     return tabulate(plain(file))
 
 
-TEXT = Format(
+FORMAT = Format(
     "a text file",
-    (".csv", ".tsv", ".txt", ".dat"),
     columns,
     {"channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
 )

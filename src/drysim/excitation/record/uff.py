@@ -105,9 +105,8 @@ def _load(file: File, sets: Any, n: int, count: int, what: str) -> NDArray[np.ge
     return values
 
 
-UFF = Format(
+FORMAT = Format(
     "a universal file",
-    (".uff", ".unv"),
     columns,
     {"column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
 )

@@ -144,9 +144,8 @@ def _wrong(file: File, what: str) -> RecordError:
     return fault(file.shown, f"the WAV is cut short or damaged: {what}")
 
 
-WAV = Format(
+FORMAT = Format(
     "a WAV",
-    (".wav",),
     columns,
     {"column": AS_CHANNEL, "time": OWN_STEP, "rate": OWN_STEP, "step": OWN_STEP},
 )

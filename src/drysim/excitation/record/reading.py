@@ -1,0 +1,56 @@
+"""From a record in a scenario to its base motion: the file is read here and nowhere else."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drysim.core.motion import Input, Samples
+from drysim.core.signal import Signal, blocks
+from drysim.excitation.record.cautions import found
+from drysim.excitation.record.file import fault, read
+from drysim.excitation.record.filters import displacement
+from drysim.excitation.record.formats import SUFFIXES, format_of
+from drysim.excitation.record.series import Cleaned, series_of
+from drysim.excitation.record.shape import SPLINES, cut, span
+from drysim.quantity import GREATEST, LEAST
+
+if TYPE_CHECKING:
+    from drysim.excitation.record import Record
+
+
+def motion_of(record: Record) -> Samples:
+    """Give the base acceleration of a record; see `Record.motion`."""
+    shown, spline = str(record.path), SPLINES[record.quantity]
+    with np.errstate(all="ignore"):  # what overflows is found by `_finite`
+        (series, slow, reports, seen), source = _read(record)
+        _finite(series.values, series.dt, shown)
+        first, last = span(series, record.window, shown)
+        motion = spline(series)
+        if slow and record.remove.below and motion.u is None:
+            u = displacement(spline(slow), record.remove.below, record.remove.order)
+            motion = motion._replace(u=u)
+        motion = cut(motion, first, last, len(series.values))
+        _finite(motion.u_dd, motion.dt, shown)
+        cautions = (*seen, *found(source.file, motion))
+    realised = {"clean_up": [one.told() for one in reports]} if reports else {}
+    return motion._replace(inputs=(source,), cautions=cautions, realised=realised)
+
+
+def _read(record: Record) -> tuple[Cleaned, Input]:
+    """The whole record; its bytes are let go before anything is made of the numbers."""
+    file = read(record.path, SUFFIXES)
+    source = Input(record.named, file.sha256, len(file.reader))
+    member = format_of(record.file)
+    assert member is not None  # `read` has made sure
+    columns = member.columns(file)
+    del file
+    return series_of(record, columns), source
+
+
+def _finite(values: Signal, dt: float, shown: str) -> None:
+    """Refuse numbers out of range; a NaN compares as false and is refused, too."""
+    within = all(part.min() >= -GREATEST and part.max() <= GREATEST for part in blocks(values))
+    if not (within and LEAST <= dt <= GREATEST):
+        raise fault(shown, "ü is out of range: check unit, `scale` and time step")
