@@ -10,13 +10,24 @@ from pydantic import ValidationError
 from drysim.core.plant import Law
 from drysim.friction import FRICTIONS, Coulomb
 from drysim.friction.dahl import Dahl
+from drysim.friction.jenkins import Jenkins
 from drysim.friction.lugre import Lugre
+from drysim.friction.petrov_ewins import PetrovEwins
 from drysim.friction.stribeck import Stribeck
 from drysim.quantity import Quantity, texts_of
 
 WORDS = {
     Coulomb: {"law": "coulomb", "kinetic": 15},
     Stribeck: {"law": "stribeck", "kinetic": 15, "static": 18, "stribeck_velocity": "5 mm/s"},
+    Jenkins: {"law": "jenkins", "kinetic": 15, "tangential_stiffness": "100 kN/m"},
+    PetrovEwins: {
+        "law": "petrov-ewins",
+        "mu_kinetic": 0.3,
+        "normal": 150,
+        "tangential_stiffness": 1e5,
+        "normal_stiffness": 1e5,
+        "normal_motion": {"amplitude": "2 mm", "frequency": 4},
+    },
     Dahl: {"law": "dahl", "kinetic": 15, "bristle_stiffness": "100 kN/m"},
     Lugre: {
         "law": "lugre",

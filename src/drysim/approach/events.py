@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Codes = NDArray[np.int8]
 
-EVENT_NAMES = {0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-"}
+EVENT_NAMES = {0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-", 3: "lift"}
 """Event codes: the sign is the new direction of v_r; a stop that sticks has none."""
 
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from drysim.approach import by_series, under_sines
+from drysim.approach import traced, under_sines
 from drysim.approach.events import Events
 from drysim.approach.over_samples import solve_samples
 from drysim.approach.points import Sliding
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Dynamic, Plant, State
+from drysim.core.plant import AnyLaw, AnyState, Dynamic, Plant, Slider, State
 from drysim.errors import UsageError
 
 __all__ = ["find_orbit", "follow", "frictionless", "solve"]
@@ -32,8 +32,8 @@ def solve(
 
     `whole` keeps the motion over samples at hand, however long it is.
     """
-    if isinstance(law, Dynamic):
-        response = by_series.solve(plant, law, motion, start, step, duration)
+    if isinstance(law, Dynamic | Slider):
+        response = traced.solve(plant, law, motion, start, step, duration)
     elif isinstance(motion, Samples):
         response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole)
     else:
@@ -50,8 +50,8 @@ def follow(
     duration: float | None,
 ) -> Track:
     """Solve a scene with the core that fits its base motion, without a grid where it can."""
-    if isinstance(law, Dynamic):
-        return by_series.follow(plant, law, motion, start, duration)
+    if isinstance(law, Dynamic | Slider):
+        return traced.follow(plant, law, motion, start, duration)
     if isinstance(motion, Samples):
         response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole=False)
         track = response.track
@@ -82,6 +82,6 @@ def find_orbit(
     plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
     """Follow a start to its periodic orbit with the core that fits the law."""
-    if isinstance(law, Dynamic):
-        return by_series.find_orbit(plant, law, motion, start, period)
+    if isinstance(law, Dynamic | Slider):
+        return traced.find_orbit(plant, law, motion, start, period)
     return under_sines.find_orbit(plant, law, motion, State(*start[:2]), period)

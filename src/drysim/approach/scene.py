@@ -12,7 +12,7 @@ from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, first_mode
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, State
+from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, State
 from drysim.core.waves import STRIDE, Waves, set_wave
 from drysim.errors import SolverError
 
@@ -115,6 +115,11 @@ def overflow(t: float) -> SolverError:
 
 def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     """Give the smallest core that is exact for a scene, and why it is."""
+    if isinstance(law, Slider):
+        return (
+            "contact",
+            "the contact is a spring until it yields: closed form by modes",
+        )
     if isinstance(law, Dynamic):
         kind = "a force that depends on the speed" if law.sticks else "bristles with a state"
         return "series", f"{kind}: Taylor series of the motion, zeros of v_r located"

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
 
-STICK, SLIP, REVERSAL = 0, 1, 2
+STICK, SLIP, REVERSAL, LIFT = 0, 1, 2, 3
 """Kinds of event; slip and reversal carry the sign of the new direction."""
 
 ROUNDING = 1e-15

@@ -31,6 +31,8 @@ class Jet(NamedTuple):
     s, g, p : array of float
         Work: exponent of the Stribeck curve, its excess over F_fk, and |v| z over the curve.
         The excess is held apart: far above v_s it is below the rounding of the curve.
+    scale : array of float
+        Its first value is the greatest speed so far [m/s], the measure of what is small.
     """
 
     x: Any
@@ -41,6 +43,7 @@ class Jet(NamedTuple):
     s: Any
     g: Any
     p: Any
+    scale: Any
 
 
 @compiled

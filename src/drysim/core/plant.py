@@ -97,7 +97,42 @@ class Dynamic(NamedTuple):
         return self.kind == STRIBECK
 
 
-AnyLaw = Law | Dynamic
+class Slider(NamedTuple):
+    """A contact that is a spring until it yields; its normal force may vary as a sine.
+
+    The limit at time t is `F_fk` times 1 + variation·sin(omega·t + phase); where that is below
+    zero the surfaces have parted and there is no force.
+
+    Attributes
+    ----------
+    F_fk : float
+        Limit of the contact force [N], above 0.
+    k_t : float
+        Tangential stiffness [N/m], above 0.
+    variation : float
+        Relative amplitude of the normal force [-], at least 0.
+    omega, phase : float
+        Angular frequency of the variation [rad/s] and its phase at t = 0 [rad].
+    """
+
+    F_fk: float
+    k_t: float
+    variation: float = 0.0
+    omega: float = 0.0
+    phase: float = 0.0
+
+    @property
+    def F_fs(self) -> float:
+        """Give F_fk [N]: one limit serves both."""
+        return self.F_fk
+
+    @property
+    def sticks(self) -> bool:
+        """Give False: the contact yields a little before it slides."""
+        return False
+
+
+AnyLaw = Law | Dynamic | Slider
 """What a scene may rub with."""
 
 

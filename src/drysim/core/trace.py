@@ -157,8 +157,8 @@ def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
 
 @compiled
 def trace(
-    plant, law, waves, u_dd, dt, v_most, n, s, h, end, x_r, v_r, z, d, jet, steps,
-    at, log, count, capacity,
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, jet, steps, at, log, count,
+    capacity,
 ):  # fmt: skip
     """Follow the motion over intervals of ü, or until steps or log are nearly full.
 
@@ -169,8 +169,6 @@ def trace(
         Base acceleration besides the waves [m/s²], linear in between.
     dt : float
         Length of an interval [s].
-    v_most : float
-        Greatest speed so far [m/s]; above 0 from the first, as the measure of what is small.
     n, s : int, float
         Where to begin: the interval, and the time within it [s].
     h : float
@@ -190,7 +188,7 @@ def trace(
 
     Returns
     -------
-    v_most, n, s, x_r, v_r, z, d, at, count
+    n, s, x_r, v_r, z, d, at, count
         As given; `count` is -1 where the time no longer moves on.
     """
     z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind == BRISTLE else 0.0
@@ -220,7 +218,7 @@ def trace(
             drive(jet, waves, u_0, slope, t)
             poised = abs(d) == 2
             way = 1 if d >= 0 else -1
-            v_least = law.tolerance * v_most
+            v_least = law.tolerance * jet.scale[0]
             last, step = grow(
                 plant, law, jet, way, x_r, v_r, z, poised, min(left, wish), v_least, z_least
             )
@@ -231,7 +229,7 @@ def trace(
                 step = min(seen, step)
                 stop = NEVER
             if stop == NEVER and step <= RESOLUTION * (t + step):
-                return v_most, n, s, x_r, v_r, z, d, at, -1
+                return n, s, x_r, v_r, z, d, at, -1
             wish = 4.0 * step if step < left else NEVER
             step = min(stop, step)
             s = length if step == left else min(s + step, length)
@@ -239,7 +237,7 @@ def trace(
             v_r = value(jet.v, last, step)
             if law.kind == BRISTLE:
                 z = value(jet.z, last, step)
-            v_most = max(v_most, abs(v_r))
+            jet.scale[0] = max(jet.scale[0], abs(v_r))
             d = way
             if stop != NEVER:
                 v_r = 0.0
@@ -251,7 +249,7 @@ def trace(
         if s >= length:
             n += 1
             s = 0.0
-    return v_most, n, s, x_r, v_r, z, d, at, count
+    return n, s, x_r, v_r, z, d, at, count
 
 
 @compiled

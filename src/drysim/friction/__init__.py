@@ -2,9 +2,11 @@
 
 from drysim.friction.coulomb import Coulomb
 from drysim.friction.dahl import Dahl
+from drysim.friction.jenkins import Jenkins
 from drysim.friction.lugre import Lugre
+from drysim.friction.petrov_ewins import PetrovEwins
 from drysim.friction.stribeck import Stribeck
 
-FRICTIONS = (Coulomb, Stribeck, Dahl, Lugre)
+FRICTIONS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre)
 
-Friction = Coulomb | Stribeck | Dahl | Lugre
+Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, AnyLaw, Dynamic, Plant
+from drysim.core.plant import BRISTLE, AnyLaw, Dynamic, Law, Plant, Slider
 from drysim.wording.numbers import clean, number, percent
 
 
@@ -40,7 +40,7 @@ def friction(
 
     Parameters
     ----------
-    law : Law or Dynamic
+    law : Law, Dynamic or Slider
     defaulted : bool, optional
         Nobody named a static limit.
     kinetic, static : bool, optional
@@ -56,9 +56,14 @@ def friction(
         text += " (not given: F_fs = F_fk)" if text else "F_fs = F_fk (not given)"
     if isinstance(law, Dynamic):
         text = ", ".join(filter(None, (text, *_dynamics(law))))
-    elif law.variation and kinetic and static:
+        return text
+    if isinstance(law, Slider):
+        name = "petrov-ewins" if law.variation else "jenkins"
+        text = f"law {name}, F_fk {number(law.F_fk, 'N')}" if kinetic else f"law {name}"
+        text += f", k_t {number(law.k_t, 'N/m')}"
+    if law.variation and kinetic and static:
         varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
-        text += f", both {varied}"
+        text += f", {'both' if isinstance(law, Law) else 'load'} {varied}"
     return text
 
 

@@ -1,4 +1,4 @@
-"""The motion under a dynamic law, by Taylor series to a stated error."""
+"""Motions that are followed step by step: laws beyond Coulomb's, on any grid and to orbits."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from drysim.approach import ways
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
@@ -16,30 +17,23 @@ from drysim.approach.scene import (
     core_of,
     first_u_dd,
     grid_points,
-    joined,
     refuse_storm,
     waves_of,
 )
 from drysim.core.compiled import engine, held
 from drysim.core.events import Log
-from drysim.core.jet import ORDER, Jet
 from drysim.core.means import mean_squares
 from drysim.core.motion import Samples, Sines, base_acceleration, sample_squares
-from drysim.core.plant import (
-    AnyLaw,
-    AnyState,
-    Deflected,
-    Dynamic,
-    Plant,
-    Totals,
-)
-from drysim.core.replay import integrate_series, read
+from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Slider, Totals
 from drysim.core.signal import largest
-from drysim.core.trace import Steps, first_heading, trace
+from drysim.core.trace import Steps
 from drysim.core.waves import Waves
 
 CAPACITY = 16_384
 """Steps that a kernel may take before it hands over, so that an interrupt is heard."""
+
+FEW_EVENTS = 1.2
+"""Steps that a sample takes, its events included, where these are few."""
 
 LADDER = 1e3
 """How much coarser the second solution is from whose distance the error is stated."""
@@ -53,33 +47,49 @@ MOST_PERIODS = 2_000
 MOST_MULTIPLE = 8
 """Longest repetition that is looked for, in periods of the excitation."""
 
-CLOSED = 1e-9
-"""Scaled change of the state over a repetition that counts as none [-]."""
+CLOSED = {Slider: 1e-12, Dynamic: 1e-9}
+"""Scaled change of the state over a repetition that counts as none [-]: in closed form, and by
+series of the loosest tolerance that makes sense."""
 
 FAINT = 1e-9
-"""Share of the speed that the base alone may give, from which on a motion is measured."""
+"""Share of the speed that the scene may give, from which on a motion is measured."""
+
+IN_FLIGHT = (1, -1, 3)
+"""Kinds of event at which the mass goes on moving: no turns."""
 
 
 @dataclass(frozen=True, eq=False)
-class SeriesTrack:
-    """A solution under a dynamic law: a series from each step to the next."""
+class Traced:
+    """A solution that is known from each step to the next.
+
+    `events` holds every change of mode, `turns` those at which v_r is zero.
+    """
 
     plant: Plant
-    law: AnyLaw
+    law: Dynamic | Slider
     motion: Sines | Samples
     waves: Waves
     base: tuple[Floats, float]
     steps: Steps
-    turns: Events
+    events: Events
     end: float
     closest: float = math.inf
+
+    @property
+    def turns(self) -> Events:
+        """The start and every zero of v_r: between two of them x_r is monotone."""
+        if self.law.sticks:
+            return self.events
+        stays = ~np.isin(self.events.kind, IN_FLIGHT)
+        stays[0] = True
+        every = self.events
+        return Events(every.t[stays], every.kind[stays], every.x_r[stays], every.F_L[stays])
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Codes]:
         """Give x_r, v_r, z, F_f and the direction at ascending times [s]."""
         columns = tuple(held(np.empty(len(t))) for _ in range(4))
         d = held(np.empty(len(t), dtype=np.int64))
-        scene: tuple[Any, ...] = (*self._scene, held(t), *columns, d)
-        read(*scene)
+        ways.read(self.law)(*self._scene, held(t), *columns, d)
         x_r, v_r, z, F_f = map(np.asarray, columns)
         return x_r, v_r, z, F_f, np.asarray(d, dtype=np.int8)
 
@@ -94,37 +104,41 @@ class SeriesTrack:
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
-        window: tuple[Any, ...] = (*self._scene, begin, end)
-        x2, v2, x_dd2, power, rub, stuck = integrate_series(*window)
-        sums = (x2, v2, x_dd2, power, rub, stuck)
+        x2, v2, x_dd2, power, rub, stuck = ways.integrate(self.law)(*self._scene, begin, end)
         if isinstance(self.motion, Samples):
-            return Totals(*sums, *sample_squares(self.motion, begin, end))
+            u_dd2, u2 = sample_squares(self.motion, begin, end)
+            return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2)
+        length = end - begin
         u_dd2, u2 = mean_squares(self.waves, begin, end)
-        return Totals(*sums, u_dd2 * (end - begin), u2 * (end - begin))
+        return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length)
 
     @property
     def _scene(self) -> tuple[Any, ...]:
         """What every kernel wants first."""
         u_dd, dt = self.base
         steps = Steps(*map(held, self.steps))
-        return self.plant, self.law, self.waves, held(u_dd), dt, empty_jet(), steps
+        work = ways.work(self.law, 0.0)
+        return self.plant, self.law, self.waves, held(u_dd), dt, *work, steps
 
 
-def empty_jet() -> Jet:
-    """Give a series to work in."""
-    return Jet(*(held(np.zeros(ORDER + 2)) for _ in Jet._fields))
-
-
-def empty_steps() -> Steps:
-    """Give room for `CAPACITY` steps."""
+def empty_steps(size: int) -> Steps:
+    """Give room for steps."""
     kinds = (np.int64, np.float64, np.float64, np.float64, np.float64, np.int64)
-    return Steps(*(held(np.zeros(CAPACITY, dtype=kind)) for kind in kinds))
+    return Steps(*(held(np.empty(size, dtype=kind)) for kind in kinds))
 
 
-def empty_log() -> Log:
-    """Give room for `CAPACITY` events."""
+def empty_log(size: int) -> Log:
+    """Give room for events."""
     kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
-    return Log(*(held(np.zeros(CAPACITY, dtype=kind)) for kind in kinds))
+    return Log(*(held(np.empty(size, dtype=kind)) for kind in kinds))
+
+
+def larger(room: Any, size: int) -> Any:
+    """Give the same values with more room."""
+    wider = empty_steps(size) if isinstance(room, Steps) else empty_log(size)
+    for column, before in zip(wider, room, strict=True):
+        column[: len(before)] = before
+    return wider
 
 
 def base_of(motion: Sines | Samples, duration: float) -> tuple[Floats, float, int, float]:
@@ -139,57 +153,60 @@ def base_of(motion: Sines | Samples, duration: float) -> tuple[Floats, float, in
     return motion.u_dd[:], dt, last, dt
 
 
-def quick(motion: Sines | Samples) -> float:
-    """Give a speed that the base gives the mass at least, in order of magnitude [m/s]."""
+def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
+    """Give a speed [m/s] far below what the scene will show, but above nothing."""
     if isinstance(motion, Sines):
         swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
-        return max(swings, default=0.0)
-    return largest(motion.u_dd) * motion.dt
+        base = max(swings, default=0.0)
+    else:
+        base = largest(motion.u_dd) * motion.dt
+    free = math.sqrt(plant.k_x / plant.m) * abs(start.x_r)
+    return max(FAINT * base, FAINT * free, abs(start.v_r), np.finfo(float).tiny)
 
 
 def follow(
     plant: Plant,
-    law: Dynamic,
+    law: Dynamic | Slider,
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
-) -> SeriesTrack:
+) -> Traced:
     """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
     if duration is None:
         assert isinstance(motion, Samples), "sines need a duration"
         duration = (len(motion.u_dd) - 1) * motion.dt
     u_dd, dt, last, length = base_of(motion, duration)
-    waves, jet = waves_of(motion), empty_jet()
-    x_r, v_r, z = (*start, 0.0)[:3]
-    scene = (plant, law, waves)
+    waves, base = waves_of(motion, ways.waving(law)), held(u_dd)
+    work = ways.work(law, faint_speed(plant, motion, start))
     slope = float(u_dd[1] - u_dd[0]) / dt
-    d = first_heading(*scene, jet, float(u_dd[0]), slope, 0.0, x_r, v_r, z)
-    F_L = plant.m * first_u_dd(motion) + plant.k_x * x_r
-    parts, logs = [], [Log([0], [0.0], [d], [x_r], [F_L])]
-    swing = math.sqrt(plant.k_x / plant.m) * abs(x_r)
-    speed = max(FAINT * quick(motion), FAINT * swing, abs(v_r), np.finfo(float).tiny)
+    state = ways.first(plant, law, waves, work, float(u_dd[0]), slope, start)
+    F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
+    log, count = empty_log(CAPACITY), 1
+    opening = (0, 0.0, state[3], start.x_r, F_L)
+    for column, value in zip(log, opening, strict=True):
+        column[0] = value
+    steps, used = empty_steps(CAPACITY), 0
     at: tuple[Any, ...] = (0, 0.0)
-    state: tuple[Any, ...] = (x_r, v_r, z, d)
-    base = held(u_dd)
     while at[0] <= last:
-        steps, log = empty_steps(), empty_log()
-        room = (jet, steps, 0, log, 0, CAPACITY)
-        rest: tuple[Any, ...] = (speed, *at, length, last, *state, *room)
-        out = trace(plant, law, waves, base, dt, *rest)
-        speed, n, s, *moved, used, count = out
+        full = used + CAPACITY
+        if len(steps.n) < full:
+            size = max(2 * full, int(FEW_EVENTS * last) + CAPACITY)
+            steps, log = larger(steps, size), larger(log, size)
+        room = (*work, steps, used, log, count, full)
+        out = ways.walk(law)(plant, law, waves, base, dt, *at, length, last, *state, *room)
+        n, s, *moved, used, count = out
         at, state = (n, s), tuple(moved)
         refuse_storm(count, n * dt + s, state)
-        parts.append([np.array(column[:used]) for column in steps])
-        logs.append(Log(*(column[:count].copy() for column in log)))
-    steps = Steps(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-    found = joined(logs)
-    turns = Events(found.n * dt + found.s, found.kind, found.x_r, found.F_L)
-    return SeriesTrack(plant, law, motion, waves, (u_dd, dt), steps, turns, duration)
+    steps = Steps(*(np.asarray(column[:used]) for column in steps))
+    found = Log(*(np.asarray(column[:count]) for column in log))
+    t = found.n * dt + found.s
+    events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L)
+    return Traced(plant, law, motion, waves, (u_dd, dt), steps, events, duration)
 
 
 def solve(
     plant: Plant,
-    law: Dynamic,
+    law: Dynamic | Slider,
     motion: Sines | Samples,
     start: AnyState,
     step: float,
@@ -201,20 +218,21 @@ def solve(
     points = grid_points(track.end, dt)
     t = np.arange(points, dtype=np.float64) * dt
     x_r, v_r, _, F_f, d = track.at(t)
-    coarser = law._replace(tolerance=min(LADDER * law.tolerance, COARSEST))
-    coarse = follow(plant, coarser, motion, start, duration).at(t)[0]
-    error = float(np.abs(coarse - x_r).max() / (np.abs(x_r).max() or 1.0))
+    error = None
+    if isinstance(law, Dynamic):
+        coarser = law._replace(tolerance=min(LADDER * law.tolerance, COARSEST))
+        coarse = follow(plant, coarser, motion, start, duration).at(t)[0]
+        error = float(np.abs(coarse - x_r).max() / (np.abs(x_r).max() or 1.0))
     u_dd = motion.u_dd[:points] if isinstance(motion, Samples) else base_acceleration(motion, t)
-    how = Numerics(
-        "stick-slip", *core_of(law, motion), engine(), points - 1, len(track.turns), error=error
-    )
+    core, events = core_of(law, motion), len(track.events)
+    how = Numerics("stick-slip", *core, engine(), points - 1, events, error=error)
     grid = Held(dt, Points(u_dd, x_r, v_r, d, F_f))
-    return Response(plant, law, motion, grid, track.turns, how, track)
+    return Response(plant, law, motion, grid, track.events, how, track)
 
 
 def find_orbit(
     plant: Plant,
-    law: Dynamic,
+    law: Dynamic | Slider,
     motion: Sines,
     start: AnyState,
     period: float,
@@ -234,7 +252,7 @@ def find_orbit(
             max(abs(a - b) / (c or 1.0) for a, b, c in zip(state, old, scale, strict=True))
             for old in past[1:]
         ]
-        closed = [i for i, change in enumerate(changes) if change <= CLOSED]
+        closed = [i for i, change in enumerate(changes) if change <= CLOSED[type(law)]]
         if closed:
             closure, multiple = changes[closed[0]], closed[0] + 1
             return Orbit(state, multiple, closure, True, True, periods * period, peak)

@@ -1,0 +1,86 @@
+"""A motion over a spring contact between its steps: at any instant, and its integrals."""
+
+from __future__ import annotations
+
+from drysim.core.compiled import compiled
+from drysim.core.contact import FREE, begin_stretch, contact_force
+from drysim.core.integrals import NODES, WEIGHTS, panel_length
+from drysim.core.slide import slide
+from drysim.core.waves import base_motion, normal_force
+
+
+@compiled
+def resume(plant, law, waves, u_dd, dt, steps, i):
+    """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
+    n = steps.n[i]
+    s = steps.s[i]
+    slope = (u_dd[n + 1] - u_dd[n]) / dt
+    u_0 = u_dd[n] + slope * s
+    c, w, f = begin_stretch(plant, law, waves, steps.d[i], steps.z[i], n * dt + s)
+    return c, w, -u_0 - f, -slope, u_0, slope
+
+
+@compiled
+def read_contact(plant, law, waves, u_dd, dt, steps, t, x_out, v_out, z_out, F_out, d_out):
+    """Write the motion at ascending times t [s].
+
+    Parameters as in `replay.read`; `z_out` is where the contact carries no force [m], and
+    `d_out` the direction of motion.
+    """
+    i = 0
+    known = -1
+    c, w, g, r = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(t)):
+        while i + 1 < len(steps.n) and steps.n[i + 1] * dt + steps.s[i + 1] <= t[k]:
+            i += 1
+        if known != i:
+            c, w, g, r, _, _ = resume(plant, law, waves, u_dd, dt, steps, i)
+            known = i
+        s = t[k] - (steps.n[i] * dt + steps.s[i])
+        x, v = steps.x_r[i], steps.v_r[i]
+        if s != 0.0:
+            x, v, _, _ = slide(c, w, waves, x, v, g, r, s)
+        load = max(normal_force(law, waves, s)[0], 0.0) if steps.d[i] != FREE else 0.0
+        x_out[k] = x
+        v_out[k] = v
+        F_out[k] = contact_force(law, steps.d[i], x, steps.z[i], load)
+        z_out[k] = x - F_out[k] / law.k_t
+        d_out[k] = -1 if v < 0.0 else 1
+
+
+@compiled
+def integrate_contact(plant, law, waves, u_dd, dt, steps, begin, end):
+    """Integrate a motion over a spring contact from `begin` to `end` [s].
+
+    Returns
+    -------
+    x2, v2, x_dd2, power, rub, stuck : float
+        As in `Totals`; `rub` is the work that the contact took over F_fk.
+    """
+    m, k_x, b = plant
+    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(steps.n)):
+        t = steps.n[i] * dt + steps.s[i]
+        s = max(begin - t, 0.0)
+        hi = end - t
+        if i + 1 < len(steps.n):
+            hi = min(hi, steps.n[i + 1] * dt + steps.s[i + 1] - t)
+        if hi <= s:
+            continue
+        c, w, g, r, u_0, slope = resume(plant, law, waves, u_dd, dt, steps, i)
+        mode, x_0 = steps.d[i], steps.z[i]
+        while s < hi:
+            length = min(panel_length(c, w, waves, s), hi - s)
+            for k in range(len(NODES)):
+                at = s + length * NODES[k]
+                weight = length * WEIGHTS[k]
+                x, v, _, _ = slide(c, w, waves, steps.x_r[i], steps.v_r[i], g, r, at)
+                F = contact_force(law, mode, x, x_0, normal_force(law, waves, at)[0])
+                x_dd = (k_x * x + b * v + F) / m
+                x2 += weight * x * x
+                v2 += weight * v * v
+                x_dd2 += weight * x_dd * x_dd
+                power += weight * base_motion(waves, u_0, slope, at)[0] * v
+                rub += weight * F * v / law.F_fk
+            s = s + length if length < hi - s else hi
+    return x2, v2, x_dd2, power, rub, 0.0

@@ -1,0 +1,186 @@
+"""When a spring contact yields, and when a yielding one holds again, rigorously.
+
+As in `leave`: steps that a bound on the curvature proves safe lead to the zero from below.
+"""
+
+from __future__ import annotations
+
+import math
+
+from drysim.core.compiled import compiled
+from drysim.core.flow import flow
+from drysim.core.leave import first_step, safe_step
+from drysim.core.slide import slide
+from drysim.core.stop import NEVER, RESOLUTION
+from drysim.core.waves import OMEGA, STRIDE, A, normal_force
+
+BISECTIONS = 100
+"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
+
+
+@compiled
+def bounds(waves, r):
+    """Give bounds of the first two rates of the force per mass, and the greatest omega.
+
+    Parameters
+    ----------
+    waves : Waves
+        Anchored.
+    r : float
+        Rate of the force per mass besides the waves [m/s³].
+    """
+    first = abs(r)
+    second = 0.0
+    fastest = 0.0
+    for i in range(waves.size):
+        omega = waves.values[STRIDE * i + OMEGA]
+        first += abs(waves.values[STRIDE * i + A]) * omega
+        second += abs(waves.values[STRIDE * i + A]) * omega * omega
+        fastest = max(fastest, omega)
+    return first, second, fastest
+
+
+@compiled
+def leave_hold(c, w, waves, law, x_r, v_r, g, r, x_0, side, poised, h):
+    """Give the first time in [0, h] at which a holding contact yields to one side, or infinity.
+
+    Parameters
+    ----------
+    c, w, waves, x_r, v_r, g, r
+        As in `slide`, with the spring of the contact in w.
+    law : Slider
+    x_0 : float
+        Where the contact carries no force [m].
+    side : int
+        +1 where x_r yields upwards, -1 downwards.
+    poised : bool
+        Whether it holds at this very limit, and just so: value and rate are zero exactly.
+    h : float
+        Length of the stretch [s].
+
+    Notes
+    -----
+    The acceleration obeys the oscillator's equation driven by the rate of the force, which
+    bounds it; with it the second rate of what the contact may still bear.
+    """
+    growth, third, fastest = bounds(waves, r)
+    growth *= law.k_t
+    third *= law.k_t
+    swing = law.F_fk * law.variation
+    fastest = max(fastest, law.omega if swing > 0.0 else 0.0)
+    cap = 1.0 / fastest if fastest > 0.0 else NEVER
+    s = 0.0
+    x, v, a, _ = slide(c, w, waves, x_r, v_r, g, r, 0.0)
+    while True:
+        load, load_d, load_dd = normal_force(law, waves, s)
+        value = law.F_fk * load - side * law.k_t * (x - x_0)
+        rate = law.F_fk * load_d - side * law.k_t * v
+        bend = law.F_fk * load_dd - side * law.k_t * a
+        if poised and s == 0.0:
+            value, rate = 0.0, 0.0
+        if value <= 0.0 and s > 0.0:
+            return s
+        bound = law.k_t * math.sqrt(a * a + w * v * v) + swing * law.omega**2
+        if value > 0.0:
+            step = safe_step(value, rate, bound, growth, cap)
+        else:
+            bound += growth * min(cap, h)
+            if bound == 0.0:
+                return NEVER
+            fourth = (c + math.sqrt(w)) * bound + third + swing * law.omega**3
+            step = min(first_step(rate, bend, bound, fourth), cap)
+            if step <= 0.0:
+                return s
+        if s + step >= h:
+            return NEVER
+        if step <= RESOLUTION * s:
+            return s
+        s += step
+        x, v, a, _ = slide(c, w, waves, x_r, v_r, g, r, s)
+
+
+@compiled
+def cross(c, w, v, a, r, gap, h):
+    """Give the time in (0, h] at which a mass has gone the way `gap` [m], or infinity.
+
+    Parameters
+    ----------
+    c, w, v, a, r
+        As in `locate_stop`; the velocity does not change its sign up to h.
+    """
+    y, _, Y, YY = flow(c, w, h)
+    p = a + c * v
+    if v * y + p * Y + r * YY <= gap:
+        return NEVER
+    low, high = 0.0, h
+    s = gap / v if 0.0 < gap < v * h else 0.5 * h
+    for _ in range(BISECTIONS):
+        y, y_d, Y, YY = flow(c, w, s)
+        beyond = v * y + p * Y + r * YY - gap
+        low, high = (low, s) if beyond > 0.0 else (s, high)
+        speed = v * y_d + p * y + r * Y
+        step = -beyond / speed if speed > 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s += step
+        if not low < s < high:
+            s = 0.5 * (low + high)
+            if s <= low or s >= high:
+                return high
+    return s
+
+
+@compiled
+def leave_yield(c, w, waves, law, x_r, v_r, g, r, d, h):
+    """Give the first time in (0, h] at which a contact that yields in direction d holds again.
+
+    It does when the mass no longer outruns the limit of its spring, which with a constant
+    normal force is when it stops. Parameters as in `leave_hold`, w without the contact.
+    """
+    _, growth, fastest = bounds(waves, r)
+    swing = law.F_fk * law.variation / law.k_t
+    cap = 1.0 / fastest if fastest > 0.0 else NEVER
+    s = 0.0
+    _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, 0.0)
+    while True:
+        _, load_d, load_dd = normal_force(law, waves, s)
+        value = d * v - law.F_fk / law.k_t * load_d
+        rate = d * a - law.F_fk / law.k_t * load_dd
+        bend = d * j + law.F_fk / law.k_t * load_d * law.omega**2
+        if value <= 0.0 and s > 0.0:
+            return s
+        bound = math.sqrt(j * j + w * a * a) + swing * law.omega**3
+        if value > 0.0:
+            step = safe_step(value, rate, bound, growth, cap)
+        else:
+            bound += growth * min(cap, h)
+            if bound == 0.0:
+                return NEVER
+            fourth = (c + math.sqrt(w)) * bound + growth + swing * law.omega**4
+            step = min(first_step(rate, bend, bound, fourth), cap)
+            if step <= 0.0:
+                return s
+        if s + step >= h:
+            return NEVER
+        if step <= RESOLUTION * s:
+            return s
+        s += step
+        _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
+
+
+@compiled
+def next_zero_load(law, waves, t, falling):
+    """Give how long after t [s] the normal force is zero next, falling or rising; or infinity.
+
+    The stretch starts at t; the force is 1 + variation·sin(omega t + phase) of its mean.
+    """
+    if law.variation <= 1.0:
+        return NEVER
+    load, load_d, _ = normal_force(law, waves, 0.0)
+    if falling and load <= 0.0 and load_d < 0.0:
+        return 0.0
+    if not falling and load >= 0.0 and load_d > 0.0:
+        return 0.0
+    dip = math.asin(1.0 / law.variation)
+    angle = math.pi + dip if falling else 2.0 * math.pi - dip
+    return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega

@@ -1,0 +1,76 @@
+"""Petrov-Ewins: a spring contact under a normal load that varies and may lift off."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Any, ClassVar, Literal
+
+from drysim.core.plant import Slider
+from drysim.quantity import Angle, Block, Frequency, Quantity
+
+
+class NormalMotion(Block):
+    """How the surfaces approach each other: amplitude·sin(2πft + phase)."""
+
+    amplitude: Annotated[float, Quantity("m", at_least=0)]
+    """Amplitude [m] of the approach."""
+    frequency: Frequency
+    """Frequency [Hz]."""
+    phase: Angle = 0.0
+    """Phase at t = 0 [rad]."""
+
+
+class PetrovEwins(Block):
+    """A contact with a spring along and one across the surfaces, which may part and meet again.
+
+    Not to be confused with `jenkins`, whose normal load is constant.
+
+    Notes
+    -----
+    F_N = normal + k_n y(t); while it holds f = f_0 + k_t (x_r - x_0), it yields at
+    |f| = mu F_N, and where F_N <= 0 there is no force. Piecewise linear, so solved in closed
+    form. Petrov and Ewins, J. Turbomach. 125 (2003) 364.
+    """
+
+    law: Literal["petrov-ewins"]
+    """Dry friction behind a spring, under a normal load that varies."""
+    mu_kinetic: Annotated[float, Quantity("", above=0)]
+    """Coefficient of friction [-], above 0."""
+    normal: Annotated[float, Quantity("N", above=0)]
+    """Mean normal load [N], above 0."""
+    tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
+    """Stiffness k_t [N/m], above 0, along the surfaces."""
+    normal_stiffness: Annotated[float, Quantity("N/m", above=0)] | None = None
+    """Stiffness k_n [N/m], above 0, across the surfaces; without it the load is constant."""
+    normal_motion: NormalMotion | None = None
+    """Approach of the surfaces; needs a normal stiffness."""
+
+    needs: ClassVar[dict[str, str]] = {
+        "normal_stiffness": "normal_motion",
+        "normal_motion": "normal_stiffness",
+    }
+
+    @property
+    def static_given(self) -> bool:
+        """Give True: one limit serves both."""
+        return True
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """The frequency of the normal load, where it varies [Hz]."""
+        moved = self.normal_motion
+        return (moved.frequency,) if moved and moved.amplitude else ()
+
+    def limits(self, m: float) -> Slider:
+        """Give the law in forces; the mass [kg] plays no part."""
+        F_fk = self.mu_kinetic * self.normal
+        moved = self.normal_motion
+        if moved is None or self.normal_stiffness is None:
+            return Slider(F_fk, self.tangential_stiffness)
+        variation = self.normal_stiffness * moved.amplitude / self.normal
+        omega = 2 * pi * moved.frequency
+        return Slider(F_fk, self.tangential_stiffness, variation, omega, moved.phase)
+
+    def spelled_out(self, m: float) -> dict[str, Any]:
+        """Give the words of the block with every default in them."""
+        return self.model_dump(exclude_none=True)

@@ -1,0 +1,134 @@
+"""Spring contacts, jenkins and petrov-ewins: against a state machine, limits, invariants."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from contacts import at, march_contact
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, Slider, State
+from drysim.metrics import measure
+
+PAPER = Plant(75.0, 7500.0, 500.0)
+REST = State(0.0, 0.0)
+STEP = 2.5e-3
+CONTACTS = {
+    "stiff": Slider(45.0, 1e5),
+    "soft": Slider(45.0, 2e4),
+    "swinging": Slider(30.0, 1e5, 0.5, 2 * math.pi * 2.3, 0.4),
+    "lifting": Slider(30.0, 1e5, 1.6, 2 * math.pi * 0.7, 0.4),
+    "hammering": Slider(30.0, 5e4, 1.3, 2 * math.pi * 5.7, 0.0),
+}
+
+
+def sine(a_u: float, f: float) -> Sines:
+    return Sines((math.sqrt(2.0) * a_u,), (f,), (0.0,))
+
+
+def noise(n: int, a_u: float, seed: int = 3) -> Samples:
+    spectrum = np.fft.rfft(np.random.default_rng(seed).standard_normal(n))
+    f = np.fft.rfftfreq(n, STEP)
+    spectrum[(f < 0.5) | (f > 10.0)] = 0.0
+    u_dd = np.fft.irfft(spectrum, n)
+    return Samples(u_dd * (a_u / np.sqrt(np.mean(u_dd**2))), STEP)
+
+
+def solved(law, motion, start=REST, duration=None, plant=PAPER):
+    return StickSlip().solve(plant, law, motion, start, STEP, duration)
+
+
+@pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
+def test_contact_under_a_sine_agrees_with_a_state_machine(law):
+    motion = sine(1.0, 1.6)
+    response = solved(law, motion, duration=1.5)
+
+    def base(t):
+        return motion.A[0] * math.sin(2 * math.pi * 1.6 * t)
+
+    x_r, v_r = at(march_contact(PAPER, law, base, 1.5), response.t)
+    assert np.abs(x_r - response.x_r).max() < 1e-11 * np.abs(x_r).max()
+    assert np.abs(v_r - response.v_r).max() < 1e-10 * np.abs(v_r).max()
+
+
+@pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(1200, 1.0)], ids=["sine", "noise"])
+class TestInvariants:
+    def test_energy_closes(self, law, motion):
+        metrics = measure(solved(law, motion, duration=2.9).track, (0.7, 2.9), None)
+        assert metrics["energy_residual"] < 1e-13
+        assert metrics["energy_friction"] > 0
+
+    def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, law, motion):
+        if isinstance(motion, Sines):
+            other = Sines(tuple(-A for A in motion.A), motion.f, motion.phase)
+        else:
+            other = Samples(-motion.u_dd, motion.dt)
+        one, two = (solved(law, each, duration=2.0) for each in (motion, other))
+        assert (one.x_r == -two.x_r).all()
+        assert (one.F_f == -two.F_f).all()
+
+    def test_force_is_within_its_limit_and_smooth(self, law, motion):
+        response = solved(law, motion, duration=2.9)
+        load = 1.0 + law.variation * np.sin(law.omega * response.t + law.phase)
+        limit = law.F_fk * np.maximum(load, 0.0)
+        assert (np.abs(response.F_f) <= limit * (1.0 + 1e-12) + 1e-9).all()
+        fastest = law.k_t * np.abs(response.v_r).max() + law.F_fk * law.variation * law.omega
+        assert np.abs(np.diff(response.F_f)).max() <= fastest * response.dt * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(1200, 1.0)], ids=["sine", "noise"])
+def test_homogeneity(motion):
+    law = CONTACTS["stiff"]
+    twice = (
+        Sines(tuple(2 * A for A in motion.A), motion.f, motion.phase)
+        if isinstance(motion, Sines)
+        else Samples(2 * motion.u_dd, motion.dt)
+    )
+    one = solved(law, motion, duration=2.9)
+    two = solved(law._replace(F_fk=2 * law.F_fk), twice, duration=2.9)
+    assert (two.x_r == 2 * one.x_r).all()
+
+
+def test_stiff_contact_comes_to_coulomb_as_one_over_its_stiffness():
+    motion = sine(1.0, 1.6)
+    coulomb = solved(Law(45.0, 45.0), motion, duration=3.0).x_r
+    errors = [
+        np.abs(solved(Slider(45.0, k_t), motion, duration=3.0).x_r - coulomb).max()
+        for k_t in (1e7, 1e8, 1e9)
+    ]
+    assert errors[2] < 3e-5
+    assert errors[0] / errors[1] == pytest.approx(math.sqrt(10.0), rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(math.sqrt(10.0), rel=0.05)
+
+
+def test_contact_that_never_yields_is_one_more_spring():
+    motion = sine(0.5, 1.6)
+    response = solved(Slider(1e6, 5e3), motion, duration=3.0)
+    spring = solved(Law(0.0, 0.0), motion, duration=3.0, plant=Plant(75.0, 12500.0, 500.0))
+    assert np.abs(response.x_r - spring.x_r).max() < 1e-14
+
+
+def test_split_run_equals_the_whole():
+    motion, law = noise(1200, 1.0), CONTACTS["stiff"]
+    whole = solved(law, motion)
+    rest = Samples(motion.u_dd[400:], motion.dt)
+    part = solved(law, rest, start=whole.track.state(400 * STEP))
+    assert np.abs(part.x_r - whole.x_r[400:]).max() < 1e-12
+
+
+def test_steps_of_any_length_give_one_motion():
+    """Whole steps by their map, and the same steps looked into one by one."""
+    motion, law = noise(1200, 1.0), CONTACTS["stiff"]
+    finer = Samples(np.interp(np.arange(2399) / 2, np.arange(1200), motion.u_dd), STEP / 2)
+    coarse, fine = solved(law, motion), solved(law, finer)
+    assert np.abs(fine.x_r[::2] - coarse.x_r).max() < 1e-13
+
+
+def test_orbit_closes():
+    orbit = StickSlip().orbit(PAPER, CONTACTS["soft"], sine(1.0, 1.6), REST, 1 / 1.6)
+    assert orbit.settled
+    assert orbit.closure <= 1e-12
