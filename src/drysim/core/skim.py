@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from drysim.core.compiled import compiled, inlined
 from drysim.core.flow import flow
-from drysim.core.march import FINE
+from drysim.core.steps import FINE
 
 
 class Map(NamedTuple):
