@@ -46,10 +46,8 @@ class Kinetic(Block):
 
     def kinetic_force(self, m: float) -> float:
         """Give F_fk [N]; the mass [kg] is the normal force's default."""
-        if self.kinetic is not None:
-            return self.kinetic
-        assert self.mu_kinetic is not None, "one of both is given"
-        return self.forced(self.mu_kinetic, m)
+        # Neither is given while the faults of a file are being collected.
+        return self.forced(self.mu_kinetic or 0.0, m) if self.kinetic is None else self.kinetic
 
     def forced(self, mu: float, m: float) -> float:
         """Give the force [N] behind a coefficient."""
