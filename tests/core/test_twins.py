@@ -11,7 +11,7 @@ from scenes import leap, march
 
 from drawn import Scene, scenes
 
-FAST, MANY = 40, 2000
+FAST, MANY = 40, 1000
 
 NEAR = 1e-9
 """Under sines the compiler may round a power or a remainder its own way: 1e-13 as a rule."""

@@ -16,7 +16,7 @@ from drysim.core.events import direction
 from drysim.errors import SolverError
 from drysim.metrics import measure
 
-FAST, MANY = 40, 3000
+FAST, MANY = 40, 1000
 """Examples of a law in `make test`, which are always the same, and in `make slow`."""
 
 CLOSES = 1e-10

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from drysim.core.flow import flow
-from drysim.core.integrals import NODES, PANEL, WEIGHTS
+from drysim.core.integrals import NODES, PANEL, WEIGHTS, own_rate
 
 
 def step_rows(c, w, f, x_r, v_r, u_0, u_1):
@@ -63,10 +61,12 @@ def step_forms(c, w, dt):
         Linear form of v_r: the distance slid.
     """
     squares = np.zeros((4, 6, 6))
-    panels = max(1, math.ceil(dt * (c + math.sqrt(w)) / PANEL))
-    for panel in range(panels):
+    begin = 0.0
+    while begin < dt:
+        rate = own_rate(c, w, begin)
+        length = min(PANEL / rate, dt - begin) if rate > 0.0 else dt - begin
         for node, weight in zip(NODES, WEIGHTS, strict=True):
-            s = dt * (panel + node) / panels
+            s = begin + length * node
             y, y_d, Y, YY = flow(c, w, s)
             x = np.array([1.0, y, -Y, -YY / dt, 0.0, 0.0])
             v = np.array([0.0, y_d, -y, -Y / dt, 0.0, 0.0])
@@ -75,6 +75,7 @@ def step_forms(c, w, dt):
             for square, one, other in zip(
                 squares, (x, v, x_dd, u_dd), (x, v, x_dd, v), strict=True
             ):
-                square += weight * dt / panels * np.outer(one, other)
+                square += weight * length * np.outer(one, other)
+        begin = begin + length if length < dt - begin else dt
     y, _, Y, YY = flow(c, w, dt)
     return squares, np.array([0.0, y, -Y, -YY / dt, 0.0, 0.0])

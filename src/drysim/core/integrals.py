@@ -27,15 +27,20 @@ WEIGHTS = tuple((0.5 * _WEIGHTS).tolist())
 
 
 @compiled
+def own_rate(c, w, s):
+    """Give the fastest rate of the oscillator that is still alive at time s of a stretch."""
+    if c * s < FADED:
+        return c + math.sqrt(w)
+    return w / (0.5 * c + math.sqrt(0.25 * c * c - w)) if 0.25 * c * c > w else 0.0
+
+
+@compiled
 def panel_length(c, w, waves, s):
     """Give the length of the panel that may start at time s of a stretch [s]."""
     rate = 0.0
     for i in range(waves.size):
         rate = max(rate, waves.values[STRIDE * i + OMEGA])
-    if c * s < FADED:
-        rate = max(rate, c + math.sqrt(w))
-    elif 0.25 * c * c > w:
-        rate = max(rate, w / (0.5 * c + math.sqrt(0.25 * c * c - w)))
+    rate = max(rate, own_rate(c, w, s))
     return PANEL / rate if rate > 0.0 else math.inf
 
 
@@ -68,7 +73,8 @@ def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
     s = lo
     while s < hi:
-        length = min(panel_length(c, w, waves, s), hi - s)
+        own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck oscillator has no rate of its own
+        length = min(panel_length(own[0], own[1], waves, s), hi - s)
         for i in range(len(NODES)):
             at = s + length * NODES[i]
             weight = length * WEIGHTS[i]

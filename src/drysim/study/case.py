@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from drysim.core.compiled import engine
@@ -12,7 +12,7 @@ from drysim.errors import Caution, ScenarioError, UsageError
 from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
-from drysim.study import memory, seeds
+from drysim.study import effort, memory, seeds
 from drysim.study.spectral import refusal
 from drysim.wording import number
 
@@ -67,7 +67,8 @@ class Case:
     def work(self) -> int:
         """Number of steps of sampled motion that are as much work as this case."""
         waves = len(self.motion.f) if isinstance(self.motion, Sines) else 0
-        return self.steps * (1 + WAVE_WORK * waves)
+        radians = effort.turns(self).radians
+        return max(self.steps * (1 + WAVE_WORK * waves), round(WAVE_WORK * radians))
 
     @property
     def limit(self) -> float | None:
@@ -141,7 +142,9 @@ def assemble(
     if shortage := memory.shortage(case.steps * pieces(case), weighed):
         key = f"solver.{case.approach.approach}"
         raise misfit(scenario, f"{key} divides every step: {shortage}", key)
-    return case
+    if excess := effort.excess(case):
+        raise misfit(scenario, *excess)
+    return replace(case, cautions=(*remarks, *effort.cautions(case)))
 
 
 def pieces(case: Case) -> int:

@@ -1,0 +1,110 @@
+"""How much work a case is, told before it is done: each turn of what turns fast is followed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, pi, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+from drysim.core.motion import Sines
+from drysim.core.plant import Law
+from drysim.errors import Caution
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from drysim.study.case import Case
+
+EXACT = ("stick-slip", "viscous")
+"""Approaches that follow every turn; the others step over it."""
+
+A_STEP = 30.0
+"""Radians that a step of an easy scene is worth a hundred times over: a sampled step takes some
+30 ns with its metrics, one under sines 1 µs, and a radian was seen to take 0.1 to 0.5 µs."""
+
+RADIAN = 5e-7
+"""Time that a radian takes at most, compiled [s]."""
+
+CREEP = 3e7
+"""Decays of the speed within a step from which a step took 50 times as long and more."""
+
+MOST = 1e10
+"""Radians of more than an hour: nobody means that, and the numbers would not bear it."""
+
+RINGING = 40.0
+"""What rings with damping ratio ξ is below double precision after 40/ξ radians."""
+
+
+class Turns(NamedTuple):
+    """What turns within a case: its key, its name, and how far in all [rad].
+
+    What a damper stills turns less than its frequency says: `least` is what is certain.
+    """
+
+    key: str
+    name: str
+    radians: float
+    least: float
+
+
+def turns(case: Case) -> Turns:
+    """Give what turns the most within the window of a case."""
+    return max(_turns(case), key=lambda one: one.radians, default=Turns("", "", 0.0, 0.0))
+
+
+def _turns(case: Case) -> Iterator[Turns]:
+    """Give the waves of a case, and its spring where the mass may move."""
+    if case.approach.approach not in EXACT:
+        return
+    span, fastest, law = case.window[1], inf, case.law
+    if isinstance(case.motion, Sines):
+        fastest = max(case.motion.f, default=0.0)
+        radians = 2.0 * pi * fastest * span
+        yield Turns("excitation", "base", radians, radians)
+    if isinstance(law, Law) and law.variation:
+        fastest = max(fastest, law.omega / (2.0 * pi))
+        radians = law.omega * span
+        yield Turns("friction.normal_variation", "normal force", radians, radians)
+    m, k_x, b = case.plant
+    if k_x > 0.0 and all(one.slug != "will-not-move" for one in case.cautions):
+        radians, xi = sqrt(k_x / m) * span, 0.5 * b / sqrt(k_x * m)
+        kicks = 2.0 * (fastest * span + 1.0)
+        rings = kicks * RINGING / xi if xi else inf
+        yield Turns("oscillator.stiffness", "oscillator", radians, min(radians, rings))
+
+
+def excess(case: Case) -> tuple[str, str] | None:
+    """Give the sentence and the key for a case that would take longer than anybody waits."""
+    most = max(_turns(case), key=lambda one: one.least, default=None)
+    if most is None or most.least <= MOST:
+        return None
+    hours = number(most.least * RADIAN / 3600.0, "h", digits=2)
+    sentence = (
+        f"{most.key}: the {most.name} turns by {number(most.least)} radians in "
+        f"{number(case.window[1], 's')}, and each is followed: up to {hours} of work; "
+        "check the units, or take a shorter duration"
+    )
+    return sentence, most.key
+
+
+def cautions(case: Case) -> Iterator[Caution]:
+    """Say when a step takes a hundred times as long as one of an easy scene."""
+    decays = case.plant.b / case.plant.m * case.step
+    if decays > CREEP and case.approach.approach in EXACT:
+        sentence = (
+            f"the damper stills the mass {number(decays)} times within a step of "
+            f"{number(case.step, 's')}: it creeps at the rounding of its speed, and a "
+            "step may take 100 times as long as usual; check mass and damping"
+        )
+        yield Caution("slow-scene", sentence, {"decays_a_step": decays})
+        return
+    most = turns(case)
+    each = most.radians / max(case.steps, 1)
+    if each > A_STEP:
+        time = number(most.radians * RADIAN, "s", digits=2)
+        sentence = (
+            f"the {most.name} turns by {number(each)} radians within a step of "
+            f"{number(case.step, 's')}, and each is followed: a step may take 100 times as "
+            f"long as usual, all of them up to {time}"
+        )
+        numbers = {"radians": most.radians, "radians_a_step": each}
+        yield Caution("slow-scene", sentence, numbers)

@@ -1,0 +1,89 @@
+"""Work out of proportion is told before it is done, and what nobody waits for is refused."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+import drysim
+from drysim.errors import ScenarioError
+from drysim.study.case import prepare
+from seat import SEAT
+
+NOISE = {"kind": "psd", "points": [["0.5 Hz", 1], ["10 Hz", 1]], "duration": 0.1, "seed": 1}
+
+
+@pytest.fixture
+def prepared(tmp_path):
+    """Give a case of the seat with some keys changed."""
+
+    def case(**overrides):
+        file = tmp_path / "seat.yaml"
+        file.write_text(SEAT)
+        return prepare(
+            drysim.load(file, {k.replace("__", "."): v for k, v in overrides.items()})
+        )
+
+    return case
+
+
+def slow(case):
+    """Give the sentences about slow scenes."""
+    return [caution.sentence for caution in case.cautions if caution.slug == "slow-scene"]
+
+
+def test_easy_scene_is_not_called_slow(prepared):
+    assert slow(prepared()) == []
+    assert slow(prepared(excitation__frequency=500)) == []
+
+
+@pytest.mark.parametrize(
+    ("overrides", "what"),
+    [
+        ({"excitation__frequency": 1e6}, "the base turns by 15708 radians within a step"),
+        ({"oscillator__stiffness": 1e14}, "the oscillator turns by 2887 radians"),
+        (
+            {"friction__normal_variation": {"amplitude": 0.5, "frequency": 1e5}},
+            "the normal force turns by 1571 radians",
+        ),
+    ],
+)
+def test_scene_that_turns_fast_is_called_slow(prepared, overrides, what):
+    (sentence,) = slow(prepared(**overrides))
+    assert sentence.startswith(what)
+    assert "100 times as long as usual" in sentence
+
+
+@pytest.mark.parametrize(
+    ("overrides", "key"),
+    [
+        ({"excitation__frequency": 1e9}, "excitation"),
+        ({"oscillator__stiffness": 1e22, "oscillator__damping": 0}, "oscillator.stiffness"),
+    ],
+)
+def test_scene_that_nobody_waits_for_is_refused_with_the_hours(prepared, overrides, key):
+    with pytest.raises(ScenarioError) as refused:
+        prepared(**overrides)
+    (problem,) = refused.value.problems
+    assert problem.sentence.startswith(f"{key}: the ")
+    assert " h of work; check the units" in problem.sentence
+
+
+def test_stiff_spring_that_never_moves_or_is_damped_is_not_refused(prepared):
+    assert slow(prepared(oscillator__stiffness=1e22, friction__kinetic=1e4)) == []
+    assert slow(prepared(oscillator={"mass": 75, "stiffness": 1e22, "damping_ratio": 0.5}))
+
+
+def test_mass_that_only_creeps_is_called_slow(prepared):
+    (sentence,) = slow(prepared(oscillator__damping=1e16))
+    assert sentence.startswith("the damper stills the mass 3.333e11 times within a step")
+
+
+def test_damping_beyond_measure_takes_no_time(prepared):
+    # A step was divided into a panel for every four decays.
+    file = prepared(oscillator__damping=1e12, excitation=NOISE, measure={}).scenario
+    begin = time.process_time()
+    outcome = drysim.run(file)
+    assert time.process_time() - begin < 20.0  # the compiler included; it was minutes
+    assert outcome.metrics["energy_residual"] < 1e-9
