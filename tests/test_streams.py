@@ -6,10 +6,12 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
+from drysim.cli import leave
 from test_cli import tree
 
 FULL = pytest.mark.skipif(
@@ -112,14 +114,27 @@ def test_sweep_that_is_asked_to_go_says_so_once_and_keeps_its_cases(seat, name):
     assert not (seat.parent / "out/seat").exists()
 
 
+def test_fault_that_comes_of_an_interruption_is_no_bug(drysim, seat, monkeypatch):
+    def cut_short(_):
+        leave.ASKED.set()
+        raise AttributeError("partially initialised module")
+
+    monkeypatch.setattr(leave, "ASKED", threading.Event())
+    monkeypatch.setattr("drysim.cli.ASKED", leave.ASKED)
+    monkeypatch.setattr("drysim.study.run.solve", cut_short)
+    answer = drysim("run", seat)
+    assert answer.code == 130
+    assert "Traceback" not in answer.err
+
+
 def test_signal_that_is_ignored_stays_so(seat):
     program = (
         "import signal, sys\n"
         "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "from drysim.cli import take_leave_as_an_interruption\n"
-        "take_leave_as_an_interruption()\n"
+        "from drysim.cli.leave import tidy_up_first\n"
+        "tidy_up_first()\n"
         "print(signal.getsignal(signal.SIGHUP) == signal.SIG_IGN,\n"
-        "      signal.getsignal(signal.SIGTERM) == signal.default_int_handler)\n"
+        "      callable(signal.getsignal(signal.SIGTERM)))\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout == "True True\n"

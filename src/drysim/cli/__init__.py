@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import os
-import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from typing import NoReturn
 import typer
 
 from drysim.cli.bench import app
+from drysim.cli.leave import ASKED, tidy_up_first
 from drysim.cli.streams import open_closed_streams, reader_may_leave, unheard
 from drysim.errors import (
     EXIT_BUG,
@@ -25,9 +25,6 @@ from drysim.errors import (
 
 SELDOM = 1_000_000
 """New objects between two collections: a hundred megabytes, were they all garbage."""
-
-LEAVE = ("SIGTERM", "SIGHUP")
-"""Signals that ask a process to end; not every system knows both."""
 
 BUG = """
 This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
@@ -75,22 +72,12 @@ def command() -> NoReturn:
     not take that apart in order at its end: together these are a fifth of a small sweep.
     """
     gc.set_threshold(SELDOM, 20, 20)
-    take_leave_as_an_interruption()
+    tidy_up_first()
     code = main()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
             stream.flush()
     os._exit(code)
-
-
-def take_leave_as_an_interruption() -> None:
-    """Let who asks us to go, by `kill` or by closing the terminal, be obeyed as by Ctrl-C.
-
-    A signal that is ignored, as below `nohup`, stays so.
-    """
-    for number in filter(None, (getattr(signal, name, None) for name in LEAVE)):
-        if signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
 
 
 def wrong_words(fault: typer.TyperException) -> int:
@@ -101,7 +88,12 @@ def wrong_words(fault: typer.TyperException) -> int:
 
 
 def unforeseen(fault: Exception) -> int:
-    """Show what nobody foresaw: a stdout that cannot be written, or else a bug."""
+    """Show what nobody foresaw: a stdout that cannot be written, or else a bug.
+
+    Who was asked to go has no bug: an interrupted import fails with whatever comes to its mind.
+    """
+    if ASKED.is_set():
+        return EXIT_INTERRUPTED
     # A stream that fails names no file; all files are written where that is foreseen.
     if isinstance(fault, OSError) and fault.filename is None:
         return dressed(unheard(fault))
