@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from time import perf_counter
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 import drysim as package
 from drysim.errors import SolverError
 from drysim.scenario.blocks import SHELF
-from drysim.study.bench import clock, judge, shelf, speed_error
+from drysim.study.bench import clock, judge, patience, shelf, speed_error
 from drysim.study.bench.attempt import Terms, attempt
 from drysim.study.bench.entry import Entry
 from drysim.study.bench.judge import Yardstick
@@ -135,6 +136,15 @@ def test_work_that_lasts_too_long_is_given_up():
 
     with pytest.raises(SolverError, match=r"given up after 0\.05 s"), at_most(0.05):
         forever()
+
+
+def test_compiling_is_no_part_of_the_work_and_is_not_interrupted(monkeypatch):
+    monkeypatch.setattr(patience, "compiling", lambda: perf_counter() < begin + 0.15)
+    begin = perf_counter()
+    with pytest.raises(SolverError), at_most(0.1):
+        while perf_counter() < begin + 5.0:
+            pass
+    assert 0.15 < perf_counter() - begin < 4.0
 
 
 def test_slow_jobs_are_repeated_less_and_all_take_turns():

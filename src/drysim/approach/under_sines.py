@@ -26,11 +26,11 @@ from drysim.approach.scene import (
 from drysim.core import orbit, orbits
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
-from drysim.core.grid import sample_leaps, state_within
+from drysim.core.grid import STEP, sample_base, sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.leap import leap
 from drysim.core.means import mean_squares
-from drysim.core.motion import Sines, base_acceleration
+from drysim.core.motion import Sines
 from drysim.core.plant import Law, Plant, State, Totals
 from drysim.core.waves import STRIDE, Waves
 
@@ -119,16 +119,15 @@ class Leaps:
         turns = (track.turns.t, track.turns.kind, track.turns.x_r)
         t, kind, x_0 = (held(column[events]) for column in turns)
         v_0 = track.start.v_r if before == 1 else 0.0
-        x_r, v_r, modes = held(np.zeros(n)), held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
+        u_dd, x_r, v_r = (held(np.zeros(n)) for _ in range(3))
+        modes, steps = held(np.zeros(n, dtype=np.int8)), held(np.zeros(STEP * track.waves.size))
         sample_leaps(
-            track.plant, track.law, track.waves, t, kind, x_0, v_0, first, self.dt,
+            track.plant, track.law, track.waves, t, kind, x_0, v_0, first, self.dt, steps,
             x_r, v_r, modes,
         )  # fmt: skip
-        u_dd = base_acceleration(
-            track.motion, np.arange(first, last, dtype=np.float64) * self.dt
-        )
+        sample_base(track.waves, first, self.dt, u_dd)
         states = (np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
-        return Points(u_dd, *states)
+        return Points(np.asarray(u_dd), *states)
 
 
 def on_grid(track: LeapTrack, step: float) -> Response:

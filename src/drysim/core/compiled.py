@@ -78,6 +78,12 @@ def jit(function: Kernel, **options: bool) -> Kernel:
     return cast(Kernel, kernel)
 
 
+def compiling() -> bool:
+    """Tell whether a kernel is being compiled at this moment, which nothing may interrupt."""
+    lock = sys.modules.get("numba.core.compiler_lock")
+    return lock is not None and bool(lock.global_compiler_lock.is_locked())
+
+
 def held(values: Any) -> Any:
     """Give an array as the engine reads it fastest: plain Python indexes lists, not arrays."""
     return values.tolist() if is_plain() and hasattr(values, "tolist") else values

@@ -6,8 +6,8 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import NoReturn
 
+from drysim.core.compiled import compiling
 from drysim.errors import SolverError
 from drysim.wording import number
 
@@ -16,6 +16,7 @@ from drysim.wording import number
 def at_most(seconds: float) -> Iterator[None]:
     """Give up what lasts longer, as soon as a kernel hands over.
 
+    Compiling is no part of the work and is never interrupted: the time begins afresh behind it.
     Where the system has no alarm, or outside the main thread, it is waited for to the end.
 
     Raises
@@ -28,7 +29,10 @@ def at_most(seconds: float) -> Iterator[None]:
         yield
         return
 
-    def over(*_: object) -> NoReturn:
+    def over(*_: object) -> None:
+        if compiling():
+            signal.setitimer(signal.ITIMER_REAL, seconds)
+            return
         raise SolverError(f"given up after {number(seconds, 's')}")
 
     before = signal.signal(signal.SIGALRM, over)
