@@ -6,6 +6,10 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from drysim.checks.condition import AT as AT
 from drysim.checks.condition import (
@@ -22,6 +26,7 @@ from drysim.quantity import near, shown
 from drysim.wording import number
 
 Metrics = Mapping[str, float | None]
+Column = NDArray[Any]
 
 _UNITS = {metric.name: metric.unit for metric in METRICS}
 _FORM = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){BOUND}")
@@ -83,7 +88,7 @@ class Check:
         """
         if not self.applies({}):
             return Verdict(self, True, None, applies=False)
-        return self._verdict(metrics, None)
+        return self.verdict(metrics.get(self.metric), None)
 
     def judge_all(self, rows: Iterable[tuple[Point, Metrics]]) -> Verdict:
         """Give the verdict on the cases of a sweep: the worst of those that it applies to.
@@ -98,16 +103,48 @@ class Check:
         Verdict
             Failed when the check applies to no case, or a metric is not known in one.
         """
-        verdicts = (self._verdict(metrics, p) for p, metrics in rows if self.applies(p))
-        return max(verdicts, key=_badness, default=Verdict(self, False, None, applies=False))
+        cases = list(rows)
+        points = {one.key: _column(p.get(one.key) for p, _ in cases) for one in self.conditions}
+        values = _column(metrics.get(self.metric) for _, metrics in cases)
+        at = self.worst(points, values)
+        if at is None:
+            return self.undecided()
+        where, metrics = cases[at]
+        return self.verdict(metrics.get(self.metric), where)
+
+    def worst(self, points: Mapping[str, Column], values: Column) -> int | None:
+        """Give the place of the case that decides; None where the check applies to none.
+
+        Parameters
+        ----------
+        points : mapping
+            Column of every key that the cases have of their own, shape (n,).
+        values : ndarray, shape (n,)
+            Of the metric; NaN where it is not known.
+        """
+        applies = np.ones(len(values), dtype=bool)
+        for one in self.conditions:
+            here = np.nan if one.here is None else one.here
+            column = points.get(one.key, np.full(len(values), here))
+            column = np.where(np.isnan(column), here, column)
+            applies &= COMPARISONS[one.op](column, one.limit)
+        if not applies.any():
+            return None
+        away = values - self.limit
+        bad = {"<": away, ">": -away, "=": np.abs(away)}[self.op[0]]
+        bad = np.where(np.isnan(values), np.inf, bad)
+        return int(np.argmax(np.where(applies, bad, -np.inf)))
+
+    def undecided(self) -> Verdict:
+        """Give the verdict of a check that applies to no case: it fails."""
+        return Verdict(self, False, None, applies=False)
 
     def applies(self, point: Point) -> bool:
         """Whether a check is about the case at a point."""
         return all(condition.holds(point) for condition in self.conditions)
 
-    def _verdict(self, metrics: Metrics, where: Point | None) -> Verdict:
-        """Give the verdict on a case that the check applies to."""
-        value = metrics.get(self.metric)
+    def verdict(self, value: float | None, where: Point | None) -> Verdict:
+        """Give the verdict on a case that the check applies to, by its metric."""
         holds = value is not None and COMPARISONS[self.op](value, self.limit)
         return Verdict(self, bool(holds), value, where)
 
@@ -169,9 +206,14 @@ class Verdict:
         return f" at {', '.join(values)}" if values else ""
 
 
-def _badness(verdict: Verdict) -> float:
+def badness(verdict: Verdict) -> float:
     """Give how far a case is from what was promised; what is not known is the worst."""
     if verdict.value is None or math.isnan(verdict.value):
         return math.inf
     away = verdict.value - verdict.check.limit
     return {"<": away, ">": -away, "=": abs(away)}[verdict.check.op[0]]
+
+
+def _column(values: Iterable[float | None]) -> Column:
+    """Give values as a column, NaN for not known."""
+    return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -8,12 +8,13 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
+from typing import Any
 
 from drysim.quantity import convert, near, shown
 
 Point = Mapping[str, float]
 
-COMPARISONS: dict[str, Callable[[float, float], bool]] = {
+COMPARISONS: dict[str, Callable[[Any, float], Any]] = {
     "<": operator.lt,
     "<=": operator.le,
     ">": operator.gt,
@@ -46,7 +47,7 @@ class Condition:
     def holds(self, point: Point) -> bool:
         """Whether a point is where the check applies."""
         value = point.get(self.key, self.here)
-        return value is not None and COMPARISONS[self.op](value, self.limit)
+        return value is not None and bool(COMPARISONS[self.op](value, self.limit))
 
 
 def conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:

@@ -20,8 +20,9 @@ FALLBACK = "paper-random"
 """What it takes of the gallery where that is missing."""
 
 if TYPE_CHECKING:
+    from drysim.study.batch import Batch
     from drysim.study.case import Case
-    from drysim.study.table import Row, Table
+    from drysim.study.table import Table
 
 
 @app.command()
@@ -63,7 +64,7 @@ def sweep(
             console.remark(
                 f"beginning anew: the finished cases in {folder}.partial are given up"
             )
-        table = swept(case, claim.journal, count(wanted), workers, resume, quiet)
+        table = swept(case, claim.cases, count(wanted), workers, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
         told = report.write_table(
             table, claim, plots=not no_plots, command=command, exit_code=code
@@ -81,26 +82,27 @@ def sweep(
 
 
 def swept(
-    case: Case, file: Path, total: int, workers: int | None, resume: bool, quiet: bool
+    case: Case, folder: Path, total: int, workers: int | None, resume: bool, quiet: bool
 ) -> Table:
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim import console
-    from drysim.study.journal import Journal, identity
-    from drysim.study.sweep import solve, table_of
+    from drysim.study.journal import identity
+    from drysim.study.pieces import pieces
+    from drysim.study.store import Store
+    from drysim.study.sweep import approaches_of, leftover, solve
 
-    with Journal(file, identity(case.scenario), resume) as journal:
-        done = dict(journal.done)
-        with console.progress(total - len(done), "cases", quiet) as advance:
+    store = Store(folder, identity(case.scenario), resume)
+    every = pieces(approaches_of(case.scenario))
+    done = sum(piece.end - piece.begin for piece in every if resume and store.holds(piece))
+    with console.progress(total - done, "cases", quiet) as advance:
 
-            def finished(number: int, row: Row) -> None:
-                journal.add(number, row)
-                advance()
+        def finished(batch: Batch) -> None:
+            advance(len(batch))
 
-            try:
-                return solve(case, workers=workers, done=done, finished=finished)
-            except KeyboardInterrupt:
-                rows = tuple(row for _, row in sorted(journal.done.items()))
-                return table_of(case, rows, complete=False)
+        try:
+            return solve(case, workers=workers, store=store, finished=finished)
+        except KeyboardInterrupt:
+            return leftover(case, store)
 
 
 @app.command()
@@ -138,7 +140,11 @@ def compare(
 
     total = count(list(wanted.values()))
     with console.progress(total, "cases", quiet) as advance:
-        comparison = solve(loaded, case, names, workers=workers, finished=lambda *_: advance())
+
+        def finished(batch: Batch) -> None:
+            advance(len(batch))
+
+        comparison = solve(loaded, case, names, workers=workers, finished=finished)
     code = comparison.table.exit_code(strict)
     command = shlex.join(["drysim", *context.obj])
     told = report.write_comparison(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,9 +23,9 @@ from drysim.study import survey
 from drysim.wording import number, percent
 
 if TYPE_CHECKING:
-    from drysim.study import table as study
     from drysim.study.survey import Deviation
     from drysim.study.table import Comparison
+    from drysim.study.tally import Tally
 
 VALUE = 12
 """Columns of the worst deviations."""
@@ -76,7 +76,7 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
 def columns(comparison: Comparison) -> list[list[str]]:
     """Give the table column by column, headings first, without columns of no number."""
     table = comparison.table
-    rows = {name: list(table.of(name)) for name in table.approaches}
+    rows = table.tallies
     found = [
         [heading, *(_range(own, metric, words) for own in rows.values())]
         for heading, metric, words in METRICS
@@ -109,9 +109,9 @@ def _bare(words: str) -> str:
     return words.removesuffix(" %").replace("below ", "<").replace("above ", ">")
 
 
-def _range(rows: Sequence[study.Row], metric: str, words: Callable[[float], str]) -> str:
+def _range(tally: Tally, metric: str, words: Callable[[float], str]) -> str:
     """Give a metric over some cases, from its least to its greatest."""
-    ends = survey.extremes(rows, metric)
+    ends = tally.extremes.get(metric)
     if ends is None:
         return NONE
     low, high = (words(end.value) for end in ends)

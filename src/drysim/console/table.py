@@ -20,12 +20,14 @@ from drysim.console.parts import (
     steps,
 )
 from drysim.study import survey
-from drysim.study.table import OK
+from drysim.study.rows import HELD
+from drysim.study.tally import Tally
 from drysim.wording import millimetres, number, percent
 
 if TYPE_CHECKING:
     from drysim.study import table as study
-    from drysim.study.survey import Extreme, Isolation
+    from drysim.study.survey import Isolation
+    from drysim.study.tally import Extreme
 
 VALUE = 20
 """Columns of the values beside the names."""
@@ -85,7 +87,7 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     )
     if oscillator := wording.scene(scenario.oscillator.plant(), varied):
         yield "oscillator", oscillator
-    shared = survey.shared_forces(table.own)
+    shared = _own(table).shared
     if friction := wording.friction(scenario.law(), defaulted, **shared):
         yield "friction", friction
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
@@ -93,44 +95,48 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     yield from steps(wording.clean_up(table.motion) if fixed else ())
     for name, axis in zip(["swept"] + [""] * len(axes), axes, strict=False):
         yield name, wording.swept(axis)
-    counts = Counter(row.approach for row in table.rows)
-    yield "cases", ", ".join(f"{count} by {name}" for name, count in counts.items())
+    counts = (f"{tally.cases} by {name}" for name, tally in table.tallies.items())
+    yield "cases", ", ".join(counts)
+
+
+def _own(table: study.Table) -> Tally:
+    """Give what the cases of the approach come to that was asked for."""
+    return next(iter(table.tallies.values()), Tally(table.scenario.solver.approach))
 
 
 def _rows(table: study.Table) -> Iterator[Row]:
     """Give the numbers that matter most, in the units of an engineer."""
-    rows = table.own
+    own = _own(table)
     for metric in ("T_a", "SEAT", "T_x"):
-        if ends := survey.extremes(rows, metric):
+        if ends := own.extremes.get(metric):
             least, most = _at(table, ends[0]), _at(table, ends[1])
             remark = f"least {least}, greatest {most}" if least != most else least
             yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
     over_frequency = any(axis.key == survey.FREQUENCY for axis in table.axes)
-    if over_frequency and survey.extremes(rows, "T_a"):
-        yield _isolation(table, survey.isolation(rows))
-    yield from _stroke(table, rows)
-    if ends := survey.extremes(rows, "stuck_share"):
+    if over_frequency and "T_a" in own.extremes and own.cases <= HELD:
+        yield _isolation(table, survey.isolation(table.own))
+    yield from _stroke(table, own)
+    if ends := own.extremes.get("stuck_share"):
         remark = f"most {_at(table, ends[1])}" if ends[1].value else ""
         yield Row("stuck", span(*(percent(end.value) for end in ends)), remark)
-    if ends := survey.extremes(rows, "energy_residual"):
+    if ends := own.extremes.get("energy_residual"):
         residual = number(ends[1].value, digits=2)
         yield Row("energy", residual, "is the most that an energy balance leaves, relative")
     yield from _missing(table)
 
 
-def _stroke(table: study.Table, rows: Sequence[study.Row]) -> Iterator[Row]:
+def _stroke(table: study.Table, own: Tally) -> Iterator[Row]:
     """Give the greatest stroke, and by how much the limit is met."""
-    ends, stroke = survey.extremes(rows, "x_r_peak"), table.scenario.stroke
+    ends, stroke = own.extremes.get("x_r_peak"), table.scenario.stroke
     if ends is None:
         return
     peak = ends[1]
     used = f"{percent(peak.value / stroke.limit)} of the stroke limit, " if stroke else ""
     yield Row("peak |x_r|", millimetres(peak.value), f"{used}{_at(table, peak)}")
-    beyond = [row for row in rows if row.metrics.get("violations")]
-    if beyond and stroke:
-        cases = "1 case" if len(beyond) == 1 else f"{len(beyond)} cases"
+    if own.beyond and stroke:
+        cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
         far = peak.value - stroke.limit
-        remark = f"of {len(rows)}, " + (
+        remark = f"of {own.cases}, " + (
             f"{millimetres(far)} too far at the worst" if far >= 0 else "while it settles"
         )
         yield Row("limit met", cases, remark, "bold red")
@@ -158,10 +164,14 @@ def _isolation(table: study.Table, found: Sequence[Isolation]) -> Row:
 
 def _missing(table: study.Table) -> Iterator[Row]:
     """Count and name the cases that have no numbers."""
-    lost = [row for row in table.rows if row.status != OK]
-    for status, count in Counter(row.status for row in lost).items():
-        first = next(row for row in lost if row.status == status)
-        cases = "1 case" if count == 1 else f"{count} cases"
+    counts: Counter[str] = Counter()
+    firsts: dict[str, study.Row] = {}
+    for tally in table.tallies.values():
+        for status, (count, first) in tally.lost.items():
+            counts[status] += count
+            firsts.setdefault(status, first)
+    for status, first in firsts.items():
+        cases = "1 case" if counts[status] == 1 else f"{counts[status]} cases"
         where = wording.place(first.point, table.axes)
         note = f": {first.note}" if first.note else ""
         yield Row(status, cases, f"the first at {where}{note}", "bold red")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.report import rows, spectrum, tables
-from drysim.report.claim import JOURNAL, MARKER, SCENARIO
+from drysim.report.claim import CASES, JOURNAL, MARKER, SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
 from drysim.report.folder import claim_partial as claim_partial
@@ -184,7 +184,9 @@ def _write(
         for writer in writers:
             writer(made, claim.partial)
         written = sorted(
-            path for path in claim.partial.iterdir() if path.name not in (MARKER, JOURNAL)
+            path
+            for path in claim.partial.iterdir()
+            if path.name not in (CASES, JOURNAL, MARKER)
         )
         files = {path.name: _sha256(path) for path in written}
         told = tell(made, command, exit_code, files)

@@ -20,6 +20,7 @@ WORKERS = min(os.cpu_count() or 1, 4)
 """Threads that make text; one more writes it down, and hardly a disk is faster than these."""
 
 Text = bytes | memoryview
+Given = TypeVar("Given")
 Made = TypeVar("Made")
 
 
@@ -28,6 +29,15 @@ class Block(NamedTuple):
 
     numbers: Sequence[NDArray[np.float64]]
     codes: NDArray[np.generic]
+
+
+class Cases(NamedTuple):
+    """Cases of one approach as columns of numbers, shape (columns, n); NaN for not known."""
+
+    approach: str
+    numbers: NDArray[np.float64]
+    whole: Sequence[bool]
+    status: NDArray[np.int8]
 
 
 def texts(values: NDArray[np.float64]) -> Iterator[str]:
@@ -75,7 +85,39 @@ def _printed(words: Sequence[str], place: int, block: Block) -> memoryview:
     return out[: put_rows(numbers.view(np.uint64), codes, table, place, out)].data
 
 
-def _ahead(make: Callable[[Block], Made], blocks: Iterable[Block]) -> Iterator[Made]:
+def cases(blocks: Iterable[Cases], words: Sequence[str], place: int) -> Iterator[Text]:
+    """Give blocks of cases as rows, in order; `words` and `place` are those of the status."""
+    if is_plain():
+        return (_listed(words, place, block) for block in blocks)
+    return _ahead(partial(_put, words, place), blocks)
+
+
+def _listed(words: Sequence[str], place: int, block: Cases) -> bytes:
+    """Give the rows of a block of cases, in plain Python."""
+    columns: list[Iterable[str]] = []
+    for column, whole in zip(block.numbers.tolist(), block.whole, strict=True):
+        kind = int if whole else float
+        columns.append(["" if x != x else str(kind(x) + 0) for x in column])
+    columns.insert(place, map(words.__getitem__, block.status.tolist()))
+    return joined([[block.approach] * len(block.status), *columns])
+
+
+def _put(words: Sequence[str], place: int, block: Cases) -> memoryview:
+    """Give the rows of a block of cases by the kernel."""
+    from drysim.core.cells import put_cases
+    from drysim.core.digits import WIDTH
+
+    letters = np.array([word.encode() for word in words])
+    table = letters.view(np.uint8).reshape(len(words), -1)
+    name = np.frombuffer(block.approach.encode(), np.uint8)
+    longest = len(block.numbers) * (WIDTH + 1) + table.shape[1] + len(name) + 2
+    out = np.empty(len(block.status) * longest, np.uint8)
+    whole, codes = np.array(block.whole), block.status.astype(np.int64)
+    bits = np.ascontiguousarray(block.numbers).view(np.uint64)
+    return out[: put_cases(bits, whole, name, codes, table, place, out)].data
+
+
+def _ahead(make: Callable[[Given], Made], blocks: Iterable[Given]) -> Iterator[Made]:
     """Give what is made of every block, in order; some are made ahead, in threads."""
     from concurrent.futures import ThreadPoolExecutor
 

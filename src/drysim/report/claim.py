@@ -20,8 +20,11 @@ DRAFT = "drysim.json.new"
 """A marker that is being written; it becomes `MARKER` by rename, so that none is ever torn."""
 
 JOURNAL = "cases.jsonl"
-"""Finished cases of a sweep under way, kept in `<name>.partial`: one line says what is swept,
-each further one is a case."""
+"""Finished seeds of a run under way, kept in `<name>.partial`: one line says what is run, each
+further one is a seed."""
+
+CASES = "cases"
+"""The same for a sweep: a folder with a file for every finished block of cases."""
 
 SCENARIO = "scenario.yaml"
 """The resolved scenario of a result: the one file in it that people edit."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
 from drysim.metrics import METRICS
@@ -12,8 +12,8 @@ from drysim.study import survey
 from drysim.study.table import OK
 
 if TYPE_CHECKING:
-    from drysim.study.survey import Extreme
-    from drysim.study.table import Comparison, Row, Table
+    from drysim.study.table import Comparison, Table
+    from drysim.study.tally import Extreme, Tally
 
 
 def of_table(table: Table, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:
@@ -23,13 +23,13 @@ def of_table(table: Table, command: str, exit_code: int, files: Mapping[str, str
     was asked for, its reference left aside.
     """
     approach, *references = table.approaches or ("",)
-    rows = table.own
+    own = table.tallies.get(approach)
     numerics = {
         "approach": approach,
         "reference": next(iter(references), None),
-        **_numerics(table, rows),
+        **_numerics(table, own),
     }
-    found = {"numerics": numerics, "software": software(), "metrics": _metrics(rows)}
+    found = {"numerics": numerics, "software": software(), "metrics": _metrics(own)}
     return framed(table, table.motion, found, command, exit_code, files)
 
 
@@ -41,11 +41,11 @@ def of_comparison(
     numerics = {
         "approaches": table.approaches,
         "yardstick": yardstick,
-        **_numerics(table, list(table.of(yardstick))),
+        **_numerics(table, table.tallies.get(yardstick)),
     }
     metrics = {
-        name: {**_metrics(list(table.of(name))), **_deviation(comparison, name)}
-        for name in table.approaches
+        name: {**_metrics(tally), **_deviation(comparison, name)}
+        for name, tally in table.tallies.items()
     }
     found = {
         "numerics": numerics,
@@ -58,36 +58,39 @@ def of_comparison(
     return framed(table, motion, found, command, exit_code, files)
 
 
-def _numerics(table: Table, rows: Sequence[Row]) -> Fields:
+def _numerics(table: Table, own: Tally | None) -> Fields:
     """Give how the numbers were made, and how well the worst of them closes."""
-    good = [row for row in rows if row.status == OK]
     return {
         "cases": len(table.rows),
-        "statuses": dict(Counter(row.status for row in table.rows)),
+        "statuses": _statuses(table.tallies.values()),
         "swept": [
             {"key": axis.key, "unit": axis.unit, "values": len(axis.values)}
             for axis in table.axes
         ],
         "step": table.scenario.solver.step,
         **table.numerics,
-        "energy_residual": _greatest(good, "energy_residual"),
-        "closure": _greatest(good, "closure"),
+        "energy_residual": own and own.greatest("energy_residual"),
+        "closure": own and own.greatest("closure"),
     }
 
 
-def _greatest(rows: Sequence[Row], metric: str) -> float | None:
-    ends = survey.extremes(rows, metric)
-    return None if ends is None else ends[1].value
+def _statuses(tallies: Collection[Tally]) -> dict[str, int]:
+    """Count what became of the cases of all approaches."""
+    lost: Counter[str] = Counter()
+    for tally in tallies:
+        lost.update({status: found.cases for status, found in tally.lost.items()})
+    good = sum(tally.cases for tally in tallies) - lost.total()
+    return {OK: good, **lost} if good else dict(lost)
 
 
-def _metrics(rows: Sequence[Row]) -> Fields:
+def _metrics(tally: Tally | None) -> Fields:
     """Give the extremes of every metric that is known anywhere."""
-    good = [row for row in rows if row.status == OK]
-    found = ((metric.name, survey.extremes(good, metric.name)) for metric in METRICS)
+    if tally is None:
+        return {}
     return {
         name: {"least": _where(ends[0]), "greatest": _where(ends[1])}
-        for name, ends in found
-        if ends is not None
+        for metric in METRICS
+        if (ends := tally.extremes.get(name := metric.name)) is not None
     }
 
 

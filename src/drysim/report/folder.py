@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-from drysim.report.claim import DRAFT, JOURNAL, MARKER, beside, check, named, sentences
+from drysim.report.claim import CASES, DRAFT, JOURNAL, MARKER, beside, check, named, sentences
 from drysim.report.swap import alone, empty, recover, remove, swap, sync
 
 
@@ -23,6 +24,11 @@ class Claim(NamedTuple):
     def journal(self) -> Path:
         """Where finished cases are kept while the work goes on."""
         return self.partial / JOURNAL
+
+    @property
+    def cases(self) -> Path:
+        """Where finished blocks of cases are kept."""
+        return self.partial / CASES
 
 
 @contextlib.contextmanager
@@ -56,7 +62,7 @@ def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
             try:
                 recover(place, beside(place, "replaced"))
                 # Without its marker the journal would be a stranger to the next drysim.
-                empty(partial, {JOURNAL, MARKER} if resume else set())
+                empty(partial, {CASES, JOURNAL, MARKER} if resume else set())
                 mark(partial, '{"format": 1, "complete": false}\n')
                 yield Claim(folder, partial)
             except BaseException:
@@ -66,11 +72,12 @@ def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
 
 
 def finish(claim: Claim) -> None:
-    """Put `<name>.partial` in the place of the output folder, without its journal."""
+    """Put `<name>.partial` in the place of the output folder, without its finished cases."""
     place = named(claim.folder)
     for path in [*claim.partial.iterdir(), claim.partial]:
         sync(path)
     claim.journal.unlink(missing_ok=True)
+    shutil.rmtree(claim.cases, ignore_errors=True)
     swap(claim.partial, place, beside(place, "replaced"))
 
 
@@ -98,6 +105,8 @@ def resumable(folder: Path) -> bool:
 
 def _resumable(partial: Path) -> bool:
     """Whether a folder holds finished cases."""
+    if any((partial / CASES).glob("*.cases")):
+        return True
     try:
         with (partial / JOURNAL).open("rb") as lines:
             return len(list(islice(lines, 2))) == 2

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from drysim.metrics import COMFORT
-from drysim.report.cells import joined
+from drysim.report.cells import Cases, Text, cases, joined
 from drysim.report.tables import STROKE, heading, write
+from drysim.study.batch import COUNTED, STATUSES
+from drysim.study.rows import HELD, batches_of
 
 if TYPE_CHECKING:
+    from drysim.study.batch import Batch
     from drysim.study.table import Comparison, Row, Table
 
 FORCES = ("F_fk", "F_fs")
@@ -31,7 +36,14 @@ def transmissibility(table: Table, folder: Path) -> None:
     folder : Path
         Where to write.
     """
-    write(folder / "transmissibility.csv", _headings(table), [joined(_columns(table))])
+    headings, felt = _headings(table), _felt(table)
+    if len(table.rows) <= HELD:
+        text: Iterable[Text] = [joined(_columns(table))]
+    else:
+        keys = [axis.key for axis in table.axes]
+        blocks = (_block(batch, keys, felt) for batch in batches_of(table.rows))
+        text = cases(blocks, STATUSES, len(headings) - len(felt) - 2)
+    write(folder / "transmissibility.csv", headings, text)
 
 
 def comparison(made: Comparison, folder: Path) -> None:
@@ -46,11 +58,18 @@ def stroke_violations(table: Table, folder: Path) -> None:
 
     The reference is no seat that anybody would build, so it is left out.
     """
-    rows = [row for row in table.own if row.metrics.get("violations")]
-    if rows:
+    own = next(iter(table.tallies.values()), None)
+    if own is not None and own.beyond:
         headings = [*_keys(table), *map(heading, STROKE)]
-        columns = [*_points(table, rows), *known(rows, VIOLATION)]
-        write(folder / "stroke_violations.csv", headings, [joined(columns)])
+        write(folder / "stroke_violations.csv", headings, _met(table, own.approach))
+
+
+def _met(table: Table, approach: str) -> Iterator[Text]:
+    """Give the rows of the cases that meet the limit, block by block."""
+    for batch in batches_of(table.rows):
+        if batch.approach == approach:
+            rows = [row for row in batch if row.metrics.get("violations")]
+            yield joined([*_points(table, rows), *known(rows, VIOLATION)])
 
 
 def _headings(table: Table) -> list[str]:
@@ -76,6 +95,17 @@ def _columns(table: Table) -> list[Iterable[str]]:
         [row.status for row in rows],
         *known(rows, _felt(table)),
     ]
+
+
+def _block(batch: Batch, keys: Sequence[str], felt: Sequence[str]) -> Cases:
+    """Give a block of cases as columns of numbers; a key that the approach lacks has none."""
+    lacking = np.full(len(batch), np.nan)
+    points = [batch.points.get(key, lacking) for key in keys]
+    named = [batch.metrics[name] for name in (*METRICS, *felt)]
+    whole = [column.dtype.kind == "i" for column in points]
+    counts = [name in COUNTED for name in (*METRICS, *felt)]
+    numbers = np.array([*points, batch.F_fk, batch.F_fs, *named], dtype=float)
+    return Cases(batch.approach, numbers, [*whole, False, False, *counts], batch.status)
 
 
 def _felt(table: Table) -> Sequence[str]:

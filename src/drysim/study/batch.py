@@ -73,6 +73,18 @@ class Batch:
                 dict(zip(NAMES, row, strict=True)), STATUSES[code], self.notes.get(i, ""),
             )  # fmt: skip
 
+    def row(self, i: int) -> Row:
+        """Give one case as a row."""
+        return Row(
+            {key: column[i].item() for key, column in self.points.items()},
+            self.approach,
+            float(self.F_fk[i]),
+            float(self.F_fs[i]),
+            {name: _known(name, self.metrics[name][i : i + 1])[0] for name in NAMES},
+            STATUSES[self.status[i]],
+            self.notes.get(i, ""),
+        )
+
     @classmethod
     def of(cls, first: int, rows: Sequence[Row]) -> Self:
         """Give rows of one approach as a batch."""

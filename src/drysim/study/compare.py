@@ -11,10 +11,11 @@ from drysim.scenario.blocks import SHELF
 from drysim.study.case import prepare
 from drysim.study.cases import Motions, response_of
 from drysim.study.diagnosis import diagnose
-from drysim.study.in_order import Finished, nothing
+from drysim.study.rows import Rows
 from drysim.study.spectral import run_only
-from drysim.study.sweep import how, settle, solved, statuses, strokes
-from drysim.study.table import OK, Comparison, Row, Table
+from drysim.study.sweep import Finished, how, nothing, settle, solved, statuses, strokes
+from drysim.study.table import Comparison, Row, Table
+from drysim.study.tally import Tally
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
@@ -99,18 +100,25 @@ def solve(
     scenarios = scenarios_of(scenario, names)
     settle(case, list(scenarios.values()))
     motions = Motions.beginning_with(case)
-    rows = tuple(solved(list(scenarios.values()), motions, workers, {}, finished))
-    own = [row for row in rows if row.approach == yardstick and row.status == OK]
-    pairs = [(row.point, row.metrics) for row in own]
-    checks = tuple(check.judge_all(pairs) for check in scenario.checks)
+    blocks = solved(list(scenarios.values()), motions, workers, finished=finished)
+    batches = [batch for _, batch in blocks]
+    tallies = {
+        name: Tally(name, scenario.checks if name == yardstick else ()) for name in scenarios
+    }
+    for batch in batches:
+        tallies[batch.approach].add(batch)
+    own = tallies[yardstick]
     losses = tuple(
         Caution("left-out", sentence)
         for name in scenarios
         for sentence in scenario.losses(name)
     )
     told = (*losses, *case.cautions, *run_only(case))
-    warnings = (*told, *statuses(rows), *strokes(own, scenario))
-    table = Table(scenario, scenario.axes, rows, checks, warnings, numerics=how(case))
+    warnings = (*told, *statuses(tallies.values()), *strokes(own, scenario))
+    table = Table(
+        scenario, scenario.axes, Rows.of(batches), own.verdicts, warnings, numerics=how(case),
+        told=tallies,
+    )  # fmt: skip
     shown = telling(table, names, yardstick)
     responses = dict(responses_at(shown.point, scenarios, yardstick))
     bare = Comparison(table, yardstick, responses, shown.point, ())

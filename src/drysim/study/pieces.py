@@ -13,9 +13,12 @@ from drysim.study.cases import Job, Motions, row_of, size
 if TYPE_CHECKING:
     from drysim.scenario import Scenario
 
-TOGETHER = 512
-"""Orbits that one call of the kernel solves, some 10 ms of work: what it costs besides is a
-hundredth of that."""
+TOGETHER = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
+"""Up to so many cases, so many orbits to a call of the kernel: 10 ms of work, beside which the
+rest of a call is a tenth; of more cases longer calls, lest there be too many files."""
+
+MOST_FILES, MOST_ALONE = 4096, 64
+"""Blocks that cases which are solved one by one are cut into, and cases of one at most."""
 
 
 class Piece(NamedTuple):
@@ -42,10 +45,17 @@ def pieces(scenarios: Sequence[Scenario]) -> Iterator[Piece]:
     first = 0
     for scenario in scenarios:
         cases = size(scenario.axes)
-        step = TOGETHER if orbits.together(scenario) else 1
+        step = length_of(cases, orbits.together(scenario))
         for begin in range(0, cases, step):
             yield Piece(scenario, first + begin, begin, min(begin + step, cases))
         first += cases
+
+
+def length_of(cases: int, together: bool) -> int:
+    """Give the length of the pieces of so many cases; the same on every machine."""
+    if together:
+        return next(step for most, step in TOGETHER if most is None or cases <= most)
+    return min(max(1, cases // MOST_FILES), MOST_ALONE)
 
 
 def solve_piece(piece: Piece, motions: Motions) -> Batch:

@@ -14,13 +14,6 @@ AGREE = 0.05
 """Deviation of T_a up to which two approaches agree [-]."""
 
 
-class Extreme(NamedTuple):
-    """A metric at its least or greatest, and the row that has it."""
-
-    value: float
-    row: Row
-
-
 class Isolation(NamedTuple):
     """From which frequency [Hz] on T_a stays below 1; None where it does nowhere."""
 
@@ -36,30 +29,6 @@ class Deviation(NamedTuple):
 
     value: float
     row: Row
-
-
-def extremes(rows: Iterable[Row], metric: str) -> tuple[Extreme, Extreme] | None:
-    """Give the least and the greatest value of a metric, each the first of its kind.
-
-    Parameters
-    ----------
-    rows : iterable of Row
-    metric : str
-        Name of the metric; rows that do not know it are passed over.
-    """
-    known = [Extreme(v, row) for row in rows if (v := row.metrics.get(metric)) is not None]
-    if not known:
-        return None
-    return min(known, key=lambda one: one.value), max(known, key=lambda one: one.value)
-
-
-def shared_forces(rows: Iterable[Row]) -> dict[str, bool]:
-    """Give whether all rows share the `kinetic` and the `static` friction force."""
-    forces = {(row.F_fk, row.F_fs) for row in rows}
-    return {
-        "kinetic": len({F_fk for F_fk, _ in forces}) <= 1,
-        "static": len({F_fs for _, F_fs in forces}) <= 1,
-    }
 
 
 def isolation(rows: Iterable[Row]) -> list[Isolation]:

@@ -1,20 +1,24 @@
-"""Sweep: every case of the sweep block, in threads, in the order of the grid."""
+"""Sweep: every case of the sweep block, block by block, in the order of the grid."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core import compiled
 from drysim.errors import Caution, ScenarioError
+from drysim.study.batch import Batch
 from drysim.study.case import Case, prepare
 from drysim.study.cases import Motions, count
-from drysim.study.in_order import Finished, in_order, nothing
+from drysim.study.in_order import in_order
 from drysim.study.pieces import Piece, pieces, solve_piece
+from drysim.study.rows import HELD, Rows
 from drysim.study.spectral import run_only
-from drysim.study.table import FAILED, OK, Row, Table
+from drysim.study.store import Store, Stored
+from drysim.study.table import FAILED, Row, Table
+from drysim.study.tally import Tally
 from drysim.wording import millimetres
 
 if TYPE_CHECKING:
@@ -26,13 +30,15 @@ STEPS_A_CASE = 2_000
 MOVERS = ("excitation.", "solver.step", "measure.")
 """Beginnings of the keys that change the base motion."""
 
+Finished = Callable[[Batch], None]
+
+
+def nothing(batch: Batch) -> None:
+    """Do nothing with finished cases."""
+
 
 def sweep(
-    scenario: Scenario,
-    *,
-    workers: int | None = None,
-    done: Mapping[int, Row] | None = None,
-    finished: Finished = nothing,
+    scenario: Scenario, *, workers: int | None = None, finished: Finished = nothing
 ) -> Table:
     """Give the table of every case of a scenario's sweep, the reference last.
 
@@ -42,10 +48,8 @@ def sweep(
         With a sweep block.
     workers : int, optional
         Threads; default: one for each processor. The table does not depend on it.
-    done : mapping, optional
-        Rows by number that an interrupted sweep has left.
     finished : callable, optional
-        Called with number and row of every case as it is computed, in order.
+        Called with every block of cases as it is computed, in order.
 
     Returns
     -------
@@ -58,22 +62,58 @@ def sweep(
     RecordError
         When the record of the excitation cannot be used.
     """
-    return solve(prepare(scenario), workers=workers, done=done, finished=finished)
+    return solve(prepare(scenario), workers=workers, finished=finished)
 
 
 def solve(
     case: Case,
     *,
     workers: int | None = None,
-    done: Mapping[int, Row] | None = None,
+    store: Store | None = None,
     finished: Finished = nothing,
 ) -> Table:
-    """Give the table of the sweep of a case that is ready to be solved; as `sweep` does."""
+    """Give the table of the sweep of a case that is ready to be solved; as `sweep` does.
+
+    Where there is a store, blocks that it holds are not computed anew, and every other one is
+    kept there; of a large sweep they are nowhere else.
+    """
     scenarios = approaches_of(case.scenario)
     settle(case, scenarios)
     motions = Motions.beginning_with(case)
-    rows = tuple(solved(scenarios, motions, workers, done or {}, finished))
-    return table_of(case, rows)
+    return gathered(case, solved(scenarios, motions, workers, store, finished), store)
+
+
+def leftover(case: Case, store: Store) -> Table:
+    """Give the table of what an interrupted sweep has finished."""
+    found = (
+        (piece, batch)
+        for piece in pieces(approaches_of(case.scenario))
+        if (batch := store.read(piece)) is not None
+    )
+    return gathered(case, found, store, complete=False)
+
+
+def gathered(
+    case: Case,
+    blocks: Iterator[tuple[Piece, Batch]],
+    store: Store | None,
+    complete: bool = True,
+) -> Table:
+    """Give the table of blocks as they come; few are held where a store has them."""
+    checks = case.scenario.checks
+    tallies: dict[str, Tally] = {}
+    held: list[Batch] = []
+    kept: list[Piece] = []
+    for piece, batch in blocks:
+        own = Tally(batch.approach, () if tallies else checks)
+        tallies.setdefault(batch.approach, own).add(batch)
+        kept.append(piece)
+        if store is None or kept[-1].first < HELD:
+            held.append(batch)
+    small = len(held) == len(kept)
+    batches: Sequence[Batch] = held if small or store is None else Stored(store, kept)
+    rows = Rows.of(batches, [piece.end - piece.begin for piece in kept])
+    return table_of(case, rows, tallies, complete)
 
 
 def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
@@ -96,37 +136,38 @@ def solved(
     scenarios: Sequence[Scenario],
     motions: Motions,
     workers: int | None,
-    done: Mapping[int, Row],
-    finished: Finished,
-) -> Iterator[Row]:
-    """Give the rows of every case in order; those that are done already are not done again."""
+    store: Store | None = None,
+    finished: Finished = nothing,
+) -> Iterator[tuple[Piece, Batch]]:
+    """Give the cases of every piece in order; those that are done are not done again."""
 
-    def rows(piece: Piece) -> list[Row]:
-        numbers = range(piece.first, piece.first + piece.end - piece.begin)
-        if all(number in done for number in numbers):
-            return [done[number] for number in numbers]
-        return list(solve_piece(piece, motions))
+    def made(piece: Piece) -> tuple[Piece, Batch, bool]:
+        if store is not None and (batch := store.read(piece)) is not None:
+            return piece, batch, False
+        batch = solve_piece(piece, motions)
+        if store is not None:
+            store.write(piece, batch)
+        return piece, batch, True
 
-    number = 0
-    for piece in in_order(rows, pieces(scenarios), workers or os.cpu_count() or 1):
-        for row in piece:
-            if number not in done:
-                finished(number, row)
-            yield row
-            number += 1
+    for piece, batch, new in in_order(made, pieces(scenarios), workers or os.cpu_count() or 1):
+        if new:
+            finished(batch)
+        yield piece, batch
 
 
-def table_of(case: Case, rows: tuple[Row, ...], complete: bool = True) -> Table:
-    """Give the table of finished rows, with its verdicts and warnings."""
+def table_of(
+    case: Case, rows: Rows, tallies: Mapping[str, Tally], complete: bool = True
+) -> Table:
+    """Give the table of finished cases, with its verdicts and warnings."""
     scenario = case.scenario
-    own = [row for row in rows if row.approach == scenario.solver.approach]
-    good = [(row.point, row.metrics) for row in own if row.status == OK]
-    checks = tuple(check.judge_all(good) for check in scenario.checks)
-    warnings = (*case.cautions, *run_only(case), *statuses(rows), *strokes(own, scenario))
-    own_motion = case.motion if shared(scenario.axes) else None
+    own = tallies.get(scenario.solver.approach, Tally("", scenario.checks))
+    lost, met = statuses(tallies.values()), strokes(own, scenario)
+    warnings = (*case.cautions, *run_only(case), *lost, *met)
+    motion = case.motion if shared(scenario.axes) else None
     return Table(
-        scenario, scenario.axes, rows, checks, warnings, complete, own_motion, how(case)
-    )
+        scenario, scenario.axes, rows, own.verdicts, warnings, complete, motion, how(case),
+        tallies,
+    )  # fmt: skip
 
 
 def shared(axes: Sequence[Axis]) -> bool:
@@ -143,31 +184,30 @@ def how(case: Case) -> dict[str, object]:
     return {"core": core, "why": why, "engine": compiled.engine(), "step": case.step}
 
 
-def statuses(rows: Sequence[Row]) -> Iterator[Caution]:
+def statuses(tallies: Iterable[Tally]) -> Iterator[Caution]:
     """Say how many cases of each approach have no numbers, and why the first has none."""
-    lost = [row for row in rows if row.status != OK]
-    for approach, status in dict.fromkeys((row.approach, row.status) for row in lost):
-        found = [row for row in lost if (row.approach, row.status) == (approach, status)]
-        cases = sum(row.approach == approach for row in rows)
-        first = f"the first at {where(found[0])}: " if found[0].point else ""
-        sentence = (
-            f"{len(found)} of {cases} cases by {approach}: {status}; {first}{found[0].note}"
-        )
-        slug = "case-failed" if status == FAILED else status.replace(" ", "-")
-        yield Caution(slug, sentence, {"cases": len(found)})
+    for tally in tallies:
+        for status, (lost, row) in tally.lost.items():
+            first = f"the first at {where(row)}: " if row.point else ""
+            sentence = (
+                f"{lost} of {tally.cases} cases by {tally.approach}: {status}; "
+                f"{first}{row.note}"
+            )
+            slug = "case-failed" if status == FAILED else status.replace(" ", "-")
+            yield Caution(slug, sentence, {"cases": lost})
 
 
-def strokes(rows: Sequence[Row], scenario: Scenario) -> Iterator[Caution]:
+def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
     """Say in how many cases the stroke limit is met, and where the most."""
-    beyond = [row for row in rows if row.metrics.get("violations")]
-    if beyond and scenario.stroke is not None:
-        worst = max(beyond, key=lambda row: row.metrics.get("x_r_peak") or 0.0)
+    worst = tally.worst
+    if worst is not None and scenario.stroke is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
         sentence = (
-            f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in {len(beyond)} "
-            f"of {len(rows)} cases; |x_r| reaches {millimetres(peak)} at {where(worst)}"
+            f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in "
+            f"{tally.beyond} of {tally.cases} cases; |x_r| reaches {millimetres(peak)} at "
+            f"{where(worst)}"
         )
-        numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": len(beyond)}
+        numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from drysim.core.motion import Samples, Sines
     from drysim.errors import Caution
     from drysim.scenario import Axis, Scenario
+    from drysim.study.tally import Tally
 
 OK = "ok"
 NOT_SETTLED = "not settled"
@@ -65,7 +66,7 @@ class Table:
     axes : tuple of Axis
         Swept keys with unit and values; the first varies fastest. Empty for a comparison of one
         case.
-    rows : tuple of Row
+    rows : sequence of Row
         Approach by approach, each in the order of the grid.
     checks : tuple of Verdict
     warnings : tuple of Caution
@@ -75,16 +76,19 @@ class Table:
         The base motion, where all cases share one.
     numerics : mapping
         How the numbers were made, as far as all cases share it: core, why, engine, ...
+    told : mapping
+        What the cases of each approach come to, where it was gathered as they were computed.
     """
 
     scenario: Scenario
     axes: tuple[Axis, ...]
-    rows: tuple[Row, ...]
+    rows: Sequence[Row]
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[Caution, ...] = ()
     complete: bool = True
     motion: Sines | Samples | None = None
     numerics: Mapping[str, object] = field(default_factory=dict)
+    told: Mapping[str, Tally] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Give the number of rows."""
@@ -101,11 +105,19 @@ class Table:
     @property
     def approaches(self) -> tuple[str, ...]:
         """The approaches in the order in which they were asked for."""
-        return tuple(dict.fromkeys(row.approach for row in self.rows))
+        return tuple(self.tallies)
+
+    @cached_property
+    def tallies(self) -> Mapping[str, Tally]:
+        """What the cases come to, by approach; the one that was asked for comes first."""
+        from drysim.study.rows import batches_of
+        from drysim.study.tally import Tally
+
+        return self.told or Tally.of(batches_of(self.rows))
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
-        if any(row.status == FAILED for row in self.rows):
+        if any(FAILED in tally.lost for tally in self.tallies.values()):
             return EXIT_NUMERICS_FAILED
         failed = not all(verdict.passed for verdict in self.checks)
         return EXIT_CHECK_FAILED if failed or (strict and self.warnings) else EXIT_OK

@@ -7,7 +7,6 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from drysim import wording
-from drysim.study import survey
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +48,7 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
     if left_out:
         base += f" ({left_out} curves are not drawn)"
     varied = [axis.key for axis in table.axes if len(axis.values) > 1]
-    shared = survey.shared_forces(table.own)
+    shared = next(iter(table.tallies.values())).shared if len(table.rows) else {}
     parts = (
         wording.scene(scenario.oscillator.plant(), varied),
         wording.friction(scenario.law(), **shared),
