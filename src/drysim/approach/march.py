@@ -89,7 +89,8 @@ class March:
         first, state, closest = number * self.size, self.marks[number], math.inf
         last = min(first + self.size, self.last) - first
         u_dd = self.motion.u_dd[first : first + last + 1]
-        x_r, v_r = held(np.empty(last + 1)), held(np.empty(last + 1))
+        # One piece of memory, so that the next march of this length finds it at hand again.
+        x_r, v_r = held(np.empty((2, last + 1)))
         d = held(np.empty(last + 1, dtype=np.int8))
         x_r[0], v_r[0], d[0] = state
         given, logs, log, n = held(u_dd), [empty_log(0)], empty_log(LOG_LENGTH), 0
