@@ -8,6 +8,7 @@ import numpy as np
 
 from drysim.approach import traced, under_sines
 from drysim.approach.events import Events
+from drysim.approach.many import measure_many
 from drysim.approach.over_samples import solve_samples
 from drysim.approach.points import Sliding
 from drysim.approach.response import Orbit, Response, Track
@@ -16,7 +17,7 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, AnyState, Dynamic, Plant, Slider, State
 from drysim.errors import UsageError
 
-__all__ = ["find_orbit", "follow", "frictionless", "solve"]
+__all__ = ["find_orbit", "follow", "frictionless", "measure_many", "solve"]
 
 
 def solve(
