@@ -150,24 +150,24 @@ def test_full_disk_leaves_nothing_but_what_can_be_resumed(small_disk, name, size
 
 @pytest.mark.parametrize("death", [MemoryError(), RuntimeError("a bug")])
 def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, death):
-    seat.write_text(SEAT + "sweep: {excitation.frequency: {from: 1, to: 5, count: 40}}\n")
+    seat.write_text(SEAT + "sweep: {excitation.frequency: {from: 1, to: 5, count: 1000}}\n")
     monkeypatch.chdir(seat.parent)
     words = ["sweep", "seat.yaml", "--no-plots", "--quiet", "--workers", "3", "--out"]
     assert main([*words, "whole"]) == 0
     from drysim.study import sweep
 
-    whole = sweep.row_of
+    whole = sweep.solve_piece
 
-    def mortal(job, motions):
-        if job.number == 30:
+    def mortal(piece, motions):
+        if piece.first > 500:
             raise death
-        return whole(job, motions)
+        return whole(piece, motions)
 
-    monkeypatch.setattr(sweep, "row_of", mortal)
+    monkeypatch.setattr(sweep, "solve_piece", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
     assert report.resumable(Path("out"))
-    monkeypatch.setattr(sweep, "row_of", whole)
+    monkeypatch.setattr(sweep, "solve_piece", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()
     assert table == Path("whole/transmissibility.csv").read_bytes()
