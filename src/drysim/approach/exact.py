@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drysim.approach import traced, under_sines
+from drysim.approach import settled, traced, under_sines
 from drysim.approach.events import Events
 from drysim.approach.many import measure_many
 from drysim.approach.over_samples import solve_samples
@@ -84,5 +84,5 @@ def find_orbit(
 ) -> Orbit:
     """Follow a start to its periodic orbit with the core that fits the law."""
     if isinstance(law, Dynamic | Slider):
-        return traced.find_orbit(plant, law, motion, start, period)
+        return settled.find_orbit(plant, law, motion, start, period)
     return under_sines.find_orbit(plant, law, motion, State(*start[:2]), period)

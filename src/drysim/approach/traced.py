@@ -12,7 +12,8 @@ from drysim.approach import ways
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
-from drysim.approach.response import Orbit, Response
+from drysim.approach.response import Response
+from drysim.approach.room import empty_log, empty_trail, larger
 from drysim.approach.scene import (
     core_of,
     first_u_dd,
@@ -26,7 +27,7 @@ from drysim.core.means import mean_squares
 from drysim.core.motion import Samples, Sines, base_acceleration, sample_squares
 from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Slider, Totals
 from drysim.core.signal import largest
-from drysim.core.trace import Steps
+from drysim.core.trail import Trail
 from drysim.core.waves import Waves
 
 CAPACITY = 16_384
@@ -40,16 +41,6 @@ LADDER = 1e3
 
 COARSEST = 1e-3
 """Greatest tolerance that a series makes sense with [-]."""
-
-MOST_PERIODS = 2_000
-"""Periods after which a motion counts as not settled."""
-
-MOST_MULTIPLE = 8
-"""Longest repetition that is looked for, in periods of the excitation."""
-
-CLOSED = {Slider: 1e-12, Dynamic: 1e-9}
-"""Scaled change of the state over a repetition that counts as none [-]: in closed form, and by
-series of the loosest tolerance that makes sense."""
 
 FAINT = 1e-9
 """Share of the speed that the scene may give, from which on a motion is measured."""
@@ -70,7 +61,7 @@ class Traced:
     motion: Sines | Samples
     waves: Waves
     base: tuple[Floats, float]
-    steps: Steps
+    trail: Trail
     events: Events
     end: float
     closest: float = math.inf
@@ -116,29 +107,9 @@ class Traced:
     def _scene(self) -> tuple[Any, ...]:
         """What every kernel wants first."""
         u_dd, dt = self.base
-        steps = Steps(*map(held, self.steps))
+        trail = Trail(*map(held, self.trail))
         work = ways.work(self.law, 0.0)
-        return self.plant, self.law, self.waves, held(u_dd), dt, *work, steps
-
-
-def empty_steps(size: int) -> Steps:
-    """Give room for steps."""
-    kinds = (np.int64, np.float64, np.float64, np.float64, np.float64, np.int64)
-    return Steps(*(held(np.empty(size, dtype=kind)) for kind in kinds))
-
-
-def empty_log(size: int) -> Log:
-    """Give room for events."""
-    kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
-    return Log(*(held(np.empty(size, dtype=kind)) for kind in kinds))
-
-
-def larger(room: Any, size: int) -> Any:
-    """Give the same values with more room."""
-    wider = empty_steps(size) if isinstance(room, Steps) else empty_log(size)
-    for column, before in zip(wider, room, strict=True):
-        column[: len(before)] = before
-    return wider
+        return self.plant, self.law, self.waves, held(u_dd), dt, *work, trail
 
 
 def base_of(motion: Sines | Samples, duration: float) -> tuple[Floats, float, int, float]:
@@ -185,23 +156,23 @@ def follow(
     opening = (0, 0.0, state[3], start.x_r, F_L)
     for column, value in zip(log, opening, strict=True):
         column[0] = value
-    steps, used = empty_steps(CAPACITY), 0
+    trail, used = empty_trail(CAPACITY), 0
     at: tuple[Any, ...] = (0, 0.0)
     while at[0] <= last:
         full = used + CAPACITY
-        if len(steps.n) < full:
+        if len(trail.n) < full:
             size = max(2 * full, int(FEW_EVENTS * last) + CAPACITY)
-            steps, log = larger(steps, size), larger(log, size)
-        room = (*work, steps, used, log, count, full)
+            trail, log = larger(trail, size), larger(log, size)
+        room = (*work, trail, used, log, count, full)
         out = ways.walk(law)(plant, law, waves, base, dt, *at, length, last, *state, *room)
         n, s, *moved, used, count = out
         at, state = (n, s), tuple(moved)
         refuse_storm(count, n * dt + s, state)
-    steps = Steps(*(np.asarray(column[:used]) for column in steps))
+    trail = Trail(*(np.asarray(column[:used]) for column in trail))
     found = Log(*(np.asarray(column[:count]) for column in log))
     t = found.n * dt + found.s
     events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L)
-    return Traced(plant, law, motion, waves, (u_dd, dt), steps, events, duration)
+    return Traced(plant, law, motion, waves, (u_dd, dt), trail, events, duration)
 
 
 def solve(
@@ -228,33 +199,3 @@ def solve(
     how = Numerics("stick-slip", *core, engine(), points - 1, events, error=error)
     grid = Held(dt, Points(u_dd, x_r, v_r, d, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)
-
-
-def find_orbit(
-    plant: Plant,
-    law: Dynamic | Slider,
-    motion: Sines,
-    start: AnyState,
-    period: float,
-) -> Orbit:
-    """Follow a start, period by period, to its periodic orbit."""
-    state: AnyState = start
-    past: list[Deflected] = []
-    peak, scale, closure = 0.0, [0.0, 0.0, 0.0], math.inf
-    for periods in range(1, MOST_PERIODS + 1):
-        track = follow(plant, law, motion, state, period)
-        state = track.state(period)
-        peak = max(peak, float(np.abs(track.turns.x_r).max()))
-        largest = [float(np.abs(c).max()) for c in track.steps[2:5]]
-        scale = [max(new, 0.5 * old) for new, old in zip(largest, scale, strict=True)]
-        past = [state, *past[:MOST_MULTIPLE]]
-        changes = [
-            max(abs(a - b) / (c or 1.0) for a, b, c in zip(state, old, scale, strict=True))
-            for old in past[1:]
-        ]
-        closed = [i for i, change in enumerate(changes) if change <= CLOSED[type(law)]]
-        if closed:
-            closure, multiple = changes[closed[0]], closed[0] + 1
-            return Orbit(state, multiple, closure, True, True, periods * period, peak)
-        closure = min(changes, default=math.inf)
-    return Orbit(state, 1, closure, False, True, MOST_PERIODS * period, peak)

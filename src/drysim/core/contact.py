@@ -8,10 +8,10 @@ from drysim.core.compiled import compiled
 from drysim.core.events import LIFT, REVERSAL, SLIP, STICK, limit_force, note, sign
 from drysim.core.leave import leave_slip
 from drysim.core.plant import Plant
-from drysim.core.skim import skim, step_map
+from drysim.core.skim import skim, whole_steps
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER, locate_stop
-from drysim.core.trace import ENOUGH
+from drysim.core.trail import ENOUGH
 from drysim.core.waves import anchor, base_motion, normal_force
 from drysim.core.yielding import cross, leave_hold, leave_yield, next_zero_load
 
@@ -69,7 +69,7 @@ def first_contact(law, x_r):
 
 @compiled
 def touch(
-    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, x_0, mode, steps, at, log, count,
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, x_0, mode, trail, at, log, count,
     capacity,
 ):  # fmt: skip
     """Follow the motion over intervals of ü, or until steps or log are nearly full.
@@ -81,8 +81,8 @@ def touch(
     full = capacity - ENOUGH
     whole = waves.size == 0
     c = plant.b / plant.m
-    held = step_map(c, (plant.k_x + law.k_t) / plant.m, dt)
-    bare = step_map(c, plant.k_x / plant.m, dt)
+    held = whole_steps(c, (plant.k_x + law.k_t) / plant.m, dt)
+    bare = whole_steps(c, plant.k_x / plant.m, dt)
     reach = law.F_fk / law.k_t
     while n <= end and at < full and count < full:
         if whole and s == 0.0 and abs(mode) <= 1:
@@ -91,7 +91,7 @@ def touch(
                 low, high, f = x_0 - reach, x_0 + reach, -law.k_t * x_0 / plant.m
             if mode == HOLD or mode * v_r > 0.0:
                 n, x_r, v_r, at = skim(
-                    held if mode == HOLD else bare, u_dd, n, end, x_r, v_r, f, low, high, steps,
+                    held if mode == HOLD else bare, u_dd, n, end, x_r, v_r, f, low, high, trail,
                     at, full, x_0, mode,
                 )  # fmt: skip
                 if at >= full:
@@ -100,12 +100,12 @@ def touch(
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        steps.n[at] = n
-        steps.s[at] = s
-        steps.x_r[at] = x_r
-        steps.v_r[at] = v_r
-        steps.z[at] = x_0
-        steps.d[at] = mode
+        trail.n[at] = n
+        trail.s[at] = s
+        trail.x_r[at] = x_r
+        trail.v_r[at] = v_r
+        trail.z[at] = x_0
+        trail.d[at] = mode
         at += 1
         left = length - s
         c, w, f = begin_stretch(plant, law, waves, mode, x_0, t)

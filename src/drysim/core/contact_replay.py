@@ -10,18 +10,18 @@ from drysim.core.waves import base_motion, normal_force
 
 
 @compiled
-def resume(plant, law, waves, u_dd, dt, steps, i):
+def resume(plant, law, waves, u_dd, dt, trail, i):
     """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
-    n = steps.n[i]
-    s = steps.s[i]
+    n = trail.n[i]
+    s = trail.s[i]
     slope = (u_dd[n + 1] - u_dd[n]) / dt
     u_0 = u_dd[n] + slope * s
-    c, w, f = begin_stretch(plant, law, waves, steps.d[i], steps.z[i], n * dt + s)
+    c, w, f = begin_stretch(plant, law, waves, trail.d[i], trail.z[i], n * dt + s)
     return c, w, -u_0 - f, -slope, u_0, slope
 
 
 @compiled
-def read_contact(plant, law, waves, u_dd, dt, steps, t, x_out, v_out, z_out, F_out, d_out):
+def read_contact(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_out, d_out):
     """Write the motion at ascending times t [s].
 
     Parameters as in `replay.read`; `z_out` is where the contact carries no force [m], and
@@ -31,25 +31,25 @@ def read_contact(plant, law, waves, u_dd, dt, steps, t, x_out, v_out, z_out, F_o
     known = -1
     c, w, g, r = 0.0, 0.0, 0.0, 0.0
     for k in range(len(t)):
-        while i + 1 < len(steps.n) and steps.n[i + 1] * dt + steps.s[i + 1] <= t[k]:
+        while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t[k]:
             i += 1
         if known != i:
-            c, w, g, r, _, _ = resume(plant, law, waves, u_dd, dt, steps, i)
+            c, w, g, r, _, _ = resume(plant, law, waves, u_dd, dt, trail, i)
             known = i
-        s = t[k] - (steps.n[i] * dt + steps.s[i])
-        x, v = steps.x_r[i], steps.v_r[i]
+        s = t[k] - (trail.n[i] * dt + trail.s[i])
+        x, v = trail.x_r[i], trail.v_r[i]
         if s != 0.0:
             x, v, _, _ = slide(c, w, waves, x, v, g, r, s)
-        load = max(normal_force(law, waves, s)[0], 0.0) if steps.d[i] != FREE else 0.0
+        load = max(normal_force(law, waves, s)[0], 0.0) if trail.d[i] != FREE else 0.0
         x_out[k] = x
         v_out[k] = v
-        F_out[k] = contact_force(law, steps.d[i], x, steps.z[i], load)
+        F_out[k] = contact_force(law, trail.d[i], x, trail.z[i], load)
         z_out[k] = x - F_out[k] / law.k_t
         d_out[k] = -1 if v < 0.0 else 1
 
 
 @compiled
-def integrate_contact(plant, law, waves, u_dd, dt, steps, begin, end):
+def integrate_contact(plant, law, waves, u_dd, dt, trail, begin, end):
     """Integrate a motion over a spring contact from `begin` to `end` [s].
 
     Returns
@@ -59,22 +59,22 @@ def integrate_contact(plant, law, waves, u_dd, dt, steps, begin, end):
     """
     m, k_x, b = plant
     x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(steps.n)):
-        t = steps.n[i] * dt + steps.s[i]
+    for i in range(len(trail.n)):
+        t = trail.n[i] * dt + trail.s[i]
         s = max(begin - t, 0.0)
         hi = end - t
-        if i + 1 < len(steps.n):
-            hi = min(hi, steps.n[i + 1] * dt + steps.s[i + 1] - t)
+        if i + 1 < len(trail.n):
+            hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
         if hi <= s:
             continue
-        c, w, g, r, u_0, slope = resume(plant, law, waves, u_dd, dt, steps, i)
-        mode, x_0 = steps.d[i], steps.z[i]
+        c, w, g, r, u_0, slope = resume(plant, law, waves, u_dd, dt, trail, i)
+        mode, x_0 = trail.d[i], trail.z[i]
         while s < hi:
             length = min(panel_length(c, w, waves, s), hi - s)
             for k in range(len(NODES)):
                 at = s + length * NODES[k]
                 weight = length * WEIGHTS[k]
-                x, v, _, _ = slide(c, w, waves, steps.x_r[i], steps.v_r[i], g, r, at)
+                x, v, _, _ = slide(c, w, waves, trail.x_r[i], trail.v_r[i], g, r, at)
                 F = contact_force(law, mode, x, x_0, normal_force(law, waves, at)[0])
                 x_dd = (k_x * x + b * v + F) / m
                 x2 += weight * x * x

@@ -13,29 +13,29 @@ TINY = 1e-300
 
 
 @compiled
-def revive(plant, law, waves, u_dd, dt, jet, steps, i):
+def revive(plant, law, waves, u_dd, dt, jet, trail, i):
     """Make the series of step i anew, whole; gives its last term, 0 where nothing moves."""
-    n = steps.n[i]
-    s = steps.s[i]
+    n = trail.n[i]
+    s = trail.s[i]
     slope = (u_dd[n + 1] - u_dd[n]) / dt
-    d = steps.d[i]
+    d = trail.d[i]
     drive(jet, waves, u_dd[n] + slope * s, slope, n * dt + s)
     if d == 0:
         return 0
     way = 1 if d > 0 else -1
-    state = steps.x_r[i], steps.v_r[i], steps.z[i]
+    state = trail.x_r[i], trail.v_r[i], trail.z[i]
     last, _ = grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, TINY, TINY)
     return last
 
 
 @compiled
-def read(plant, law, waves, u_dd, dt, jet, steps, t, x_out, v_out, z_out, F_out, d_out):
+def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out, d_out):
     """Write the motion at ascending times t [s].
 
     Parameters
     ----------
-    plant, law, waves, u_dd, dt, jet, steps
-        As in `trace`; `steps` ends with its last step.
+    plant, law, waves, u_dd, dt, jet, trail
+        As in `trace`; `trail` ends with its last step.
     t : array, shape (n,)
         Ascending, not before the first step [s].
     x_out, v_out, z_out, F_out : array, shape (n,)
@@ -47,22 +47,22 @@ def read(plant, law, waves, u_dd, dt, jet, steps, t, x_out, v_out, z_out, F_out,
     known = -1
     last = 0
     for k in range(len(t)):
-        while i + 1 < len(steps.n) and steps.n[i + 1] * dt + steps.s[i + 1] <= t[k]:
+        while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t[k]:
             i += 1
         if known != i:
-            last = revive(plant, law, waves, u_dd, dt, jet, steps, i)
+            last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
             known = i
-        s = t[k] - (steps.n[i] * dt + steps.s[i])
-        d = (steps.d[i] > 0) - (steps.d[i] < 0)
-        x_out[k] = steps.x_r[i]
+        s = t[k] - (trail.n[i] * dt + trail.s[i])
+        d = (trail.d[i] > 0) - (trail.d[i] < 0)
+        x_out[k] = trail.x_r[i]
         v_out[k] = 0.0
-        z_out[k] = steps.z[i]
+        z_out[k] = trail.z[i]
         d_out[k] = d
         if d == 0:
             F_out[k] = -limit_force(plant, x_out[k], value(jet.u, ORDER, s))
             continue
         if s == 0.0:
-            v_out[k] = steps.v_r[i]
+            v_out[k] = trail.v_r[i]
         else:
             x_out[k] = value(jet.x, last, s)
             v_out[k] = value(jet.v, last, s)
@@ -71,7 +71,7 @@ def read(plant, law, waves, u_dd, dt, jet, steps, t, x_out, v_out, z_out, F_out,
 
 
 @compiled
-def integrate_series(plant, law, waves, u_dd, dt, jet, steps, begin, end):
+def integrate_series(plant, law, waves, u_dd, dt, jet, trail, begin, end):
     """Integrate a traced motion from `begin` to `end` [s].
 
     Returns
@@ -81,19 +81,19 @@ def integrate_series(plant, law, waves, u_dd, dt, jet, steps, begin, end):
     """
     m, k_x, b = plant
     x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(steps.n)):
-        t = steps.n[i] * dt + steps.s[i]
+    for i in range(len(trail.n)):
+        t = trail.n[i] * dt + trail.s[i]
         lo = max(begin - t, 0.0)
         hi = end - t
-        if i + 1 < len(steps.n):
-            hi = min(hi, steps.n[i + 1] * dt + steps.s[i + 1] - t)
+        if i + 1 < len(trail.n):
+            hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
         if hi <= lo:
             continue
-        last = revive(plant, law, waves, u_dd, dt, jet, steps, i)
-        d = (steps.d[i] > 0) - (steps.d[i] < 0)
+        last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
+        d = (trail.d[i] > 0) - (trail.d[i] < 0)
         if d == 0:
             stuck += hi - lo
-            x2 += steps.x_r[i] ** 2 * (hi - lo)
+            x2 += trail.x_r[i] ** 2 * (hi - lo)
         for k in range(len(NODES)):
             s = lo + (hi - lo) * NODES[k]
             weight = (hi - lo) * WEIGHTS[k]

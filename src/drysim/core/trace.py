@@ -2,129 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple
-
 from drysim.core.compiled import compiled
-from drysim.core.dynamic import sliding_limit
 from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, note, sign
+from drysim.core.foresight import first_zero, followed, foreseen
 from drysim.core.jet import ORDER, drive, grow, value
-from drysim.core.leave import leave_stick, parabola
+from drysim.core.leave import leave_stick
 from drysim.core.plant import BRISTLE, STRIBECK, Law
 from drysim.core.stop import NEVER, RESOLUTION
+from drysim.core.trail import ENOUGH
 from drysim.core.waves import OMEGA, STRIDE, anchor
-
-ENOUGH = 3
-"""Events and steps that one step may add to their logs, and one to spare."""
-
-
-FLAT = 37.0
-"""Exponent from which on the Stribeck curve is flat to double precision."""
-
-BEYOND = 1.05
-"""A series that begins nearer than this to the edge of the flat part foresees the rise."""
-
-
-CURVE_SLACK = 10.0
-"""Tolerances of F_fs that the curve at the end of a series may be off; roundings add up."""
-
-
-class Steps(NamedTuple):
-    """Where each series begins: parallel arrays (or lists) of one length.
-
-    Attributes
-    ----------
-    n : array of int
-        Sample at or before the beginning; 0 under sines.
-    s : array of float
-        Time since that sample [s].
-    x_r, v_r, z : array of float
-        The state there [m, m/s, m].
-    d : array of int
-        Direction of motion, 0 where stuck; 2 and -2 where the mass breaks away just then.
-    """
-
-    n: Any
-    s: Any
-    x_r: Any
-    v_r: Any
-    z: Any
-    d: Any
-
-
-@compiled
-def first_zero(series, n, d, h):
-    """Give the first time in (0, h] at which a velocity in direction d is zero, or infinity.
-
-    Steps that a bound on the curvature proves safe lead to the first zero from below, so none
-    is missed; a zero at the beginning itself is divided out.
-    """
-    first = 0
-    while first <= n and series[first] == 0.0:
-        first += 1
-    if first >= n:
-        return NEVER
-    rest = 0.0
-    bend = 0.0
-    power = 1.0
-    for k in range(1, n - first + 1):
-        size = abs(series[first + k])
-        rest += size * power * h
-        if k > 1:
-            bend += k * (k - 1) * size * power / h
-        power *= h
-    if abs(series[first]) > rest:
-        return NEVER
-    s = 0.0
-    while True:
-        v = 0.0
-        a = 0.0
-        for k in range(n, first - 1, -1):
-            a = a * s + v
-            v = v * s + d * series[k]
-        if v <= 0.0:
-            return s
-        step = parabola(v, a, bend)
-        if s + step > h:
-            return NEVER
-        if step <= RESOLUTION * s:
-            return s
-        s += step
-
-
-@compiled
-def foreseen(law, jet, n, d, h):
-    """Give the length [s], at most h, over which a series foresees the Stribeck curve.
-
-    Where the speed is far above v_s the rise of the curve lies beyond the last term, so a
-    series ends where the rise begins to count.
-    """
-    edge = (FLAT if law.exponent == 1 else math.sqrt(FLAT)) * law.v_s
-    v = jet.v[0]
-    if law.F_fs == law.F_fk or d * v <= BEYOND * edge:
-        return h
-    jet.v[0] = v - d * edge
-    arrives = first_zero(jet.v, n, d, h)
-    jet.v[0] = v
-    return min(arrives, h)
-
-
-@compiled
-def followed(law, jet, n, h):
-    """Give the length [s], at most h, at whose end the series still is the Stribeck curve.
-
-    Near the edge of the flat part the terms of the rise grow for long before they fall, so
-    small terms alone do not tell that a series is complete.
-    """
-    if law.F_fs == law.F_fk:
-        return h
-    slack = CURVE_SLACK * law.tolerance * law.F_fs
-    while (
-        abs(law.F_fk + value(jet.g, n - 1, h) - sliding_limit(law, value(jet.v, n, h))) > slack
-        and h > 0.0
-    ):
-        h *= 0.5
-    return h
 
 
 @compiled
@@ -157,7 +43,7 @@ def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
 
 @compiled
 def trace(
-    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, jet, steps, at, log, count,
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, jet, trail, at, log, count,
     capacity,
 ):  # fmt: skip
     """Follow the motion over intervals of ü, or until steps or log are nearly full.
@@ -176,10 +62,10 @@ def trace(
     end : int
         The last interval.
     x_r, v_r, z, d
-        The state there, and the direction as in `Steps`.
+        The state there, and the direction as in `Trail`.
     jet : Jet
         To work in.
-    steps, at : Steps, int
+    trail, at : Trail, int
         Where to write the steps, and how many are written.
     log, count : Log, int
         The same for events.
@@ -198,12 +84,12 @@ def trace(
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        steps.n[at] = n
-        steps.s[at] = s
-        steps.x_r[at] = x_r
-        steps.v_r[at] = v_r
-        steps.z[at] = z
-        steps.d[at] = d
+        trail.n[at] = n
+        trail.s[at] = s
+        trail.x_r[at] = x_r
+        trail.v_r[at] = v_r
+        trail.z[at] = z
+        trail.d[at] = d
         at += 1
         left = length - s
         if d == 0 and law.kind == STRIBECK:

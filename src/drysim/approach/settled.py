@@ -1,0 +1,52 @@
+"""The periodic orbit of a motion that is followed step by step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drysim.approach.response import Orbit
+from drysim.approach.traced import follow
+from drysim.core.motion import Sines
+from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Slider
+
+MOST_PERIODS = 2_000
+"""Periods after which a motion counts as not settled."""
+
+MOST_MULTIPLE = 8
+"""Longest repetition that is looked for, in periods of the excitation."""
+
+CLOSED = {Slider: 1e-12, Dynamic: 1e-9}
+"""Scaled change of the state over a repetition that counts as none [-]: in closed form, and by
+series of the loosest tolerance that makes sense."""
+
+
+def find_orbit(
+    plant: Plant,
+    law: Dynamic | Slider,
+    motion: Sines,
+    start: AnyState,
+    period: float,
+) -> Orbit:
+    """Follow a start, period by period, to its periodic orbit."""
+    state: AnyState = start
+    past: list[Deflected] = []
+    peak, scale, closure = 0.0, [0.0, 0.0, 0.0], math.inf
+    for periods in range(1, MOST_PERIODS + 1):
+        track = follow(plant, law, motion, state, period)
+        state = track.state(period)
+        peak = max(peak, float(np.abs(track.turns.x_r).max()))
+        largest = [float(np.abs(c).max()) for c in track.trail[2:5]]
+        scale = [max(new, 0.5 * old) for new, old in zip(largest, scale, strict=True)]
+        past = [state, *past[:MOST_MULTIPLE]]
+        changes = [
+            max(abs(a - b) / (c or 1.0) for a, b, c in zip(state, old, scale, strict=True))
+            for old in past[1:]
+        ]
+        closed = [i for i, change in enumerate(changes) if change <= CLOSED[type(law)]]
+        if closed:
+            closure, multiple = changes[closed[0]], closed[0] + 1
+            return Orbit(state, multiple, closure, True, True, periods * period, peak)
+        closure = min(changes, default=math.inf)
+    return Orbit(state, 1, closure, False, True, MOST_PERIODS * period, peak)

@@ -1,0 +1,31 @@
+"""The trail of a motion: where each of its pieces begins. Plain values."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+ENOUGH = 3
+"""Events and steps that one step may add to their logs, and one to spare."""
+
+
+class Trail(NamedTuple):
+    """Where each series begins: parallel arrays (or lists) of one length.
+
+    Attributes
+    ----------
+    n : array of int
+        Sample at or before the beginning; 0 under sines.
+    s : array of float
+        Time since that sample [s].
+    x_r, v_r, z : array of float
+        The state there [m, m/s, m].
+    d : array of int
+        Direction of motion, 0 where stuck; 2 and -2 where the mass breaks away just then.
+    """
+
+    n: Any
+    s: Any
+    x_r: Any
+    v_r: Any
+    z: Any
+    d: Any
