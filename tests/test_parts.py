@@ -9,8 +9,10 @@ from drysim.approach import march as marching
 from drysim.approach import response as responses
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.viscous import Viscous
+from drysim.core.march import STRETCH
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, State
+from drysim.core.signal import BLOCK
 from drysim.metrics import measure
 from drysim.report.plots import curves
 
@@ -20,7 +22,7 @@ LAWS = {
     "variation": Law(30.0, 40.0, 0.5, 20.0, 0.3),
     "none": Law(0.0, 0.0),
 }
-STEP, LENGTH, SIZE = 2.5e-3, 4001, 128
+STEP, LENGTH, SIZE = 2.5e-3, 6001, STRETCH
 
 
 @pytest.fixture
@@ -39,7 +41,7 @@ def small(monkeypatch):
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("duration", [None, 8.0, 7.9987])
+@pytest.mark.parametrize("duration", [None, 14.0, 13.9987])
 def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
     scene = (PLANT, LAWS[law], motion, START, STEP, duration)
     whole, parted = StickSlip().solve(*scene), StickSlip().by_parts(*scene)
@@ -76,7 +78,7 @@ def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
 @pytest.mark.parametrize("law", LAWS)
 def test_parts_under_sines_are_those_of_the_whole(law, small):
     sines = Sines((1.0, 0.7), (1.3, 4.1), (0.0, 0.4))
-    parted = StickSlip().by_parts(PLANT, LAWS[law], sines, START, STEP, 9.0)
+    parted = StickSlip().by_parts(PLANT, LAWS[law], sines, START, STEP, 14.0)
     parts = [parted.points(part) for part in parted.parts()]
     whole = parted.grid.part(0, len(parted))
     assert len(parts) > 20
@@ -85,10 +87,21 @@ def test_parts_under_sines_are_those_of_the_whole(law, small):
         assert np.array_equal(joined, whole[number])
 
 
+def test_blocks_begin_where_a_march_may_be_handed_over():
+    assert BLOCK % STRETCH == 0
+    assert marching.STRIDE % STRETCH == 0
+
+
 def test_any_stretch_of_a_march_can_be_had(motion, small):
     parted = StickSlip().by_parts(PLANT, LAWS["friction"], motion, START, STEP)
     x_r = StickSlip().solve(PLANT, LAWS["friction"], motion, START, STEP).x_r
-    for first, last in [(0, 1), (5, 100), (SIZE - 1, SIZE + 1), (100, 1000), (3990, LENGTH)]:
+    for first, last in [
+        (0, 1),
+        (5, 100),
+        (SIZE - 1, SIZE + 1),
+        (100, 1000),
+        (LENGTH - 10, LENGTH),
+    ]:
         assert np.array_equal(parted.points(slice(first, last)).x_r, x_r[first:last])
 
 

@@ -140,6 +140,13 @@ def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(mon
     assert "need 16 GB of memory, this machine has 8 GB" in said
 
 
+def test_response_by_parts_needs_a_fraction_of_the_memory_unless_it_is_weighed(monkeypatch):
+    monkeypatch.setattr(memory, "machine", lambda: 8e9)
+    assert memory.shortage(10**9, by_parts=True) == ""
+    assert memory.shortage(10**9, weighed=True, by_parts=True)
+    assert memory.shortage(2 * 10**9, by_parts=True)
+
+
 def test_machine_has_some_memory():
     assert memory.machine() > 1e8
 

@@ -56,8 +56,8 @@ class March:
 
     Notes
     -----
-    A march that starts from such a state goes on as if never stopped, so a block that is
-    marched again is the same to the last bit. What is to be kept whole is one block.
+    A block is a whole number of stretches of the core's march, so one that is marched again is
+    the same to the last bit. What is to be kept whole is one block.
     """
 
     plant: Plant

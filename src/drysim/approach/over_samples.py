@@ -19,9 +19,11 @@ from drysim.core.grid import state_within
 from drysim.core.integrals import integrate_steps
 from drysim.core.motion import Samples, sample_squares
 from drysim.core.plant import Law, Plant, State, Totals
-from drysim.core.signal import BLOCK
 
 Numbers = NDArray[np.intp]
+
+PIECE = 16_384
+"""Steps integrated at a time: so few that no linear algebra starts threads for them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +100,8 @@ class StepTrack:
             )
         )  # fmt: skip
         forms = step_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
-        for at in range(lo, hi, BLOCK):
-            n = np.flatnonzero(whole[at - lo : at - lo + BLOCK]) + at
+        for at in range(lo, hi, PIECE):
+            n = np.flatnonzero(whole[at - lo : at - lo + PIECE]) + at
             sums += self._whole_steps(block, n, forms)
         return sums
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import os
+from collections.abc import Callable, Iterable, Iterator
 from math import ceil, floor, pi, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.motion import Samples
+from drysim.core.signal import BLOCK, KEPT
 from drysim.errors import Caution
 
 Floats = NDArray[np.float64]
@@ -30,6 +32,13 @@ IN_PLACE = np.lib.NumpyVersion(np.__version__) >= "2.0.0"
 
 LOST = 0.01
 """Share of the RMS that straight lines between samples may take before it is said [-]."""
+
+
+MOST = 4
+"""Threads for a long signal: memory is no faster with more."""
+
+Job = TypeVar("Job")
+Done = TypeVar("Done")
 
 
 class Lines(NamedTuple):
@@ -60,7 +69,12 @@ def lines(G: Density, band: tuple[float, float], square: float, T: float) -> Lin
         Period of the signal [s].
     """
     first, last = numbers(*band, T)
-    squares = G(np.clip(np.arange(first, last + 1) / T, *band))
+    squares = np.empty(last + 1 - first)
+
+    def fill(part: slice) -> None:
+        squares[part] = G(np.clip(np.arange(first + part.start, first + part.stop) / T, *band))
+
+    _share(fill, _parts(len(squares)), len(squares))
     squares *= square / squares.sum()
     return Lines(first, squares, T)
 
@@ -85,15 +99,25 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
     displacement has no mean and no drift, and is that of ü as it is: linear between samples.
     """
     first, squares, T = wanted
-    n, k = round(T / step), np.arange(first, first + len(squares))
-    bend = np.square(np.sin(pi / T * step * k))
-    kept = float(squares @ (1 - 2 / 3 * bend))  # mean square, straight lines between samples
+    n, turn, weights = round(T / step), pi / T * step, np.empty(len(squares))
+
+    def weigh(part: slice) -> None:
+        weights[part] = 1 - 2 / 3 * _bend(turn, first, part)
+
+    _share(weigh, _parts(len(squares)), n)
+    kept = float(squares @ weights)  # mean square, straight lines between samples
     scale = 1.0 if rms is None else rms / sqrt(kept)
-    spectrum = np.zeros(n // 2 + 1, dtype=complex)
-    band = spectrum[first : first + len(squares)]
-    np.multiply(np.sqrt(squares / 2) * scale, _turns(first, len(squares), seed), out=band)
-    u_dd = _closed(spectrum, n)
-    band *= step * step * (1 / 6 - 1 / 4 / bend)  # -1/ω² for steps without end
+    codes, table = _codes(first, len(squares), seed), _turns()
+    spectra = np.zeros((2, n // 2 + 1), dtype=complex)
+
+    def fill(part: slice) -> None:
+        u_dd, u = spectra[:, first + part.start : first + part.stop]
+        np.multiply(np.sqrt(squares[part] / 2) * scale, table[codes[part]], out=u_dd)
+        bend = _bend(turn, first, part)
+        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² for no step
+
+    _share(fill, _parts(len(squares)), n)
+    u_dd, u = _share(lambda spectrum: _closed(spectrum, n), spectra, n)
     asked = float(squares.sum())
     realised: dict[str, object] = {
         "rms_asked": sqrt(asked) if rms is None else rms,
@@ -102,15 +126,39 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
         "lines": len(squares),
     }
     cautions = (*_few(squares), *coarse(sqrt(kept / asked), step, "RMS than its spectrum"))
-    return Samples(u_dd, step, _closed(spectrum, n), (), cautions, realised)
+    return Samples(u_dd, step, u, (), cautions, realised)
 
 
-def _turns(first: int, count: int, seed: int) -> NDArray[np.complex128]:
-    """Give e^(jφ) with a random phase for every line."""
+def _parts(count: int) -> Iterator[slice]:
+    """Cut so many lines into parts that stay near the processor."""
+    return (slice(at, min(at + BLOCK, count)) for at in range(0, count, BLOCK))
+
+
+def _bend(turn: float, first: int, part: slice) -> Floats:
+    """Give sin² of half the turn that some lines make in a step."""
+    return np.square(np.sin(turn * np.arange(first + part.start, first + part.stop)))
+
+
+def _codes(first: int, count: int, seed: int) -> NDArray[np.uint16]:
+    """Give a random phase for every line, by its number."""
     random = np.random.Generator(np.random.PCG64(seed))
-    codes = random.integers(PHASES, size=first + count, dtype=np.uint16)[first:]
-    table = np.exp(2j * pi / PHASES * np.arange(PHASES))
-    return np.asarray(table[codes])
+    return random.integers(PHASES, size=first + count, dtype=np.uint16)[first:]
+
+
+def _turns() -> NDArray[np.complex128]:
+    """Give e^(jφ) of every phase that a line may have."""
+    turns: NDArray[np.complex128] = np.exp(2j * pi / PHASES * np.arange(PHASES))
+    return turns
+
+
+def _share(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
+    """Give what is done to every job; for a signal of many samples [n] in threads."""
+    if n <= KEPT:
+        return [do(job) for job in jobs]
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(min(os.cpu_count() or 1, MOST)) as pool:
+        return list(pool.map(do, jobs))
 
 
 def _closed(spectrum: NDArray[np.complex128], n: int) -> Floats:

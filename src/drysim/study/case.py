@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, Plant, State
+from drysim.core.plant import AnyLaw, Law, Plant, State
 from drysim.errors import Caution, ScenarioError, UsageError
-from drysim.excitation.generated import Drawn
+from drysim.excitation.generated import Drawn, Generated
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
 from drysim.study import effort, memory, seeds
@@ -135,16 +135,20 @@ def assemble(
         remarks,
     )
     weighed = bool(scenario.measure.weights or scenario.measure.spectra)
-    if shortage := memory.shortage(case.steps, weighed):
-        raise misfit(
-            scenario, f"solver.step and measure.duration: {shortage}", "measure.duration"
-        )
-    if shortage := memory.shortage(case.steps * pieces(case), weighed):
+    if shortage := memory.shortage(case.steps, weighed, by_parts(case)):
+        sentence = f"solver.step and measure.duration: {shortage}"
+        raise misfit(scenario, sentence, "measure.duration")
+    if shortage := memory.shortage(case.steps * pieces(case), weighed, by_parts(case)):
         key = f"solver.{case.approach.approach}"
         raise misfit(scenario, f"{key} divides every step: {shortage}", key)
     if excess := effort.excess(case):
         raise misfit(scenario, *excess)
     return replace(case, cautions=(*remarks, *effort.cautions(case)))
+
+
+def by_parts(case: Case) -> bool:
+    """Tell whether a long response of a case is never held whole."""
+    return hasattr(case.approach, "by_parts") and isinstance(case.law, Law)
 
 
 def pieces(case: Case) -> int:
@@ -168,7 +172,8 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
     span, block = end, "measure"
     if getattr(excitation, "own_end", False):
         span, block = getattr(excitation, "duration", None), "excitation"
-    if step and span and (shortage := memory.shortage(round(span / step))):
+    steps = span / step if step and span and isinstance(excitation, Generated) else 0
+    if shortage := memory.shortage(round(steps)):
         sentence = f"solver.step and {block}.duration: {shortage}"
         raise misfit(scenario, sentence, f"{block}.duration")
     return excitation.motion(step, end)

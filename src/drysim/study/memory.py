@@ -5,8 +5,12 @@ from __future__ import annotations
 import os
 
 BYTES_PER_STEP = 64
-"""Memory of one step of the output grid: the response itself takes 25; with what measures and
-writes it some 30 were seen under sines, twice that is safe for samples, too."""
+"""Memory of one step where a response is held whole, as by fixed steps, or a signal is made:
+some 50 were seen, in the transforms of noise."""
+
+BYTES_BY_PARTS = 8
+"""Memory of one step where a response is made part by part: its events alone are held, 25 bytes
+each, twice that while they are put together; 2 were seen at an event in 24 steps."""
 
 BYTES_WEIGHED = 96
 """Memory of a step on top of it where it is weighted or its spectra are taken; 77 were seen."""
@@ -17,9 +21,9 @@ BYTES_PER_SEED = 6_000
 GIGA = 1e9
 
 
-def shortage(steps: int, weighed: bool = False) -> str:
+def shortage(steps: int, weighed: bool = False, by_parts: bool = False) -> str:
     """Say what a response of so many steps lacks, or nothing when it fits."""
-    wanted, owned = bytes_of(steps, weighed), machine()
+    wanted, owned = bytes_of(steps, weighed, by_parts), machine()
     if wanted <= owned:
         return ""
     return (
@@ -28,8 +32,13 @@ def shortage(steps: int, weighed: bool = False) -> str:
     )
 
 
-def bytes_of(steps: int, weighed: bool = False) -> float:
-    """Give the memory that a response of so many steps takes [bytes]."""
+def bytes_of(steps: int, weighed: bool = False, by_parts: bool = False) -> float:
+    """Give the memory that a response of so many steps takes [bytes].
+
+    One that is weighted, or whose spectra are taken, is held whole.
+    """
+    if by_parts and not weighed:
+        return float(steps * BYTES_BY_PARTS)
     return float(steps * (BYTES_PER_STEP + weighed * BYTES_WEIGHED))
 
 
