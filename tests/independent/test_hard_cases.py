@@ -49,6 +49,7 @@ def test_hard_case_is_named_after_its_file_and_says_what_is_hard(file):
         ("continuum-of-orbits-half.yaml", "not-unique"),
         ("continuum-of-orbits-quarter.yaml", "not-unique"),
         ("gravity-left-in-the-record.yaml", "record-gravity"),
+        ("edge-of-the-stuck-zone.yaml", "close-decision"),
         ("limit-just-exceeded.yaml", "close-decision"),
         ("sticks-of-no-length.yaml", "close-decision"),
         ("never-moves.yaml", "will-not-move"),

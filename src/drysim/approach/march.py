@@ -16,6 +16,7 @@ from drysim.approach.scene import (
     empty_log,
     first_entry,
     joined,
+    margin_at_start,
     mode_at_start,
     refuse_storm,
     waves_of,
@@ -118,7 +119,8 @@ def march_samples(
 
     `whole` keeps all of a march however long it is.
     """
-    mode, closest = mode_at_start(plant, law, motion, start), math.inf
+    mode = mode_at_start(plant, law, motion, start)
+    closest = margin_at_start(plant, law, motion, start)
     size = max(last, 1) if whole or last <= KEPT else BLOCK
     mark = (start.x_r, start.v_r, mode)
     made = March(plant, law, motion, waves_of(motion, law), last, size, [])

@@ -10,7 +10,7 @@ import numpy as np
 from drysim.approach.events import Events
 from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
-from drysim.core.events import ROOM, Log, first_mode
+from drysim.core.events import ROOM, Log, first_mode, tightness
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, State
 from drysim.core.waves import STRIDE, Waves, set_wave
@@ -44,6 +44,15 @@ def mode_at_start(plant: Plant, law: Law, motion: Sines | Samples, start: State)
     limits = law._replace(F_fk=law.F_fk * load, F_fs=law.F_fs * load)
     d: int = first_mode(plant, limits, start.x_r, start.v_r, first_u_dd(motion))
     return d
+
+
+def margin_at_start(plant: Plant, law: Law, motion: Sines | Samples, start: State) -> float:
+    """Give how near the mode at t = 0 is to the other [-]; infinity where nothing pulls."""
+    F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
+    if start.v_r != 0.0 or F_L == 0.0:
+        return math.inf
+    margin: float = tightness(F_L, law.F_fs * (1.0 + law.variation * math.sin(law.phase)))
+    return margin
 
 
 def first_u_dd(motion: Sines | Samples) -> float:

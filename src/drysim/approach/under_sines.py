@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +17,7 @@ from drysim.approach.scene import (
     first_entry,
     grid_points,
     joined,
+    margin_at_start,
     mode_at_start,
     numerics,
     refuse_storm,
@@ -85,7 +85,8 @@ def follow_sines(
     waves = waves_of(motion, law)
     d = mode_at_start(plant, law, motion, start)
     logs, log = [first_entry(plant, motion, start, d)], empty_log()
-    begin, state, closest = 0.0, (start.x_r, start.v_r, d), math.inf
+    begin, state = 0.0, (start.x_r, start.v_r, d)
+    closest = margin_at_start(plant, law, motion, start)
     while begin < duration:
         begin, *now, count, tight = leap(
             plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, *state, log, 0, LOG_LENGTH

@@ -73,8 +73,9 @@ def energy_open(residual: float) -> Caution:
 def close_decision(closest: float) -> Caution:
     """Say that the answer hinges on the last digits of the input."""
     sentence = (
-        f"a stop was decided by a relative margin of {closest:.1e} between |F_L| and F_fs: "
-        "an input changed by 1e-6 may change the answer; vary friction.static a little to see"
+        f"a stop or the start was decided by a relative margin of {closest:.1e} between |F_L| "
+        "and F_fs: an input changed by 1e-6 may change the answer; vary friction.static a "
+        "little to see"
     )
     return Caution("close-decision", sentence, {"closest_decision": closest})
 
