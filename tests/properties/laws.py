@@ -1,0 +1,202 @@
+"""What holds for every scene, whatever its numbers: laws of physics, and of arithmetic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import note
+
+from drawn import Scene
+from drysim.approach.response import Track
+from drysim.core.events import direction
+from drysim.metrics import measure
+
+CLOSES = 1e-10
+"""What the energy balance may leave [-]: rounding leaves 1e-13 on most scenes."""
+
+ROUNDINGS = 8 * 2.0**-52
+"""Relative error of a force that is put together afresh from rounded numbers."""
+
+SUBNORMAL = 1e-290
+"""A force so small has products that are no normal numbers, and round on their own [N]."""
+
+CLOSE = 1e-12
+"""A margin between |F_L| and F_fs [-] that the rounding of a state may reverse."""
+
+Law = Callable[[Scene], None]
+
+
+def energy_closes(scene: Scene) -> None:
+    """Work of the base = change of energy + viscous loss + friction loss."""
+    assert measure(scene.track(), (0.0, scene.end), None)["energy_residual"] <= CLOSES
+
+
+def stuck_means_stuck(scene: Scene) -> None:
+    """Where the mass is stuck its relative velocity is zero, and the interface bears F_L."""
+    response = scene.response()
+    stuck = response.stuck
+    assert (response.v_r[stuck] == 0.0).all()
+    spring, inertia = scene.k_x * response.x_r, scene.m * response.u_dd
+    swing, f, phase = scene.variation
+    limit = scene.F_fs * (1.0 + swing * np.sin(2.0 * math.pi * f * response.t + phase))
+    beyond = np.abs(spring + inertia) - limit
+    slack = ROUNDINGS * (np.abs(spring) + np.abs(inertia) + scene.F_fs)
+    # Under sines the phase at t carries the rounding of 2π f t.
+    slack += 2.0**-50 * scene.m * sum(abs(A) * f * scene.end * 7.0 for A, f, _ in scene.sines)
+    slack += 2.0**-50 * scene.F_fs * swing * f * scene.end * 7.0
+    assert (beyond[stuck] <= slack[stuck]).all()
+
+
+def friction_only_takes(scene: Scene) -> None:
+    """Friction never pushes: F_f v_r >= 0 on the grid, and between events x_r goes one way."""
+    response = scene.response()
+    assert (response.F_f * response.v_r >= 0.0).all()
+    track = scene.track()
+    way = np.diff(np.append(track.turns.x_r, track.state(scene.end).x_r))
+    going = np.array([direction(int(kind)) for kind in track.turns.kind])
+    scale = np.abs(track.turns.x_r).max() + np.abs(way).max()
+    assert (going * way >= -ROUNDINGS * scale).all()
+    assert (way[going == 0] == 0.0).all()
+
+
+def mirror_is_exact(scene: Scene) -> None:
+    """-ü gives -x_r, bit for bit."""
+    other = scene._replace(
+        x_r=-scene.x_r,
+        v_r=-scene.v_r,
+        u_dd=tuple(-value for value in scene.u_dd),
+        sines=tuple((-A, f, phase) for A, f, phase in scene.sines),
+    )
+    same(scene, other, x=-1.0)
+
+
+def motion_scales_with_its_causes(scene: Scene) -> None:
+    """(ü, F_fk, F_fs, start) times 2^20 give x_r times 2^20, bit for bit."""
+    factor = 2.0**20
+    if not 0.0 < scene.F_fk < SUBNORMAL:
+        same(scene, scaled(scene, force=factor, motion=factor), x=factor)
+
+
+def mass_is_a_unit(scene: Scene) -> None:
+    """(m, k_x, b, F_fk, F_fs) times 2^-17 change nothing, bit for bit."""
+    factor = 2.0**-17
+    if not 0.0 < scene.F_fk < SUBNORMAL:
+        other = scaled(scene, force=factor)
+        m, k_x, b = (factor * value for value in scene.plant)
+        same(scene, other._replace(m=m, k_x=k_x, b=b))
+
+
+def time_is_a_unit(scene: Scene) -> None:
+    """Everything twice as slow gives x_r times 4, bit for bit."""
+    same(
+        scene,
+        scene._replace(
+            b=0.5 * scene.b,
+            k_x=0.25 * scene.k_x,
+            x_r=4.0 * scene.x_r,
+            v_r=2.0 * scene.v_r,
+            sines=tuple((A, 0.5 * f, phase) for A, f, phase in scene.sines),
+            variation=(scene.variation[0], 0.5 * scene.variation[1], scene.variation[2]),
+            dt=2.0 * scene.dt,
+            duration=2.0 * scene.duration,
+        ),
+        x=4.0,
+        t=2.0,
+    )
+
+
+def split_run_equals_the_whole(scene: Scene) -> None:
+    """Stopped at half time and begun anew from its state and mode, the motion is the same."""
+    if len(scene.u_dd) == 2:
+        return
+    first, second = halves(scene)
+    track, whole = first.track(), scene.track()
+    middle, mode = track.state(first.end), direction(int(track.turns.kind[-1]))
+    rest = second._replace(x_r=middle.x_r, v_r=middle.v_r).track()
+    if direction(int(rest.turns.kind[0])) != mode or hinges(scene, whole):
+        return  # broken away but not moving yet: the state alone does not tell the mode
+    if scene.u_dd and not scene.variation[0]:
+        assert rest.state(second.end) == whole.state(scene.end)
+    else:
+        scale = np.abs(whole.turns.x_r).max() + abs(whole.state(scene.end).x_r)
+        gap = abs(rest.state(second.end).x_r - whole.state(scene.end).x_r)
+        assert gap <= 1e-9 * scale
+
+
+def halves(scene: Scene) -> tuple[Scene, Scene]:
+    """Give the first half of a scene, and the second with its clock put back."""
+    half = (len(scene.u_dd) - 1) // 2 * scene.dt if scene.u_dd else 0.5 * scene.duration
+    cut = (len(scene.u_dd) - 1) // 2
+    swing, f, phase = scene.variation
+    later = (swing, f, phase + 2.0 * math.pi * ((f * half) % 1.0))
+    sines = tuple(
+        (A, f, phase + 2.0 * math.pi * ((f * half) % 1.0)) for A, f, phase in scene.sines
+    )
+    second = scene._replace(u_dd=scene.u_dd[cut:], sines=sines, variation=later)
+    return (
+        scene._replace(u_dd=scene.u_dd[: cut + 1], duration=half),
+        second._replace(duration=scene.duration - half),
+    )
+
+
+def finer_grid_changes_no_metric(scene: Scene) -> None:
+    """Metrics come from the continuous solution: the same lines on half the step."""
+    if not scene.u_dd:
+        return
+    n = len(scene.u_dd)
+    fine = np.interp(np.arange(2 * n - 1) / 2, np.arange(n), scene.u_dd)
+    other = scene._replace(u_dd=tuple(fine.tolist()), dt=0.5 * scene.dt)
+    one, two = scene.track(), other.track()
+    if hinges(scene, one) or hinges(other, two):
+        return
+    metrics = [measure(track, (0.0, scene.end), None) for track in (one, two)]
+    for name in ("a_x", "x_r_rms", "x_r_peak", "v_r_rms", "stuck_share"):
+        note(f"{name}: {metrics[0][name]} and {metrics[1][name]}")
+        assert metrics[1][name] == pytest.approx(metrics[0][name], rel=1e-9, abs=1e-13)
+
+
+def hinges(scene: Scene, track: Track) -> bool:
+    """Whether a stop, or the start from rest, was decided by rounding alone."""
+    start = track.turns
+    margin = abs(abs(start.F_L[0]) - scene.F_fs) if scene.v_r == 0.0 else scene.F_fs
+    return track.closest <= CLOSE or bool(margin <= CLOSE * scene.F_fs)
+
+
+def scaled(scene: Scene, force: float, motion: float = 1.0) -> Scene:
+    """Give a scene with its friction forces and its motion times a factor each."""
+    return scene._replace(
+        F_fk=force * scene.F_fk,
+        F_fs=force * scene.F_fs,
+        x_r=motion * scene.x_r,
+        v_r=motion * scene.v_r,
+        u_dd=tuple(motion * value for value in scene.u_dd),
+        sines=tuple((motion * A, f, phase) for A, f, phase in scene.sines),
+    )
+
+
+def same(scene: Scene, other: Scene, x: float = 1.0, t: float = 1.0) -> None:
+    """Two scenes have the same events, but for a factor on places and one on times."""
+    one, two = scene.track(), other.track()
+    note(f"{one.turns}\n{two.turns}")
+    assert np.array_equal(two.turns.kind, one.turns.kind * (-1 if x < 0 else 1))
+    assert np.array_equal(two.turns.t, one.turns.t * t)
+    assert np.array_equal(two.turns.x_r, one.turns.x_r * x)
+    assert two.state(other.end) == pytest.approx(
+        (one.state(scene.end).x_r * x, one.state(scene.end).v_r * x / t), rel=0.0, abs=0.0
+    )
+
+
+LAWS = (
+    energy_closes,
+    stuck_means_stuck,
+    friction_only_takes,
+    mirror_is_exact,
+    motion_scales_with_its_causes,
+    mass_is_a_unit,
+    time_is_a_unit,
+    split_run_equals_the_whole,
+    finer_grid_changes_no_metric,
+)
