@@ -18,7 +18,7 @@ CLOSES = 1e-10
 """What the energy balance may leave [-]: rounding leaves 1e-13 on most scenes."""
 
 ROUNDINGS = 8 * 2.0**-52
-"""Relative error of a force that is put together afresh from rounded numbers."""
+"""Relative error of a force put together afresh."""
 
 SUBNORMAL = 1e-290
 """A force so small has products that are no normal numbers, and round on their own [N]."""
@@ -44,7 +44,6 @@ def stuck_means_stuck(scene: Scene) -> None:
     limit = scene.F_fs * (1.0 + swing * np.sin(2.0 * math.pi * f * response.t + phase))
     beyond = np.abs(spring + inertia) - limit
     slack = ROUNDINGS * (np.abs(spring) + np.abs(inertia) + scene.F_fs)
-    # Under sines the phase at t carries the rounding of 2π f t.
     slack += 2.0**-50 * scene.m * sum(abs(A) * f * scene.end * 7.0 for A, f, _ in scene.sines)
     slack += 2.0**-50 * scene.F_fs * swing * f * scene.end * 7.0
     assert (beyond[stuck] <= slack[stuck]).all()
@@ -154,7 +153,6 @@ def finer_grid_changes_no_metric(scene: Scene) -> None:
         return
     metrics = [measure(track, (0.0, scene.end), None) for track in (one, two)]
     for name in ("a_x", "x_r_rms", "x_r_peak", "v_r_rms", "stuck_share"):
-        note(f"{name}: {metrics[0][name]} and {metrics[1][name]}")
         assert metrics[1][name] == pytest.approx(metrics[0][name], rel=1e-9, abs=1e-13)
 
 
