@@ -21,6 +21,7 @@ $(READY): pyproject.toml
 	  { echo "drysim needs Python 3.11 or newer; name one: make PYTHON=python3.11 install" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(RUN) pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(RUN) compileall -q src
 	@touch $@
 
 fmt: $(READY) ## put the code into shape

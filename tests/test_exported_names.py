@@ -91,3 +91,26 @@ def test_help_needs_no_numbers(word):
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout.splitlines()[-1] == "False", done.stderr
+
+
+def test_commands_on_a_pipe_load_neither_rich_nor_what_looks_for_plugins(seat, process):
+    for words in (["validate", "seat.yaml"], ["run", "seat.yaml", "--no-plots"]):
+        answer = process(*words, PYTHONPROFILEIMPORTTIME="1")
+        assert answer.code == 0
+        loaded = {line.rpartition("|")[2].strip() for line in answer.err.splitlines()}
+        assert {"drysim.scenario", "pydantic.main"} <= loaded
+        assert loaded & {"rich", "importlib.metadata", "scipy", "numba", "matplotlib"} == set()
+
+
+def test_whatever_else_is_asked_of_the_loader_of_plugins_the_real_one_answers():
+    program = (
+        "import sys\n"
+        "from drysim.cli import plugins\n"
+        "plugins.forgo()\n"
+        "from pydantic.plugin._loader import get_plugins\n"
+        "assert get_plugins() == ()\n"
+        "from pydantic.plugin._loader import PYDANTIC_ENTRY_POINT_GROUP as group\n"
+        "print(group, type(sys.modules[plugins.LOADER]).__name__)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout == "pydantic module\n", done.stderr

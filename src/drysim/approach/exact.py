@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from drysim.approach import settled, traced, under_sines
+from drysim.approach import under_sines
 from drysim.approach.events import Events
 from drysim.approach.many import measure_many
 from drysim.approach.over_samples import solve_samples
@@ -34,6 +34,8 @@ def solve(
     `whole` keeps the motion over samples at hand, however long it is.
     """
     if isinstance(law, Dynamic | Slider):
+        from drysim.approach import traced
+
         response = traced.solve(plant, law, motion, start, step, duration)
     elif isinstance(motion, Samples):
         response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole)
@@ -52,6 +54,8 @@ def follow(
 ) -> Track:
     """Solve a scene with the core that fits its base motion, without a grid where it can."""
     if isinstance(law, Dynamic | Slider):
+        from drysim.approach import traced
+
         return traced.follow(plant, law, motion, start, duration)
     if isinstance(motion, Samples):
         response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole=False)
@@ -84,5 +88,7 @@ def find_orbit(
 ) -> Orbit:
     """Follow a start to its periodic orbit with the core that fits the law."""
     if isinstance(law, Dynamic | Slider):
+        from drysim.approach import settled
+
         return settled.find_orbit(plant, law, motion, start, period)
     return under_sines.find_orbit(plant, law, motion, State(*start[:2]), period)

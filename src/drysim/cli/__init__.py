@@ -8,10 +8,12 @@ import sys
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
+from copy import copy
 from typing import NoReturn
 
 import typer
 
+from drysim.cli import plugins
 from drysim.cli.bench import app
 from drysim.cli.leave import ASKED, tidy_up_first
 from drysim.cli.streams import open_closed_streams, reader_may_leave, unheard
@@ -48,7 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     open_closed_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        code = int(app(words, prog_name="drysim", obj=words, standalone_mode=False))
+        asked = with_command(words[0] if words else "")
+        code = int(asked(words, prog_name="drysim", obj=words, standalone_mode=False))
         with reader_may_leave():  # flushes what was said
             pass
     except typer.TyperException as fault:
@@ -65,6 +68,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def with_command(name: str) -> typer.Typer:
+    """Give the application with one command alone, where there is one of that name.
+
+    Typer builds every command that it is given, with all its options, to run one of them.
+    """
+    commands = app.registered_commands
+    found = [one for one in commands if one.callback and one.callback.__name__ == name]
+    if not found:
+        return app
+    alone = copy(app)
+    alone.registered_commands = found
+    return alone
+
+
 def command() -> NoReturn:
     """Be the command `drysim`: run it, and leave at once.
 
@@ -72,6 +89,7 @@ def command() -> NoReturn:
     not take that apart in order at its end: together these are a fifth of a small sweep.
     """
     gc.set_threshold(SELDOM, 20, 20)
+    plugins.forgo()
     tidy_up_first()
     code = main()
     for stream in (sys.stdout, sys.stderr):

@@ -66,7 +66,7 @@ class Road(Drawn):
     """PSD of the profile's height at the reference [m³], in place of `class`."""
     speed: Annotated[float, Quantity("m/s", above=0)]
     """Speed V [m/s]."""
-    wave_numbers: Band = Band()
+    wave_numbers: Band = Field({}, validate_default=True)
     """The road's wave numbers [1/m]; none outside. Default: where the standard is valid."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("class", "roughness"),)
