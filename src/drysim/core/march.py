@@ -15,7 +15,7 @@ from drysim.core.compiled import compiled, held, inlined
 from drysim.core.eventful import through_events
 from drysim.core.events import ROOM, holding_force
 from drysim.core.glide import glide, look_ahead
-from drysim.core.steps import steps_of
+from drysim.core.steps import parts_of, steps_of
 
 STRETCH = 256
 """Samples prepared at once: a few kilobytes. Chains of steps begin anew at each multiple, so
@@ -70,6 +70,8 @@ def march_on(
     x_ahead, v_ahead,
 ):  # fmt: skip
     """March stretch by stretch, as `march` says; the last two are scratch for one stretch."""
+    parts = parts_of(steps)
+    inner = steps_of(plant, law, steps.dt / parts)
     begin, until = n, n
     closest = math.inf
     full = capacity - ROOM
@@ -88,7 +90,20 @@ def march_on(
             )
         if n < until:
             x_r, v_r, d, count, closest = through_events(
-                plant, law, steps, u_dd[n], u_dd[n + 1], n, x_r, v_r, d, log, count, closest
+                plant,
+                law,
+                steps,
+                inner,
+                parts,
+                u_dd[n],
+                u_dd[n + 1],
+                n,
+                x_r,
+                v_r,
+                d,
+                log,
+                count,
+                closest,
             )
             n += 1
             x_out[n] = x_r

@@ -82,7 +82,7 @@ def total(part, last):
 
 
 @compiled
-def way_squared(steps, form, u_dd, piece, last):
+def displacement_squared(steps, form, u_dd, piece, last):
     """Give the integral of x_r² over the whole steps of a piece."""
     w, f, dt = steps.w, steps.f, steps.dt
     xx, xv, xp, xq, vv, vp, vq, pp, pq, qq = (

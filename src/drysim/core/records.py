@@ -11,12 +11,12 @@ from drysim.core.pieces import (
     PIECE,
     acceleration_squared,
     base_squared,
+    displacement_squared,
     mark,
     path_squared,
     power_given,
     speed_squared,
     way_slid,
-    way_squared,
 )
 from drysim.core.stretches import eventful_steps
 
@@ -122,7 +122,7 @@ def add(plant, law, steps, forms, waves, u_dd, first, last, piece, log, count, a
     x2, v2, x_dd2, power, rub, stuck = eventful_steps(
         plant, law, steps, waves, u_dd, piece, log, count, first, last
     )
-    answer[X2] += x2 + max(way_squared(steps, forms.x2, u_dd, piece, last), 0.0)
+    answer[X2] += x2 + max(displacement_squared(steps, forms.x2, u_dd, piece, last), 0.0)
     answer[V2] += v2 + max(speed_squared(steps, forms.v2, u_dd, piece, last), 0.0)
     whole = acceleration_squared(steps, forms.x_dd2, u_dd, piece, last)
     answer[X_DD2] += x_dd2 + max(whole, 0.0)

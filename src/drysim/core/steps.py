@@ -13,6 +13,9 @@ FINE = 1.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a third, far above
 rounding, and extrema are π apart."""
 
+MOST_PARTS = 16
+"""Parts that a fine step is walked in, at most, where it is too long for `series`."""
+
 MARGIN = 2.0
 """What the bound on a dip between samples is widened by, so that rounding cannot matter."""
 
@@ -115,6 +118,16 @@ def steps_of(plant, law, dt):
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
         bend * dt, bend * (0.25 * c + w * dt) * dt,
     )  # fmt: skip
+
+
+@compiled
+def parts_of(steps):
+    """Give in how many parts a step that holds events is walked: a power of two."""
+    parts = 1
+    if steps.fine and not steps.short:
+        while parts < MOST_PARTS and (steps.c + math.sqrt(steps.w)) * steps.dt > SHORT * parts:
+            parts *= 2
+    return parts
 
 
 @compiled
