@@ -13,7 +13,8 @@ from drysim.approach import Signum, Smooth, StickSlip, Switch, Viscous
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, State
 from drysim.metrics import METRICS, measure
-from drysim.study.table import Comparison, Row, Table
+from drysim.study.comparison import Comparison
+from drysim.study.table import Row, Table
 from outcomes import PAPER, record, stand_in
 
 FREQUENCY, RMS, FORCE = "excitation.frequency", "excitation.rms", "friction.kinetic"

@@ -10,7 +10,7 @@ import pytest
 from drysim.errors import UsageError
 from drysim.scenario import load
 from drysim.study.compare import compare, named
-from drysim.study.table import Comparison
+from drysim.study.comparison import Comparison
 
 SCENE = """\
 drysim: 1

@@ -292,10 +292,10 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
     assert drysim(*words, "whole").code == 0
     one_seed = ensemble.row_of_seed
 
-    def stopped(scenario, seed):
+    def stopped(scenario, seed, *words):
         if seed == 6:
             raise KeyboardInterrupt
-        return one_seed(scenario, seed)
+        return one_seed(scenario, seed, *words)
 
     monkeypatch.setattr(ensemble, "row_of_seed", stopped)
     answer = drysim(*words, "part", "--workers", 1)

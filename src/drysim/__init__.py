@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     )
     from drysim.scenario import Scenario, load
     from drysim.study.compare import compare
+    from drysim.study.comparison import Comparison
     from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.run import run
     from drysim.study.sweep import sweep
-    from drysim.study.table import Comparison, Table
+    from drysim.study.table import Table
 
 __version__ = "0.1.0"
 
@@ -50,7 +51,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Comparison": "drysim.study.table",
+    "Comparison": "drysim.study.comparison",
     "Table": "drysim.study.table",
     "DrysimError": "drysim.errors",
     "Ensemble": "drysim.study.ensemble",

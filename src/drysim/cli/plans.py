@@ -35,9 +35,7 @@ def sentences(case: Case, folder: Path) -> list[str]:
     """Give the plan for people."""
     begin, end = case.window
     span = f"{number(begin, 's')} to {number(end, 's')}"
-    seeds = most(case.scenario)
-    many = f"{seeds} seeds, " if seeds > 1 else ""
-    many = f"up to {many}" if getattr(case.scenario.excitation, "until", None) else many
+    many = f"{seeds}, " if (seeds := many_seeds(case)) else ""
     over = "one repetition of the periodic orbit" if case.period else span
     return [
         f"{case.scenario.name}: {many}{case.steps} steps of {number(case.step, 's')} by "
@@ -46,6 +44,13 @@ def sentences(case: Case, folder: Path) -> list[str]:
         f"would be written to {folder}",
         "dry run: nothing was computed, nothing was written",
     ]
+
+
+def many_seeds(case: Case) -> str:
+    """Give how many seeds there are to be, where there are many."""
+    seeds = most(case.scenario)
+    up_to = "up to " if getattr(case.scenario.excitation, "until", None) else ""
+    return f"{up_to}{seeds} seeds" if seeds > 1 else ""
 
 
 def plan(case: Case, folder: Path) -> dict[str, object]:
@@ -80,6 +85,7 @@ def show_grid(case: Case, folder: Path, approaches: int, as_json: bool, quiet: b
         elif not quiet:
             count = "1 case" if cases == 1 else f"{cases} cases"
             by = "1 approach" if approaches == 1 else f"{approaches} approaches"
+            by += f", each {seeds}" if (seeds := many_seeds(case)) else ""
             console.say(f"{scenario.name}: {count} by {by}; {', '.join(swept) or 'no sweep'}")
             console.say("\n".join(sentences(case, folder)[1:]))
         if not quiet:

@@ -23,8 +23,8 @@ from drysim.study import survey
 from drysim.wording import number, percent
 
 if TYPE_CHECKING:
+    from drysim.study.comparison import Comparison
     from drysim.study.survey import Deviation
-    from drysim.study.table import Comparison
     from drysim.study.tally import Tally
 
 VALUE = 12
@@ -82,9 +82,17 @@ def columns(comparison: Comparison) -> list[list[str]]:
         for heading, metric, words in METRICS
     ]
     worst = _worst(comparison)
-    off = [f"{worst[name].value * 100:+.3g} %" if name in worst else NONE for name in rows]
+    off = [_off(worst[name]) if name in worst else NONE for name in rows]
     known = [column for column in found if set(column[1:]) != {NONE}]
     return [["approach", *rows], *known[:1], ["deviation", *off], *known[1:]]
+
+
+def _off(worst: Deviation) -> str:
+    """Give a deviation in percent, of a mean with half of its interval."""
+    if not worst.half_width:
+        return f"{worst.value * 100:+.3g} %"
+    sign = "+" if worst.value >= 0 else ""
+    return sign + wording.around(100 * worst.value, 100 * worst.half_width, "%")
 
 
 def _worst(comparison: Comparison) -> dict[str, Deviation]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim import wording
+from drysim.console import means
 from drysim.console.paper import line, result, talk
 from drysim.console.parts import (
     Row,
@@ -93,6 +94,8 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
     yield from steps(wording.clean_up(table.motion) if fixed else ())
+    if words := means.seeds(scenario, _own(table).seeds):
+        yield "seeds", words
     for name, axis in zip(["swept"] + [""] * len(axes), axes, strict=False):
         yield name, wording.swept(axis)
     counts = (f"{tally.cases} by {name}" for name, tally in table.tallies.items())
@@ -112,6 +115,7 @@ def _rows(table: study.Table) -> Iterator[Row]:
             least, most = _at(table, ends[0]), _at(table, ends[1])
             remark = f"least {least}, greatest {most}" if least != most else least
             yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
+            yield from means.known(table.axes, own.seeds, metric)
     over_frequency = any(axis.key == survey.FREQUENCY for axis in table.axes)
     if over_frequency and "T_a" in own.extremes and own.cases <= HELD:
         yield _isolation(table, survey.isolation(table.own))
@@ -133,7 +137,10 @@ def _stroke(table: study.Table, own: Tally) -> Iterator[Row]:
     peak = ends[1]
     used = f"{percent(peak.value / stroke.limit)} of the stroke limit, " if stroke else ""
     yield Row("peak |x_r|", millimetres(peak.value), f"{used}{_at(table, peak)}")
-    if own.beyond and stroke:
+    if own.beyond and own.seeds:
+        cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
+        yield Row("limit met", cases, f"of {own.cases}, with some of the seeds", "bold red")
+    elif own.beyond and stroke:
         cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
         far = peak.value - stroke.limit
         remark = f"of {own.cases}, " + (

@@ -23,9 +23,10 @@ from drysim.source import dump
 if TYPE_CHECKING:
     from drysim.study.bench.hard import Ordeals
     from drysim.study.bench.scores import Bench
+    from drysim.study.comparison import Comparison
     from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
-    from drysim.study.table import Comparison, Table
+    from drysim.study.table import Table
 
 Made = TypeVar("Made")
 

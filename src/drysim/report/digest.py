@@ -12,7 +12,8 @@ from drysim.study import survey
 from drysim.study.table import OK
 
 if TYPE_CHECKING:
-    from drysim.study.table import Comparison, Table
+    from drysim.study.comparison import Comparison
+    from drysim.study.table import Table
     from drysim.study.tally import Extreme, Tally
 
 
@@ -71,7 +72,16 @@ def _numerics(table: Table, own: Tally | None) -> Fields:
         **table.numerics,
         "energy_residual": own and own.greatest("energy_residual"),
         "closure": own and own.greatest("closure"),
-    }
+    } | _seeds(own)
+
+
+def _seeds(own: Tally | None) -> Fields:
+    """Give how many seeds the cases are means over; where all share them, their hash."""
+    if own is None or own.seeds is None:
+        return {}
+    found = own.seeds
+    shared = {"sha256_of_seeds": min(found.hashes)} if len(found.hashes) == 1 else {}
+    return {"seeds": {"least": found.least, "greatest": found.most}} | shared
 
 
 def _statuses(tallies: Collection[Tally]) -> dict[str, int]:
@@ -88,14 +98,17 @@ def _metrics(tally: Tally | None) -> Fields:
     if tally is None:
         return {}
     return {
-        name: {"least": _where(ends[0]), "greatest": _where(ends[1])}
+        name: {"least": _where(ends[0], name), "greatest": _where(ends[1], name)}
         for metric in METRICS
         if (ends := tally.extremes.get(name := metric.name)) is not None
     }
 
 
-def _where(extreme: Extreme) -> Fields:
-    return {"value": extreme.value, "where": dict(extreme.row.point)}
+def _where(extreme: Extreme, metric: str) -> Fields:
+    """Give an extreme and where it is; of a mean over many seeds how well it is known."""
+    row = extreme.row
+    mean = {"half_width": row.half_widths.get(metric), "seeds": row.seeds}
+    return {"value": extreme.value, "where": dict(row.point)} | (mean if row.over else {})
 
 
 def _deviation(comparison: Comparison, approach: str) -> Fields:
@@ -103,4 +116,6 @@ def _deviation(comparison: Comparison, approach: str) -> Fields:
     worst = survey.worst(survey.deviations(comparison, approach))
     if worst is None or approach == comparison.yardstick:
         return {}
-    return {"T_a_deviation": {"value": worst.value, "where": dict(worst.row.point)}}
+    found = {"value": worst.value, "where": dict(worst.row.point)}
+    mean = {} if worst.half_width is None else {"half_width": worst.half_width}
+    return {"T_a_deviation": found | mean}

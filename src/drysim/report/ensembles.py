@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -13,12 +12,14 @@ from drysim.report.cells import joined
 from drysim.report.rows import VIOLATION, known
 from drysim.report.sidecar import Fields, excitation, framed, software
 from drysim.report.tables import STROKE, heading, write
+from drysim.study.hashes import sha256_together
 from drysim.study.statistics import CONFIDENCE, QUANTILES
 from drysim.study.table import OK
 
 if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
-    from drysim.study.statistics import Statistic
+    from drysim.study.hashes import sha256_together
+from drysim.study.statistics import Statistic
 
 SEED = "excitation.seed [-]"
 
@@ -81,8 +82,7 @@ def told(made: Ensemble, command: str, exit_code: int, files: Mapping[str, str])
 def _drawn(made: Ensemble) -> Fields:
     """Give the base motions; the hash is that of the hashes of all seeds, in order."""
     fields = excitation(made.scenario, made.response.motion)
-    hashes = "\n".join(row.sha256 for row in made.rows)
-    fields["sha256"] = hashlib.sha256(hashes.encode()).hexdigest()
+    fields["sha256"] = sha256_together(row.sha256 for row in made.rows)
     return fields | {"seeds": len(made.rows), "sha256_of": "sha256 of every seed, one a line"}
 
 

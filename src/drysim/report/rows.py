@@ -16,13 +16,17 @@ from drysim.study.rows import HELD, batches_of
 
 if TYPE_CHECKING:
     from drysim.study.batch import Batch
-    from drysim.study.table import Comparison, Row, Table
+    from drysim.study.comparison import Comparison
+    from drysim.study.table import Row, Table
 
 FORCES = ("F_fk", "F_fs")
 METRICS = (
     "a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak",
     "stroke_used", "stuck_share", "chatter_share", "violations", "closure",
 )  # fmt: skip
+MEANS = ("a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "stuck_share")
+"""The metrics whose confidence interval is told, where they are means over many seeds."""
+
 VIOLATION = ("t_first_violation", "x_r_peak", "t_beyond", "violations")
 """The metrics in the columns of stroke_violations.csv."""
 
@@ -37,7 +41,7 @@ def transmissibility(table: Table, folder: Path) -> None:
         Where to write.
     """
     headings, felt = _headings(table), _felt(table)
-    if len(table.rows) <= HELD:
+    if len(table.rows) <= HELD or _many(table):
         text: Iterable[Text] = [joined(_columns(table))]
     else:
         keys = [axis.key for axis in table.axes]
@@ -48,9 +52,13 @@ def transmissibility(table: Table, folder: Path) -> None:
 
 def comparison(made: Comparison, folder: Path) -> None:
     """Write comparison.csv: every case under every approach, and what it is off by."""
-    off = [_text(made.deviation(row)) for row in made.table.rows]
-    headings = [*_headings(made.table), heading("T_a_deviation")]
-    write(folder / "comparison.csv", headings, [joined([*_columns(made.table), off])])
+    found = [made.off(row) or (None, None) for row in made.table.rows]
+    off = [[_text(value) for value in column] for column in zip(*found, strict=True)]
+    names = ["T_a_deviation", "T_a_deviation_half_width"]
+    if not _many(made.table):
+        del off[1], names[1]
+    headings = [*_headings(made.table), *map(heading, names)]
+    write(folder / "comparison.csv", headings, [joined([*_columns(made.table), *off])])
 
 
 def stroke_violations(table: Table, folder: Path) -> None:
@@ -80,6 +88,7 @@ def _headings(table: Table) -> list[str]:
         *map(heading, (*FORCES, *METRICS)),
         "status",
         *map(heading, _felt(table)),
+        *_widths(table),
     ]
 
 
@@ -94,6 +103,7 @@ def _columns(table: Table) -> list[Iterable[str]]:
         *known(rows, METRICS),
         [row.status for row in rows],
         *known(rows, _felt(table)),
+        *_spread(table),
     ]
 
 
@@ -111,6 +121,28 @@ def _block(batch: Batch, keys: Sequence[str], felt: Sequence[str]) -> Cases:
 def _felt(table: Table) -> Sequence[str]:
     """Give the metrics that only a weighting adds, behind all other columns."""
     return COMFORT if table.scenario.measure.weights else ()
+
+
+def _many(table: Table) -> bool:
+    """Tell whether any case is many seeds; columns behind all others tell of them then."""
+    return any(tally.seeds for tally in table.tallies.values())
+
+
+def _widths(table: Table) -> list[str]:
+    """Give the header cells of what is known of means over many seeds."""
+    names = (*MEANS, *_felt(table)) if _many(table) else ()
+    units = [heading(name).removeprefix(name) for name in names]
+    cells = [f"{name}_half_width{unit}" for name, unit in zip(names, units, strict=True)]
+    return [heading("seeds"), *cells] if cells else []
+
+
+def _spread(table: Table) -> list[list[str]]:
+    """Give the cells of what is known of means over many seeds."""
+    if not _many(table):
+        return []
+    names, rows = (*MEANS, *_felt(table)), table.rows
+    widths = [[_text(row.half_widths.get(name)) for row in rows] for name in names]
+    return [[str(row.seeds) for row in rows], *widths]
 
 
 def _keys(table: Table) -> list[str]:

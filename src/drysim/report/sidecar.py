@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import sys
@@ -12,14 +11,12 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 import drysim
 from drysim.core.motion import Samples, Sines
-from drysim.core.signal import blocks
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.report.bare import bare_command, bare_name, plain
 from drysim.report.spectrum import told
+from drysim.study.hashes import sha256_of
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -140,10 +137,7 @@ def excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
     asked = scenario.excitation
     fields: Fields = {"kind": asked.kind, "seed": getattr(asked, "seed", None)}
     if isinstance(motion, Samples):
-        digest = hashlib.sha256()
-        for part in blocks(motion.u_dd):
-            digest.update(np.ascontiguousarray(part, dtype="<f8").data)
-        fields["sha256"] = digest.hexdigest()
+        fields["sha256"] = sha256_of(motion.u_dd)
         if motion.realised:
             fields["realised"] = motion.realised
     return fields

@@ -43,6 +43,8 @@ UNITS = {
     "chatter_share": "-",
     "closure": "-",
     "T_a_deviation": "-",
+    "T_a_deviation_half_width": "-",
+    "seeds": "-",
     "x_r_peak_deviation": "-",
     "x_r_rms_deviation": "-",
     "checks": "-",

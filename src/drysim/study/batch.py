@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.metrics import METRICS
-from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
+from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, OverSeeds, Row
 
 STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
 """What a case may come to, by its code."""
 
 COUNTED = frozenset({"violations"})
-"""Metrics that are whole numbers."""
+"""Metrics that are whole numbers, unless they are means over many seeds."""
 
 NAMES = tuple(metric.name for metric in METRICS)
 
@@ -43,6 +43,8 @@ class Batch:
         Index into `STATUSES`.
     notes : mapping
         What is to be said about cases without numbers, by their place in the batch.
+    over : mapping
+        What is known of cases that are many seeds, by their place in the batch.
     """
 
     first: int
@@ -53,6 +55,7 @@ class Batch:
     metrics: Mapping[str, Floats]
     status: NDArray[np.int8]
     notes: Mapping[int, str] = field(default_factory=dict)
+    over: Mapping[int, OverSeeds] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Give the number of cases."""
@@ -71,6 +74,7 @@ class Batch:
             yield Row(
                 dict(zip(keys, point, strict=True)), self.approach, *force,
                 dict(zip(NAMES, row, strict=True)), STATUSES[code], self.notes.get(i, ""),
+                over=self.over.get(i),
             )  # fmt: skip
 
     def row(self, i: int) -> Row:
@@ -83,6 +87,7 @@ class Batch:
             {name: _known(name, self.metrics[name][i : i + 1])[0] for name in NAMES},
             STATUSES[self.status[i]],
             self.notes.get(i, ""),
+            over=self.over.get(i),
         )
 
     @classmethod
@@ -98,6 +103,7 @@ class Batch:
             {name: _column([row.metrics.get(name) for row in rows]) for name in NAMES},
             np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
             {i: row.note for i, row in enumerate(rows) if row.note},
+            {i: row.over for i, row in enumerate(rows) if row.over},
         )
 
 
@@ -106,10 +112,17 @@ def _column(values: Sequence[float | None]) -> Floats:
     return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
+def _counted(value: float) -> float | int | None:
+    """Give a number of times; a mean of such numbers stays what it is."""
+    if value != value:
+        return None
+    return int(value) if value.is_integer() else value
+
+
 def _known(name: str, column: Floats) -> list[float | int | None]:
     """Give a column as values, None for not known."""
     if name in COUNTED:
-        return [None if value != value else int(value) for value in column.tolist()]
+        return [_counted(value) for value in column.tolist()]
     if np.isnan(column).any():
         return [None if value != value else value for value in column.tolist()]
     values: list[float | int | None] = column.tolist()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
+from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from drysim.core.motion import Samples, Sines
@@ -12,6 +13,7 @@ from drysim.core.plant import AnyState
 from drysim.errors import SolverError
 from drysim.study import comfort
 from drysim.study.case import Case, assemble, base_motion
+from drysim.study.seeds import most
 from drysim.study.steady import orbit_of
 from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
 
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 
 KEPT = 4
 """Base motions kept: neighbouring cases differ in friction more often than in motion."""
+
+KEPT_BYTES = 256e6
+"""Memory up to which all seeds of a case are kept, as the other cases have the same."""
 
 
 ONE_OF_MANY = "one of a continuum of orbits"
@@ -48,23 +53,29 @@ def size(axes: Sequence[Axis]) -> int:
 class Motions:
     """The base motions of the latest cases: what cases share is not made anew."""
 
-    kept: list[tuple[object, Sines | Samples]] = field(default_factory=list)
+    kept: dict[object, Sines | Samples] = field(default_factory=dict)
+    most: int = KEPT
+    lock: Lock = field(default_factory=Lock)
 
     @classmethod
     def beginning_with(cls, case: Case) -> Self:
         """Give the motions that know that of a case already."""
-        motions = cls()
-        motions.kept.append((words(case.scenario), case.motion))
+        motions, motion, seeds = cls(), case.motion, most(case.scenario)
+        motions.kept[words(case.scenario)] = motion
+        if isinstance(motion, Samples) and 16 * seeds * len(motion.u_dd) <= KEPT_BYTES:
+            motions.most += seeds
         return motions
 
     def of(self, scenario: Scenario) -> Sines | Samples:
         """Give the base motion of a scenario."""
         wanted = words(scenario)
-        for known, motion in self.kept:
-            if known == wanted:
-                return motion
-        motion = base_motion(scenario)
-        self.kept = [*self.kept[-KEPT + 1 :], (wanted, motion)]
+        motion = self.kept.get(wanted)
+        if motion is None:
+            motion = base_motion(scenario)
+            with self.lock:
+                self.kept[wanted] = motion
+                while len(self.kept) > self.most:
+                    del self.kept[next(iter(self.kept))]
         return motion
 
 

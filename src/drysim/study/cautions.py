@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.errors import Caution
+from drysim.study.table import FAILED
 from drysim.wording import millimetres, number
 
 if TYPE_CHECKING:
     from drysim.approach.response import Orbit, Response
+    from drysim.scenario import Scenario
+    from drysim.study.table import Row
+    from drysim.study.tally import Tally
 
 Metrics = Mapping[str, float | int | None]
 
@@ -103,3 +107,36 @@ def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
         )
         numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
         yield Caution("stroke-violated-settling", sentence, numbers)
+
+
+def statuses(tallies: Iterable[Tally]) -> Iterator[Caution]:
+    """Say how many cases of each approach have no numbers, and why the first has none."""
+    for tally in tallies:
+        for status, (lost, row) in tally.lost.items():
+            first = f"the first at {where(row)}: " if row.point else ""
+            sentence = (
+                f"{lost} of {tally.cases} cases by {tally.approach}: {status}; "
+                f"{first}{row.note}"
+            )
+            slug = "case-failed" if status == FAILED else status.replace(" ", "-")
+            yield Caution(slug, sentence, {"cases": lost})
+
+
+def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
+    """Say in how many cases the stroke limit is met, and where the most."""
+    worst = tally.worst
+    if worst is not None and scenario.stroke is not None:
+        peak = worst.metrics.get("x_r_peak") or 0.0
+        some, mean = (", with some seeds", "in the mean ") if worst.over else ("", "")
+        sentence = (
+            f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in "
+            f"{tally.beyond} of {tally.cases} cases{some}; |x_r| reaches {millimetres(peak)} "
+            f"{mean}at {where(worst)}"
+        )
+        numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": tally.beyond}
+        yield Caution("stroke-violated", sentence, numbers)
+
+
+def where(row: Row) -> str:
+    """Give the point of a row in words."""
+    return ", ".join(f"{key} = {value:g}" for key, value in row.point.items())

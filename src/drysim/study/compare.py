@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 from drysim.errors import Caution, SolverError, UsageError
 from drysim.quantity import near
 from drysim.scenario.blocks import SHELF
+from drysim.study import over_seeds
 from drysim.study.case import prepare
-from drysim.study.cases import Motions, response_of
+from drysim.study.cases import response_of
+from drysim.study.cautions import statuses, strokes
+from drysim.study.comparison import Comparison
 from drysim.study.diagnosis import diagnose
 from drysim.study.rows import Rows
 from drysim.study.spectral import run_only
-from drysim.study.sweep import Finished, how, nothing, settle, solved, statuses, strokes
-from drysim.study.table import Comparison, Row, Table
+from drysim.study.sweep import Finished, how, nothing, settle, solved
+from drysim.study.table import Row, Table
 from drysim.study.tally import Tally
 
 if TYPE_CHECKING:
@@ -99,8 +102,7 @@ def solve(
     yardstick = names[-1]
     scenarios = scenarios_of(scenario, names)
     settle(case, list(scenarios.values()))
-    motions = Motions.beginning_with(case)
-    blocks = solved(list(scenarios.values()), motions, workers, finished=finished)
+    blocks = solved(list(scenarios.values()), case, workers, finished=finished)
     batches = [batch for _, batch in blocks]
     tallies = {
         name: Tally(name, scenario.checks if name == yardstick else ()) for name in scenarios
@@ -114,7 +116,8 @@ def solve(
         for sentence in scenario.losses(name)
     )
     told = (*losses, *case.cautions, *run_only(case))
-    warnings = (*told, *statuses(tallies.values()), *strokes(own, scenario))
+    met = (*strokes(own, scenario), *over_seeds.remarks(scenario, own.seeds))
+    warnings = (*told, *statuses(tallies.values()), *met)
     table = Table(
         scenario, scenario.axes, Rows.of(batches), own.verdicts, warnings, numerics=how(case),
         told=tallies,

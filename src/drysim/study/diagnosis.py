@@ -12,9 +12,10 @@ from drysim.approach.numerics import FIXED_STEP
 from drysim.errors import SolverError
 from drysim.study.case import assemble
 from drysim.study.cases import Motions, measured, response_of
+from drysim.study.cautions import where
+from drysim.study.comparison import Comparison
 from drysim.study.survey import AGREE
-from drysim.study.sweep import where
-from drysim.study.table import Comparison, Row
+from drysim.study.table import Row
 from drysim.wording import number, percent
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def sentences(
             f"{number(row.F_fk, 'N')} flips with every step"
         )
     if abs(deviation) > WANTED:
-        yield from remedy(case, name, deviation, exact.metrics["T_a"])
+        yield from remedy(case, name, deviation, first_T_a(exact))
 
 
 def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
@@ -141,6 +142,11 @@ def remedy(case: Scenario, name: str, deviation: float, T_a: float | None) -> It
         order = log2(abs(deviation / sharper))
         needed = number(sharpness * (abs(deviation) / WANTED) ** (1 / order), "s/m", 2)
         yield f"{name} needs a sharpness of about {needed} for an error of {percent(WANTED)}"
+
+
+def first_T_a(row: Row) -> float | None:
+    """Give T_a of a case; of many seeds that of the first, which is tried."""
+    return row.over.T_a[0] if row.over else row.metrics["T_a"]
 
 
 def tried(case: Scenario, change: Mapping[str, Any], T_a: float | None) -> float | None:

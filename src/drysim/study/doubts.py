@@ -26,11 +26,14 @@ OF_ALL = {"energy-open", "stroke-violated"}
 """Warnings about a single seed in whose place stand those about all of them."""
 
 
-def about_mean(verdict: Verdict, found: Statistic | None) -> Verdict:
+def of_statistic(verdict: Verdict, found: Statistic | None) -> Verdict:
     """Give a verdict with what is known of the mean that it is about."""
-    if found is None or not verdict.applies:
-        return verdict
-    return replace(verdict, half_width=found.half_width, seeds=found.seeds)
+    return about_mean(verdict, found.half_width, found.seeds) if found else verdict
+
+
+def about_mean(verdict: Verdict, half_width: float | None, seeds: int) -> Verdict:
+    """Give a verdict with what is known of the mean that it is about, if it applies."""
+    return replace(verdict, half_width=half_width, seeds=seeds) if verdict.applies else verdict
 
 
 def remarks(

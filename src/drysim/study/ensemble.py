@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from drysim.core import compiled
+from drysim.core.motion import Samples
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, SolverError
 from drysim.study import memory
 from drysim.study.case import Case, assemble, base_motion
 from drysim.study.cases import measured
+from drysim.study.hashes import sha256_of
 from drysim.study.in_order import Finished, in_order, nothing
 from drysim.study.seeds import KEY, asked, enough, most, of_seed
 from drysim.study.statistics import Statistic, statistics
@@ -23,9 +24,12 @@ if TYPE_CHECKING:
     from drysim.approach.events import Events
     from drysim.approach.response import Response
     from drysim.checks import Verdict
+    from drysim.core.motion import Sines
     from drysim.errors import Caution
     from drysim.scenario import Scenario
     from drysim.study.outcome import Outcome
+
+    MotionOf = Callable[[Scenario], Sines | Samples]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,13 +124,16 @@ def solve(
 
 
 def rows_of(
-    scenario: Scenario, threads: int, done: Mapping[int, Row] | None = None
+    scenario: Scenario,
+    threads: int,
+    done: Mapping[int, Row] | None = None,
+    motion_of: MotionOf = base_motion,
 ) -> Iterator[Row]:
     """Give the row of every seed that a scenario needs, in order."""
     seeds, kept = asked(scenario), done or {}
 
     def row(seed: int) -> Row:
-        return kept.get(seed - seeds[0]) or row_of_seed(scenario, seed)
+        return kept.get(seed - seeds[0]) or row_of_seed(scenario, seed, motion_of)
 
     rows: list[Row] = []
     with closing(in_order(row, seeds, threads)) as found:
@@ -137,18 +144,19 @@ def rows_of(
                 return
 
 
-def row_of_seed(scenario: Scenario, seed: int) -> Row:
+def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
     """Give the row of one seed; a failure of the numerics is a status, not an end."""
     alone, law = of_seed(scenario, seed), scenario.law()
-    motion = base_motion(alone)
-    series = getattr(motion, "u_dd").astype("<f8", copy=False)  # noqa: B009
+    motion = motion_of(alone)
+    assert isinstance(motion, Samples), "what is drawn is samples"
     try:
         metrics, status, note = measured(assemble(alone, motion))
     except SolverError as fault:
         metrics, status, note = {}, FAILED, str(fault)
-    sha256 = hashlib.sha256(series.data).hexdigest()
     approach = scenario.solver.approach
-    return Row({KEY: seed}, approach, law.F_fk, law.F_fs, metrics, status, note, sha256)
+    return Row(
+        {KEY: seed}, approach, law.F_fk, law.F_fs, metrics, status, note, sha256_of(motion.u_dd)
+    )
 
 
 def threads(case: Case, workers: int | None) -> int:
@@ -173,7 +181,8 @@ def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensem
     found = statistics(good, KEY)
     means = {name: one and one.mean for name, one in found.items()}
     verdicts = tuple(
-        doubts.about_mean(check.judge(means), found[check.metric]) for check in scenario.checks
+        doubts.of_statistic(check.judge(means), found[check.metric])
+        for check in scenario.checks
     )
     warnings = tuple(doubts.remarks(case, rows, found, verdicts, shown))
     return Ensemble(scenario, tuple(rows), found, shown, verdicts, warnings, complete)

@@ -12,7 +12,7 @@ import drysim
 from drysim import regular
 from drysim.core.compiled import source_digest
 from drysim.errors import UsageError
-from drysim.study.table import Row
+from drysim.study.table import OverSeeds, Row
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -82,7 +82,7 @@ def identity(scenario: Scenario) -> dict[str, Any]:
 def entry(number: int, row: Row) -> dict[str, Any]:
     """Give the line of a case."""
     # Not asdict(), which copies every value of every metric one by one.
-    return {"number": number, "row": vars(row)}
+    return {"number": number, "row": vars(row) | {"over": row.over and vars(row.over)}}
 
 
 def whole(line: str) -> Any:
@@ -97,8 +97,9 @@ def finished(line: str) -> tuple[int, Row] | None:
     """Give the case of a line, or None where there is none."""
     try:
         said = whole(line)
-        return int(said["number"]), Row(**said["row"])
-    except (KeyError, TypeError, ValueError):
+        over = said["row"].pop("over")
+        return int(said["number"]), Row(**said["row"], over=over and OverSeeds(**over))
+    except (AttributeError, KeyError, TypeError, ValueError):
         return None
 
 

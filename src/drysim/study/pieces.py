@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from drysim.scenario.sweep.columns import columns_of
 from drysim.study import orbits
 from drysim.study.batch import Batch
-from drysim.study.cases import Job, Motions, row_of, size
+from drysim.study.cases import Job, Motions, size
+from drysim.study.over_seeds import Crew, row_of
 
 if TYPE_CHECKING:
     from drysim.scenario import Scenario
@@ -58,14 +59,15 @@ def length_of(cases: int, together: bool) -> int:
     return min(max(1, cases // MOST_FILES), MOST_ALONE)
 
 
-def solve_piece(piece: Piece, motions: Motions) -> Batch:
+def solve_piece(piece: Piece, motions: Motions, crew: Crew) -> Batch:
     """Give the cases of a piece, solved; errors as in `sweep`."""
     scenario, first, begin, end = piece
     if orbits.together(scenario):
         return orbits.solve(scenario, first, begin, end)
     points = columns_of(scenario.axes, begin, end)
     rows = [
-        row_of(Job(first + i, scenario, {k: v[i].item() for k, v in points.items()}), motions)
+        row_of(Job(first + i, scenario, point), motions, crew)
         for i in range(end - begin)
+        for point in [{key: column[i].item() for key, column in points.items()}]
     ]
     return Batch.of(first, rows)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from drysim.errors import Caution
 from drysim.excitation.generated import Drawn
 from drysim.study.statistics import interval
 
@@ -37,6 +38,14 @@ def of_seed(scenario: Scenario, seed: int) -> Scenario:
     excitation = scenario.excitation
     assert isinstance(excitation, Drawn), "only random base motion has seeds"
     return scenario.copied({"excitation": excitation.of_seed(seed)})
+
+
+def one_only(scenario: Scenario) -> Iterator[Caution]:
+    """Say that one seed is taken where a scenario asks for many, which is of no use."""
+    if most(scenario) > 1:
+        first = asked(scenario)[0]
+        sentence = f"excitation.seeds has no use here: only the first seed, {first}, is taken"
+        yield Caution("one-seed", sentence, {"seed": first})
 
 
 def enough(scenario: Scenario, rows: Sequence[Row]) -> bool:

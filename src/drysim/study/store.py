@@ -15,6 +15,7 @@ from drysim.errors import UsageError
 from drysim.scenario.sweep.columns import columns_of
 from drysim.study.batch import NAMES, Batch
 from drysim.study.pieces import Piece
+from drysim.study.table import OverSeeds
 
 WHAT = "sweep.json"
 """What is swept, so that blocks of another sweep are not taken for its own."""
@@ -36,7 +37,7 @@ class Store:
             if self._what() != dict(what):
                 raise UsageError(
                     f"{folder.parent} holds cases of another sweep or another drysim",
-                    "run the sweep without --resume to begin anew",
+                    "run the command without --resume to begin anew",
                 )
             return
         shutil.rmtree(folder, ignore_errors=True)
@@ -49,6 +50,7 @@ class Store:
             "cases": len(batch),
             "columns": [*FORCES, *NAMES],
             "notes": {str(i): note for i, note in batch.notes.items()},
+            "over": {str(i): vars(over) for i, over in batch.over.items()},
         }
         columns = [batch.F_fk, batch.F_fs, *(batch.metrics[name] for name in NAMES)]
         words = json.dumps(head).encode() + b"\n"
@@ -72,9 +74,10 @@ class Store:
         points = columns_of(piece.scenario.axes, piece.begin, piece.end)
         metrics = {name: known[name] for name in NAMES}
         notes = {int(i): note for i, note in head["notes"].items()}
+        over = {int(i): OverSeeds(**said) for i, said in head["over"].items()}
         approach = piece.scenario.solver.approach
         F_fk, F_fs = (known[force] for force in FORCES)
-        return Batch(piece.first, approach, points, F_fk, F_fs, metrics, status, notes)
+        return Batch(piece.first, approach, points, F_fk, F_fs, metrics, status, notes, over)
 
     def holds(self, piece: Piece) -> bool:
         """Tell whether the cases of a piece are kept."""

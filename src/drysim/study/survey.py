@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from drysim.study.table import Comparison, Row
+from drysim.study.comparison import Comparison, off_by
+from drysim.study.table import Row
 
 FREQUENCY = "excitation.frequency"
 """The key over which a transmissibility is drawn and read."""
@@ -24,11 +25,13 @@ class Isolation(NamedTuple):
 class Deviation(NamedTuple):
     """T_a of a row relative to the yardstick's at the same point, minus 1 [-].
 
-    The row is the one of the two that tells the point in full.
+    The row is the one of the two that tells the point in full. Of many seeds the value is a
+    mean, with half the width of its confidence interval.
     """
 
     value: float
     row: Row
+    half_width: float | None = None
 
 
 def isolation(rows: Iterable[Row]) -> list[Isolation]:
@@ -60,10 +63,9 @@ def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
     """Give by how much an approach is off its yardstick, wherever both know T_a."""
     found = []
     for row, other in comparison.pairs(approach):
-        own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
-        if own is not None and theirs:
+        if (off := off_by(row, other)) is not None:
             finer = row if len(row.point) >= len(other.point) else other
-            found.append(Deviation(own / theirs - 1.0, finer))
+            found.append(Deviation(off[0], finer, off[1]))
     return found
 
 

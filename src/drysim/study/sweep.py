@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from threading import Event
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core import compiled
-from drysim.errors import Caution, ScenarioError
+from drysim.errors import ScenarioError
+from drysim.study import over_seeds
 from drysim.study.batch import Batch
 from drysim.study.case import Case, prepare
 from drysim.study.cases import Motions, count
+from drysim.study.cautions import statuses, strokes
 from drysim.study.in_order import in_order
+from drysim.study.over_seeds import Crew
 from drysim.study.pieces import Piece, pieces, solve_piece
 from drysim.study.rows import HELD, Rows
+from drysim.study.seeds import most
 from drysim.study.spectral import run_only
 from drysim.study.store import Store, Stored
-from drysim.study.table import FAILED, Row, Table
+from drysim.study.table import Table
 from drysim.study.tally import Tally
-from drysim.wording import millimetres
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis, Scenario
@@ -79,8 +83,7 @@ def solve(
     """
     scenarios = approaches_of(case.scenario)
     settle(case, scenarios)
-    motions = Motions.beginning_with(case)
-    return gathered(case, solved(scenarios, motions, workers, store, finished), store)
+    return gathered(case, solved(scenarios, case, workers, store, finished), store)
 
 
 def leftover(case: Case, store: Store) -> Table:
@@ -118,7 +121,8 @@ def gathered(
 
 def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
     """Settle the engine for so many cases like this one."""
-    compiled.settle(max(case.steps, STEPS_A_CASE) * count(scenarios))
+    steps = max(case.steps, STEPS_A_CASE)
+    compiled.settle(steps * most(case.scenario) * count(scenarios))
 
 
 def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
@@ -134,25 +138,31 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
 
 def solved(
     scenarios: Sequence[Scenario],
-    motions: Motions,
+    case: Case,
     workers: int | None,
     store: Store | None = None,
     finished: Finished = nothing,
 ) -> Iterator[tuple[Piece, Batch]]:
     """Give the cases of every piece in order; those that are done are not done again."""
+    motions, given_up = Motions.beginning_with(case), Event()
+    hands = workers or os.cpu_count() or 1
+    crew = Crew.at(case, hands, count(scenarios), given_up.is_set)
 
     def made(piece: Piece) -> tuple[Piece, Batch, bool]:
         if store is not None and (batch := store.read(piece)) is not None:
             return piece, batch, False
-        batch = solve_piece(piece, motions)
+        batch = solve_piece(piece, motions, crew)
         if store is not None:
             store.write(piece, batch)
         return piece, batch, True
 
-    for piece, batch, new in in_order(made, pieces(scenarios), workers or os.cpu_count() or 1):
-        if new:
-            finished(batch)
-        yield piece, batch
+    try:
+        for piece, batch, new in in_order(made, pieces(scenarios), hands):
+            if new:
+                finished(batch)
+            yield piece, batch
+    finally:
+        given_up.set()
 
 
 def table_of(
@@ -162,7 +172,8 @@ def table_of(
     scenario = case.scenario
     own = tallies.get(scenario.solver.approach, Tally("", scenario.checks))
     lost, met = statuses(tallies.values()), strokes(own, scenario)
-    warnings = (*case.cautions, *run_only(case), *lost, *met)
+    means = over_seeds.remarks(scenario, own.seeds)
+    warnings = (*case.cautions, *run_only(case), *lost, *met, *means)
     motion = case.motion if shared(scenario.axes) else None
     return Table(
         scenario, scenario.axes, rows, own.verdicts, warnings, complete, motion, how(case),
@@ -182,35 +193,3 @@ def how(case: Case) -> dict[str, object]:
     exact = hasattr(case.approach, "track")
     core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
     return {"core": core, "why": why, "engine": compiled.engine(), "step": case.step}
-
-
-def statuses(tallies: Iterable[Tally]) -> Iterator[Caution]:
-    """Say how many cases of each approach have no numbers, and why the first has none."""
-    for tally in tallies:
-        for status, (lost, row) in tally.lost.items():
-            first = f"the first at {where(row)}: " if row.point else ""
-            sentence = (
-                f"{lost} of {tally.cases} cases by {tally.approach}: {status}; "
-                f"{first}{row.note}"
-            )
-            slug = "case-failed" if status == FAILED else status.replace(" ", "-")
-            yield Caution(slug, sentence, {"cases": lost})
-
-
-def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
-    """Say in how many cases the stroke limit is met, and where the most."""
-    worst = tally.worst
-    if worst is not None and scenario.stroke is not None:
-        peak = worst.metrics.get("x_r_peak") or 0.0
-        sentence = (
-            f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in "
-            f"{tally.beyond} of {tally.cases} cases; |x_r| reaches {millimetres(peak)} at "
-            f"{where(worst)}"
-        )
-        numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": tally.beyond}
-        yield Caution("stroke-violated", sentence, numbers)
-
-
-def where(row: Row) -> str:
-    """Give the point of a row in words."""
-    return ", ".join(f"{key} = {value:g}" for key, value in row.point.items())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK
 
 if TYPE_CHECKING:
-    from drysim.approach.response import Response
     from drysim.checks import Verdict
     from drysim.core.motion import Samples, Sines
     from drysim.errors import Caution
@@ -21,6 +20,31 @@ OK = "ok"
 NOT_SETTLED = "not settled"
 NOT_UNIQUE = "not unique"
 FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class OverSeeds:
+    """What is known of a case that is many seeds, beside the means of its metrics.
+
+    Attributes
+    ----------
+    count : int
+        How many seeds.
+    half_widths : mapping
+        Half of the 95 % confidence interval, by metric.
+    T_a : sequence of float
+        By seed: two approaches are compared seed by seed.
+    sha256 : str
+        Of the hashes of all base accelerations (hex).
+    narrow : bool
+        Whether the interval is as narrow as `until` asks for, if it does.
+    """
+
+    count: int
+    half_widths: Mapping[str, float | None] = field(default_factory=dict)
+    T_a: Sequence[float | None] = ()
+    sha256: str = ""
+    narrow: bool = True
 
 
 @dataclass(frozen=True)
@@ -44,6 +68,8 @@ class Row:
         What is to be said about a status other than `ok`.
     sha256 : str
         Of the base acceleration (hex), where the case is one seed of many.
+    over : OverSeeds or None
+        How well the metrics are known, where they are means over many seeds.
     """
 
     point: Mapping[str, float]
@@ -54,6 +80,17 @@ class Row:
     status: str = OK
     note: str = ""
     sha256: str = ""
+    over: OverSeeds | None = None
+
+    @property
+    def seeds(self) -> int:
+        """How many seeds the metrics are means over."""
+        return self.over.count if self.over else 1
+
+    @property
+    def half_widths(self) -> Mapping[str, float | None]:
+        """Half of the 95 % confidence interval of every metric that is a mean."""
+        return self.over.half_widths if self.over else {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,71 +167,3 @@ class Table:
     def of(self, approach: str) -> Iterator[Row]:
         """Give the rows of one approach."""
         return (row for row in self.rows if row.approach == approach)
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """Several approaches on the very same base motion.
-
-    Attributes
-    ----------
-    table : Table
-        One row for each approach and case.
-    yardstick : str
-        The approach that the others are measured against.
-    responses : mapping
-        Response of each approach for one case, for a picture of the motion itself.
-    shown : mapping
-        The swept values of that case; empty without a sweep.
-    verdict : tuple of str
-        What the comparison says, in sentences; the first is the verdict itself.
-    """
-
-    table: Table
-    yardstick: str
-    responses: Mapping[str, Response]
-    shown: Mapping[str, float]
-    verdict: tuple[str, ...]
-
-    def counterpart(self, row: Row) -> Row | None:
-        """Give the yardstick's row at the same point; None where there is no single one.
-
-        A key that the yardstick has no use for takes no part.
-        """
-        return self._yardstick_rows.get(_place(row, self._yardstick_keys))
-
-    def deviation(self, row: Row) -> float | None:
-        """Give T_a of a row relative to the yardstick's at the same point, minus 1 [-]."""
-        other = self.counterpart(row)
-        own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a") if other else None
-        return own / theirs - 1.0 if own is not None and theirs else None
-
-    def pairs(self, approach: str) -> Iterator[tuple[Row, Row]]:
-        """Give the rows of an approach, each with the yardstick's row at the same point.
-
-        Where the approach has no use for a key of the yardstick, its row stands for many.
-        """
-        own = list(self.table.of(approach))
-        keys: Set[str] = own[0].point.keys() if own else frozenset()
-        if not self._yardstick_keys - keys:
-            found = ((row, self.counterpart(row)) for row in own)
-            yield from ((row, other) for row, other in found if other is not None)
-            return
-        places = {_place(row, keys): row for row in own}
-        for other in self.table.of(self.yardstick):
-            if (row := places.get(_place(other, keys))) is not None:
-                yield row, other
-
-    @cached_property
-    def _yardstick_keys(self) -> Set[str]:
-        return next((row.point.keys() for row in self.table.of(self.yardstick)), frozenset())
-
-    @cached_property
-    def _yardstick_rows(self) -> dict[frozenset[tuple[str, float]], Row]:
-        rows = self.table.of(self.yardstick)
-        return {_place(row, self._yardstick_keys): row for row in rows}
-
-
-def _place(row: Row, keys: Collection[str]) -> frozenset[tuple[str, float]]:
-    """Give what a row is at, as far as some keys tell."""
-    return frozenset((key, value) for key, value in row.point.items() if key in keys)

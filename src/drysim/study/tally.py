@@ -10,6 +10,8 @@ import numpy as np
 
 from drysim.checks import Check, Verdict, badness
 from drysim.study.batch import NAMES, STATUSES, Batch
+from drysim.study.doubts import about_mean
+from drysim.study.known import Seeds
 from drysim.study.table import OK, Row
 
 if TYPE_CHECKING:
@@ -48,6 +50,8 @@ class Tally:
         kind, over the cases that have numbers.
     worst : Row or None
         Of the cases that meet the stroke limit the one with the greatest |x_r|.
+    seeds : Seeds or None
+        What is known of means, where the cases are many seeds.
     forces : list of float
         Least and greatest F_fk, least and greatest F_fs [N].
     """
@@ -59,6 +63,7 @@ class Tally:
     lost: dict[str, Lost] = field(default_factory=dict)
     extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
     worst: Row | None = None
+    seeds: Seeds | None = None
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
     _decided: dict[int, Verdict] = field(default_factory=dict)
 
@@ -82,6 +87,9 @@ class Tally:
         for name in NAMES:
             self._stretch(batch, name, np.where(good, batch.metrics[name], np.nan))
         self._meet_limit(batch)
+        if batch.over:
+            self.seeds = self.seeds or Seeds()
+            self.seeds.add(batch, self.checks)
         for i, check in enumerate(self.checks):
             self._judge(i, check, batch, np.flatnonzero(good))
 
@@ -140,6 +148,8 @@ class Tally:
         if at is not None:
             row = batch.row(int(good[at]))
             verdict = check.verdict(row.metrics.get(check.metric), row.point)
+            if row.over:
+                verdict = about_mean(verdict, row.half_widths.get(check.metric), row.seeds)
             before = self._decided.get(i)
             if before is None or badness(verdict) > badness(before):
                 self._decided[i] = verdict

@@ -38,9 +38,13 @@ def around(value: float | None, half_width: float | None, unit: str = "") -> str
     return f"{words} {unit}" if unit else words
 
 
-def seeds(drawn: Sequence[int], until: Wish | None) -> str:
-    """Give which seeds there were, and what the values behind a ± are."""
-    span = f"{len(drawn)}, from {drawn[0]} to {drawn[-1]}"
+def seeds(drawn: Sequence[int], until: Wish | None, counts: Sequence[int] = ()) -> str:
+    """Give which seeds there were, and what the values behind a ± are.
+
+    `counts` are the numbers of seeds of many cases, ascending.
+    """
+    number_of = f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else str(len(drawn))
+    span = f"{number_of}{' in every case' * bool(counts)}, from {drawn[0]} to {drawn[-1]}"
     wish = ""
     if until is not None:
         share = number(100 * until.half_width, "%")

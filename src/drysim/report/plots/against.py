@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 from drysim import wording
-from drysim.report.plots import ink
+from drysim.report.plots import bands, ink
 from drysim.study import survey
 from drysim.study.table import OK
 
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 
     from drysim.report.plots.ink import Style
     from drysim.report.plots.views import Panel, View
-    from drysim.study.table import Comparison, Row
+    from drysim.study.comparison import Comparison
+    from drysim.study.table import Row
 
 AGREE = 100.0 * survey.AGREE
 """Deviation of T_a up to which two approaches agree [%]."""
@@ -42,10 +44,13 @@ def over_axis(
         _titles(left, right, made, panel.title)
         for line in panel.lines:
             style = {"markersize": 4, **looks[line.label]}
-            ink.curve(left, *ink.series(view, line, T_a), style, line.label)
+            x, y = ink.series(view, line, T_a)
+            ink.curve(left, x, y, style, line.label)
+            bands.band(left, x, y, ink.series(view, line, _width)[1], style)
             if line.label != made.yardstick:
-                x, y = _deviations(made, view, panel, line.label)
+                x, y, width = _deviations(made, view, panel, line.label)
                 ink.curve(right, x, y, style, line.label)
+                bands.band(right, x, y, width, style)
                 values += y
         left.axhline(1.0, **ink.UNITY)
         right.axhspan(-AGREE, AGREE, **BAND, label=f"within ±{AGREE:g} %")
@@ -70,17 +75,22 @@ def T_a(row: Row) -> float | None:
     return row.metrics.get("T_a") if row.status == OK else None
 
 
+def _width(row: Row) -> float | None:
+    """Give half the interval of T_a, where it is a mean over many seeds."""
+    return row.half_widths.get("T_a")
+
+
 def _deviations(
     made: Comparison, view: View, panel: Panel, name: str
-) -> tuple[list[float], list[float]]:
-    """Give the deviation of an approach [%] along the axis."""
+) -> tuple[list[float], list[float], list[float]]:
+    """Give the deviation of an approach [%] along the axis, and half of its intervals."""
     found = [
-        (view.x(one.row), 100.0 * one.value)
+        (view.x(one.row), 100.0 * one.value, 100.0 * (one.half_width or nan))
         for one in survey.deviations(made, name)
         if all(one.row.point.get(key, value) == value for key, value in panel.point.items())
     ]
     found.sort()
-    return [x for x, _ in found], [y for _, y in found]
+    return [x for x, _, _ in found], [y for _, y, _ in found], [w for _, _, w in found]
 
 
 def _scale(axes: Axes, values: Sequence[float]) -> None:

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from drysim.scenario import Scenario
+    from drysim.study.comparison import Comparison
     from drysim.study.outcome import Outcome
-    from drysim.study.table import Comparison, Table
+    from drysim.study.table import Table
 
 WRAP = 118
 """Letters that fit into a line of the scene."""
@@ -43,6 +44,12 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
     """Give the heading of the picture of a table; `left_out` curves are not drawn."""
     scenario = table.scenario
     base = f"{scenario.excitation.kind} base motion"
+    own = next(iter(table.tallies.values()), None)
+    if own and (found := own.seeds):
+        span = (
+            str(found.most) if found.least == found.most else f"{found.least} to {found.most}"
+        )
+        base += f", means over {span} seeds"
     if table.axes:
         base += f"; swept: {'; '.join(wording.swept(axis) for axis in table.axes)}"
     if left_out:

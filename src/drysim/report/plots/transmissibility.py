@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
-from drysim.report.plots import canvas, heading, ink, layout, panels
+from drysim.report.plots import bands, canvas, heading, ink, layout, panels
 from drysim.report.plots.labels import axis_label
 from drysim.report.plots.views import view
 from drysim.study.survey import FREQUENCY
@@ -42,6 +42,11 @@ class Quantity(NamedTuple):
     def of(self, row: Row) -> float | None:
         """Give the value of a row; None where it is not known."""
         found = row.metrics.get(self.metric) if row.status == OK else None
+        return None if found is None else found * self.scale
+
+    def width(self, row: Row) -> float | None:
+        """Give half the interval of a mean over many seeds; None where there is none."""
+        found = row.half_widths.get(self.metric)
         return None if found is None else found * self.scale
 
 
@@ -111,6 +116,7 @@ def _drawn(
             ink.name(axes, f"{words} {quantity.symbol}", pad=15)
             ink.along(axes, drawn, named=at == count - 1)
             ink.curves(axes, drawn, panel, quantity.of)
+            bands.along(axes, drawn, panel, quantity.of, quantity.width)
             extra(axes, panel)
             _upright(axes, list(ink.known(drawn, quantity.of)) if quantity is T_A else ())
             ink.gaps(axes, drawn, panel)

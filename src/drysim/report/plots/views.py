@@ -13,7 +13,8 @@ from drysim.study.survey import FREQUENCY
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis
-    from drysim.study.table import Comparison, Row, Table
+    from drysim.study.comparison import Comparison
+    from drysim.study.table import Row, Table
 
 DENSE = 5
 """Frequencies from which on a sweep is drawn over them, whatever varies fastest."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.study.case import prepare
+from drysim.study.seeds import one_only
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -116,7 +117,8 @@ def work_of(scenario: Scenario, samples: int) -> Work:
     if isinstance(case.motion, Samples):
         samples = min(samples, len(case.motion.u_dd) - 1)
     scene = (case.plant, case.law, cut(case.motion, samples), case.start)
-    return Work(case.scenario, *scene, case.step, samples, case.cautions)
+    told = (*case.cautions, *one_only(case.scenario))
+    return Work(case.scenario, *scene, case.step, samples, told)
 
 
 def cut(motion: Sines | Samples, samples: int) -> Sines | Samples:
