@@ -128,8 +128,8 @@ def write_table(
         A claim is finished: its `<name>.partial` takes the place of the output folder. With
         exit code 130 it stays where it is and keeps its finished cases, for `--resume`.
     """
-    painters = () if exit_code == EXIT_INTERRUPTED else TABLE_PAINTERS * plots
-    writers = TABLE_WRITERS + _painters(painters)
+    drawn = TABLE_PAINTERS * (plots and exit_code != EXIT_INTERRUPTED)
+    writers = TABLE_WRITERS + _painters(drawn)
     from drysim.report import digest
 
     return _write(table, folder, writers, digest.of_table, command, exit_code)

@@ -37,6 +37,10 @@ class Crew(NamedTuple):
         return cls(max(1, threads(case, workers) // count), given_up)
 
 
+ALONE = Crew(1, lambda: False)
+"""One thread, which nothing interrupts but the end of the process."""
+
+
 def row_of(job: Job, motions: Motions, crew: Crew) -> Row:
     """Give the row of a case, of one seed or of many."""
     if most(job.scenario) == 1 and COUNT not in job.point:

@@ -9,7 +9,7 @@ from drysim.scenario.sweep.columns import columns_of
 from drysim.study import orbits
 from drysim.study.batch import Batch
 from drysim.study.cases import Job, Motions, size
-from drysim.study.over_seeds import Crew, row_of
+from drysim.study.over_seeds import ALONE, Crew, row_of
 
 if TYPE_CHECKING:
     from drysim.scenario import Scenario
@@ -59,7 +59,7 @@ def length_of(cases: int, together: bool) -> int:
     return min(max(1, cases // MOST_FILES), MOST_ALONE)
 
 
-def solve_piece(piece: Piece, motions: Motions, crew: Crew) -> Batch:
+def solve_piece(piece: Piece, motions: Motions, crew: Crew = ALONE) -> Batch:
     """Give the cases of a piece, solved; errors as in `sweep`."""
     scenario, first, begin, end = piece
     if orbits.together(scenario):
