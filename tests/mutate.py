@@ -27,6 +27,7 @@ ORACLE = (
     "--ignore=tests/core/test_decimal.py", "--ignore=tests/core/test_march_against_leap.py",
     "--ignore=tests/core/test_twins.py",
     "tests/core", "tests/independent/test_found.py",
+    "tests/independent/test_solution.py::test_friction_that_varies_agrees_with_fifty_digits",
 )  # fmt: skip
 TOO_LONG = 240.0
 """Seconds after which a change that never ends counts as noticed."""
@@ -85,7 +86,7 @@ def noticed(folder: Path) -> bool:
     environment = {**os.environ, "PYTHONPATH": str(folder), "DRYSIM_ENGINE": "plain"}
     try:
         done = subprocess.run(
-            [sys.executable, *ORACLE], cwd=HOME, env=environment, capture_output=True,
+            [sys.executable, *ORACLE], cwd=folder.parent, env=environment, capture_output=True,
             timeout=TOO_LONG, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
@@ -98,7 +99,9 @@ def main(count: int, names: list[str]) -> None:
     files = [CORE / f"{name}.py" for name in names] or sorted(CORE.glob("[a-z]*.py"))
     with tempfile.TemporaryDirectory() as home:
         folder = Path(home) / "src"
-        shutil.copytree(HOME / "src", folder)
+        for part in ("src", "tests", "scenarios"):
+            shutil.copytree(HOME / part, folder.parent / part)
+        shutil.copy(HOME / "pyproject.toml", home)
         assert not noticed(folder), "the tests fail without any change"
         tried, lived = 0, 0
         for file in files:

@@ -31,7 +31,8 @@ def march(
     """March over samples from a start; gives x_r, v_r, d and the events."""
     core_plant, law = kernel.plant.Plant(*plant), kernel.plant.Law(*F)
     n = len(u_dd)
-    x_r, v_r, d = np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)
+    # What the march leaves unwritten shows.
+    x_r, v_r, d = np.full(n, np.nan), np.full(n, np.nan), np.full(n, 9, dtype=np.int64)
     mode = kernel.events.first_mode(core_plant, law, *start, u_dd[0])
     x_r[0], v_r[0], d[0] = *start, mode
     log = log_of(kernel)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from pathlib import Path
 
@@ -94,6 +95,18 @@ def test_hard_case_agrees_with_fifty_digits(name):
 @pytest.mark.parametrize("name", LONG)
 def test_long_hard_case_agrees_with_fifty_digits(name):
     scene = scene_of(name, LONG[name])
+    assert unexplained(scene, scene.track()) <= AGREES
+
+
+@pytest.mark.parametrize("sampled", [False, True])
+def test_friction_that_varies_agrees_with_fifty_digits(sampled):
+    sines = ((1.4, 1.1, 0.4), (0.9, 3.7, 1.0))
+    scene = Scene(75.0, 7500.0, 500.0, 30.0, 40.0, variation=(0.5, 3.1, 0.3))
+    if sampled:
+        u_dd = tuple(1.5 * math.sin(0.8 * n) for n in range(40))
+        scene = scene._replace(u_dd=u_dd, dt=0.05)
+    else:
+        scene = scene._replace(sines=sines, duration=2.0)
     assert unexplained(scene, scene.track()) <= AGREES
 
 
