@@ -168,13 +168,19 @@ def test_links_in_a_prepared_folder_lead_nowhere(drysim, seat):
     assert not (seat.parent / "out/seat/response.csv").is_symlink()
 
 
-@pytest.mark.parametrize("target", ["/dev/zero", "mine.txt"])
-def test_journal_that_is_none_is_never_read_as_one(drysim, seat, target):
+@pytest.mark.parametrize(("target", "code"), [("/dev/zero", 0), ("mine.txt", 2), ("mine", 2)])
+def test_finished_cases_that_are_links_are_never_taken_as_such(drysim, seat, target, code):
     (seat.parent / "mine.txt").write_text("mine")
+    (seat.parent / "mine").mkdir()
     partial = seat.parent / "out/seat.partial"
     partial.mkdir(parents=True)
     (partial / "drysim.json").write_text('{"format": 1}')
-    (partial / "cases.jsonl").symlink_to(target if target[0] == "/" else seat.parent / target)
+    if target == "mine":
+        (partial / "cases").symlink_to(seat.parent / target)
+    else:
+        (partial / "cases").mkdir()
+        (partial / "cases/sweep.json").symlink_to(seat.parent / target)
     words = ("--resume", "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}")
-    assert drysim("sweep", seat, *words).code == (0 if target == "/dev/zero" else 2)
+    assert drysim("sweep", seat, *words).code == code
     assert (seat.parent / "mine.txt").read_text() == "mine"
+    assert list((seat.parent / "mine").iterdir()) == []

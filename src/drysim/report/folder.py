@@ -74,7 +74,8 @@ def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
 def finish(claim: Claim) -> None:
     """Put `<name>.partial` in the place of the output folder, without its finished cases."""
     place = named(claim.folder)
-    for path in [*claim.partial.iterdir(), claim.partial]:
+    kept = [path for path in claim.partial.iterdir() if path.name not in (JOURNAL, CASES)]
+    for path in [*kept, claim.partial]:
         sync(path)
     claim.journal.unlink(missing_ok=True)
     shutil.rmtree(claim.cases, ignore_errors=True)

@@ -33,7 +33,8 @@ class Store:
 
     def __init__(self, folder: Path, what: Mapping[str, Any], resume: bool) -> None:
         self.folder = folder
-        if resume and (folder / WHAT).exists():
+        # Links and devices that somebody put there are nothing to go on with.
+        if resume and not folder.is_symlink() and (folder / WHAT).is_file():
             if self._what() != dict(what):
                 raise UsageError(
                     f"{folder.parent} holds cases of another sweep or another drysim",
@@ -68,7 +69,7 @@ class Store:
             n, names = head["cases"], head["columns"]
             status = np.frombuffer(rest, np.int8, n)
             numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
-        except (OSError, ValueError, KeyError):
+        except (OSError, ValueError, KeyError, TypeError):
             return None
         known = dict(zip(names, numbers, strict=True))
         points = columns_of(piece.scenario.axes, piece.begin, piece.end)
@@ -81,7 +82,7 @@ class Store:
 
     def holds(self, piece: Piece) -> bool:
         """Tell whether the cases of a piece are kept."""
-        return self._file(piece).exists()
+        return self._file(piece).is_file()
 
     def _file(self, piece: Piece) -> Path:
         return self.folder / f"{piece.first:012d}.cases"
