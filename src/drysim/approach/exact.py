@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drysim.approach import under_sines
 from drysim.approach.events import Events
-from drysim.approach.many import measure_many
-from drysim.approach.over_samples import solve_samples
 from drysim.approach.points import Sliding
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, AnyState, Dynamic, Plant, Slider, State
 from drysim.errors import UsageError
+from drysim.late import late
+
+if TYPE_CHECKING:
+    from drysim.approach.many import measure_many as measure_many
 
 __all__ = ["find_orbit", "follow", "frictionless", "measure_many", "solve"]
+
+__getattr__ = late(__name__, {"measure_many": "drysim.approach.many"})
 
 
 def solve(
@@ -38,6 +43,8 @@ def solve(
 
         response = traced.solve(plant, law, motion, start, step, duration)
     elif isinstance(motion, Samples):
+        from drysim.approach.over_samples import solve_samples
+
         response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole)
     else:
         track = follow_sines(plant, law, motion, State(*start[:2]), needed(duration))
@@ -58,6 +65,8 @@ def follow(
 
         return traced.follow(plant, law, motion, start, duration)
     if isinstance(motion, Samples):
+        from drysim.approach.over_samples import solve_samples
+
         response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole=False)
         track = response.track
         assert track is not None, "samples are solved with their track"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report import rows, spectrum, tables
+from drysim.report import spectrum, tables
 from drysim.report.claim import CASES, JOURNAL, MARKER, SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
@@ -60,9 +60,7 @@ def of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path
     return lambda made, folder: write(made.shown, folder)
 
 
-TABLE_WRITERS = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
 TABLE_PAINTERS = ("transmissibility", "stroke")
-COMPARISON_WRITERS = (compared_scenario, rows.comparison)
 COMPARISON_PAINTERS = ("comparison",)
 BENCH_PAINTERS = ("speed_error",)
 
@@ -128,10 +126,11 @@ def write_table(
         A claim is finished: its `<name>.partial` takes the place of the output folder. With
         exit code 130 it stays where it is and keeps its finished cases, for `--resume`.
     """
-    drawn = TABLE_PAINTERS * (plots and exit_code != EXIT_INTERRUPTED)
-    writers = TABLE_WRITERS + _painters(drawn)
-    from drysim.report import digest
+    from drysim.report import digest, rows
 
+    files = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
+    drawn = TABLE_PAINTERS * (plots and exit_code != EXIT_INTERRUPTED)
+    writers = files + _painters(drawn)
     return _write(table, folder, writers, digest.of_table, command, exit_code)
 
 
@@ -139,9 +138,9 @@ def write_comparison(
     comparison: Comparison, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of a comparison; parameters and errors are those of `write`."""
-    writers = COMPARISON_WRITERS + _painters(COMPARISON_PAINTERS * plots)
-    from drysim.report import digest
+    from drysim.report import digest, rows
 
+    writers = (compared_scenario, rows.comparison, *_painters(COMPARISON_PAINTERS * plots))
     return _write(comparison, folder, writers, digest.of_comparison, command, exit_code)
 
 
