@@ -1,0 +1,28 @@
+"""Sliding under waves: velocity, acceleration and jerk are the rates of each other."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenes import waves_of
+
+H = 1e-4
+"""Half the step of the differences [s]: right to 1e-7 of the fastest wave's own."""
+
+
+@pytest.mark.parametrize("s", [0.001, 0.02, 0.3, 2.0])
+@pytest.mark.parametrize("slope", [0.0, 3.0])
+@pytest.mark.parametrize(("c", "w"), [(6.7, 100.0), (0.0, 100.0), (400.0, 100.0), (0.0, 0.0)])
+def test_each_rate_of_sliding_is_the_slope_of_the_one_before(
+    kernel: SimpleNamespace, c: float, w: float, slope: float, s: float
+) -> None:
+    plant, law = kernel.plant.Plant(1.0, w, c), kernel.plant.Law(0.3, 0.4, 0.5, 9.0, 0.2)
+    waves = waves_of(kernel, [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)], law)
+    kernel.waves.anchor(waves, plant, law, 0.35, 1)
+    before, now, after = (
+        np.array(kernel.slide.slide(c, w, waves, 0.01, 0.2, -0.3, slope, s + h))
+        for h in (-H, 0.0, H)
+    )
+    assert (after - before)[:3] / (2 * H) == pytest.approx(now[1:], rel=1e-4, abs=1e-4)
