@@ -6,8 +6,8 @@ import pytest
 
 from drysim.errors import ScenarioError
 from drysim.scenario import load
-from drysim.scenario.sweep.axis import points
-from drysim.scenario.sweep.columns import columned, columns_of
+from drysim.scenario.sweep.axis import columns_of, points
+from drysim.scenario.sweep.columns import columned
 from drysim.study.cases import Job, Motions, row_of
 from drysim.study.sweep import sweep
 

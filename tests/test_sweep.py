@@ -8,9 +8,9 @@ import pytest
 
 from drysim.errors import ScenarioError
 from drysim.scenario import load
-from drysim.scenario.sweep.axis import points
+from drysim.scenario.sweep.axis import points, size
 from drysim.study.case import prepare
-from drysim.study.cases import Motions, count, size
+from drysim.study.cases import Motions, count
 from drysim.study.journal import identity
 from drysim.study.pieces import pieces, solve_piece
 from drysim.study.store import Store

@@ -73,7 +73,7 @@ def plan(case: Case, folder: Path) -> dict[str, object]:
 def show_grid(case: Case, folder: Path, approaches: int, as_json: bool, quiet: bool) -> int:
     """Show what a sweep or a comparison would do."""
     from drysim import console
-    from drysim.study.cases import size
+    from drysim.scenario.sweep.axis import size
 
     scenario = case.scenario
     cases = size(scenario.axes)

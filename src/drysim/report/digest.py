@@ -99,9 +99,16 @@ def _metrics(tally: Tally | None) -> Fields:
         return {}
     return {
         name: {"least": _where(ends[0], name), "greatest": _where(ends[1], name)}
+        | _quantiles(tally, name)
         for metric in METRICS
         if (ends := tally.extremes.get(name := metric.name)) is not None
     }
+
+
+def _quantiles(tally: Tally, name: str) -> Fields:
+    """Give the quantiles of a metric, where they were gathered."""
+    known = tally.quantiles[name].told() if name in tally.quantiles else {}
+    return {"quantiles": known} if known else {}
 
 
 def _where(extreme: Extreme, metric: str) -> Fields:

@@ -18,9 +18,15 @@ from pydantic_core import CoreSchema
 from drysim.checks import Check
 from drysim.excitation import EXCITATIONS
 from drysim.friction import FRICTIONS
-from drysim.quantity import shown
+from drysim.quantity import Block, shown
 from drysim.scenario.blocks import SHELF, Solver, on_the_shelf, with_options
-from drysim.scenario.sweep.axis import Axis, Range
+from drysim.scenario.sweep.axis import Axis, Range, spelled
+from drysim.scenario.sweep.sample import Draw, Sample
+
+KEY = r"^\w+(\.[\w-]+)+$"
+"""What dotted keys look like."""
+
+TOGETHER = "Keys that take their values side by side, as many each: one case for each place."
 
 MOST_CHECKS = 1000
 """Checks of a scenario: more are no promises that anybody made."""
@@ -82,17 +88,23 @@ class _SweepSchema:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """Give the JSON schema: dotted keys, each with a list or a range."""
+
+        def part(model: type[Block]) -> dict[str, Any]:
+            return model.__get_pydantic_json_schema__(model.__pydantic_core_schema__, handler)
+
         values = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
+        axis = {"anyOf": [values, part(Range)]}
+        walk = {"type": "object", "minProperties": 2, "patternProperties": {KEY: axis}}
+        walk |= {"additionalProperties": False, "description": TOGETHER}
+        several = {"type": "array", "minItems": 1, "items": walk}
+        sample = part(Sample)
+        sample["properties"]["over"]["additionalProperties"] = part(Draw)
         return {
             "type": "object",
             "minProperties": 1,
-            "propertyNames": {"pattern": r"^\w+(\.[\w-]+)+$"},
-            "additionalProperties": {
-                "anyOf": [
-                    values,
-                    Range.__get_pydantic_json_schema__(Range.__pydantic_core_schema__, handler),
-                ]
-            },
+            "properties": {"zip": {"anyOf": [walk, several]}, "sample": sample},
+            "patternProperties": {KEY: axis},
+            "additionalProperties": False,
             "examples": [{"excitation.frequency": {"from": 0.5, "to": 10, "step": 0.1}}],
         }
 
@@ -100,7 +112,7 @@ class _SweepSchema:
 Sweep = Annotated[
     tuple[Axis, ...],
     PlainValidator(_read_before),
-    PlainSerializer(lambda axes: {axis.key: axis.words for axis in axes}),
+    PlainSerializer(spelled),
     _SweepSchema(),
 ]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import prod
 from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyState
 from drysim.errors import SolverError
+from drysim.scenario.sweep.axis import size
 from drysim.study import comfort
 from drysim.study.case import Case, assemble, base_motion
 from drysim.study.seeds import most
@@ -19,7 +19,7 @@ from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response, Track
-    from drysim.scenario import Axis, Scenario
+    from drysim.scenario import Scenario
 
 KEPT = 4
 """Base motions kept: neighbouring cases differ in friction more often than in motion."""
@@ -42,11 +42,6 @@ class Job(NamedTuple):
 def count(scenarios: Sequence[Scenario]) -> int:
     """Give the number of cases without making one."""
     return sum(size(scenario.axes) for scenario in scenarios)
-
-
-def size(axes: Sequence[Axis]) -> int:
-    """Give the number of points of a grid."""
-    return prod(len(axis.values) for axis in axes)
 
 
 @dataclass

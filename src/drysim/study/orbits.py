@@ -13,7 +13,8 @@ from drysim.core.plant import Plant, State, Totals
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction.coulomb import Coulomb
 from drysim.scenario.measure import common_period
-from drysim.scenario.sweep.columns import Columns, columned, columns_of
+from drysim.scenario.sweep.axis import columns_of
+from drysim.scenario.sweep.columns import Columns, columned
 from drysim.study.batch import NAMES, STATUSES, Batch
 from drysim.study.cases import ONE_OF_MANY, Job, Motions, row_of, unsettled
 from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from drysim.scenario.sweep.columns import columns_of
+from drysim.scenario.sweep.axis import columns_of, size
 from drysim.study import orbits
 from drysim.study.batch import Batch
-from drysim.study.cases import Job, Motions, size
+from drysim.study.cases import Job, Motions
 from drysim.study.over_seeds import ALONE, Crew, row_of
 
 if TYPE_CHECKING:

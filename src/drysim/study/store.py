@@ -12,7 +12,7 @@ from typing import Any, overload
 import numpy as np
 
 from drysim.errors import UsageError
-from drysim.scenario.sweep.columns import columns_of
+from drysim.scenario.sweep.axis import columns_of
 from drysim.study.batch import NAMES, Batch
 from drysim.study.pieces import Piece
 from drysim.study.table import OverSeeds

@@ -12,10 +12,15 @@ from drysim.checks import Check, Verdict, badness
 from drysim.study.batch import NAMES, STATUSES, Batch
 from drysim.study.doubts import about_mean
 from drysim.study.known import Seeds
+from drysim.study.quantiles import Quantiles
 from drysim.study.table import OK, Row
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+
+TOLD = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
+"""Metrics whose quantiles are gathered."""
 
 
 class Extreme(NamedTuple):
@@ -48,6 +53,8 @@ class Tally:
     extremes : dict
         Least and greatest value of every metric that is known somewhere, each the first of its
         kind, over the cases that have numbers.
+    quantiles : dict
+        `Quantiles` of the metrics of `TOLD`, over the cases that have numbers.
     worst : Row or None
         Of the cases that meet the stroke limit the one with the greatest |x_r|.
     seeds : Seeds or None
@@ -62,6 +69,9 @@ class Tally:
     beyond: int = 0
     lost: dict[str, Lost] = field(default_factory=dict)
     extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
+    quantiles: dict[str, Quantiles] = field(
+        default_factory=lambda: {name: Quantiles() for name in TOLD}
+    )
     worst: Row | None = None
     seeds: Seeds | None = None
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
@@ -86,6 +96,8 @@ class Tally:
         self._count_lost(batch)
         for name in NAMES:
             self._stretch(batch, name, np.where(good, batch.metrics[name], np.nan))
+        for name, quantiles in self.quantiles.items():
+            quantiles.add(batch.metrics[name][good])
         self._meet_limit(batch)
         if batch.over:
             self.seeds = self.seeds or Seeds()

@@ -11,6 +11,10 @@ FEW = 5
 """Values of a swept key up to which each is named."""
 
 
+MANY = 10_000
+"""Values of a swept key beyond which they can only be evenly spread, in order."""
+
+
 class Swept(Protocol):
     """A swept key with its unit and values."""
 
@@ -23,17 +27,24 @@ class Swept(Protocol):
         """SI unit as in the header of a table."""
 
     @property
-    def values(self) -> tuple[float, ...]:
+    def values(self) -> Sequence[float]:
         """Values in the unit."""
+
+    @property
+    def told(self) -> str:
+        """The values in words, where their range does not tell them."""
 
 
 def swept(axis: Swept) -> str:
     """Give what is swept, e.g. `excitation.frequency 0.5 to 10 Hz (96 values)`."""
+    if axis.told:
+        return f"{axis.key} {axis.told}"
     unit, values = pretty(axis.unit), axis.values
     if len(values) <= FEW:
         spelled = number(values[-1], unit)
         return f"{axis.key} {', '.join([*map(number, values[:-1]), spelled])}"
-    low, high = number(min(values)), number(max(values), unit)
+    ends = (values[0], values[-1]) if len(values) > MANY else (min(values), max(values))
+    low, high = number(ends[0]), number(ends[1], unit)
     return f"{axis.key} {low} to {high} ({len(values)} values)"
 
 

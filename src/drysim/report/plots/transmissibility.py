@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
-from drysim.report.plots import bands, canvas, heading, ink, layout, panels
+from drysim.report.plots import bands, canvas, heading, ink, layout, many, panels
 from drysim.report.plots.labels import axis_label
 from drysim.report.plots.views import view
 from drysim.study.survey import FREQUENCY
@@ -74,6 +74,9 @@ def stroke(table: Table, folder: Path) -> None:
 
 def draw(table: Table) -> Figure:
     """Give the picture of the transmissibilities, not yet rendered."""
+    if many.scattered(table):
+        both = [(one.metric, f"{one.title} {one.symbol}", 1.0) for one in (T_X, T_A)]
+        return many.draw(table, both, limit=False)
     drawn = view(table)
     known = [one for one in (T_X, T_A) if any(True for _ in ink.known(drawn, one.of))] or [T_A]
 
@@ -85,6 +88,8 @@ def draw(table: Table) -> Figure:
 
 def draw_stroke(table: Table) -> Figure:
     """Give the picture of the stroke, not yet rendered."""
+    if many.scattered(table):
+        return many.draw(table, [("x_r_peak", f"{PEAK.title} {PEAK.symbol}", 1e3)], limit=True)
     drawn, limit = view(table), table.scenario.stroke
     top = max(ink.known(drawn, PEAK.of), default=0.0)
 

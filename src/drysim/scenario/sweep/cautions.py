@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from drysim.errors import Caution
+from drysim.scenario.sweep.axis import walks
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
@@ -38,7 +39,9 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     if axis.key == "solver.step" and exact and hasattr(scenario.excitation, "frequencies"):
         return f"changes nothing: {approach} under sines makes no error that depends on it"
     last = {other.key: other.values[-1] for other in scenario.axes}
-    if _scene(scenario, last) == _scene(scenario, {**last, axis.key: axis.values[0]}):
+    together = next(group for group in walks(scenario.axes) if axis in group)
+    first = {other.key: other.values[0] for other in together}
+    if _scene(scenario, last) == _scene(scenario, {**last, **first}):
         return "changes nothing: what it stands for is 0 or not used"
     return None
 

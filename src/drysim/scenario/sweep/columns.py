@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from drysim.quantity import Block
@@ -13,18 +12,8 @@ from drysim.scenario.shape import models_in
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
-    from drysim.scenario.sweep.axis import Axis
 
 Columns = dict[str, NDArray[Any]]
-
-
-def columns_of(axes: Sequence[Axis], begin: int, end: int) -> Columns:
-    """Give the points with numbers from `begin` to the one before `end` of a grid, by key."""
-    left, columns = np.arange(begin, end), {}
-    for axis in axes:
-        left, at = np.divmod(left, len(axis.values))
-        columns[axis.key] = axis.column[at]
-    return columns
 
 
 def columned(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import prod
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -15,7 +14,8 @@ from drysim.scenario.measure import in_periods, in_seconds
 from drysim.scenario.rules import unused
 from drysim.scenario.sentences import sentences
 from drysim.scenario.shape import models_in
-from drysim.scenario.sweep.axis import points
+from drysim.scenario.sweep.axis import points, size
+from drysim.scenario.sweep.drawn import Drawn
 from drysim.source import Keys
 from drysim.wording import number
 
@@ -69,7 +69,7 @@ def in_conflict(scenario: Scenario, most: int = FEW) -> list[Problem]:
     """
     for group in TOGETHER:
         axes = tuple(axis for axis in scenario.axes if axis.key.startswith(group))
-        if not axes or prod(len(axis.values) for axis in axes) > most:
+        if not axes or size(axes) > most:
             continue
         try:
             for point in points(axes):
@@ -186,7 +186,8 @@ def _located(scenario: Scenario, point: Point, odd: Odd) -> Problem:
     axis = next((axis for axis in scenario.axes if axis.key == key), None)
     keys: Keys = tuple(key.split("."))
     if axis is not None:
-        i = axis.values.index(point[key]) if point[key] in axis.values else ""
-        keys = ("sweep", key, i)
+        drawn = isinstance(axis.values, Drawn)
+        i = "" if drawn or point[key] not in axis.values else axis.values.index(point[key])
+        keys = (*(axis.place or ("sweep", key)), i)
     where = ", ".join(f"{name} = {number(value, digits=12)}" for name, value in point.items())
     return scenario.problem(f"{odd} (at {where})", keys)

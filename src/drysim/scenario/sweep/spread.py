@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
 from math import lcm
+from typing import overload
 
 MOST_VALUES = 10_000_000
 """Values of one axis: beyond it somebody has typed a step in other units."""
+
+HELD = 10_000
+"""Values up to which an axis holds them; of more each is made when it is asked for."""
 
 ON_STEP = Fraction(1, 10**9)
 """An end this close to a whole number of steps, in steps, is met: 30 deg are no decimal."""
@@ -27,32 +33,65 @@ def steps_between(low: float, high: float, step: float) -> tuple[int, float]:
     return n, high if abs(end - last) <= ON_STEP * width else float(end)
 
 
-def by_step(low: float, high: float, step: float, n: int) -> tuple[float, ...]:
+@dataclass(frozen=True)
+class Spread(Sequence[float]):
+    """Evenly spread values, each made when it is asked for: (first + i width)/common.
+
+    On a log scale each is low (high/low)^(i/n).
+    """
+
+    low: float
+    high: float
+    steps: int
+    fraction: tuple[int, int, int] | None
+
+    def __len__(self) -> int:
+        """Give the number of values."""
+        return self.steps + 1
+
+    @overload
+    def __getitem__(self, number: int) -> float: ...
+    @overload
+    def __getitem__(self, number: slice) -> Sequence[float]: ...
+    def __getitem__(self, number: int | slice) -> float | Sequence[float]:
+        """Give one value, or some."""
+        if isinstance(number, slice):
+            return tuple(self[i] for i in range(*number.indices(len(self))))
+        i = range(len(self))[number]
+        if i in (0, self.steps):
+            return self.high if i else self.low
+        if self.fraction is not None:
+            first, width, common = self.fraction
+            return (first + i * width) / common
+        low, high = Decimal(repr(self.low)), Decimal(repr(self.high))
+        span = _DIGITS.ln(_DIGITS.divide(high, low))
+        share = _DIGITS.divide(_DIGITS.multiply(span, Decimal(i)), Decimal(self.steps))
+        return float(_DIGITS.multiply(low, _DIGITS.exp(share)))
+
+
+def by_step(low: float, high: float, step: float, n: int) -> Sequence[float]:
     """Give low, low + step, ... high: the ends of n steps."""
     first, width = _exact(low), _exact(step)
     common = lcm(first.denominator, width.denominator)
-    a, s = int(first * common), int(width * common)
-    return (*((a + i * s) / common for i in range(n)), high)
+    return _few(Spread(low, high, n, (int(first * common), int(width * common), common)))
 
 
-def by_count(low: float, high: float, count: int) -> tuple[float, ...]:
+def by_count(low: float, high: float, count: int) -> Sequence[float]:
     """Give values from low to high at equal distances."""
     first, last, n = _exact(low), _exact(high), count - 1
     common = lcm(first.denominator, last.denominator)
     a, b = int(first * common), int(last * common)
-    return tuple((a * (n - i) + b * i) / (common * n) for i in range(count))
+    return _few(Spread(low, high, n, (a * n, b - a, common * n)))
 
 
-def by_ratio(low: float, high: float, count: int) -> tuple[float, ...]:
+def by_ratio(low: float, high: float, count: int) -> Sequence[float]:
     """Give values from low to high at equal ratios."""
-    first, last, n = Decimal(repr(low)), Decimal(repr(high)), count - 1
-    span = _DIGITS.ln(_DIGITS.divide(last, first))
+    return _few(Spread(low, high, count - 1, None))
 
-    def value(i: int) -> float:
-        share = _DIGITS.divide(_DIGITS.multiply(span, Decimal(i)), Decimal(n))
-        return float(_DIGITS.multiply(first, _DIGITS.exp(share)))
 
-    return (low, *(value(i) for i in range(1, n)), high)
+def _few(values: Spread) -> Sequence[float]:
+    """Hold values that are few."""
+    return tuple(values) if len(values) <= HELD else values
 
 
 def _exact(value: float) -> Fraction:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import nan
 from typing import Any
 
@@ -44,7 +44,7 @@ class Values:
             return None
         return Axis(key, self.numeral.header, values, words)
 
-    def _read(self, given: Any) -> tuple[tuple[float, ...], Any]:
+    def _read(self, given: Any) -> tuple[Sequence[float], Any]:
         """Give the values, and how a file says them in SI."""
         if isinstance(given, list):
             values = self._listed(given)
@@ -80,7 +80,7 @@ class Values:
             seen.add(value)
         return values
 
-    def _spread(self, words: Mapping[str, Any]) -> tuple[tuple[float, ...], Any]:
+    def _spread(self, words: Mapping[str, Any]) -> tuple[Sequence[float], Any]:
         """Give the values of a range, and the range in SI."""
         if not {"from", "to"} <= words.keys() or not {"step", "count"} & words.keys():
             raise Faulty  # noted when the block was read
@@ -98,7 +98,7 @@ class Values:
         whole = self._whole(values, "count")
         return whole, {**ends, "count": words["count"], "scale": scale}
 
-    def _stepped(self, low: float, high: float, given: Any) -> tuple[float, tuple[float, ...]]:
+    def _stepped(self, low: float, high: float, given: Any) -> tuple[float, Sequence[float]]:
         """Give the step and the values."""
         unit = self.numeral.unit
         try:
@@ -113,7 +113,7 @@ class Values:
             raise self._fault(sentence, "to")
         return step, by_step(low, high, step, n)
 
-    def _counted(self, low: float, high: float, count: Any, scale: Any) -> tuple[float, ...]:
+    def _counted(self, low: float, high: float, count: Any, scale: Any) -> Sequence[float]:
         """Give a number of values."""
         if isinstance(count, bool) or not isinstance(count, int):
             raise self._fault(f"must be a whole number, not {shown(count)}", "count")
@@ -133,7 +133,7 @@ class Values:
             sentence = f"asks for {count:.4g} values; an axis has {MOST_VALUES} at most"
             raise self._fault(sentence, key)
 
-    def _whole(self, values: tuple[float, ...], key: str) -> tuple[float, ...]:
+    def _whole(self, values: Sequence[float], key: str) -> Sequence[float]:
         """Give the values of a key that takes whole numbers only as such."""
         if self.numeral.quantity is not None:
             return values

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from drysim.checks import AT, Check
 from drysim.quantity import shown
 from drysim.scenario.reading import Reading
+from drysim.scenario.sentences import about
 from drysim.scenario.shape import keys_of
-from drysim.scenario.sweep.axis import Axis
-from drysim.scenario.sweep.numerals import Known, numerals
+from drysim.scenario.sweep.axis import SAMPLE, ZIP, Axis
+from drysim.scenario.sweep.groups import sampled, zipped
+from drysim.scenario.sweep.numerals import Known, Numeral, numerals
 from drysim.scenario.sweep.refusals import refusal
+from drysim.scenario.sweep.sample import Sample
 from drysim.scenario.sweep.values import Values
-from drysim.source import LOST
+from drysim.source import LOST, Keys
 
 SWEEP = "sweep"
 """The block; its keys are dotted keys of the scenario."""
@@ -54,13 +57,84 @@ def _axes(reading: Reading, known: Known) -> Any:
         return ()
     if not block:
         reading.fault("sweep has no keys; say which key varies, and over what", (SWEEP,))
-    axes = [_axis(reading, known, key, given) for key, given in block.items() if key != LOST]
-    return tuple(axis for axis in axes if axis)
+    reading.words[SWEEP] = {**block, **_inner(block)}
+    axes: list[Axis] = []
+    for key, given in block.items():
+        if key == ZIP:
+            axes += _zipped(reading, known, given)
+        elif key == SAMPLE:
+            axes += _sampled(reading, known, given)
+        elif key != LOST and (axis := _axis(reading, known, key, given)):
+            axes.append(axis)
+    return tuple(axes)
+
+
+def _inner(block: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the keys that a sweep block holds within its groups."""
+    zips, sample = block.get(ZIP), block.get(SAMPLE)
+    several = zips if isinstance(zips, list) else [zips]
+    over = sample.get("over") if isinstance(sample, Mapping) else None
+    groups = [group for group in (*several, over) if isinstance(group, Mapping)]
+    return {key: given for group in groups for key, given in group.items() if key != LOST}
+
+
+def _zipped(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
+    """Give the axes of `zip`: one group of keys, or a list of groups."""
+    form = "keys with as many values each, such as {friction.kinetic: [15, 30], ...}"
+    groups: list[tuple[Keys, Any]] = [((SWEEP, ZIP), given)]
+    if isinstance(given, list):
+        groups = [((SWEEP, ZIP, i), group) for i, group in enumerate(given)]
+    for at, group in groups:
+        if not isinstance(group, Mapping) or len(group) < 2:
+            reading.fault(about(at, f"must be two {form}; not {shown(group)}"), at)
+        else:
+            yield from zipped(reading, at, group, _numerals(reading, known, at, group))
+
+
+def _sampled(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
+    """Give the axes of `sample`."""
+    at = (SWEEP, SAMPLE)
+    if not isinstance(given, Mapping):
+        form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
+        reading.fault(about(at, f"must be {form}; not {shown(given)}"), at)
+        return
+    words = reading.block(Sample, given, at)
+    over = words.get("over")
+    if over is None:
+        return
+    if not isinstance(over, Mapping) or not over:
+        sentence = "must be keys, each with {from, to} or a distribution"
+        reading.fault(about((*at, "over"), f"{sentence}; not {shown(over)}"), (*at, "over"))
+        return
+    yield from sampled(reading, at, words, _numerals(reading, known, (*at, "over"), over))
+
+
+def _numerals(
+    reading: Reading, known: Known, at: Keys, group: Mapping[str, Any]
+) -> dict[str, Numeral]:
+    """Give the numeric keys of a group; what is wrong with the others is noted."""
+    found = {}
+    for key in group:
+        if key != LOST and (numeral := _numeral(reading, known, (*at, key), key)):
+            found[key] = numeral
+    return found
 
 
 def _axis(reading: Reading, known: Known, key: str, given: Any) -> Axis | None:
     """Give one axis; None when it has a problem."""
-    at, top = (SWEEP, key), key.partition(".")[0]
+    at = (SWEEP, key)
+    numeral = _numeral(reading, known, at, key)
+    if numeral is None:
+        return None
+    if given is None:
+        reading.fault(f"sweep.{key} has no values", at, at_key=True)
+        return None
+    return Values(reading, at, numeral).axis(key, given)
+
+
+def _numeral(reading: Reading, known: Known, at: Keys, key: str) -> Numeral | None:
+    """Give what is known of a swept key; None when it has a problem."""
+    top = key.partition(".")[0]
     field = keys_of(reading.model).get(top)
     wanted = top in reading.document.value or (field is not None and field.is_required())
     if wanted and top not in reading.words:
@@ -68,11 +142,19 @@ def _axis(reading: Reading, known: Known, key: str, given: Any) -> Axis | None:
     if sentence := refusal(reading.words, key, known):
         reading.fault(sentence, at, at_key=True)
         return None
-    if given is None:
-        reading.fault(f"sweep.{key} has no values", at, at_key=True)
+    if _twice(reading.document.value.get(SWEEP), key):
+        reading.fault(f"{key} is swept twice; leave one of both out", at, at_key=True)
         return None
-    numeral = known[key]
-    return Values(reading, at, numeral).axis(key, given) if numeral else None
+    return known[key]
+
+
+def _twice(block: Any, key: str) -> bool:
+    """Whether a sweep block has a key more than once, in its groups or beside them."""
+    zips, sample = block.get(ZIP), block.get(SAMPLE)
+    several = zips if isinstance(zips, list) else [zips]
+    over = sample.get("over") if isinstance(sample, Mapping) else None
+    groups = [block, *several, over]
+    return sum(isinstance(group, Mapping) and key in group for group in groups) > 1
 
 
 def _check(reading: Reading, known: Known, i: int, text: Any) -> Any:

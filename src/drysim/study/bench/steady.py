@@ -13,6 +13,7 @@ from drysim.core.motion import Sines
 from drysim.core.plant import State
 from drysim.errors import DrysimError, SolverError, UsageError
 from drysim.scenario.sweep.axis import points
+from drysim.scenario.sweep.axis import size as cases_of_grid
 from drysim.study import cases, sweep
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Terms
@@ -103,7 +104,7 @@ def entries(work: Work, terms: Terms) -> list[Entry]:
 
 def size(case: Case) -> int:
     """Give the number of steady states of a sweep."""
-    return cases.size(case.scenario.axes)
+    return cases_of_grid(case.scenario.axes)
 
 
 def count(case: Case, terms: Terms) -> int:

@@ -1,0 +1,118 @@
+"""The pictures of many cases: quantile bands along a swept key, and a map of the mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim import wording
+from drysim.report.plots import heading, ink, layout
+from drysim.report.plots.labels import axis_label
+from drysim.report.plots.scatter import Bins, Scatter, gathered
+from drysim.report.plots.views import along_axis
+from drysim.study.rows import HELD, batches_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from drysim.study.table import Table
+
+BANDS = ((0.05, 0.95, "#c9d8e8", "90 % of the cases"), (0.25, 0.75, "#8fb0d0", "half of them"))
+MEDIAN: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
+LIMIT: dict[str, Any] = {"color": "#b3261e", "linewidth": 1.0, "linestyle": (0, (4, 2))}
+
+
+def scattered(table: Table) -> bool:
+    """Tell whether a table is drawn as bands: too many cases for lines, or none that are."""
+    return len(table.rows) > HELD or any(getattr(axis, "walk", "") for axis in table.axes)
+
+
+def draw(table: Table, quantities: Sequence[tuple[str, str, float]], limit: bool) -> Figure:
+    """Give the picture of some metrics.
+
+    Parameters
+    ----------
+    table : Table
+    quantities : sequence of (metric, words, factor)
+        What is drawn, a column each, in units of 1/factor SI.
+    limit : bool
+        Whether the stroke limit is drawn, in place of the line at 1.
+    """
+    along = along_axis(table.axes)
+    assert along is not None, "a sweep has a key"
+    others = [axis for axis in table.axes if axis is not along and len(axis.values) > 1]
+    other = max(others, key=lambda axis: len(axis.values), default=None)
+    bins, across = Bins.of(along), None if other is None else Bins.of(other)
+    approach, *references = table.approaches
+    found = [Scatter(metric, bins, across) for metric, _, _ in quantities]
+    gathered(batches_of(table.rows), approach, found)
+    beside = [Scatter(metric, bins, None) for metric, _, _ in quantities]
+    if references:
+        gathered(batches_of(table.rows), references[0], beside)
+    shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
+    figure, grid = layout.sheet(1 if across is None else 2, len(shown))
+    for place, i in enumerate(shown):
+        _, words, factor = quantities[i]
+        axes = figure.add_subplot(grid[0, place])
+        ink.name(axes, words)
+        bands(axes, found[i], beside[i] if references else None, factor)
+        bound(axes, table, limit)
+        along_bins(axes, bins, named=across is None)
+        if across is not None:
+            below = figure.add_subplot(grid[1, place])
+            ink.name(below, f"mean of {words}")
+            mapped(figure, below, found[i], factor)
+    layout.complete(figure, grid, heading.of_table(table))
+    return figure
+
+
+def bands(axes: Axes, found: Scatter, reference: Scatter | None, factor: float) -> None:
+    """Draw how a metric scatters in every bin."""
+    x = found.along.middles
+    for low, high, colour, words in BANDS:
+        ends = found.quantile(low) * factor, found.quantile(high) * factor
+        axes.fill_between(x, *ends, color=colour, linewidth=0, label=words)
+    axes.plot(x, found.quantile(0.5) * factor, **MEDIAN)
+    if reference is not None and reference.counts.any():
+        words = "median without dry friction"
+        axes.plot(x, reference.quantile(0.5) * factor, **ink.REFERENCE, label=words)
+
+
+def bound(axes: Axes, table: Table, limit: bool) -> None:
+    """Draw the stroke limit, or the line at which nothing is gained."""
+    stroke = table.scenario.stroke
+    axes.set_ylim(bottom=0.0)
+    if not limit:
+        axes.axhline(1.0, **ink.UNITY)
+    elif stroke is not None and stroke.limit * 1e3 <= 2.0 * axes.get_ylim()[1]:
+        words = f"stroke limit {wording.millimetres(stroke.limit)}"
+        axes.axhline(stroke.limit * 1e3, **LIMIT, label=words)
+
+
+def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
+    """Make the axis of the swept key."""
+    x = bins.middles
+    if ink.wide(x.tolist()):
+        axes.set_xscale("log")
+    if len(x) > 1:
+        axes.set_xlim(x[0], x[-1])
+    axes.tick_params(labelbottom=named)
+    if named:
+        axes.set_xlabel(axis_label(bins.axis))
+
+
+def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float) -> None:
+    """Draw the mean over two swept keys."""
+    assert found.across is not None, "a map has two axes"
+    x, y = found.along.middles, found.across.middles
+    values = np.ma.masked_invalid(found.map * factor)
+    mesh = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
+    along_bins(axes, found.along, named=True)
+    if ink.wide(y.tolist()):
+        axes.set_yscale("log")
+    axes.set_ylabel(axis_label(found.across.axis))
+    axes.grid(visible=False)
+    figure.colorbar(mesh, ax=axes, fraction=0.05, pad=0.02)

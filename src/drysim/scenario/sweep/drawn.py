@@ -1,0 +1,147 @@
+"""Drawn: the values of a key that a sample draws, made when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, log, sqrt
+from typing import Any, Protocol, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.scenario.sweep.design import Design
+from drysim.wording import number
+
+Floats = NDArray[np.float64]
+
+
+class Distribution(Protocol):
+    """How the values of a key scatter."""
+
+    low: float
+    high: float
+
+    def quantile(self, share: Floats) -> Floats:
+        """Give the values below which these shares of all lie."""
+
+    def words(self, unit: str) -> str:
+        """Give it in words."""
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Equal chances from `low` to `high`: by difference, or by ratio (log)."""
+
+    low: float
+    high: float
+    log: bool = False
+
+    def quantile(self, share: Floats) -> Floats:
+        """Give the values below which these shares of all lie."""
+        if self.log:
+            return self.low * np.exp(share * log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
+
+    def words(self, unit: str) -> str:
+        """Give it in words."""
+        return f"{number(self.low)} to {number(self.high, unit)}{', log' * self.log}"
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Gauss's distribution by mean and standard deviation, cut at `low` and `high`."""
+
+    mean: float
+    sd: float
+    low: float = -inf
+    high: float = inf
+
+    def quantile(self, share: Floats) -> Floats:
+        """Give the values below which these shares of all lie."""
+        from scipy.special import ndtr, ndtri
+
+        below, upto = (ndtr((end - self.mean) / self.sd) for end in (self.low, self.high))
+        values = self.mean + self.sd * ndtri(below + share * (upto - below))
+        return np.asarray(np.clip(values, self.low, self.high))
+
+    def words(self, unit: str) -> str:
+        """Give it in words."""
+        return f"normal, mean {number(self.mean, unit)}, sd {number(self.sd, unit)}"
+
+
+@dataclass(frozen=True)
+class LogNormal:
+    """A value whose logarithm is normal, by its own mean and standard deviation."""
+
+    mean: float
+    sd: float
+    low: float = 0.0
+    high: float = inf
+
+    def quantile(self, share: Floats) -> Floats:
+        """Give the values below which these shares of all lie."""
+        square = log(1.0 + (self.sd / self.mean) ** 2)
+        low = log(self.low) if self.low > 0.0 else -inf
+        high = log(self.high) if self.high < inf else inf
+        inner = Normal(log(self.mean) - 0.5 * square, sqrt(square), low, high)
+        return np.asarray(np.clip(np.exp(inner.quantile(share)), self.low, self.high))
+
+    def words(self, unit: str) -> str:
+        """Give it in words."""
+        return f"lognormal, mean {number(self.mean, unit)}, sd {number(self.sd, unit)}"
+
+
+@dataclass(frozen=True)
+class Triangular:
+    """Chances that rise from `low` to `mode` and fall to `high`."""
+
+    low: float
+    mode: float
+    high: float
+
+    def quantile(self, share: Floats) -> Floats:
+        """Give the values below which these shares of all lie."""
+        width, rise, fall = self.high - self.low, self.mode - self.low, self.high - self.mode
+        lower = self.low + np.sqrt(share * width * rise)
+        upper = self.high - np.sqrt((1.0 - share) * width * fall)
+        return np.where(share * width <= rise, lower, upper)
+
+    def words(self, unit: str) -> str:
+        """Give it in words."""
+        ends = f"{number(self.low)} to {number(self.high, unit)}"
+        return f"triangular, {ends}, mode {number(self.mode, unit)}"
+
+
+@dataclass(frozen=True)
+class Drawn(Sequence[float]):
+    """The values of one dimension of a design."""
+
+    design: Design
+    dimension: int
+    law: Any
+
+    def __len__(self) -> int:
+        """Give the number of points."""
+        return self.design.count
+
+    @overload
+    def __getitem__(self, number: int) -> float: ...
+    @overload
+    def __getitem__(self, number: slice) -> Sequence[float]: ...
+    def __getitem__(self, number: int | slice) -> float | Sequence[float]:
+        """Give one value, or some."""
+        if isinstance(number, slice):
+            some: list[float] = self.at(np.arange(len(self))[number]).tolist()
+            return some
+        one: float = self.at(np.array([range(len(self))[number]])).item()
+        return one
+
+    def at(self, numbers: NDArray[np.int64]) -> Floats:
+        """Give some values by their numbers."""
+        return self.of(self.design.at(numbers))
+
+    def of(self, shares: Floats) -> Floats:
+        """Give the values of points of the design, shape (n, dimensions)."""
+        values: Floats = self.law.quantile(shares[:, self.dimension])
+        return values

@@ -1,0 +1,176 @@
+"""Keys that walk together: `zip` and `sample` of a sweep block, read with their problems."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import isnan
+from typing import Any
+
+from drysim.quantity import Quantity, shown
+from drysim.scenario.reading import Reading
+from drysim.scenario.sentences import about
+from drysim.scenario.sweep.axis import Axis
+from drysim.scenario.sweep.design import Design
+from drysim.scenario.sweep.drawn import Drawn, LogNormal, Normal, Triangular, Uniform
+from drysim.scenario.sweep.numerals import Numeral
+from drysim.scenario.sweep.sample import Draw, Sample
+from drysim.scenario.sweep.values import Values
+from drysim.source import Keys
+from drysim.wording import pretty
+
+MOST_POINTS = 10**12
+"""Points of a sample: beyond it somebody has typed too many zeros."""
+
+MOST_SEED = 2**63
+
+
+def zipped(
+    reading: Reading, at: Keys, given: Mapping[str, Any], known: Mapping[str, Numeral]
+) -> Iterator[Axis]:
+    """Give keys that take their values side by side; all have as many."""
+    found = [
+        axis
+        for key, numeral in known.items()
+        if (axis := Values(reading, (*at, key), numeral).axis(key, given[key]))
+    ]
+    for axis in found[1:]:
+        if len(axis.values) != len(found[0].values):
+            sentence = (
+                f"has {len(axis.values)} values, and {found[0].key} beside it has "
+                f"{len(found[0].values)}; keys that walk together have as many"
+            )
+            reading.fault(about((*at, axis.key), sentence), (*at, axis.key))
+            return
+    name = ".".join(map(str, at[1:]))
+    yield from (axis.walking(name, (*at, axis.key)) for axis in found)
+
+
+def sampled(
+    reading: Reading, at: Keys, words: Mapping[str, Any], known: Mapping[str, Numeral]
+) -> Iterator[Axis]:
+    """Give the keys of a sample, whose words were read as a `Sample`."""
+    count = _whole(reading, at, words, "count", 1, MOST_POINTS)
+    seed = _whole(reading, at, words, "seed", 0, MOST_SEED)
+    laws = {
+        key: _law(reading, (*at, "over", key), words["over"][key], numeral)
+        for key, numeral in known.items()
+    }
+    if count is None or seed is None or "kind" not in words or None in laws.values():
+        return
+    if words["kind"] not in Sample.model_fields["kind"].annotation.__args__:  # type: ignore[union-attr]
+        sentence = f"must be latin, sobol or uniform, not {shown(words['kind'])}"
+        reading.fault(about((*at, "kind"), sentence), (*at, "kind"))
+        return
+    design = Design(words["kind"], count, len(laws), seed)
+    head = {name: words[name] for name in ("kind", "count", "seed")}
+    for k, (key, found) in enumerate(laws.items()):
+        assert found is not None
+        law, spoken = found
+        unit = known[key].header
+        told = f"{law.words(pretty(unit))} ({count} values, {words['kind']})"
+        yield Axis(
+            key, unit, Drawn(design, k, law), (head, spoken), "sample", told,
+            (*at, "over", key),
+        )  # fmt: skip
+
+
+def _whole(
+    reading: Reading, at: Keys, words: Mapping[str, Any], name: str, least: int, most: int
+) -> int | None:
+    """Give a whole number within bounds; None when it has a problem."""
+    given, place = words.get(name), (*at, name)
+    if given is None:
+        return None  # noted when the block was read
+    if isinstance(given, bool) or not isinstance(given, int):
+        reading.fault(about(place, f"must be a whole number, not {shown(given)}"), place)
+        return None
+    if not least <= given <= most:
+        sentence = f"must be {least} to {most:.0e}, not {shown(given)}"
+        reading.fault(about(place, sentence), place)
+        return None
+    return given
+
+
+def _law(
+    reading: Reading, at: Keys, given: Any, numeral: Numeral
+) -> tuple[Any, dict[str, Any]] | None:
+    """Give how a key scatters, and how a file says it in SI; None when it has a problem."""
+    noted = len(reading.problems)
+    if not isinstance(given, Mapping):
+        form = "{from, to}, or a distribution such as {distribution: normal, mean, sd}"
+        reading.fault(about(at, f"must be {form}; not {shown(given)}"), at)
+        return None
+    if numeral.quantity is None:
+        reading.fault(about(at, "takes whole numbers; list them in sweep instead"), at)
+        return None
+    words = reading.block(Draw, given, at)
+    kind = words.get("distribution", "uniform")
+    if kind not in Draw.takes:
+        sentence = f"must be {', '.join(Draw.takes)}; not {shown(kind)}"
+        reading.fault(about((*at, "distribution"), sentence), (*at, "distribution"))
+        return None
+    needed, allowed = Draw.takes[kind]
+    for name in needed:
+        if name not in words:
+            reading.fault(f"{'.'.join(map(str, (*at, name)))} is required ({kind})", at)
+    for name in words.keys() - {*needed, *allowed, "distribution"}:
+        place = (*at, name)
+        reading.fault(about(place, f"has no use for a {kind} distribution"), place, at_key=True)
+    values = {name: _one(reading, (*at, name), words[name], numeral, name) for name in words
+              if name not in ("distribution", "scale")}  # fmt: skip
+    if len(reading.problems) > noted:
+        return None
+    spoken = {**values} | {n: words[n] for n in ("scale", "distribution") if n in words}
+    law = _made(reading, at, kind, values, words.get("scale", "linear"), numeral.quantity)
+    return None if law is None else (law, spoken)
+
+
+def _one(reading: Reading, at: Keys, given: Any, numeral: Numeral, name: str) -> float:
+    """Give one number of a distribution in the unit of its key."""
+    try:
+        if name == "sd":
+            return Quantity(numeral.unit, above=0).read(given)
+        return numeral.read(given)
+    except ValueError as fault:
+        reading.fault(about(at, str(fault)), at)
+        return float("nan")
+
+
+def _made(
+    reading: Reading,
+    at: Keys,
+    kind: str,
+    values: Mapping[str, float],
+    scale: Any,
+    quantity: Quantity,
+) -> Any:
+    """Give a distribution of values that fit each other, within the bounds of the key."""
+
+    def refuse(sentence: str, name: str) -> None:
+        place = (*at, name) if name else at
+        reading.fault(about(place, sentence), place)
+
+    low, high = values.get("from", float("nan")), values.get("to", float("nan"))
+    if low >= high:
+        return refuse(f"must be above `from`, {low:.12g}", "to")
+    if scale not in ("linear", "log"):
+        return refuse(f"must be linear or log, not {shown(scale)}", "scale")
+    if scale == "log" and low <= 0:
+        return refuse(f"must be above 0 on a log scale, not {low:.12g}", "from")
+    if kind == "uniform":
+        return Uniform(low, high, scale == "log")
+    if kind == "triangular":
+        if not low <= values["mode"] <= high:
+            return refuse(f"must lie from {low:.12g} to {high:.12g}", "mode")
+        return Triangular(low, values["mode"], high)
+    if kind == "lognormal" and values["mean"] <= 0:
+        return refuse("must be above 0 for a lognormal distribution", "mean")
+    bottom = quantity.above if quantity.at_least is None else quantity.at_least
+    if kind == "normal" and isnan(low) and bottom is not None:
+        return refuse(f"reaches below {bottom:g}, where it has no meaning; give `from`", "")
+    if isnan(high) and quantity.below is not None:
+        return refuse(f"reaches {quantity.below:g}, where it has no meaning; give `to`", "")
+    ends = {"low": low} if not isnan(low) else {}
+    ends |= {"high": high} if not isnan(high) else {}
+    shape = Normal if kind == "normal" else LogNormal
+    return shape(values["mean"], values["sd"], **ends)

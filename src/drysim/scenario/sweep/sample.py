@@ -1,0 +1,62 @@
+"""The blocks by which a file asks for a sample: points drawn over several keys at once."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, WithJsonSchema
+
+from drysim.quantity import Block
+
+_Number = Annotated[object, WithJsonSchema({"type": ["number", "string"]})]
+
+
+class Draw(Block):
+    """How the values of one key scatter: between two ends, or by a distribution."""
+
+    low: _Number = Field(None, alias="from")
+    """Least value; a normal or lognormal distribution is cut there, and needs no end."""
+    high: _Number = Field(None, alias="to")
+    """Greatest value."""
+    scale: Literal["linear", "log"] | None = None
+    """Whether equal differences (linear, the default) or equal ratios (log) have equal chances;
+    for the uniform distribution."""
+    distribution: Literal["uniform", "normal", "lognormal", "triangular"] | None = None
+    """Default: uniform."""
+    mean: _Number = None
+    """Mean of a normal or lognormal distribution."""
+    sd: _Number = None
+    """Standard deviation of a normal or lognormal distribution, in the unit of the key."""
+    mode: _Number = None
+    """Most likely value of a triangular distribution."""
+
+    takes: ClassVar[dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+        "uniform": (("from", "to"), ("scale",)),
+        "normal": (("mean", "sd"), ("from", "to")),
+        "lognormal": (("mean", "sd"), ("from", "to")),
+        "triangular": (("from", "mode", "to"), ()),
+    }
+    """What a distribution needs, and what it may have besides."""
+
+
+class Sample(Block):
+    """Cases that are drawn, in place of a grid: every case has its own value of every key."""
+
+    kind: Literal["latin", "sobol", "uniform"]
+    """Latin hypercube (every layer of every key has one case), Sobol sequence (scrambled; best
+    with a power of two), or independent draws."""
+    count: int
+    """Number of cases, at least 1."""
+    seed: int
+    """Seed of the random numbers, a whole number; the same seed, the same cases."""
+    over: Annotated[
+        dict[str, Any],
+        WithJsonSchema(
+            {
+                "type": "object",
+                "minProperties": 1,
+                "propertyNames": {"pattern": r"^\w+(\.[\w-]+)+$"},
+            }
+        ),
+    ]
+    """Dotted keys of this file, each with the range or distribution that it is drawn from."""
