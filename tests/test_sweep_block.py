@@ -354,7 +354,7 @@ def test_approach_where_it_errs_is_said(scenario):
 def test_schema_knows_both_ways_to_say_the_values_of_an_axis():
     words = schema()
     sweep = words["properties"]["sweep"]
-    listed, spread = sweep["additionalProperties"]["anyOf"]
+    listed, spread = next(iter(sweep["patternProperties"].values()))["anyOf"]
     assert listed["type"] == "array"
     assert set(spread["properties"]) == {"from", "to", "step", "count", "scale"}
     assert spread["required"] == ["from", "to"]

@@ -14,9 +14,9 @@ from typing import NoReturn
 import typer
 
 from drysim.cli import plugins
-from drysim.cli.bench import app
 from drysim.cli.leave import ASKED, tidy_up_first
 from drysim.cli.streams import open_closed_streams, reader_may_leave, unheard
+from drysim.cli.summaries import app
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,

@@ -98,6 +98,10 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but fa
 Format = Annotated[
     Literal["text", "json", "github"], typer.Option("--format", help="How problems are shown.")
 ]
+Table = Annotated[
+    Literal["csv", "parquet"],
+    typer.Option("--format", help="How the cases are written; parquet needs pyarrow."),
+]
 Name = Annotated[
     str, typer.Argument(metavar="NAME", autocompletion=gallery_names, help="In the gallery.")
 ]

@@ -39,6 +39,7 @@ def sweep(
     no_plots: options.NoPlots = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
+    form: options.Table = "csv",
 ) -> int:
     """Every case of the sweep block: transmissibility."""
     from drysim.report.claim import check
@@ -51,6 +52,10 @@ def sweep(
     wanted = approaches_of(case.scenario)
     folder = Path("out", case.scenario.name) if out is None else out
     check(folder)
+    if form == "parquet":
+        from drysim.report.parquet import require
+
+        require()
     if dry_run:
         from drysim.cli import plans
 
@@ -67,7 +72,7 @@ def sweep(
         table = swept(case, claim.cases, count(wanted), workers, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
         told = report.write_table(
-            table, claim, plots=not no_plots, command=command, exit_code=code
+            table, claim, plots=not no_plots, command=command, exit_code=code, form=form
         )
     with reader_may_leave(folder if table.complete else claim.partial, code):
         if as_json:

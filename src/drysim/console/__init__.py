@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from drysim.console.paper import remark as remark
     from drysim.console.paper import say as say
     from drysim.console.parts import show_warnings as show_warnings
+    from drysim.console.result import show_result as show_result
     from drysim.console.summary import show_outcome as show_outcome
     from drysim.console.table import show_interrupted as show_interrupted
     from drysim.console.table import show_table as show_table
@@ -30,6 +31,7 @@ _HOMES = {
     "remark": "drysim.console.paper",
     "say": "drysim.console.paper",
     "show_warnings": "drysim.console.parts",
+    "show_result": "drysim.console.result",
     "show_outcome": "drysim.console.summary",
     "show_interrupted": "drysim.console.table",
     "show_table": "drysim.console.table",

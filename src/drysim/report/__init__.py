@@ -116,7 +116,13 @@ def write_ensemble(
 
 
 def write_table(
-    table: Table, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
+    table: Table,
+    folder: Path | Claim,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
+    form: str = "csv",
 ) -> dict[str, Any]:
     """Write the output folder of a sweep; parameters and errors are those of `write`.
 
@@ -125,11 +131,14 @@ def write_table(
     folder : Path or Claim
         A claim is finished: its `<name>.partial` takes the place of the output folder. With
         exit code 130 it stays where it is and keeps its finished cases, for `--resume`.
+    form : str
+        How the cases are written: `csv` or `parquet`.
     """
-    from drysim.report import digest, rows
+    from drysim.report import digest, parquet, rows
 
-    files = (resolved_scenario, rows.transmissibility, rows.stroke_violations)
+    cases = rows.transmissibility if form == "csv" else parquet.transmissibility
     drawn = TABLE_PAINTERS * (plots and exit_code != EXIT_INTERRUPTED)
+    files = (resolved_scenario, cases, rows.stroke_violations)
     writers = files + _painters(drawn)
     return _write(table, folder, writers, digest.of_table, command, exit_code)
 
@@ -183,16 +192,21 @@ def _write(
     with nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder) as claim:
         for writer in writers:
             writer(made, claim.partial)
-        written = sorted(
-            path
-            for path in claim.partial.iterdir()
-            if path.name not in (CASES, JOURNAL, MARKER)
-        )
-        files = {path.name: _sha256(path) for path in written}
+        files = {
+            path.relative_to(claim.partial).as_posix(): _sha256(path)
+            for path in written(claim.partial)
+        }
         told = tell(made, command, exit_code, files)
         mark(claim.partial, text(told))
         (leave if exit_code == EXIT_INTERRUPTED else finish)(claim)
     return told
+
+
+def written(partial: Path) -> list[Path]:
+    """Give every file of a result, those in folders of its own included."""
+    inner = (path for path in partial.iterdir() if path.name not in (CASES, JOURNAL, MARKER))
+    files = (path.rglob("*") if path.is_dir() else [path] for path in inner)
+    return sorted(path for found in files for path in found if path.is_file())
 
 
 def _sha256(file: Path) -> str:

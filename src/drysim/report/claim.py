@@ -125,7 +125,10 @@ def _refuse_foreign(place: Path, leftover: bool = False) -> None:
     if marker is None or leftover:
         return
     files = marker.get("files")
-    foreign = sorted(held - {MARKER} - set(files if isinstance(files, dict) else ()))
+    ours = set(files if isinstance(files, dict) else ())
+    folders = {name.partition("/")[0] for name in ours if "/" in name}
+    inner = {f"{name}/{path}" for name in held & folders for path in _inside(place / name)}
+    foreign = sorted((held - {MARKER} - folders) - ours | inner - ours)
     if foreign:
         raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
     if _edited(place / SCENARIO, marker):
@@ -133,6 +136,13 @@ def _refuse_foreign(place: Path, leftover: bool = False) -> None:
             f"{place / SCENARIO} was edited since drysim wrote it, and would be replaced",
             f"save it elsewhere, or {ELSEWHERE}",
         )
+
+
+def _inside(folder: Path) -> Iterator[str]:
+    """Give the files within a folder of a result, by their path from it."""
+    for path in folder.rglob("*"):
+        if not path.is_dir() and path.name not in STRAY:
+            yield path.relative_to(folder).as_posix()
 
 
 def _edited(file: Path, marker: dict[str, Any]) -> bool:

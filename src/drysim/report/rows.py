@@ -40,7 +40,7 @@ def transmissibility(table: Table, folder: Path) -> None:
     folder : Path
         Where to write.
     """
-    headings, felt = _headings(table), _felt(table)
+    headings, felt = _headings(table), felt_of(table)
     if len(table.rows) <= HELD or _many(table):
         text: Iterable[Text] = [joined(_columns(table))]
     else:
@@ -87,7 +87,7 @@ def _headings(table: Table) -> list[str]:
         *_keys(table),
         *map(heading, (*FORCES, *METRICS)),
         "status",
-        *map(heading, _felt(table)),
+        *map(heading, felt_of(table)),
         *_widths(table),
     ]
 
@@ -102,7 +102,7 @@ def _columns(table: Table) -> list[Iterable[str]]:
         [_text(row.F_fs) for row in rows],
         *known(rows, METRICS),
         [row.status for row in rows],
-        *known(rows, _felt(table)),
+        *known(rows, felt_of(table)),
         *_spread(table),
     ]
 
@@ -118,7 +118,7 @@ def _block(batch: Batch, keys: Sequence[str], felt: Sequence[str]) -> Cases:
     return Cases(batch.approach, numbers, [*whole, False, False, *counts], batch.status)
 
 
-def _felt(table: Table) -> Sequence[str]:
+def felt_of(table: Table) -> tuple[str, ...]:
     """Give the metrics that only a weighting adds, behind all other columns."""
     return COMFORT if table.scenario.measure.weights else ()
 
@@ -130,7 +130,7 @@ def _many(table: Table) -> bool:
 
 def _widths(table: Table) -> list[str]:
     """Give the header cells of what is known of means over many seeds."""
-    names = (*MEANS, *_felt(table)) if _many(table) else ()
+    names = (*MEANS, *felt_of(table)) if _many(table) else ()
     units = [heading(name).removeprefix(name) for name in names]
     cells = [f"{name}_half_width{unit}" for name, unit in zip(names, units, strict=True)]
     return [heading("seeds"), *cells] if cells else []
@@ -140,7 +140,7 @@ def _spread(table: Table) -> list[list[str]]:
     """Give the cells of what is known of means over many seeds."""
     if not _many(table):
         return []
-    names, rows = (*MEANS, *_felt(table)), table.rows
+    names, rows = (*MEANS, *felt_of(table)), table.rows
     widths = [[_text(row.half_widths.get(name)) for row in rows] for name in names]
     return [[str(row.seeds) for row in rows], *widths]
 

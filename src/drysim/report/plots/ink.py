@@ -166,17 +166,22 @@ def along(axes: Axes, view: View, named: bool) -> None:
     rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
     x = [value for row in rows if not isnan(value := view.x(row))]
     if wide(x):
-        from matplotlib.ticker import LogLocator
-
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.minorticks_off()
+        decades(axes.xaxis)
     if x and min(x) < max(x):
         axes.set_xlim(min(x), max(x))
     axes.tick_params(labelbottom=named)
     if named:
         axes.set_xlabel(view.label)
+
+
+def decades(axis: Any) -> None:
+    """Name 1, 2 and 5 of every decade of a logarithmic axis."""
+    from matplotlib.ticker import LogLocator
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.minorticks_off()
 
 
 def frequencies(axes: Axes, f_0: float) -> None:

@@ -53,7 +53,7 @@ def draw(table: Table, quantities: Sequence[tuple[str, str, float]], limit: bool
     if references:
         gathered(batches_of(table.rows), references[0], beside)
     shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
-    figure, grid = layout.sheet(1 if across is None else 2, len(shown))
+    figure, grid = layout.sheet(1 if across is None else 2, len(shown), right=0.94)
     for place, i in enumerate(shown):
         _, words, factor = quantities[i]
         axes = figure.add_subplot(grid[0, place])
@@ -64,7 +64,7 @@ def draw(table: Table, quantities: Sequence[tuple[str, str, float]], limit: bool
         if across is not None:
             below = figure.add_subplot(grid[1, place])
             ink.name(below, f"mean of {words}")
-            mapped(figure, below, found[i], factor)
+            mapped(figure, below, found[i], factor, named=place == 0)
     layout.complete(figure, grid, heading.of_table(table))
     return figure
 
@@ -90,6 +90,7 @@ def bound(axes: Axes, table: Table, limit: bool) -> None:
     elif stroke is not None and stroke.limit * 1e3 <= 2.0 * axes.get_ylim()[1]:
         words = f"stroke limit {wording.millimetres(stroke.limit)}"
         axes.axhline(stroke.limit * 1e3, **LIMIT, label=words)
+        axes.set_ylim(top=max(axes.get_ylim()[1], 1.05e3 * stroke.limit))
 
 
 def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
@@ -97,6 +98,7 @@ def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
     x = bins.middles
     if ink.wide(x.tolist()):
         axes.set_xscale("log")
+        ink.decades(axes.xaxis)
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
     axes.tick_params(labelbottom=named)
@@ -104,8 +106,8 @@ def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
         axes.set_xlabel(axis_label(bins.axis))
 
 
-def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float) -> None:
-    """Draw the mean over two swept keys."""
+def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: bool) -> None:
+    """Draw the mean over two swept keys; the first of a row names the key across."""
     assert found.across is not None, "a map has two axes"
     x, y = found.along.middles, found.across.middles
     values = np.ma.masked_invalid(found.map * factor)
@@ -113,6 +115,9 @@ def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float) -> None:
     along_bins(axes, found.along, named=True)
     if ink.wide(y.tolist()):
         axes.set_yscale("log")
-    axes.set_ylabel(axis_label(found.across.axis))
+        ink.decades(axes.yaxis)
+    axes.tick_params(labelleft=named)
+    if named:
+        axes.set_ylabel(axis_label(found.across.axis))
     axes.grid(visible=False)
-    figure.colorbar(mesh, ax=axes, fraction=0.05, pad=0.02)
+    figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))

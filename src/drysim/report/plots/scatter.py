@@ -69,9 +69,8 @@ def _ends(values: Any) -> tuple[float, float]:
     ends = [values.law.low, values.law.high]
     if not all(map(isfinite, ends)) or ends[0] <= 0.0:
         far = values.law.quantile(np.array([FAR, 1.0 - FAR]))
-        ends = [
-            e if isfinite(e) and e > 0.0 else float(f) for e, f in zip(ends, far, strict=True)
-        ]
+        given = zip(ends, far.tolist(), strict=True)
+        ends = [end if isfinite(end) and end > 0.0 else last for end, last in given]
     return ends[0], ends[1]
 
 

@@ -54,8 +54,7 @@ class Design:
         if self.kind == "uniform":
             return within
         layers = [self._layer(numbers, k) for k in range(self.dimensions)]
-        shares: Shares = (np.stack(layers, axis=1) + within) / self.count
-        return shares
+        return (np.stack(layers, axis=1) + within) / self.count
 
     def _uniform(self, numbers: Numbers) -> Shares:
         """Give independent points; each block of them has a stream of its own."""
@@ -75,7 +74,8 @@ class Design:
         values = self._feistel(values, half, dimension)
         while (beyond := values >= self.count).any():
             values[beyond] = self._feistel(values[beyond], half, dimension)
-        return values.astype(np.float64)
+        found: Shares = values.astype(np.float64)
+        return found
 
     def _feistel(self, values: Any, half: int, dimension: int) -> Any:
         """Give a permutation of the numbers of twice so many binary digits."""

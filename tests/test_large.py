@@ -1,0 +1,161 @@
+"""Large sweeps: described, counted and begun without being built; Parquet; summaries."""
+
+from __future__ import annotations
+
+import json
+import time
+
+import numpy as np
+import pytest
+
+from drysim.report.plots import many, scatter
+from drysim.scenario import load
+from drysim.scenario.sweep.axis import columns_of, size
+from drysim.study.pieces import pieces, solve_piece
+from drysim.study.quantiles import Quantiles
+from drysim.study.sweep import Motions, approaches_of, sweep
+
+HUGE = """\
+drysim: 1
+name: huge
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+stroke: {limit: 25 mm}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+sweep:
+  excitation.frequency: {from: 0.5, to: 10, count: 1000000}
+  friction.kinetic: {from: 1, to: 45, count: 1000, scale: log}
+  oscillator.damping: [100, 500]
+"""
+
+
+@pytest.fixture
+def huge(tmp_path):
+    """Write a sweep of two milliard cases."""
+    file = tmp_path / "huge.yaml"
+    file.write_text(HUGE)
+    return file
+
+
+def test_two_milliard_cases_are_counted_and_begun_at_once(huge):
+    began = time.process_time()
+    scenario = load(huge)
+    assert size(scenario.axes) == 2_000_000_000
+    first = next(iter(pieces(approaches_of(scenario))))
+    assert time.process_time() - began < 1.0
+    batch = solve_piece(first._replace(end=20), Motions())
+    assert batch.points["excitation.frequency"][0] == 0.5
+    assert (batch.status == 0).all()
+
+
+def test_last_point_of_a_huge_grid_is_its_corner(huge):
+    axes = load(huge).axes
+    columns = columns_of(axes, size(axes) - 2, size(axes))
+    assert columns["excitation.frequency"][1] == 10
+    assert columns["excitation.frequency"][0] == float("9.9999904999905")
+    assert columns["friction.kinetic"].tolist() == [45, 45]
+
+
+def test_dry_run_of_a_huge_sweep_tells_its_cases(drysim, huge):
+    done = drysim("sweep", huge, "--dry-run")
+    assert done.code == 0
+    assert "2000000000 cases" in done.out
+
+
+def test_quantiles_do_not_depend_on_the_blocks():
+    values = np.random.Generator(np.random.PCG64(1)).lognormal(size=20_000)
+    values[:500] = 0.0
+    whole, parts = Quantiles(), Quantiles()
+    whole.add(values)
+    for part in np.array_split(values, 33):
+        parts.add(part)
+    assert whole.told() == parts.told()
+    for name, value in whole.told().items():
+        assert value == pytest.approx(np.quantile(values, float(name)), rel=4e-3)
+    assert Quantiles().told() == {}
+
+
+def small(huge, **words):
+    """Give the huge sweep cut down."""
+    axes = {"excitation.frequency": [1, 2, 3], "friction.kinetic": [5, 15, 45]} | words
+    return load(huge, {"sweep": axes, "reference": "viscous"})
+
+
+def test_bands_hold_the_cases_that_they_say(huge):
+    table = sweep(small(huge))
+    bins = scatter.Bins.of(table.axes[0])
+    found = scatter.Scatter("T_a", bins, scatter.Bins.of(table.axes[1]))
+    scatter.gathered(table.rows.batches, "stick-slip", [found])
+    rows = list(table.of("stick-slip"))
+    for at, f in enumerate((1.0, 2.0, 3.0)):
+        values = sorted(r.metrics["T_a"] for r in rows if r.point["excitation.frequency"] == f)
+        assert found.quantile(0.5)[at] == pytest.approx(values[1], rel=1e-2)
+        assert found.map[:, at].tolist() == pytest.approx(
+            [r.metrics["T_a"] for r in rows if r.point["excitation.frequency"] == f]
+        )
+
+
+def test_sample_is_drawn_as_bands(huge):
+    over = {"oscillator.mass": {"from": 60, "to": 90}}
+    sample = {"kind": "sobol", "count": 16, "seed": 1, "over": over}
+    assert many.scattered(sweep(small(huge, sample=sample)))
+    assert not many.scattered(sweep(small(huge)))
+
+
+def test_parquet_holds_what_the_csv_holds(drysim, huge):
+    dataset = pytest.importorskip("pyarrow.dataset")
+    words = ("--set", "sweep={excitation.frequency: [1, 2], friction.kinetic: [5, 45]}",
+             "--set", "reference=viscous", "--no-plots", "--quiet")  # fmt: skip
+    assert drysim("sweep", huge, *words, "-o", "a").code == 0
+    assert drysim("sweep", huge, *words, "-o", "b", "--format", "parquet").code == 0
+    lines = (huge.parent / "a/transmissibility.csv").read_text().splitlines()
+    names = [cell.partition(" [")[0] for cell in lines[0].split(",")]
+    folder = huge.parent / "b/transmissibility"
+    table = dataset.dataset(folder, partitioning="hive").to_table()
+    assert table.schema.field("x_r_peak").metadata == {b"unit": b"m"}
+    found = {
+        ",".join("" if row[name] is None else str(row[name]) for name in names)
+        for row in table.to_pylist()
+    }
+    assert found == set(lines[1:])
+    assert drysim("sweep", huge, *words, "-o", "b").code == 0  # replaces what is ours
+    assert not folder.exists()
+
+
+def test_file_of_the_user_in_a_dataset_is_not_removed(drysim, huge):
+    pytest.importorskip("pyarrow")
+    words = ("--set", "sweep={excitation.frequency: [1, 2]}", "--no-plots", "--quiet",
+             "-o", "b", "--format", "parquet")  # fmt: skip
+    assert drysim("sweep", huge, *words).code == 0
+    mine = huge.parent / "b/transmissibility/notes.txt"
+    mine.write_text("mine")
+    done = drysim("sweep", huge, *words)
+    assert done.code == 2
+    assert "transmissibility/notes.txt, which drysim did not write" in done.err
+    assert mine.read_text() == "mine"
+
+
+def test_summary_is_told_again_without_computing(drysim, huge):
+    words = ("--set", "sweep={excitation.frequency: [1, 2]}", "--set", "checks=[T_a < 1]")
+    assert drysim("sweep", huge, *words, "--no-plots", "-o", "a").code == 1
+    done = drysim("summarise", "a")
+    assert done.code == 0
+    assert "fails" in done.out
+    assert "T_a < 1" in done.out
+    told = json.loads(drysim("summarise", "a", "--json").out)
+    assert told["metrics"]["T_a"]["quantiles"].keys() == {"0.05", "0.25", "0.5", "0.75", "0.95"}
+
+
+def test_folder_without_a_result_cannot_be_summarised(drysim, tmp_path):
+    done = drysim("summarise", tmp_path)
+    assert done.code == 2
+    assert "name the folder" in done.err
+
+
+def test_run_and_comparison_are_summarised_too(drysim, seat):
+    assert drysim("run", seat, "--no-plots", "--quiet", "-o", "a").code == 0
+    assert "T_a" in drysim("summarise", "a").out
+    compare = ("compare", "signum", "vs", "stick-slip", "-s", seat, "--no-plots", "--quiet")
+    assert drysim(*compare, "-o", "b").code == 0
+    assert "signum" in drysim("summarise", "b").out

@@ -1,0 +1,199 @@
+"""Samples and keys that walk together: what they draw, how a file says them, their faults."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from drysim.errors import ScenarioError
+from drysim.scenario import load, schema
+from drysim.scenario.sweep.axis import columns_of, points, size
+from drysim.scenario.sweep.design import Design
+from drysim.scenario.sweep.drawn import LogNormal, Normal, Triangular, Uniform
+from drysim.source import dump
+from drysim.study.sweep import sweep
+
+stats = pytest.importorskip("scipy.stats")
+
+BASE = """\
+drysim: 1
+name: sampled
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15, static: 15}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+"""
+
+OVER = {
+    "oscillator.mass": {"distribution": "normal", "mean": "75 kg", "sd": 5, "from": 50},
+    "oscillator.damping": {"from": 100, "to": "1 kN*s/m", "scale": "log"},
+}
+TWO, ENDS = [1, 2], {"from": 1, "to": 2}
+GAUSS = {"distribution": "normal", "mean": 75, "sd": 5}
+SAMPLE = {"kind": "latin", "count": 40, "seed": 7, "over": OVER}
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """Give the scenario of a sweep block."""
+
+    def loaded(block):
+        (tmp_path / "sampled.yaml").write_text(BASE + dump({"sweep": block}))
+        return load(tmp_path / "sampled.yaml")
+
+    return loaded
+
+
+@pytest.fixture
+def fault(scenario):
+    """Give the sentences that a faulty sweep block earns."""
+
+    def told(block):
+        with pytest.raises(ScenarioError) as found:
+            scenario(block)
+        return [problem.sentence for problem in found.value.problems]
+
+    return told
+
+
+@pytest.mark.parametrize("kind", ["latin", "sobol", "uniform"])
+def test_point_of_a_design_is_known_by_its_number_alone(kind):
+    design = Design(kind, 10_000, 3, 5)
+    whole = design.at(np.arange(10_000))
+    some = np.array([9_999, 3, 4, 4096, 3])
+    assert np.array_equal(design.at(some), whole[some])
+    assert whole.min() >= 0
+    assert whole.max() < 1
+    assert abs(whole.mean(axis=0) - 0.5).max() < 0.02
+    assert not np.array_equal(Design(kind, 10_000, 3, 6).at(some), whole[some])
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 1000, 4097])
+def test_latin_design_has_one_point_in_every_layer(count):
+    layers = np.floor(Design("latin", count, 4, 1).at(np.arange(count)) * count)
+    for column in layers.T:
+        assert sorted(column.tolist()) == list(range(count))
+    if count > 100:
+        assert abs(np.corrcoef(layers.T) - np.eye(4)).max() < 0.1
+
+
+def test_billionth_point_is_made_without_the_others():
+    for kind in ("latin", "uniform"):
+        assert Design(kind, 10**9, 2, 1).at(np.array([10**9 - 1])).shape == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("law", "known"),
+    [
+        (Uniform(2.0, 5.0), stats.uniform(2, 3)),
+        (Uniform(2.0, 50.0, True), stats.loguniform(2, 50)),
+        (Normal(75.0, 5.0), stats.norm(75, 5)),
+        (Normal(75.0, 5.0, 70.0, 90.0), stats.truncnorm(-1, 3, 75, 5)),
+        (Triangular(1.0, 2.0, 5.0), stats.triang(0.25, 1, 4)),
+        (LogNormal(2.0, 1.0), stats.lognorm(np.log(1.25) ** 0.5, scale=2 / 1.25**0.5)),
+    ],
+)
+def test_quantiles_are_those_of_the_known_distribution(law, known):
+    shares = np.linspace(0.001, 0.999, 97)
+    assert law.quantile(shares) == pytest.approx(known.ppf(shares), rel=1e-9)
+
+
+def test_sample_beside_a_grid_multiplies_it(scenario):
+    found = scenario({"excitation.frequency": [1, 2], "sample": SAMPLE})
+    assert size(found.axes) == 80
+    every = list(points(found.axes))
+    assert [p["excitation.frequency"] for p in every[:4]] == [1, 2, 1, 2]
+    assert every[0]["oscillator.mass"] == every[1]["oscillator.mass"]
+    assert len({p["oscillator.mass"] for p in every}) == 40
+    columns = columns_of(found.axes, 13, 29)
+    assert [float(x) for x in columns["oscillator.damping"]] == [
+        p["oscillator.damping"] for p in every[13:29]
+    ]
+
+
+def test_keys_of_a_zip_walk_together(scenario):
+    walk = {"friction.kinetic": [15, 30], "friction.static": ["18 N", 36]}
+    found = scenario({"zip": walk, "excitation.rms": [0.5, 1]})
+    assert [tuple(p.values()) for p in points(found.axes)] == [
+        (15, 18, 0.5), (30, 36, 0.5), (15, 18, 1), (30, 36, 1)
+    ]  # fmt: skip
+
+
+def test_several_zips_are_a_grid(scenario):
+    one = {"friction.kinetic": [1, 2], "friction.static": [3, 4]}
+    other = {
+        "oscillator.mass": [60, 70, 80],
+        "oscillator.damping": {"from": 1, "to": 3, "step": 1},
+    }
+    assert size(scenario({"zip": [one, other]}).axes) == 6
+
+
+def test_resolved_block_runs_again_as_it_is(scenario, tmp_path):
+    walk = {"friction.kinetic": [15, 30], "friction.static": [18, 36]}
+    found = scenario({"zip": [walk], "sample": SAMPLE})
+    (tmp_path / "again.yaml").write_text(dump(found.resolved()))
+    again = load(tmp_path / "again.yaml")
+    assert list(points(again.axes)) == list(points(found.axes))
+    assert again.resolved() == found.resolved()
+
+
+def test_sweep_of_a_sample_leaves_keys_out_that_the_reference_has_no_use_for(scenario):
+    found = scenario({"zip": {"friction.kinetic": [15, 30], "friction.static": [18, 36]},
+                      "sample": SAMPLE | {"count": 5}})  # fmt: skip
+    table = sweep(found.copied({"reference": "viscous"}))
+    assert [len(list(table.of(name))) for name in table.approaches] == [10, 5]
+    assert set(table[10].point) == set(OVER)
+
+
+def changed(**words):
+    """Give a sample with other words in it."""
+    return {"sample": {k: v for k, v in {**SAMPLE, **words}.items() if v is not None}}
+
+
+@pytest.mark.parametrize(
+    ("block", "words"),
+    [
+        (changed(kind="lattice"), "sweep.sample.kind must be latin, sobol or uniform"),
+        (changed(count=0), "sweep.sample.count must be 1 to"),
+        (changed(count=2.5), "sweep.sample.count must be a whole number"),
+        (changed(seed=None), "sweep.sample.seed is required"),
+        (changed(sed=1), "unknown key `sed`"),
+        (changed(over={"oscillator.mas": ENDS}), "did you mean `oscillator.mass`"),
+        (changed(over={"oscillator.mass": {"from": 1}}), "to is required (uniform)"),
+        (changed(over={"oscillator.mass": {"from": 2, "to": 1}}), "must be above `from`, 2"),
+        (changed(over={"oscillator.mass": {"from": -2, "to": 1}}), "must be above 0 kg"),
+        (changed(over={"oscillator.mass": GAUSS}),
+         "reaches below 0, where it has no meaning; give `from`"),
+        (changed(over={"oscillator.mass": GAUSS | {"sd": 0, "from": 1}}),
+         "sd must be above 0 kg"),
+        (changed(over={"oscillator.mass": {"from": 1, "to": 2, "mean": 1}}),
+         "has no use for a uniform distribution"),
+        (changed(over={"oscillator.mass": {"from": 1, "to": 2, "distribution": "gauss"}}),
+         "must be uniform, normal, lognormal, triangular"),
+        (changed(over={}), "must be keys"),
+        ({"sample": [1]}, "sweep.sample must be {kind: latin"),
+        ({"zip": {"friction.kinetic": [1, 2]}}, "sweep.zip must be two keys"),
+        ({"zip": {"friction.kinetic": [1, 2], "oscillator.mass": [1, 2, 3]}},
+         "has 3 values, and friction.kinetic beside it has 2"),
+        ({"zip": {"friction.kinetic": [1, 2], "friction.kinetik": [1, 2]}},
+         "did you mean `friction.kinetic`"),
+        ({"friction.kinetic": [1], "zip": {"friction.kinetic": TWO, "oscillator.mass": TWO}},
+         "friction.kinetic is swept twice"),
+    ],
+)  # fmt: skip
+def test_faults_of_samples_and_zips_are_located_sentences(fault, block, words):
+    assert any(words in sentence for sentence in fault(block))
+
+
+def test_values_of_a_zip_are_tried_side_by_side(fault):
+    walk = {"friction.kinetic": [15, 30], "friction.static": [18, 20]}
+    (sentence,) = fault({"zip": walk})
+    assert "must be at least the kinetic 30 N, not 20 N" in sentence
+
+
+def test_schema_knows_samples_and_zips():
+    block = schema()["properties"]["sweep"]
+    assert {"zip", "sample"} <= block["properties"].keys()
+    assert "sobol" in json.dumps(block["properties"]["sample"])
