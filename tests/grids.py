@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 from math import pi, sqrt
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from drysim.approach import Signum, Smooth, StickSlip, Switch, Viscous
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, State
 from drysim.metrics import METRICS, measure
+from drysim.scenario import Axis
 from drysim.study.comparison import Comparison
 from drysim.study.table import Row, Table
 from outcomes import PAPER, record, stand_in
@@ -30,9 +30,7 @@ def axes(**values):
     """Give swept keys by the names above."""
     keys = {"frequency": FREQUENCY, "rms": RMS, "force": FORCE}
     return tuple(
-        SimpleNamespace(
-            key=keys[name], unit=UNITS[keys[name]], values=tuple(map(float, column))
-        )
+        Axis(keys[name], UNITS[keys[name]], tuple(map(float, column)))
         for name, column in values.items()
     )
 

@@ -118,6 +118,8 @@ def blocks(words, field) -> Iterator[tuple[str, dict]]:
     for key, way in (("items", "[]"), ("additionalProperties", ".<key>")):
         if isinstance(field.get(key), dict):
             yield from ((way + further, block) for further, block in blocks(words, field[key]))
+    for named in field.get("patternProperties", {}).values():
+        yield from ((".<key>" + further, block) for further, block in blocks(words, named))
 
 
 def metrics() -> Iterator[str]:

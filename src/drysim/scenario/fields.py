@@ -95,14 +95,15 @@ class _SweepSchema:
         values = {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}
         axis = {"anyOf": [values, part(Range)]}
         walk = {"type": "object", "minProperties": 2, "patternProperties": {KEY: axis}}
-        walk |= {"additionalProperties": False, "description": TOGETHER}
+        walk |= {"additionalProperties": False}
         several = {"type": "array", "minItems": 1, "items": walk}
+        beside = {"description": TOGETHER, "anyOf": [walk, several]}
         sample = part(Sample)
         sample["properties"]["over"]["additionalProperties"] = part(Draw)
         return {
             "type": "object",
             "minProperties": 1,
-            "properties": {"zip": {"anyOf": [walk, several]}, "sample": sample},
+            "properties": {"zip": beside, "sample": sample},
             "patternProperties": {KEY: axis},
             "additionalProperties": False,
             "examples": [{"excitation.frequency": {"from": 0.5, "to": 10, "step": 0.1}}],
