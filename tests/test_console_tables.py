@@ -8,7 +8,6 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -16,6 +15,7 @@ from drysim import console
 from drysim.checks import Check
 from drysim.console import bar
 from drysim.errors import Caution
+from drysim.scenario import Axis
 from drysim.study.table import FAILED, NOT_SETTLED, Table
 from grids import axes, comparison, orbits, spoil, sweep
 from outcomes import record, stand_in
@@ -88,7 +88,7 @@ def test_what_is_swept_is_not_said_to_be_fixed(capsys):
 
 def test_static_limit_that_is_swept_is_not_said_to_be_missing(capsys):
     table = small(reference=None)
-    ratio = SimpleNamespace(key="friction.static_ratio", unit="-", values=(1.0, 1.2))
+    ratio = Axis("friction.static_ratio", "-", (1.0, 1.2))
     rows = [
         replace(row, point={**row.point, ratio.key: value}, F_fs=15.0 * value)
         for value in ratio.values

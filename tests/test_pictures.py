@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,11 +12,12 @@ from drysim.report import plots
 from drysim.report.plots import moment, views
 from drysim.report.plots.comparison import draw as draw_comparison
 from drysim.report.plots.transmissibility import draw, draw_stroke
+from drysim.scenario import Axis
 from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
 from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, spoil, sweep
 from outcomes import stand_in
 
-MASS = SimpleNamespace(key="oscillator.mass", unit="kg", values=(50.0, 75.0, 100.0))
+MASS = Axis("oscillator.mass", "kg", (50.0, 75.0, 100.0))
 
 
 def legend(figure):
@@ -33,7 +33,7 @@ def lines(panel, label):
 def along(key, *values, unit="-"):
     """Give a table over any key, its numbers borrowed from one case."""
     row = sweep(*axes(frequency=[2.0]), reference=None).rows[0]
-    axis = SimpleNamespace(key=key, unit=unit, values=tuple(map(float, values)))
+    axis = Axis(key, unit, tuple(map(float, values)))
     rows = tuple(replace(row, point={key: value}) for value in axis.values)
     return Table(stand_in("harmonic", 0.025), (axis,), rows)
 
