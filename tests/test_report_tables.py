@@ -340,7 +340,7 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(report, "TABLE_WRITERS", (full,))
+    monkeypatch.setattr(report, "resolved_scenario", full)
 
     def end():
         with report.claim_partial(Path("out")) as claim:
