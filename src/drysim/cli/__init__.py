@@ -28,6 +28,9 @@ from drysim.errors import (
 SELDOM = 1_000_000
 """New objects between two collections: a hundred megabytes, were they all garbage."""
 
+COMPUTING = ("run", "sweep", "compare", "bench", "validate")
+HELP = {"-h", "--help"}
+
 BUG = """
 This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
 lines above, the scenario file and what `drysim doctor` prints."""
@@ -82,6 +85,16 @@ def with_command(name: str) -> typer.Typer:
     return alone
 
 
+def load_numpy_first(words: Sequence[str]) -> None:
+    """Load numpy for a command that computes, from as few frames as can be.
+
+    Python 3.11 takes memory for frames in pieces of 16 KB and gives each back at once: of the
+    many small calls of this import, 3000 may happen to run across the edge of one, for 20 ms.
+    """
+    if words and words[0] in COMPUTING and not HELP & {*words}:
+        import numpy  # noqa: F401 - it is wanted later, from deeper
+
+
 def command() -> NoReturn:
     """Be the command `drysim`: run it, and leave at once.
 
@@ -90,6 +103,7 @@ def command() -> NoReturn:
     """
     gc.set_threshold(SELDOM, 20, 20)
     plugins.forgo()
+    load_numpy_first(sys.argv[1:])
     tidy_up_first()
     code = main()
     for stream in (sys.stdout, sys.stderr):
