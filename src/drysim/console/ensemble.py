@@ -70,12 +70,14 @@ def _scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
 def _rows(ensemble: Ensemble) -> Iterator[Row]:
     """Give the metrics that matter most, and the one that decided when to stop."""
     until = getattr(ensemble.scenario.excitation, "until", None)
-    rows = list(MAIN)
+    rows, good = list(MAIN), sum(row.status == OK for row in ensemble.rows)
     if until and until.metric not in {metric for _, metric, _, _ in MAIN}:
         rows.append((until.metric, until.metric, 1.0, ""))
     for name, metric, scale, unit in rows:
         found = ensemble.statistics[metric]
-        if found is not None:
+        wished = until is not None and metric == until.metric
+        # What only some seeds know is a mean over chosen ones; drysim.json has it.
+        if found is not None and (wished or found.seeds == good):
             width = None if found.half_width is None else found.half_width * scale
             words = around(found.mean * scale, width, unit)
             yield Row(name, words, "; ".join(_remarks(ensemble, metric, found, scale, unit)))

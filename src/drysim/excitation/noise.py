@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from math import ceil, floor, pi, sqrt
 from typing import NamedTuple, TypeVar
 
@@ -145,9 +146,11 @@ def _codes(first: int, count: int, seed: int) -> NDArray[np.uint16]:
     return random.integers(PHASES, size=first + count, dtype=np.uint16)[first:]
 
 
+@cache
 def _turns() -> NDArray[np.complex128]:
-    """Give e^(jφ) of every phase that a line may have."""
+    """Give e^(jφ) of every phase that a line may have, made once: each seed wants it."""
     turns: NDArray[np.complex128] = np.exp(2j * pi / PHASES * np.arange(PHASES))
+    turns.flags.writeable = False
     return turns
 
 
