@@ -158,10 +158,10 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
 
     whole = sweep.solve_piece
 
-    def mortal(piece, motions):
+    def mortal(piece, *rest):
         if piece.first > 500:
             raise death
-        return whole(piece, motions)
+        return whole(piece, *rest)
 
     monkeypatch.setattr(sweep, "solve_piece", mortal)
     assert main([*words, "out"]) in (2, 70)
