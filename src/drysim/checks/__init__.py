@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -21,14 +20,14 @@ from drysim.checks.condition import (
     limit,
     refuse_unknown,
 )
-from drysim.metrics import METRICS
+from drysim.checks.verdict import UNITS
+from drysim.checks.verdict import Verdict as Verdict
+from drysim.checks.verdict import badness as badness
 from drysim.quantity import near, shown
-from drysim.wording import number
 
 Metrics = Mapping[str, float | None]
 Column = NDArray[Any]
 
-_UNITS = {metric.name: metric.unit for metric in METRICS}
 _FORM = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){BOUND}")
 
 
@@ -68,12 +67,12 @@ class Check:
         if form is None:
             raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(text)}")
         metric, op = form["metric"], form["op"]
-        if metric not in _UNITS:
-            nearest = near(metric, _UNITS)
-            hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(_UNITS)}"
+        if metric not in UNITS:
+            nearest = near(metric, UNITS)
+            hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(UNITS)}"
             raise ValueError(f"unknown metric {shown(metric)}; {hint}")
         refuse_unknown(op)
-        bound = limit(form["limit"], _UNITS[metric])
+        bound = limit(form["limit"], UNITS[metric])
         return cls(text, metric, op, bound, conditions(where[0], units) if where else ())
 
     def based_on(self, here: Mapping[str, float | None]) -> Check:
@@ -151,67 +150,6 @@ class Check:
     def __str__(self) -> str:
         """Give the text of the scenario."""
         return self.text
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A check with what the metric turned out to be."""
-
-    check: Check
-    passed: bool
-    value: float | None
-    """In the unit of the metric; None when it is not known in this scene."""
-    where: Point | None = None
-    """Of many cases the one that decided, by its swept keys; None for a single case."""
-    applies: bool = True
-    """Whether the check is about this case, or about any case of the sweep."""
-    half_width: float | None = None
-    """Half of the 95 % confidence interval, where the value is a mean over several seeds."""
-    seeds: int = 1
-    """How many seeds the value is a mean over."""
-
-    @property
-    def undecided(self) -> bool:
-        """Whether the limit lies within the confidence interval of the mean."""
-        if self.value is None or self.half_width is None:
-            return False
-        return abs(self.value - self.check.limit) < self.half_width
-
-    @property
-    def unit(self) -> str:
-        """Unit of the metric."""
-        return _UNITS[self.check.metric]
-
-    @property
-    def sentence(self) -> str:
-        """What was asked, and what came out."""
-        if not self.applies and self.passed:
-            return f"{self.check}: passed over, this case lies elsewhere"
-        if not self.applies:
-            return f"{self.check}: no case lies there, so the check fails"
-        if self.value is None:
-            where = self.place or " here"
-            return f"{self.check}: {self.check.metric} is not known{where}, so the check fails"
-        unit = "" if self.unit == "-" else f" {self.unit}"
-        outcome = "holds" if self.passed else "fails"
-        width = "" if self.half_width is None else f" ± {self.half_width:.3g}"
-        mean = f" (mean of {self.seeds} seeds)" if self.seeds > 1 else ""
-        return f"{self.check}: {outcome} with {self.value:.6g}{width}{unit}{mean}{self.place}"
-
-    @property
-    def place(self) -> str:
-        """The deciding case in words, such as ` at excitation.frequency = 8`."""
-        point = self.where or {}
-        values = [f"{key} = {number(value, digits=6)}" for key, value in point.items()]
-        return f" at {', '.join(values)}" if values else ""
-
-
-def badness(verdict: Verdict) -> float:
-    """Give how far a case is from what was promised; what is not known is the worst."""
-    if verdict.value is None or math.isnan(verdict.value):
-        return math.inf
-    away = verdict.value - verdict.check.limit
-    return {"<": away, ">": -away, "=": abs(away)}[verdict.check.op[0]]
 
 
 def _column(values: Iterable[float | None]) -> Column:
