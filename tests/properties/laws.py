@@ -152,7 +152,9 @@ def finer_grid_changes_no_metric(scene: Scene) -> None:
     if hinges(scene, one) or hinges(other, two):
         return
     metrics = [measure(track, (0.0, scene.end), None) for track in (one, two)]
-    for name in ("a_x", "x_r_rms", "x_r_peak", "v_r_rms", "stuck_share"):
+    # Without friction a mass that creeps to its place stands there once rounding says so.
+    rests = ("stuck_share",) if scene.F_fs > 0.0 else ()
+    for name in ("a_x", "x_r_rms", "x_r_peak", "v_r_rms", *rests):
         assert metrics[1][name] == pytest.approx(metrics[0][name], rel=1e-9, abs=1e-13)
 
 

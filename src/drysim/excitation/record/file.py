@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from drysim import regular
 from drysim.errors import Problem, RecordError
-from drysim.excitation.record.reader import Reader, examine
+from drysim.excitation.record.reader import Reader, changed, examine
 from drysim.quantity import near
 
 COPIES = 3
@@ -111,6 +111,8 @@ def read(path: Path, suffixes: Collection[str]) -> File:
         raise fault(str(path), f"the record cannot be read: {why}") from None
     if not size or not filled:
         raise fault(str(path), "the record is empty")
+    if size != len(reader):
+        raise changed(path)
     return File(str(path), path, reader, sha256)
 
 
