@@ -19,7 +19,7 @@ FILE = Path(__file__).parents[1] / "README.md"
 PART = re.compile(r"(<!-- proof -->\n)(.*?)(?=<!-- end -->)", re.S)
 
 COMMANDS = {
-    "bench": ["bench", "--quiet", "--no-plots", "--repeats", "25", "--out", "bench"],
+    "bench": ["bench", "--quiet", "--no-plots", "--out", "bench"],
     "steady": ["bench", "--steady", "--quiet", "--no-plots", "--out", "steady"],
 }
 WORKS = (

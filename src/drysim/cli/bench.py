@@ -23,7 +23,7 @@ PATIENCE, HARD_PATIENCE = 0.2, 30.0
 
 Asked = Annotated[
     str | None,
-    typer.Argument(metavar="[SCENARIO]", help="File (YAML); default: two of the gallery."),
+    typer.Argument(metavar="SCENARIO", help="File (YAML); default: two of the gallery."),
 ]
 Repeats = Annotated[
     int, typer.Option("--repeats", min=1, metavar="N", help="Runs of an entry, at most.")

@@ -65,24 +65,25 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
     """Give the scores on one work."""
     wanted = entries(work, terms)
     yardstick = Yardstick.of(work)
-    tried: list[Runner | str] = []
+    scores: list[Score] = []
+    jobs: list[Job] = [lfilter(work)]
+    counts = [terms.repeats]
     for entry in wanted:
-        tried.append(attempt(entry, work, terms))
-        finished()
-    runners = [one for one in tried if isinstance(one, Runner)]
-    counts = [repeats(one.once, terms.repeats, terms.patience) for one in runners]
-    jobs: list[Job] = [lfilter(work), *(one.run for one in runners)]
-    plain, *took = interleaved(jobs, [terms.repeats, *counts])
-    plain *= 1e9 / (work.samples + 1)
-    measured = iter(zip(counts, took, strict=True))
-    scores = []
-    for entry, one in zip(wanted, tried, strict=True):
-        score = judged(entry, one, yardstick)
+        one = attempt(entry, work, terms)
+        scores.append(judged(entry, one, yardstick))
+        # The answer itself, with all its points, is let go here.
         if isinstance(one, Runner):
-            count, seconds = next(measured)
-            time = 1e9 * seconds / one.work.samples
-            score = replace(score, repeats=count, time=time, ratio=time / plain)
-        scores.append(score)
+            jobs.append(one.run)
+            counts.append(repeats(one.once, terms.repeats, terms.patience))
+        finished()
+    plain, *took = interleaved(jobs, counts)
+    plain *= 1e9 / (work.samples + 1)
+    measured = iter(zip(counts[1:], took, strict=True))
+    for at, score in enumerate(scores):
+        if score.samples:
+            count, spent = next(measured)
+            time = 1e9 * spent / score.samples
+            scores[at] = replace(score, repeats=count, time=time, ratio=time / plain)
     held = scores[-1] if wanted[-1].approach == reference().approach else None
     scores[0] = held_to(scores[0], held)
     found = (tuple(scores), plain, held, tuple(cautions(work, wanted)))
