@@ -18,9 +18,10 @@ from drysim.wording import number
 FILE = Path(__file__).parents[1] / "README.md"
 PART = re.compile(r"(<!-- proof -->\n)(.*?)(?=<!-- end -->)", re.S)
 
+TERMS = ["--repeats", "9", "--patience", "0.1"]
 COMMANDS = {
-    "bench": ["bench", "--quiet", "--no-plots", "--out", "bench"],
-    "steady": ["bench", "--steady", "--quiet", "--no-plots", "--out", "steady"],
+    "bench": ["bench", *TERMS, "--quiet", "--no-plots", "--out", "bench"],
+    "steady": ["bench", "--steady", *TERMS, "--quiet", "--no-plots", "--out", "steady"],
 }
 WORKS = (
     ("sine", "bench", ("paper-high-friction",)),
@@ -91,6 +92,7 @@ def table(tables: dict[str, Rows]) -> str:
 
 if __name__ == "__main__":
     made = table(measured())
+    print(made)
     text = FILE.read_text(encoding="utf-8")
     text = PART.sub(lambda part: part[1] + made, text)
     FILE.write_text(text, encoding="utf-8", newline="\n")

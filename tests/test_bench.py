@@ -273,7 +273,7 @@ def test_steady_states_are_the_same_orbits_by_search_and_by_marching(drysim, tmp
     told = json.loads(drysim("bench", "--steady", "sliding.yaml", *few).out)
     scores = told["cases"][0]["scores"]
     assert scores[0]["setting"] == "periodic orbits"
-    assert scores[0]["error_x_r"] < 1e-8
+    assert scores[0]["error_x_r"] < 1e-11
     assert scores[0]["samples"] == 2 * 100 * 256
     assert {one["approach"] for one in scores} == {*SHELF, "solve_ivp events"}
 

@@ -132,12 +132,29 @@ def panel(case: Case, terms: Terms, finished: Job) -> Panel:
     for one, count, seconds in zip(marches, counts, took, strict=True):
         time = 1e9 * seconds / one.score.samples
         scores.append(replace(one.score, repeats=count, time=time, ratio=time / plain))
-    held = scores[-1] if scores[-1].approach == reference().approach else None
+    held = followed(known) if known_to_peers(case.law) else None
     failed = [one for one in tried if isinstance(one, Score)]
     scores = [held_to(scores[0], held), *scores[1:], *failed]
     words = tuple(words_of(case, total, len(known), plain))
     warnings = tuple(cautions(known[0].work, [alike[0] for alike in wanted]))
     return Panel(scenario, None, words, tuple(scores), plain, held, warnings)
+
+
+def followed(known: Sequence[Settling]) -> Score | None:
+    """Give the errors of the reference where it begins on the orbits and follows them once.
+
+    What marches from the start may not have settled after all its periods; an orbit that the
+    reference comes back to is one. None where the reference itself fails.
+    """
+    entry = reference()
+    score = Score(entry.approach, f"{entry.setting} from the orbit on", False, None, 0)
+    try:
+        found = [one.orbit.errors(one.period, entry.ready(one.period)()) for one in known]
+    except SolverError:
+        return None
+    off = max(error or 0.0 for error, _ in found)
+    T_a = max((error or 0.0 for _, error in found), key=abs)
+    return replace(score, samples=A_PERIOD * len(found), error_x_r=off, error_T_a=T_a)
 
 
 def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[str, str]]:

@@ -94,12 +94,14 @@ def with_events(method: Method, tolerance: float) -> Callable[[Work], Run]:
             if not found.success:
                 raise SolverError(f"solve_ivp at t = {begin.t:.6g} s: {found.message}")
             stopped = found.status == 1
-            if not sampled or not stopped:
-                n = begin.n + (1 if sampled else found.y.shape[1])
-                x_out[begin.n + 1 : n + 1] = found.y[0][-1 if sampled else 0 :]
-                v_out[begin.n + 1 : n + 1] = found.y[1][-1 if sampled else 0 :]
+            if sampled:
+                n = begin.n + (not stopped)
+                if not stopped:
+                    x_out[n], v_out[n] = found.y[:, -1]
             else:
-                n = begin.n
+                n = begin.n + len(found.t)
+                if n > begin.n:  # scipy gives lists in place of arrays where a stop comes first
+                    x_out[begin.n + 1 : n + 1], v_out[begin.n + 1 : n + 1] = found.y
             if stopped:
                 t, (x_r, _) = float(found.t_events[0][0]), found.y_events[0][0].tolist()
                 return Slip(t, x_r, 0.0, n), True
