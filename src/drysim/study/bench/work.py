@@ -83,11 +83,20 @@ class Work:
             self.motion, np.arange(self.samples + 1, dtype=np.float64) * self.step
         )
 
+    @cached_property
+    def waves(self) -> tuple[tuple[float, float, float], ...]:
+        """Amplitude [m/s²], angular frequency [rad/s] and phase of every sine."""
+        if not isinstance(self.motion, Sines):
+            return ()
+        return tuple((A, tau * f, phase) for A, f, phase in zip(*self.motion, strict=True))
+
     def base(self, t: float) -> float:
         """Give the base acceleration at one instant [m/s²]."""
         if isinstance(self.motion, Sines):
-            waves = zip(*self.motion, strict=True)
-            return sum(A * sin(tau * f * t + phase) for A, f, phase in waves)
+            total = 0.0
+            for A, omega, phase in self.waves:
+                total += A * sin(omega * t + phase)
+            return total
         n = min(int(t / self.step), len(self.motion.u_dd) - 2)
         share, u_dd = t / self.step - n, self.motion.u_dd[n : n + 2]
         return float((1.0 - share) * u_dd[0] + share * u_dd[1])

@@ -15,10 +15,15 @@ from drysim.errors import SolverError
 from drysim.study.bench.work import Answer, Work
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from drysim.approach.events import Floats
 
 AHEAD = 512
 """Samples looked at together while the mass sticks."""
+
+ROUNDING = 4e-16
+"""An interval this narrow, relative to its end, holds no further number worth a look."""
 
 MOST_IN_A_ROW = 100
 """Events between two samples after which a peer counts as caught."""
@@ -92,9 +97,10 @@ def stick(work: Work, now: Slip, x_out: Floats) -> Slip:
 
 def break_away(work: Work, now: Slip, begin: float, end: float) -> float:
     """Give the instant at which the limit force passes the static limit [s]."""
+    m, F_k, F_fs, base = work.plant.m, work.plant.k_x * now.x_r, work.law.F_fs, work.base
 
     def beyond(t: float) -> float:
-        return abs(limit_force(work, now._replace(t=t))) - work.law.F_fs
+        return abs(m * base(t) + F_k) - F_fs
 
     if beyond(begin) >= 0.0:
         return begin
@@ -103,11 +109,34 @@ def break_away(work: Work, now: Slip, begin: float, end: float) -> float:
         rise = limit_force(work, now._replace(t=end)) - low
         limit = work.law.F_fs if rise > 0.0 else -work.law.F_fs
         return begin + (end - begin) * (limit - low) / rise
-    if beyond(end) <= 0.0:
-        return end
-    from scipy.optimize import brentq
+    return root(beyond, begin, end)
 
-    return float(brentq(beyond, begin, end, xtol=1e-15))
+
+def root(beyond: Callable[[float], float], begin: float, end: float) -> float:
+    """Give where a function that rises through zero between two instants does so [s].
+
+    Regula falsi with the Illinois rule: a handful of evaluations, and never outside.
+    """
+    low, high = beyond(begin), beyond(end)
+    if high <= 0.0:
+        return end
+    side = 0
+    for _ in range(MOST_IN_A_ROW):
+        t = (begin * high - end * low) / (high - low)
+        if not begin < t < end:
+            break
+        value = beyond(t)
+        if value == 0.0:
+            return t
+        if value > 0.0:
+            end, high, low = t, value, 0.5 * low if side > 0 else low
+            side = 1
+        else:
+            begin, low, high = t, value, 0.5 * high if side < 0 else high
+            side = -1
+        if end - begin <= ROUNDING * end:
+            break
+    return end
 
 
 def friction(work: Work, x_r: Floats, d: Floats) -> Floats:

@@ -39,6 +39,9 @@ SMOOTHED: tuple[tuple[Method, float, float], ...] = (
 )  # fmt: skip
 """Methods, relative tolerances and sharpnesses [s/m] on the smoothed law."""
 
+SLIPPING = 1e-300
+"""Velocity [m/s] with which slip begins: above zero, so that its beginning is no stop."""
+
 CHUNK = 200
 """Samples that one call may slide over: a stop is looked for in no more than that."""
 
@@ -87,8 +90,9 @@ def with_events(method: Method, tolerance: float) -> Callable[[Work], Run]:
                 return float(y[1])
 
             stop.terminal, stop.direction = True, -d  # type: ignore[attr-defined]
+            state = [begin.x_r, begin.v_r or d * SLIPPING]
             found: Any = solve_ivp(
-                rates, (begin.t, grid[last]), [begin.x_r, begin.v_r], events=stop,
+                rates, (begin.t, grid[last]), state, events=stop,
                 t_eval=None if sampled else grid[begin.n + 1 : last + 1], **settings,
             )  # fmt: skip
             if not found.success:
