@@ -112,7 +112,6 @@ def _panel(
             name = scores[0].approach
             before = known[name].lines if name in known else ()
             known[name] = places.Curve(name, (*before, tuple(shown)), style["color"])
-    _front(axes, [at for curve in known.values() for line in curve.lines for at in line])
     axes.axvline(panel.lfilter, **LFILTER)
     axes.text(
         panel.lfilter, 0.98, "lfilter ", transform=axes.get_xaxis_transform(), size=7.5,
@@ -121,6 +120,8 @@ def _panel(
     axes.set_xlabel("time a sample [ns]")
     axes.margins(x=0.1, y=0.15)
     axes.autoscale_view()
+    axes.autoscale(False)
+    _front(axes, [at for curve in known.values() for line in curve.lines for at in line])
     return list(known.values())
 
 
@@ -132,7 +133,11 @@ def _front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
             best = error
             t.append(time)
             y.append(error)
-    axes.plot(t, y, drawstyle="steps-post", solid_joinstyle="round", **FRONT)
+    if t:
+        # From the top down to the quickest, and on to the right from the most exact.
+        (_, right), (_, top) = axes.get_xlim(), axes.get_ylim()
+        t, y = [t[0], *t, right], [top, *y, best]
+        axes.plot(t, y, drawstyle="steps-post", solid_joinstyle="round", **FRONT)
 
 
 def styled(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style]]:
