@@ -10,12 +10,11 @@ import pytest
 from contacts import at, march_contact
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, Slider, State
+from drysim.core.plant import Law, Plant, Slider
 from drysim.metrics import measure
+from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
 
-PAPER = Plant(75.0, 7500.0, 500.0)
-REST = State(0.0, 0.0)
-STEP = 2.5e-3
+NOISE = noise(1200, 1.0, seed=3)
 CONTACTS = {
     "stiff": Slider(45.0, 1e5),
     "soft": Slider(45.0, 2e4),
@@ -23,22 +22,6 @@ CONTACTS = {
     "lifting": Slider(30.0, 1e5, 1.6, 2 * math.pi * 0.7, 0.4),
     "hammering": Slider(30.0, 5e4, 1.3, 2 * math.pi * 5.7, 0.0),
 }
-
-
-def sine(a_u: float, f: float) -> Sines:
-    return Sines((math.sqrt(2.0) * a_u,), (f,), (0.0,))
-
-
-def noise(n: int, a_u: float, seed: int = 3) -> Samples:
-    spectrum = np.fft.rfft(np.random.default_rng(seed).standard_normal(n))
-    f = np.fft.rfftfreq(n, STEP)
-    spectrum[(f < 0.5) | (f > 10.0)] = 0.0
-    u_dd = np.fft.irfft(spectrum, n)
-    return Samples(u_dd * (a_u / np.sqrt(np.mean(u_dd**2))), STEP)
-
-
-def solved(law, motion, start=REST, duration=None, plant=PAPER):
-    return StickSlip().solve(plant, law, motion, start, STEP, duration)
 
 
 @pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
@@ -55,7 +38,7 @@ def test_contact_under_a_sine_agrees_with_a_state_machine(law):
 
 
 @pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
-@pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(1200, 1.0)], ids=["sine", "noise"])
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
 class TestInvariants:
     def test_energy_closes(self, law, motion):
         metrics = measure(solved(law, motion, duration=2.9).track, (0.7, 2.9), None)
@@ -63,11 +46,7 @@ class TestInvariants:
         assert metrics["energy_friction"] > 0
 
     def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, law, motion):
-        if isinstance(motion, Sines):
-            other = Sines(tuple(-A for A in motion.A), motion.f, motion.phase)
-        else:
-            other = Samples(-motion.u_dd, motion.dt)
-        one, two = (solved(law, each, duration=2.0) for each in (motion, other))
+        one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
         assert (one.x_r == -two.x_r).all()
         assert (one.F_f == -two.F_f).all()
 
@@ -80,7 +59,7 @@ class TestInvariants:
         assert np.abs(np.diff(response.F_f)).max() <= fastest * response.dt * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(1200, 1.0)], ids=["sine", "noise"])
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
 def test_homogeneity(motion):
     law = CONTACTS["stiff"]
     twice = (
@@ -113,7 +92,7 @@ def test_contact_that_never_yields_is_one_more_spring():
 
 
 def test_split_run_equals_the_whole():
-    motion, law = noise(1200, 1.0), CONTACTS["stiff"]
+    motion, law = NOISE, CONTACTS["stiff"]
     whole = solved(law, motion)
     rest = Samples(motion.u_dd[400:], motion.dt)
     part = solved(law, rest, start=whole.track.state(400 * STEP))
@@ -122,7 +101,7 @@ def test_split_run_equals_the_whole():
 
 def test_steps_of_any_length_give_one_motion():
     """Whole steps by their map, and the same steps looked into one by one."""
-    motion, law = noise(1200, 1.0), CONTACTS["stiff"]
+    motion, law = NOISE, CONTACTS["stiff"]
     finer = Samples(np.interp(np.arange(2399) / 2, np.arange(1200), motion.u_dd), STEP / 2)
     coarse, fine = solved(law, motion), solved(law, finer)
     assert np.abs(fine.x_r[::2] - coarse.x_r).max() < 1e-13

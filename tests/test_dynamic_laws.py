@@ -10,11 +10,9 @@ from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Law, Plant, State
+from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Law, Plant
+from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
 
-PAPER = Plant(75.0, 7500.0, 500.0)
-REST = State(0.0, 0.0)
-STEP = 2.5e-3
 DAHL = Dynamic(45.0, 45.0, BRISTLE, sigma_0=1e5)
 LUGRE = Dynamic(
     45.0, 54.0, BRISTLE, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4
@@ -27,23 +25,6 @@ LAWS = {
     "stribeck": SMOOTH_STRIBECK,
     "stribeck-1": SHARP_STRIBECK,
 }
-
-
-def sine(a_u: float, f: float, phase: float = 0.0) -> Sines:
-    return Sines((math.sqrt(2.0) * a_u,), (f,), (phase,))
-
-
-def noise(n: int, a_u: float, seed: int = 1) -> Samples:
-    """Give band-limited noise with no value in common with any law's constants."""
-    spectrum = np.fft.rfft(np.random.default_rng(seed).standard_normal(n))
-    f = np.fft.rfftfreq(n, STEP)
-    spectrum[(f < 0.5) | (f > 10.0)] = 0.0
-    u_dd = np.fft.irfft(spectrum, n)
-    return Samples(u_dd * (a_u / np.sqrt(np.mean(u_dd**2))), STEP)
-
-
-def solved(law, motion, start=REST, duration=None, plant=PAPER):
-    return StickSlip().solve(plant, law, motion, start, STEP, duration)
 
 
 def bristle_rates(law, plant, base):
@@ -151,11 +132,7 @@ class TestInvariants:
         assert metrics["energy_friction"] > 0
 
     def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, law, motion):
-        if isinstance(motion, Sines):
-            other = Sines(tuple(-A for A in motion.A), motion.f, motion.phase)
-        else:
-            other = Samples(-motion.u_dd, motion.dt)
-        one, two = (solved(law, each, duration=2.0) for each in (motion, other))
+        one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
         assert (one.x_r == -two.x_r).all()
         assert (one.F_f == -two.F_f).all()
 

@@ -11,7 +11,7 @@ from drysim.core.plant import Plant
 from drysim.core.skim import skim, whole_steps
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER, locate_stop
-from drysim.core.trail import ENOUGH
+from drysim.core.trail import ENOUGH, mark
 from drysim.core.waves import anchor, base_motion, normal_force
 from drysim.core.yielding import cross, leave_hold, leave_yield, next_zero_load
 
@@ -100,13 +100,7 @@ def touch(
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        trail.n[at] = n
-        trail.s[at] = s
-        trail.x_r[at] = x_r
-        trail.v_r[at] = v_r
-        trail.z[at] = x_0
-        trail.d[at] = mode
-        at += 1
+        at = mark(trail, at, n, s, x_r, v_r, x_0, mode)
         left = length - s
         c, w, f = begin_stretch(plant, law, waves, mode, x_0, t)
         g = -u_0 - f

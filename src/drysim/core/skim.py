@@ -8,6 +8,7 @@ from typing import NamedTuple
 from drysim.core.compiled import compiled, inlined
 from drysim.core.flow import flow
 from drysim.core.steps import FINE, Map, map_of
+from drysim.core.trail import mark
 
 
 class Whole(NamedTuple):
@@ -84,13 +85,7 @@ def skim(steps, u_dd, n, end, x_r, v_r, f, low, high, trail, at, full, rest, mod
         a_end = -(u_end + c * v + w * x + f)
         if way * v <= 0.0 or (way * a < 0.0 and way * a_end > 0.0) or not low < x < high:
             break
-        trail.n[at] = n
-        trail.s[at] = 0.0
-        trail.x_r[at] = x_r
-        trail.v_r[at] = v_r
-        trail.z[at] = rest
-        trail.d[at] = mode
-        at += 1
+        at = mark(trail, at, n, 0.0, x_r, v_r, rest, mode)
         n += 1
         x_r = x
         v_r = v

@@ -9,7 +9,7 @@ from drysim.core.jet import ORDER, drive, grow, value
 from drysim.core.leave import leave_stick
 from drysim.core.plant import BRISTLE, STRIBECK, Law
 from drysim.core.stop import NEVER, RESOLUTION
-from drysim.core.trail import ENOUGH
+from drysim.core.trail import ENOUGH, mark
 from drysim.core.waves import OMEGA, STRIDE, anchor
 
 
@@ -84,13 +84,7 @@ def trace(
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        trail.n[at] = n
-        trail.s[at] = s
-        trail.x_r[at] = x_r
-        trail.v_r[at] = v_r
-        trail.z[at] = z
-        trail.d[at] = d
-        at += 1
+        at = mark(trail, at, n, s, x_r, v_r, z, d)
         left = length - s
         if d == 0 and law.kind == STRIBECK:
             calm = min(left, calm_length(waves))

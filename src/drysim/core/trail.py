@@ -1,15 +1,17 @@
-"""The trail of a motion: where each of its pieces begins. Plain values."""
+"""The trail of a motion: where each of its pieces begins."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
+
+from drysim.core.compiled import inlined
 
 ENOUGH = 3
 """Events and steps that one step may add to their logs, and one to spare."""
 
 
 class Trail(NamedTuple):
-    """Where each series begins: parallel arrays (or lists) of one length.
+    """Where each piece begins: parallel arrays (or lists) of one length.
 
     Attributes
     ----------
@@ -29,3 +31,15 @@ class Trail(NamedTuple):
     v_r: Any
     z: Any
     d: Any
+
+
+@inlined
+def mark(trail, at, n, s, x_r, v_r, z, d):
+    """Write where a piece begins; gives the new number of pieces."""
+    trail.n[at] = n
+    trail.s[at] = s
+    trail.x_r[at] = x_r
+    trail.v_r[at] = v_r
+    trail.z[at] = z
+    trail.d[at] = d
+    return at + 1

@@ -41,6 +41,14 @@ def bounds(waves, r):
 
 
 @compiled
+def off_zero(rate, bend, bend_bound, third_bound, cap):
+    """Give a step that provably leaves zero upwards: 0 for none, infinity where all is still."""
+    if bend_bound == 0.0:
+        return NEVER
+    return max(min(first_step(rate, bend, bend_bound, third_bound), cap), 0.0)
+
+
+@compiled
 def leave_hold(c, w, waves, law, x_r, v_r, g, r, x_0, side, poised, h):
     """Give the first time in [0, h] at which a holding contact yields to one side, or infinity.
 
@@ -85,12 +93,10 @@ def leave_hold(c, w, waves, law, x_r, v_r, g, r, x_0, side, poised, h):
             step = safe_step(value, rate, bound, growth, cap)
         else:
             bound += growth * min(cap, h)
-            if bound == 0.0:
-                return NEVER
             fourth = (c + math.sqrt(w)) * bound + third + swing * law.omega**3
-            step = min(first_step(rate, bend, bound, fourth), cap)
-            if step <= 0.0:
-                return s
+            step = off_zero(rate, bend, bound, fourth, cap)
+        if step == 0.0:
+            return s
         if s + step >= h:
             return NEVER
         if step <= RESOLUTION * s:
@@ -154,12 +160,10 @@ def leave_yield(c, w, waves, law, x_r, v_r, g, r, d, h):
             step = safe_step(value, rate, bound, growth, cap)
         else:
             bound += growth * min(cap, h)
-            if bound == 0.0:
-                return NEVER
             fourth = (c + math.sqrt(w)) * bound + growth + swing * law.omega**4
-            step = min(first_step(rate, bend, bound, fourth), cap)
-            if step <= 0.0:
-                return s
+            step = off_zero(rate, bend, bound, fourth, cap)
+        if step == 0.0:
+            return s
         if s + step >= h:
             return NEVER
         if step <= RESOLUTION * s:
