@@ -42,7 +42,7 @@ def bounds(waves, r):
 
 @compiled
 def off_zero(rate, bend, bend_bound, third_bound, cap):
-    """Give a step that provably leaves zero upwards: 0 for none, infinity where all is still."""
+    """Give a step that provably leaves zero upwards: 0 for none, infinity if all is still."""
     if bend_bound == 0.0:
         return NEVER
     return max(min(first_step(rate, bend, bend_bound, third_bound), cap), 0.0)
