@@ -117,3 +117,10 @@ def test_varying_normal_force_keeps_its_sine():
 def test_static_below_kinetic_is_refused(words, sentence):
     with pytest.raises(ValidationError, match=sentence):
         coulomb(**words)
+
+
+@pytest.mark.parametrize("key", ["normal_stiffness", "normal_motion"])
+def test_half_of_a_varying_normal_load_is_refused(key):
+    words = {name: value for name, value in WORDS[PetrovEwins].items() if name != key}
+    with pytest.raises(ValidationError, match=f"has a meaning only beside `{key}`"):
+        PetrovEwins.model_validate(words)
