@@ -92,3 +92,30 @@ def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
     os.utime(source, ns=(written.st_atime_ns, written.st_mtime_ns))
     assert source.stat().st_size == written.st_size
     assert answer(start(site)) == (2 * HALF, False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
+@pytest.mark.parametrize("zeros", [0, 64], ids=["cut short", "ending in zeros"])
+def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(
+    site: Path, ending: str, zeros: int
+) -> None:
+    assert answer(start(site)) == (HALF, False)
+    kept = list((site.parent / "cache").rglob(f"*{ending}"))
+    assert kept
+    for file in kept:
+        whole = file.read_bytes()
+        file.write_bytes(whole[: -len(whole) // 3] + bytes(zeros))
+    assert answer(start(site)) == (HALF, False)
+    assert answer(start(site)) == (HALF, True)
+
+
+@pytest.mark.slow
+def test_kernel_with_a_changed_byte_is_not_run(site: Path) -> None:
+    assert answer(start(site)) == (HALF, False)
+    (kept,) = (site.parent / "cache").rglob("*.nbc")
+    whole = bytearray(kept.read_bytes())
+    whole[len(whole) // 2] ^= 255
+    kept.write_bytes(whole)
+    assert answer(start(site)) == (HALF, False)
+    assert answer(start(site)) == (HALF, True)

@@ -52,29 +52,30 @@ def compiled(function: Kernel) -> Kernel:
     A kernel may not allocate: arrays come from its caller and are not counted as references,
     which would cost more than a step at each call.
     """
-    return function if engine() == PLAIN else jit(function, forceinline=False)
+    return function if is_plain() else jit(function, forceinline=False)
 
 
 def inlined(function: Kernel) -> Kernel:
     """Compile a kernel like `compiled`, into its callers: for what a hot loop calls often."""
-    return function if engine() == PLAIN else jit(function, forceinline=True)
+    return function if is_plain() else jit(function, forceinline=True)
 
 
 def jit(function: Kernel, **options: bool) -> Kernel:
     """Compile a kernel, with the cache folder of exactly this source."""
     import numba
 
-    folder = cache_folder()
-    settings: Any = numba.config
-    before = settings.CACHE_DIR
-    settings.CACHE_DIR = str(folder or "")
+    from drysim.core.kept import keep
+
     make: Any = numba.njit
-    try:
-        kernel = make(
-            cache=folder is not None, nogil=True, error_model="numpy", _nrt=False, **options
-        )(function)
-    finally:
-        settings.CACHE_DIR = before
+    kernel = make(nogil=True, error_model="numpy", _nrt=False, **options)(function)
+    settings: Any = numba.config
+    before, folder = settings.CACHE_DIR, cache_folder()
+    if folder is not None:
+        settings.CACHE_DIR = str(folder)
+        try:
+            keep(kernel)
+        finally:
+            settings.CACHE_DIR = before
     return cast(Kernel, kernel)
 
 
@@ -91,7 +92,7 @@ def held(values: Any) -> Any:
 
 @cache
 def is_plain() -> bool:
-    """Tell whether the kernels are plain; asked once they are loaded, when it is settled."""
+    """Tell whether the kernels are plain; the first kernel settles it for all of them."""
     return engine() == PLAIN
 
 

@@ -7,6 +7,8 @@ no state, so it is summed beforehand.
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import compiled, inlined
 
 ONE_OF_FOUR = 0.0625
@@ -61,7 +63,7 @@ def glide(steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out, begin, x_ahea
         Sample reached and the state there.
     """
     while n < until:
-        fourth = n + 4
+        fourth = n + 4 if steps.steep < math.inf else until
         n, x_r, v_r = one_by_one(
             steps, u_dd, n, min(fourth, until), x_r, v_r, d, x_out, v_out, d_out
         )
