@@ -8,7 +8,7 @@ import json
 import pytest
 
 import drysim as package
-from drysim.study.bench import hard
+from drysim.study.bench import hard, trial
 
 SLIDING = """\
 drysim: 1
@@ -49,8 +49,8 @@ def test_exact_approach_that_breaks_a_check_makes_the_exit_code_1(drysim, tmp_pa
     (tmp_path / "held.yaml").write_text(HELD + "checks: [T_a == 1, x_r_peak > 1 mm]\n")
     answer = drysim("bench", "--hard", "held.yaml", "--json")
     assert answer.code == 1
-    trial = json.loads(answer.out)["cases"][0]["trials"][0]
-    assert (trial["word"], trial["how"]) == ("wrong", "1 of 2 checks fail")
+    first = json.loads(answer.out)["cases"][0]["trials"][0]
+    assert (first["word"], first["how"]) == ("wrong", "1 of 2 checks fail")
 
 
 def test_approach_that_asks_for_too_much_has_failed_and_says_why(tmp_path):
@@ -79,7 +79,7 @@ def test_every_point_of_a_swept_hard_case_counts(tmp_path):
      ("x_r_rms", 51.0, "x_r ×52"), ("x_r_rms", 1e9, "blows up")],
 )  # fmt: skip
 def test_deviation_is_spoken(metric, off, words):
-    assert hard.spoken(metric, off) == words
+    assert trial.spoken(metric, off) == words
 
 
 def test_dry_run_of_the_hard_cases_names_them_all(drysim):

@@ -24,9 +24,10 @@ from drysim.approach.scene import (
     waves_of,
 )
 from drysim.core import orbit, orbits
+from drysim.core.base import sample_base
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
-from drysim.core.grid import STEP, sample_base, sample_leaps, state_within
+from drysim.core.grid import STEP, sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.leap import leap
 from drysim.core.means import mean_squares

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 from drysim.console.columns import show_columns
 from drysim.console.paper import line, paragraph, result
 from drysim.console.parts import HEAD, show_folder
-from drysim.study.bench.hard import EXACT, FAILED, HELD, TOLERANCE
+from drysim.study.bench.trial import EXACT, FAILED, HELD, TOLERANCE
 from drysim.wording import percent
 
 if TYPE_CHECKING:
-    from drysim.study.bench.hard import Ordeals, Trial
+    from drysim.study.bench.hard import Ordeals
+    from drysim.study.bench.trial import Trial
 
 SPARED = ("viscous", "smooth", "signum", "moreau", "switch")
 """What a narrow terminal does without, in this order."""

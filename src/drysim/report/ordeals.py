@@ -14,7 +14,7 @@ from drysim.report.cells import joined
 from drysim.report.scored import quoted, text
 from drysim.report.sidecar import FORMAT, Fields, created, origin, software
 from drysim.report.tables import heading, write
-from drysim.study.bench.hard import COMPARED
+from drysim.study.bench.trial import COMPARED
 
 if TYPE_CHECKING:
     from drysim.study.bench.hard import Ordeals

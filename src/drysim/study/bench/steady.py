@@ -7,24 +7,21 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.approach.stick_slip import StickSlip
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
-from drysim.core.motion import Sines
-from drysim.core.plant import State
 from drysim.errors import DrysimError, SolverError, UsageError
-from drysim.scenario.sweep.axis import points
 from drysim.scenario.sweep.axis import size as cases_of_grid
-from drysim.study import cases, sweep
+from drysim.study import sweep
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Terms
 from drysim.study.bench.clock import Job, interleaved, repeats, timed
-from drysim.study.bench.judge import Yardstick, verdict
+from drysim.study.bench.judge import verdict
 from drysim.study.bench.patience import at_most
 from drysim.study.bench.peers.scipy_ivp import reference
 from drysim.study.bench.scores import Bench, Panel, Score
+from drysim.study.bench.settling import A_PERIOD, PERIODS, Settling, followed, settlings
 from drysim.study.bench.speed_error import cautions, held_to, known_to_peers, lfilter, nothing
-from drysim.study.bench.work import Answer, Work
-from drysim.study.case import assemble, prepare
+from drysim.study.bench.work import Work
+from drysim.study.case import prepare
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -34,29 +31,9 @@ if TYPE_CHECKING:
 
 EXACT = "stick-slip"
 
-PERIODS, A_PERIOD = 100, 256
-"""What settling takes: after so many periods of so many samples the start is forgotten."""
-
 TASTE, TOO_LONG, HOPELESS = 4, 8.0, 60.0
 """Periods that tell how long a case would take [s], from where on that is too long [s], and
 the time after which an entry has failed [s]."""
-
-FEW = 12
-"""Cases of a sweep, evenly spread, through which everything but the orbit search marches."""
-
-
-@dataclass(frozen=True, eq=False)
-class Settling:
-    """A case of the sweep as work, one period of it, and the orbit that it must come to."""
-
-    work: Work
-    period: Work
-    orbit: Yardstick
-
-    def last(self, answer: Answer) -> Answer:
-        """Give the last period of an answer."""
-        part = slice(-A_PERIOD - 1, None)
-        return Answer(answer.x_r[part], answer.v_r[part], lambda: answer.friction()[part])
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,23 +117,6 @@ def panel(case: Case, terms: Terms, finished: Job) -> Panel:
     return Panel(scenario, None, words, tuple(scores), plain, held, warnings)
 
 
-def followed(known: Sequence[Settling]) -> Score | None:
-    """Give the errors of the reference where it begins on the orbits and follows them once.
-
-    What marches from the start may not have settled after all its periods; an orbit that the
-    reference comes back to is one. None where the reference itself fails.
-    """
-    entry = reference()
-    score = Score(entry.approach, f"{entry.setting} from the orbit on", False, None, 0)
-    try:
-        found = [one.orbit.errors(one.period, entry.ready(one.period)()) for one in known]
-    except SolverError:
-        return None
-    off = max(error or 0.0 for error, _ in found)
-    T_a = max((error or 0.0 for _, error in found), key=abs)
-    return replace(score, samples=A_PERIOD * len(found), error_x_r=off, error_T_a=T_a)
-
-
 def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[str, str]]:
     """Give in words what is solved, and how long the filter takes [ns]."""
     varied = [axis.key for axis in case.scenario.axes]
@@ -169,26 +129,6 @@ def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[s
     others = f"the others march through up to {few} of them"
     yield "work", f"{total} steady states, each as {each}; {EXACT} finds all orbits, {others}"
     yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
-
-
-def settlings(case: Case) -> Iterator[Settling]:
-    """Give some cases of a sweep, evenly spread; those whose orbit takes one period."""
-    motions, every = cases.Motions.beginning_with(case), list(points(case.scenario.axes))
-    for at in range(min(FEW, len(every))):
-        point = every[(2 * at + 1) * len(every) // (2 * min(FEW, len(every)))]
-        own = case.scenario.at(point)
-        found = assemble(own, motions.of(own))
-        assert found.period is not None, "all cases of a steady sweep have a period"
-        assert isinstance(found.motion, Sines), "only sines repeat"
-        orbit = StickSlip().orbit(
-            found.plant, found.law, found.motion, found.start, found.period
-        )
-        if orbit.settled and orbit.periods == 1:
-            scene = (own, found.plant, found.law, found.motion)
-            step = found.period / A_PERIOD
-            period = Work(*scene, State(*orbit.state[:2]), step, A_PERIOD)
-            work = Work(*scene, found.start, step, PERIODS * A_PERIOD)
-            yield Settling(work, period, Yardstick.of(period))
 
 
 def search(case: Case, total: int) -> March:

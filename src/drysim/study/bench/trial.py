@@ -1,0 +1,109 @@
+"""A trial: what an approach made of a hard case, and the verdict on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from drysim.wording import number
+
+EXACT = "stick-slip"
+"""The approach that the others are held to, and which is held to the checks of every case."""
+
+HELD, WRONG, FAILED = "held", "wrong", "failed"
+
+TOLERANCE = 0.01
+"""How far T_a, the RMS and the peak of x_r may be off [-]: what nobody minds."""
+
+COMPARED = ("T_a", "x_r_peak", "x_r_rms")
+"""The metrics by which an answer is told from the exact one."""
+
+TOO_LARGE, BLOWN = 10.0, 1e6
+"""Errors [-] from which a multiple says more than percents, and no number says anything."""
+
+Metrics = Mapping[str, float | int | None]
+
+
+class Trial(NamedTuple):
+    """One approach on one hard case.
+
+    Attributes
+    ----------
+    approach : str
+    word : str
+        `held`, `wrong` or `failed`.
+    how : str
+        The worst metric and by how much it is off, or why the approach failed.
+    deviations : mapping
+        The greatest deviation of every compared metric [-], where it is known.
+    checks, passed : int
+        Checks that apply to the case, and those that passed.
+    time : float
+        Time of all its points [s].
+    """
+
+    approach: str
+    word: str
+    how: str
+    deviations: Mapping[str, float]
+    checks: int
+    passed: int
+    time: float
+
+
+class Solved(NamedTuple):
+    """What an approach made of every point of a case: metrics, and checks as (all, passed)."""
+
+    metrics: list[Metrics]
+    checks: int
+    passed: int
+
+
+def judged(
+    name: str, answer: Solved | str, time: float, exact: Solved | str, free: Solved | str
+) -> Trial:
+    """Give the verdict on one approach: held to the checks, or to the exact one."""
+    if isinstance(answer, str):
+        return Trial(name, FAILED, answer, {}, 0, 0, time)
+    found = (answer.checks, answer.passed, time)
+    if name == EXACT:
+        missed = answer.checks - answer.passed
+        how = f"{missed} of {answer.checks} checks fail" if missed else ""
+        return Trial(name, WRONG if missed else HELD, how, {}, *found)
+    if isinstance(exact, str):
+        return Trial(name, FAILED, f"nothing to hold it to: {exact}", {}, *found)
+    off = deviations(answer, exact, free)
+    worst = max(off, key=lambda metric: abs(off[metric]), default="")
+    if not worst or abs(off[worst]) <= TOLERANCE:
+        return Trial(name, HELD, "", off, *found)
+    return Trial(name, WRONG, spoken(worst, off[worst]), off, *found)
+
+
+def deviations(answer: Solved, exact: Solved, free: Solved | str) -> dict[str, float]:
+    """Give the greatest deviation of every compared metric over all points of a case.
+
+    A mass that should never move is off by what it moves, relative to the motion without
+    friction.
+    """
+    frees: list[Metrics] = (
+        [{} for _ in exact.metrics] if isinstance(free, str) else free.metrics
+    )
+    worst: dict[str, float] = {}
+    for own, theirs, bare in zip(answer.metrics, exact.metrics, frees, strict=True):
+        for metric in COMPARED:
+            value, known = own.get(metric), theirs.get(metric)
+            scale = known or bare.get(metric) or 1.0
+            if value is not None and known is not None:
+                off = (value - known) / scale
+                worst[metric] = max(worst.get(metric, 0.0), off, key=abs)
+    return worst
+
+
+def spoken(metric: str, off: float) -> str:
+    """Give a deviation in words, e.g. `T_a +84 %`."""
+    word = metric.replace("x_r_peak", "peak").replace("x_r_rms", "x_r")
+    if off > BLOWN:
+        return "blows up"
+    if off > TOO_LARGE:
+        return f"{word} ×{number(1.0 + off, digits=2)}"
+    return f"{word} {'+' if off > 0.0 else ''}{number(100.0 * off, '%', 2)}"
