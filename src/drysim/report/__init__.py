@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.report import spectrum, tables
-from drysim.report.claim import CASES, JOURNAL, MARKER, SCENARIO
+from drysim.report.claim import SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
 from drysim.report.folder import claim_partial as claim_partial
-from drysim.report.folder import finish, leave, mark
 from drysim.report.folder import resumable as resumable
+from drysim.report.placing import put
 from drysim.report.sidecar import sidecar as sidecar
 from drysim.report.sidecar import text as text
 from drysim.source import dump
@@ -27,8 +25,6 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
-
-Made = TypeVar("Made")
 
 
 def resolved_scenario(made: Outcome | Ensemble | Table, folder: Path) -> None:
@@ -93,7 +89,7 @@ def write(
         The folder is not ours to replace, or cannot be written.
     """
     writers = WRITERS + _painters(PAINTERS * plots)
-    return _write(outcome, folder, writers, sidecar, command, exit_code)
+    return put(outcome, folder, writers, sidecar, command, exit_code)
 
 
 def write_ensemble(
@@ -112,7 +108,7 @@ def write_ensemble(
     )
     if plots and exit_code != EXIT_INTERRUPTED:
         writers += (*_painters(("ensemble",)), *map(of_shown, _painters(PAINTERS)))
-    return _write(ensemble, folder, writers, ensembles.told, command, exit_code)
+    return put(ensemble, folder, writers, ensembles.told, command, exit_code)
 
 
 def write_table(
@@ -140,7 +136,7 @@ def write_table(
     drawn = TABLE_PAINTERS * (plots and exit_code != EXIT_INTERRUPTED)
     files = (resolved_scenario, cases, rows.stroke_violations)
     writers = files + _painters(drawn)
-    return _write(table, folder, writers, digest.of_table, command, exit_code)
+    return put(table, folder, writers, digest.of_table, command, exit_code)
 
 
 def write_comparison(
@@ -150,7 +146,7 @@ def write_comparison(
     from drysim.report import digest, rows
 
     writers = (compared_scenario, rows.comparison, *_painters(COMPARISON_PAINTERS * plots))
-    return _write(comparison, folder, writers, digest.of_comparison, command, exit_code)
+    return put(comparison, folder, writers, digest.of_comparison, command, exit_code)
 
 
 def write_bench(
@@ -160,7 +156,7 @@ def write_bench(
     from drysim.report import scored
 
     writers = (scored.scenarios, scored.speed_error, *_painters(BENCH_PAINTERS * plots))
-    return _write(bench, folder, writers, scored.of_bench, command, exit_code)
+    return put(bench, folder, writers, scored.of_bench, command, exit_code)
 
 
 def write_hard(hard: Ordeals, folder: Path, *, command: str, exit_code: int) -> dict[str, Any]:
@@ -168,7 +164,7 @@ def write_hard(hard: Ordeals, folder: Path, *, command: str, exit_code: int) -> 
     from drysim.report import ordeals
 
     writers = (ordeals.hard_cases,)
-    return _write(hard, folder, writers, ordeals.of_ordeals, command, exit_code)
+    return put(hard, folder, writers, ordeals.of_ordeals, command, exit_code)
 
 
 def _painters(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:
@@ -178,37 +174,3 @@ def _painters(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]
     from drysim.report import plots
 
     return tuple(getattr(plots, name) for name in names)
-
-
-def _write(
-    made: Made,
-    folder: Path | Claim,
-    writers: Sequence[Callable[[Made, Path], None]],
-    tell: Callable[[Made, str, int, dict[str, str]], dict[str, Any]],
-    command: str,
-    exit_code: int,
-) -> dict[str, Any]:
-    """Let all writers write, tell what made their files, and put the folder in its place."""
-    with nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder) as claim:
-        for writer in writers:
-            writer(made, claim.partial)
-        files = {
-            path.relative_to(claim.partial).as_posix(): _sha256(path)
-            for path in written(claim.partial)
-        }
-        told = tell(made, command, exit_code, files)
-        mark(claim.partial, text(told))
-        (leave if exit_code == EXIT_INTERRUPTED else finish)(claim)
-    return told
-
-
-def written(partial: Path) -> list[Path]:
-    """Give every file of a result, those in folders of its own included."""
-    inner = (path for path in partial.iterdir() if path.name not in (CASES, JOURNAL, MARKER))
-    files = (path.rglob("*") if path.is_dir() else [path] for path in inner)
-    return sorted(path for found in files for path in found if path.is_file())
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -7,7 +7,7 @@ from math import nan
 from typing import TYPE_CHECKING, Any
 
 from drysim import wording
-from drysim.report.plots import bands, ink
+from drysim.report.plots import bands, ink, scales
 from drysim.study import survey
 from drysim.study.table import OK
 
@@ -57,7 +57,7 @@ def over_axis(
         right.axhline(0.0, **ink.UNITY)
         ink.gaps(left, view, panel)
         for axes in (left, right):
-            ink.along(axes, view, named=at == len(view.panels))
+            scales.along(axes, view, named=at == len(view.panels))
     if left and right:
         left.set_ylim(bottom=0.0)
         _scale(right, values)

@@ -1,12 +1,13 @@
-"""How curves over a swept key are drawn: lines told apart in grey as well, gaps, axes."""
+"""How curves over a swept key are drawn: lines told apart in grey as well, and gaps."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from math import inf, isclose, isfinite, isnan, nan, sqrt
+from collections.abc import Callable, Iterator, Sequence
+from math import inf, isclose, isfinite, isnan, nan
 from typing import TYPE_CHECKING, Any
 
+from drysim.report.plots import scales
 from drysim.report.plots.views import View
 from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK
 
@@ -26,9 +27,6 @@ FEW_LINES = 8
 FEW_POINTS, MARKS = 20, 0.12
 """Points up to which each is marked; beyond, how far marks are apart [diagonals of a panel]."""
 
-DECADE = 10.0
-"""Span from which on an axis is logarithmic."""
-
 LIGHTEST = 0.82
 """Part of the colour map that is dark enough on white."""
 
@@ -36,9 +34,6 @@ MARKERS = "os^DvPX*"
 REFERENCE: Style = {"color": "black", "linewidth": 1.3, "linestyle": (0, (4, 2))}
 FAINT: Style = {"linewidth": 0.9, "linestyle": (0, (4, 2))}
 UNITY: Style = {"color": "#404040", "linewidth": 0.8, "zorder": 1}
-FREQUENCIES: Style = {
-    "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
-}  # fmt: skip
 GAPS: dict[str, Style] = {
     NOT_SETTLED: {"marker": "x", "color": "black"},
     NOT_UNIQUE: {"marker": "o", "color": "black", "fillstyle": "none"},
@@ -73,15 +68,7 @@ def scale(axis: Axis) -> tuple[Any, Any]:
 
     low, high = min(axis.values), max(axis.values)
     dark = matplotlib.colormaps["viridis"]([LIGHTEST * at / 255 for at in range(256)])
-    return (LogNorm if wide(axis.values) else Normalize)(low, high), ListedColormap(dark)
-
-
-def wide(values: Iterable[float]) -> bool:
-    """Whether values span a decade, all above zero."""
-    low, high = inf, -inf
-    for value in values:
-        low, high = min(low, value), max(high, value)
-    return low > 0 and high >= DECADE * low
+    return (LogNorm if scales.wide(axis.values) else Normalize)(low, high), ListedColormap(dark)
 
 
 def curves(axes: Axes, view: View, panel: Panel, value: Value) -> None:
@@ -159,39 +146,6 @@ def gaps(axes: Axes, view: View, panel: Panel) -> None:
 def name(axes: Axes, words: str, pad: float = 6.0) -> None:
     """Say above a panel what it shows; that its place is given spares looking for one."""
     axes.set_title(words, loc="left", pad=pad, y=1.0)
-
-
-def along(axes: Axes, view: View, named: bool) -> None:
-    """Make the axis of the swept key: logarithmic where it spans a decade."""
-    rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
-    x = [value for row in rows if not isnan(value := view.x(row))]
-    if wide(x):
-        axes.set_xscale("log")
-        decades(axes.xaxis)
-    if x and min(x) < max(x):
-        axes.set_xlim(min(x), max(x))
-    axes.tick_params(labelbottom=named)
-    if named:
-        axes.set_xlabel(view.label)
-
-
-def decades(axis: Any) -> None:
-    """Name 1, 2 and 5 of every decade of a logarithmic axis."""
-    from matplotlib.ticker import LogLocator
-
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
-    axis.minorticks_off()
-
-
-def frequencies(axes: Axes, f_0: float) -> None:
-    """Mark the natural frequency, and where a viscous isolator begins to isolate."""
-    low, high = axes.get_xlim()
-    for words, f, side in (("$f_0$", f_0, "right"), ("$\\sqrt{2}f_0$", sqrt(2) * f_0, "left")):
-        if low < f < high:
-            axes.axvline(f, **FREQUENCIES)
-            foot = axes.get_xaxis_transform()
-            axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
 
 
 def known(view: View, value: Value) -> Iterator[float]:

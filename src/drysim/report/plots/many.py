@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim import wording
-from drysim.report.plots import heading, ink, layout
+from drysim.report.plots import heading, ink, layout, scales
 from drysim.report.plots.labels import axis_label
 from drysim.report.plots.scatter import Bins, Scatter, gathered
 from drysim.report.plots.views import along_axis
@@ -96,9 +96,9 @@ def bound(axes: Axes, table: Table, limit: bool) -> None:
 def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
     """Make the axis of the swept key."""
     x = bins.middles
-    if ink.wide(x.tolist()):
+    if scales.wide(x.tolist()):
         axes.set_xscale("log")
-        ink.decades(axes.xaxis)
+        scales.decades(axes.xaxis)
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
     axes.tick_params(labelbottom=named)
@@ -113,9 +113,9 @@ def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: boo
     values = np.ma.masked_invalid(found.map * factor)
     mesh = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
     along_bins(axes, found.along, named=True)
-    if ink.wide(y.tolist()):
+    if scales.wide(y.tolist()):
         axes.set_yscale("log")
-        ink.decades(axes.yaxis)
+        scales.decades(axes.yaxis)
     axes.tick_params(labelleft=named)
     if named:
         axes.set_ylabel(axis_label(found.across.axis))

@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
-from drysim.report.plots import bands, canvas, heading, ink, layout, many, panels
+from drysim.report.plots import (
+    bands,
+    canvas,
+    heading,
+    ink,
+    layout,
+    many,
+    panels,
+    scales,
+)
 from drysim.report.plots.labels import axis_label
 from drysim.report.plots.views import view
 from drysim.study.survey import FREQUENCY
@@ -119,7 +128,7 @@ def _drawn(
             axes = first = figure.add_subplot(grid[at, place], sharey=first)
             words = f"{panel.title}:" if panel.title else quantity.title
             ink.name(axes, f"{words} {quantity.symbol}", pad=15)
-            ink.along(axes, drawn, named=at == count - 1)
+            scales.along(axes, drawn, named=at == count - 1)
             ink.curves(axes, drawn, panel, quantity.of)
             bands.along(axes, drawn, panel, quantity.of, quantity.width)
             extra(axes, panel)
@@ -156,7 +165,7 @@ def _marks(axes: Axes, table: Table, drawn: View) -> None:
     varied = {axis.key for axis in table.axes if len(axis.values) > 1}
     plant = table.scenario.oscillator.plant()
     if drawn.key == FREQUENCY and not varied & TUNING and plant.k_x > 0:
-        ink.frequencies(axes, sqrt(plant.k_x / plant.m) / (2 * pi))
+        scales.frequencies(axes, sqrt(plant.k_x / plant.m) / (2 * pi))
 
 
 def _colours(figure: Figure, drawn: View, bottom: float, top: float) -> None:
