@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 
 import pytest
 
@@ -102,7 +103,10 @@ def test_no_home_and_no_cache_are_nothing_to_tell(seat):
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
 def test_sweep_that_is_asked_to_go_says_so_once_and_keeps_its_cases(seat, name):
     words = [sys.executable, "-m", "drysim", "sweep", "seat.yaml", *SWEEP]
-    running = subprocess.Popen(words, cwd=seat.parent, stderr=subprocess.PIPE, text=True)
+    # A test session that nohup started hands an ignored signal down to its children.
+    heard = partial(signal.signal, getattr(signal, name), signal.SIG_DFL)
+    piped = {"stderr": subprocess.PIPE, "text": True, "preexec_fn": heard}
+    running = subprocess.Popen(words, cwd=seat.parent, **piped)
     finished = seat.parent / "out/seat.partial/cases"
     until = time.monotonic() + 240
     while not any(finished.glob("*.cases")):
