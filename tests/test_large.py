@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import time
 
+import mpmath
 import numpy as np
 import pytest
 
 from drysim.report.plots import many, scatter
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import columns_of, size
-from drysim.study.pieces import pieces, solve_piece
+from drysim.scenario.sweep.spread import by_ratio
+from drysim.study.pieces import Pieces, solve_piece
 from drysim.study.quantiles import Quantiles
 from drysim.study.sweep import Motions, approaches_of, sweep
 
@@ -42,7 +44,7 @@ def test_two_milliard_cases_are_counted_and_begun_at_once(huge):
     began = time.process_time()
     scenario = load(huge)
     assert size(scenario.axes) == 2_000_000_000
-    first = next(iter(pieces(approaches_of(scenario))))
+    first = next(iter(Pieces(approaches_of(scenario))))
     assert time.process_time() - began < 1.0
     batch = solve_piece(first._replace(end=20), Motions())
     assert batch.points["excitation.frequency"][0] == 0.5
@@ -55,6 +57,14 @@ def test_last_point_of_a_huge_grid_is_its_corner(huge):
     assert columns["excitation.frequency"][1] == 10
     assert columns["excitation.frequency"][0] == float("9.9999904999905")
     assert columns["friction.kinetic"].tolist() == [45, 45]
+
+
+def test_values_of_a_long_log_axis_are_the_doubles_next_to_their_decimals():
+    values = by_ratio(1e-3, 1e3, 6_000_001)
+    assert values.at(range(0, 6_000_001, 1_000_000)) == [1e-3, 1e-2, 0.1, 1, 10, 100, 1e3]
+    assert values[2_000_000] == values.at([2_000_000])[0] == 0.1
+    exact = 1e-3 * mpmath.mpf(10) ** (mpmath.mpf(6 * 12_345) / 6_000_000)
+    assert values[12_345] == pytest.approx(float(exact), rel=3e-16)
 
 
 def test_dry_run_of_a_huge_sweep_tells_its_cases(drysim, huge):
@@ -103,16 +113,26 @@ def test_sample_is_drawn_as_bands(huge):
     assert not many.scattered(sweep(small(huge)))
 
 
-def test_parquet_holds_what_the_csv_holds(drysim, huge):
+SEEDS = {
+    "excitation": "{kind: psd, points: [[1, 0.1], [10, 0.1]], duration: 10, seed: 1, seeds: 3}",
+    "measure": "{settle: 0, duration: 10}",
+    "sweep": "{friction.kinetic: [5, 45]}",
+}
+ORBITS = {"sweep": "{excitation.frequency: [1, 2], friction.kinetic: [5, 45]}"}
+
+
+@pytest.mark.parametrize("asked", [ORBITS, SEEDS], ids=["orbits", "seeds"])
+def test_parquet_holds_what_the_csv_holds(drysim, huge, asked):
     dataset = pytest.importorskip("pyarrow.dataset")
-    words = ("--set", "sweep={excitation.frequency: [1, 2], friction.kinetic: [5, 45]}",
-             "--set", "reference=viscous", "--no-plots", "--quiet")  # fmt: skip
+    sets = [word for item in asked.items() for word in ("--set", "=".join(item))]
+    words = (*sets, "--set", "reference=viscous", "--no-plots", "--quiet")
     assert drysim("sweep", huge, *words, "-o", "a").code == 0
     assert drysim("sweep", huge, *words, "-o", "b", "--format", "parquet").code == 0
     lines = (huge.parent / "a/transmissibility.csv").read_text().splitlines()
     names = [cell.partition(" [")[0] for cell in lines[0].split(",")]
     folder = huge.parent / "b/transmissibility"
     table = dataset.dataset(folder, partitioning="hive").to_table()
+    assert set(table.column_names) == set(names)
     assert table.schema.field("x_r_peak").metadata == {b"unit": b"m"}
     found = {
         ",".join("" if row[name] is None else str(row[name]) for name in names)
@@ -159,3 +179,14 @@ def test_run_and_comparison_are_summarised_too(drysim, seat):
     compare = ("compare", "signum", "vs", "stick-slip", "-s", seat, "--no-plots", "--quiet")
     assert drysim(*compare, "-o", "b").code == 0
     assert "signum" in drysim("summarise", "b").out
+
+
+def test_pieces_of_a_huge_sweep_are_known_by_their_numbers(huge):
+    every = Pieces(approaches_of(load(huge, {"reference": "viscous"})))
+    last = every[-1]
+    assert last.end == every.cases[1]
+    assert last.first + last.end - last.begin == sum(every.cases)
+    small = Pieces(approaches_of(load(huge, {"sweep": {"friction.kinetic": [5, 45]}})))
+    assert [piece[1:] for piece in small] == [(0, 0, 2)]
+    for k in (0, 1, len(every) // 2 - 1, len(every) // 2, len(every) - 2):
+        assert every[k].first + every[k].end - every[k].begin == every[k + 1].first

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 
 import numpy as np
 import pytest
@@ -68,6 +69,25 @@ def test_point_of_a_design_is_known_by_its_number_alone(kind):
     assert whole.max() < 1
     assert abs(whole.mean(axis=0) - 0.5).max() < 0.02
     assert not np.array_equal(Design(kind, 10_000, 3, 6).at(some), whole[some])
+
+
+@pytest.mark.parametrize(("dimensions", "count"), [(1, 16), (3, 1024), (7, 4096)])
+def test_sobol_design_is_that_of_scipy(dimensions, count):
+    source = np.random.Generator(np.random.PCG64(3))
+    word = Design("sobol", count, dimensions, 3)._word
+    engine = stats.qmc.Sobol(dimensions, scramble=True, bits=30, **{word: source})
+    numbers = np.arange(count)
+    found = Design("sobol", count, dimensions, 3).at(numbers)
+    assert np.array_equal(found, engine.random(count))
+
+
+def test_last_points_of_a_long_sobol_design_are_had_as_soon_as_the_first():
+    design, block = Design("sobol", 10**12, 3, 3), np.arange(4096)
+    design.at(block[:1])
+    began = time.process_time()
+    last = design.at(10**12 - 4096 + block)
+    assert time.process_time() - began < 1.0
+    assert abs(last.mean(axis=0) - 0.5).max() < 0.02
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 1000, 4097])

@@ -12,7 +12,7 @@ from drysim.scenario.sweep.axis import points, size
 from drysim.study.case import prepare
 from drysim.study.cases import Motions, count
 from drysim.study.journal import identity
-from drysim.study.pieces import pieces, solve_piece
+from drysim.study.pieces import Pieces, solve_piece
 from drysim.study.store import Store
 from drysim.study.sweep import approaches_of, leftover, solve, sweep
 from drysim.study.table import Row, Table
@@ -80,7 +80,7 @@ def test_table_does_not_depend_on_the_workers(grid: Path, workers: int) -> None:
 def test_interrupted_sweep_goes_on_to_the_very_same_table(grid: Path, tmp_path: Path) -> None:
     scenario = load(grid)
     whole = sweep(scenario)
-    case, every = prepare(scenario), list(pieces(approaches_of(scenario)))
+    case, every = prepare(scenario), list(Pieces(approaches_of(scenario)))
     store = Store(tmp_path / "cases", identity(scenario), resume=False)
     for piece in every:
         store.write(piece, solve_piece(piece, Motions()))

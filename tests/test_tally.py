@@ -113,7 +113,7 @@ def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
 
 def test_numbers_of_a_block_read_back_to_the_last_bit(many, tmp_path):
     store = Store(tmp_path / "cases", identity(many), resume=False)
-    piece = next(iter(sweep.pieces(sweep.approaches_of(many))))
+    piece = next(iter(sweep.Pieces(sweep.approaches_of(many))))
     batch = sweep.solve_piece(piece, sweep.Motions())
     store.write(piece, batch)
     again = store.read(piece)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 EXIT_OK = 0
 EXIT_CHECK_FAILED = 1
@@ -61,7 +62,8 @@ class Caution:
 # ├── ScenarioError  2   a scenario file with problems, each located
 # ├── RecordError    2   a measured record that cannot be used
 # ├── OutputError    2   the output folder is not ours to replace, or cannot be written
-# └── SolverError    3   the numerics failed; the time is named
+# ├── SolverError    3   the numerics failed; the time is named
+# └── ClusterError   3   the machines of a cluster were lost on the way; finished blocks stay
 
 
 class DrysimError(Exception):
@@ -72,6 +74,17 @@ class DrysimError(Exception):
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
         self.hint = hint
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Give what another process makes the same fault from."""
+        return _made_again, (type(self), self.args, vars(self))
+
+
+def _made_again(kind: type[DrysimError], said: tuple[Any, ...], known: Any) -> DrysimError:
+    """Give a fault of another process."""
+    fault = kind.__new__(kind, *said)
+    vars(fault).update(known)
+    return fault
 
 
 class UsageError(DrysimError):
@@ -100,5 +113,11 @@ class OutputError(DrysimError):
 
 class SolverError(DrysimError):
     """The numerics failed; the message names the time of the failure."""
+
+    exit_code = EXIT_NUMERICS_FAILED
+
+
+class ClusterError(DrysimError):
+    """Machines of a cluster that were lost on the way; what is finished stays."""
 
     exit_code = EXIT_NUMERICS_FAILED

@@ -92,13 +92,15 @@ def swept(
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim import console
     from drysim.study.journal import identity
-    from drysim.study.pieces import pieces
+    from drysim.study.pieces import Pieces
     from drysim.study.store import Store
     from drysim.study.sweep import approaches_of, leftover, solve
 
     store = Store(folder, identity(case.scenario), resume)
-    every = pieces(approaches_of(case.scenario))
-    done = sum(piece.end - piece.begin for piece in every if resume and store.holds(piece))
+    every = Pieces(approaches_of(case.scenario))
+    done = sum(
+        piece.end - piece.begin for piece in (every if resume else ()) if store.holds(piece)
+    )
     with console.progress(total - done, "cases", quiet) as advance:
 
         def finished(batch: Batch) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim.errors import UsageError
-from drysim.report.rows import FORCES, METRICS, felt_of
+from drysim.report.rows import FORCES, METRICS, felt_of, means_of
 from drysim.report.tables import UNITS
 from drysim.study.batch import COUNTED, STATUSES
 from drysim.study.rows import batches_of
@@ -16,6 +16,8 @@ from drysim.study.rows import batches_of
 if TYPE_CHECKING:
     from drysim.study.batch import Batch
     from drysim.study.table import Table
+
+Names = tuple[str, ...]
 
 FOLDER = "transmissibility"
 """The dataset: `approach=<name>/<number of the first case>.parquet` within it."""
@@ -49,15 +51,15 @@ def transmissibility(table: Table, folder: Path) -> None:
     """
     import pyarrow.parquet
 
-    felt = felt_of(table)
+    felt, means = felt_of(table), means_of(table)
     for batch in batches_of(table.rows):
         place = folder / FOLDER / f"approach={batch.approach}"
         place.mkdir(parents=True, exist_ok=True)
         file = place / f"{batch.first:012d}.parquet"
-        pyarrow.parquet.write_table(_arrow(table, batch, felt), file)
+        pyarrow.parquet.write_table(_arrow(table, batch, felt, means), file)
 
 
-def _arrow(table: Table, batch: Batch, felt: tuple[str, ...]) -> Any:
+def _arrow(table: Table, batch: Batch, felt: Names, means: Names) -> Any:
     """Give a block of cases as Arrow has them, the unit of each column in its metadata."""
     import pyarrow
 
@@ -85,4 +87,10 @@ def _arrow(table: Table, batch: Batch, felt: tuple[str, ...]) -> Any:
         put(name, UNITS[name], values, kind, missing)
     words = [STATUSES[code] for code in batch.status.tolist()]
     put("status", "", words, pyarrow.string())
+    known = [batch.over.get(i) for i in range(len(batch))] if means else []
+    if means:
+        put("seeds", "", [one.count if one else 1 for one in known], pyarrow.int64())
+    for name in means:
+        widths = [one.half_widths.get(name) if one else None for one in known]
+        put(f"{name}_half_width", UNITS[name], widths, pyarrow.float64())
     return pyarrow.table(columns, schema=pyarrow.schema(fields))

@@ -123,6 +123,11 @@ def felt_of(table: Table) -> tuple[str, ...]:
     return COMFORT if table.scenario.measure.weights else ()
 
 
+def means_of(table: Table) -> tuple[str, ...]:
+    """Give the metrics whose confidence interval is told; none without many seeds."""
+    return (*MEANS, *felt_of(table)) if _many(table) else ()
+
+
 def _many(table: Table) -> bool:
     """Tell whether any case is many seeds; columns behind all others tell of them then."""
     return any(tally.seeds for tally in table.tallies.values())
@@ -130,7 +135,7 @@ def _many(table: Table) -> bool:
 
 def _widths(table: Table) -> list[str]:
     """Give the header cells of what is known of means over many seeds."""
-    names = (*MEANS, *felt_of(table)) if _many(table) else ()
+    names = means_of(table)
     units = [heading(name).removeprefix(name) for name in names]
     cells = [f"{name}_half_width{unit}" for name, unit in zip(names, units, strict=True)]
     return [heading("seeds"), *cells] if cells else []
@@ -138,9 +143,9 @@ def _widths(table: Table) -> list[str]:
 
 def _spread(table: Table) -> list[list[str]]:
     """Give the cells of what is known of means over many seeds."""
-    if not _many(table):
+    names, rows = means_of(table), table.rows
+    if not names:
         return []
-    names, rows = (*MEANS, *felt_of(table)), table.rows
     widths = [[_text(row.half_widths.get(name)) for row in rows] for name in names]
     return [[str(row.seeds) for row in rows], *widths]
 

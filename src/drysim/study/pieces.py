@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 from drysim.scenario.sweep.axis import columns_of, size
 from drysim.study import orbits
@@ -41,15 +43,34 @@ class Piece(NamedTuple):
     end: int
 
 
-def pieces(scenarios: Sequence[Scenario]) -> Iterator[Piece]:
-    """Give the pieces of every scenario, in order."""
-    first = 0
-    for scenario in scenarios:
-        cases = size(scenario.axes)
-        step = length_of(cases, orbits.together(scenario))
-        for begin in range(0, cases, step):
-            yield Piece(scenario, first + begin, begin, min(begin + step, cases))
-        first += cases
+class Pieces(Sequence[Piece]):
+    """The pieces of every scenario, in order; each is made from its number when asked for."""
+
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        self.scenarios = tuple(scenarios)
+        self.cases = [size(scenario.axes) for scenario in scenarios]
+        together = map(orbits.together, scenarios)
+        self._steps = [length_of(*one) for one in zip(self.cases, together, strict=True)]
+        self._counts = [-(-n // step) for n, step in zip(self.cases, self._steps, strict=True)]
+        self._ends = list(accumulate(self._counts))
+
+    def __len__(self) -> int:
+        """Give the number of pieces."""
+        return self._ends[-1]
+
+    @overload
+    def __getitem__(self, number: int) -> Piece: ...
+    @overload
+    def __getitem__(self, number: slice) -> Sequence[Piece]: ...
+    def __getitem__(self, number: int | slice) -> Piece | Sequence[Piece]:
+        """Give one piece, or some."""
+        if isinstance(number, slice):
+            return [self[k] for k in range(*number.indices(len(self)))]
+        number = range(len(self))[number]
+        i = bisect_right(self._ends, number)
+        begin = (number - self._ends[i] + self._counts[i]) * self._steps[i]
+        end = min(begin + self._steps[i], self.cases[i])
+        return Piece(self.scenarios[i], sum(self.cases[:i]) + begin, begin, end)
 
 
 def length_of(cases: int, together: bool) -> int:

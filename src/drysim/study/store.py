@@ -9,18 +9,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
 
-import numpy as np
-
 from drysim.errors import UsageError
-from drysim.scenario.sweep.axis import columns_of
-from drysim.study.batch import NAMES, Batch
+from drysim.study.batch import Batch
+from drysim.study.packing import is_whole, packed, unpacked
 from drysim.study.pieces import Piece
-from drysim.study.table import OverSeeds
 
 WHAT = "sweep.json"
 """What is swept, so that blocks of another sweep are not taken for its own."""
 
-FORCES = ("F_fk", "F_fs")
+CASES = ".cases"
+"""What the name of a block's file ends with."""
+
+LONGEST_LINE = 1 << 26
+"""Bytes of the first line of a block at most: the notes and seeds of 4096 cases take 1e7."""
 
 
 class Store:
@@ -28,7 +29,7 @@ class Store:
 
     A file appears whole or not at all, and holds every number to its last bit: a sweep that
     goes on gives the very table of one that was never interrupted. Blocks may come in any
-    order and from any process.
+    order and from any process or machine.
     """
 
     def __init__(self, folder: Path, what: Mapping[str, Any], resume: bool) -> None:
@@ -40,52 +41,54 @@ class Store:
                     f"{folder.parent} holds cases of another sweep or another drysim",
                     "run the command without --resume to begin anew",
                 )
+            self._drop_drafts()
             return
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
-        (folder / WHAT).write_text(json.dumps(dict(what)) + "\n", encoding="utf-8")
+        self._put(folder / WHAT, (json.dumps(dict(what)) + "\n").encode())
 
     def write(self, piece: Piece, batch: Batch) -> None:
         """Keep the cases of a piece."""
-        head = {
-            "cases": len(batch),
-            "columns": [*FORCES, *NAMES],
-            "notes": {str(i): note for i, note in batch.notes.items()},
-            "over": {str(i): vars(over) for i, over in batch.over.items()},
-        }
-        columns = [batch.F_fk, batch.F_fs, *(batch.metrics[name] for name in NAMES)]
-        words = json.dumps(head).encode() + b"\n"
-        numbers = np.stack(columns).astype("<f8").tobytes()
-        file = self._file(piece)
-        draft = file.with_suffix(f".{os.getpid()}")
-        draft.write_bytes(words + batch.status.tobytes() + numbers)
-        draft.replace(file)
+        self.keep(piece, packed(batch))
+
+    def keep(self, piece: Piece, words: bytes) -> None:
+        """Keep the cases of a piece, packed already."""
+        self._put(self._file(piece), words)
 
     def read(self, piece: Piece) -> Batch | None:
         """Give the cases of a piece; None where they are still to be computed."""
         try:
-            words, _, rest = self._file(piece).read_bytes().partition(b"\n")
-            head = json.loads(words)
-            n, names = head["cases"], head["columns"]
-            status = np.frombuffer(rest, np.int8, n)
-            numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
+            return unpacked(self._file(piece).read_bytes(), piece)
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        known = dict(zip(names, numbers, strict=True))
-        points = columns_of(piece.scenario.axes, piece.begin, piece.end)
-        metrics = {name: known[name] for name in NAMES}
-        notes = {int(i): note for i, note in head["notes"].items()}
-        over = {int(i): OverSeeds(**said) for i, said in head["over"].items()}
-        approach = piece.scenario.solver.approach
-        F_fk, F_fs = (known[force] for force in FORCES)
-        return Batch(piece.first, approach, points, F_fk, F_fs, metrics, status, notes, over)
 
     def holds(self, piece: Piece) -> bool:
-        """Tell whether the cases of a piece are kept."""
-        return self._file(piece).is_file()
+        """Tell whether the cases of a piece are kept, with all their bytes."""
+        try:
+            with self._file(piece).open("rb") as stream:
+                size = os.fstat(stream.fileno()).st_size
+                return is_whole(stream.readline(LONGEST_LINE), size)
+        except OSError:
+            return False
+
+    def _put(self, file: Path, words: bytes) -> None:
+        """Write a file whole or not at all; a draft without room is dropped."""
+        draft = file.with_suffix(f".{os.getpid()}")
+        try:
+            draft.write_bytes(words)
+            draft.replace(file)
+        except OSError:
+            draft.unlink(missing_ok=True)
+            raise
+
+    def _drop_drafts(self) -> None:
+        """Remove what a process that was killed had begun to write."""
+        for path in self.folder.iterdir():
+            if path.suffix[1:].isdigit() and not path.is_dir():
+                path.unlink(missing_ok=True)
 
     def _file(self, piece: Piece) -> Path:
-        return self.folder / f"{piece.first:012d}.cases"
+        return self.folder / f"{piece.first:012d}{CASES}"
 
     def _what(self) -> Any:
         try:

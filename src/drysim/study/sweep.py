@@ -17,7 +17,7 @@ from drysim.study.cases import Motions, count
 from drysim.study.cautions import statuses, strokes
 from drysim.study.in_order import in_order
 from drysim.study.over_seeds import Crew
-from drysim.study.pieces import Piece, pieces, solve_piece
+from drysim.study.pieces import Piece, Pieces, solve_piece
 from drysim.study.rows import HELD, Rows
 from drysim.study.seeds import most
 from drysim.study.spectral import run_only
@@ -90,7 +90,7 @@ def leftover(case: Case, store: Store) -> Table:
     """Give the table of what an interrupted sweep has finished."""
     found = (
         (piece, batch)
-        for piece in pieces(approaches_of(case.scenario))
+        for piece in Pieces(approaches_of(case.scenario))
         if (batch := store.read(piece)) is not None
     )
     return gathered(case, found, store, complete=False)
@@ -157,7 +157,7 @@ def solved(
         return piece, batch, True
 
     try:
-        for piece, batch, new in in_order(made, pieces(scenarios), hands):
+        for piece, batch, new in in_order(made, Pieces(scenarios), hands):
             if new:
                 finished(batch)
             yield piece, batch

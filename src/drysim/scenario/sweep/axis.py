@@ -56,7 +56,7 @@ class Axis:
             return self.values.at(numbers)
         if isinstance(self.values, Spread):
             found, back = np.unique(numbers, return_inverse=True)
-            return np.array([self.values[i] for i in found.tolist()])[back.ravel()]
+            return np.array(self.values.at(found.tolist()))[back.ravel()]
         return self.column[numbers]
 
     @cached_property

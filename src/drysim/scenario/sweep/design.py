@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -91,28 +90,32 @@ class Design:
         return (left << shift) | right
 
     def _sobol(self, numbers: Numbers) -> Shares:
-        """Give points of the scrambled Sobol sequence, run by run."""
-        wanted, back = np.unique(numbers, return_inverse=True)
-        ends = np.flatnonzero(np.diff(wanted) != 1) + 1
-        runs = [run for run in np.split(wanted, ends) if len(run)]
-        found = np.concatenate([self._run(int(run[0]), len(run)) for run in runs])
-        return found[back.ravel()]
+        """Give points of the scrambled Sobol sequence: sums, bit by bit, of its directions."""
+        directions, shift, scale = self._directions
+        codes = numbers.astype(np.uint64)
+        codes ^= codes >> np.uint64(
+            1
+        )  # Gray's code: the number that neighbours share but a bit
+        digits = np.broadcast_to(shift, (len(codes), len(shift))).copy()
+        for bit in range(int(codes.max(initial=0)).bit_length()):
+            asked = (codes >> np.uint64(bit)) & np.uint64(1) == 1
+            digits[asked] ^= directions[:, bit]
+        points: Shares = digits * scale
+        return points
 
-    def _run(self, first: int, length: int) -> Shares:
-        """Give some Sobol points that follow each other."""
+    @cached_property
+    def _directions(self) -> tuple[Any, Any, float]:
+        """The scrambled directions of all dimensions, their shift and the unit of a digit.
+
+        Taken from within scipy, which itself has no way to a point but through all before it.
+        """
         from scipy.stats import qmc
 
         bits = SOBOL_BITS if self.count <= 1 << SOBOL_BITS else 64
         source = np.random.Generator(np.random.PCG64(self.seed))
         sobol: Any = qmc.Sobol
         engine = sobol(self.dimensions, scramble=True, bits=bits, **{self._word: source})
-        if first:
-            engine.fast_forward(first)
-        with warnings.catch_warnings():
-            # That a count is no power of two is told of when the scenario is read.
-            warnings.simplefilter("ignore", UserWarning)
-            points: Shares = engine.random(length)
-        return points
+        return engine._sv, engine._shift, engine._scale
 
     @cached_property
     def _word(self) -> str:

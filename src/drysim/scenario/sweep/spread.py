@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
+from functools import cached_property
 from math import lcm
 from typing import overload
 
@@ -17,6 +18,10 @@ HELD = 10_000
 
 ON_STEP = Fraction(1, 10**9)
 """An end this close to a whole number of steps, in steps, is met: 30 deg are no decimal."""
+
+STRIDE = 4096
+"""Values on a log scale between two whose ratio to the first is worked out for itself: all are
+products of two of some 2 * 4096 ratios, where 1e7 values have as many exponentials."""
 
 _DIGITS = Context(prec=25)
 """Enough for a logarithmic value to be the double next to it: 0.1, 1, 10, 100."""
@@ -57,16 +62,43 @@ class Spread(Sequence[float]):
         """Give one value, or some."""
         if isinstance(number, slice):
             return tuple(self[i] for i in range(*number.indices(len(self))))
-        i = range(len(self))[number]
-        if i in (0, self.steps):
-            return self.high if i else self.low
-        if self.fraction is not None:
+        return self.at([range(len(self))[number]])[0]
+
+    def at(self, numbers: Sequence[int]) -> list[float]:
+        """Give some values by their numbers, each named once."""
+        if self.fraction is None:
+            values = self._by_ratio(numbers)
+        else:
             first, width, common = self.fraction
-            return (first + i * width) / common
+            values = [(first + i * width) / common for i in numbers]
+        for i in {0, self.steps} & set(numbers):
+            values[numbers.index(i)] = self.high if i else self.low
+        return values
+
+    def _by_ratio(self, numbers: Sequence[int]) -> list[float]:
+        low, times, ratio = Decimal(repr(self.low)), _DIGITS.multiply, self._ratio
+        firsts = {at: times(low, ratio(at)) for at in {i - i % STRIDE for i in numbers}}
+        return [float(times(firsts[i - i % STRIDE], ratio(i % STRIDE))) for i in numbers]
+
+    def _ratio(self, i: int) -> Decimal:
+        """Give (high/low)^(i/n); few of them are worked out, and kept."""
+        found = self._ratios.get(i)
+        if found is None:
+            share = _DIGITS.divide(
+                _DIGITS.multiply(self._span, Decimal(i)), Decimal(self.steps)
+            )
+            found = self._ratios[i] = _DIGITS.exp(share)
+        return found
+
+    @cached_property
+    def _ratios(self) -> dict[int, Decimal]:
+        return {}
+
+    @cached_property
+    def _span(self) -> Decimal:
+        """The logarithm of high/low."""
         low, high = Decimal(repr(self.low)), Decimal(repr(self.high))
-        span = _DIGITS.ln(_DIGITS.divide(high, low))
-        share = _DIGITS.divide(_DIGITS.multiply(span, Decimal(i)), Decimal(self.steps))
-        return float(_DIGITS.multiply(low, _DIGITS.exp(share)))
+        return _DIGITS.ln(_DIGITS.divide(high, low))
 
 
 def by_step(low: float, high: float, step: float, n: int) -> Sequence[float]:
