@@ -39,7 +39,7 @@ layers: $(READY) ## who may import whom
 	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo
 
 test: $(READY) ## the tests, all but the slow ones
-	$(RUN) pytest -m "not slow"
+	$(RUN) pytest -m "not slow" --numprocesses auto --maxprocesses 4 --dist loadfile
 
 slow: $(READY) ## the slow tests
 	$(RUN) pytest -m slow

@@ -150,7 +150,7 @@ def test_full_disk_leaves_nothing_but_what_can_be_resumed(small_disk, name, size
 
 @pytest.mark.parametrize("death", [MemoryError(), RuntimeError("a bug")])
 def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, death):
-    seat.write_text(SEAT + "sweep: {excitation.frequency: {from: 1, to: 5, count: 1000}}\n")
+    seat.write_text(SEAT + "sweep: {excitation.frequency: {from: 1, to: 5, count: 90}}\n")
     monkeypatch.chdir(seat.parent)
     words = ["sweep", "seat.yaml", "--no-plots", "--quiet", "--workers", "3", "--out"]
     assert main([*words, "whole"]) == 0
@@ -159,7 +159,7 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     whole = sweep.solve_piece
 
     def mortal(piece, *rest):
-        if piece.first > 500:
+        if piece.first > 45:
             raise death
         return whole(piece, *rest)
 
