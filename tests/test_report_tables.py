@@ -383,7 +383,7 @@ def test_kill_at_any_instant_leaves_what_resumes():
             claim.journal.write_text(CASES)
             (claim.partial / "word").write_text("new")
             report.folder.mark(claim.partial, '{"format": 1, "files": {"word": ""}}')
-            report.finish(claim)
+            report.folder.finish(claim)
 
     at, kept = [], 0
     for passed in kills(act):
