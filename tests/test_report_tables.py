@@ -282,8 +282,8 @@ def test_claim_is_finished_in_place_of_the_old_folder():
     assert names(".") == ["out"]
     assert "stroke_violations.csv" in names("out")
     assert "transmissibility.png" not in names("out")
-    assert report.JOURNAL not in names("out")
-    assert report.JOURNAL not in json.loads(Path("out/drysim.json").read_text())["files"]
+    assert report.claim.JOURNAL not in names("out")
+    assert report.claim.JOURNAL not in json.loads(Path("out/drysim.json").read_text())["files"]
 
 
 def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
