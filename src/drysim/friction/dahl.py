@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from drysim.core.plant import BRISTLE, Dynamic
-from drysim.friction.forces import TOLERANCE, Kinetic, Tolerance
+from drysim.friction.forces import TOLERANCE, Tolerance
+from drysim.friction.rubbing import Rubbing
 from drysim.quantity import Quantity
 
 
-class Dahl(Kinetic):
+class Dahl(Rubbing):
     """A contact that yields smoothly before it slides, as rolling bearings do; no stick.
 
     Not to be confused with `jenkins`, whose spring is linear up to the limit.

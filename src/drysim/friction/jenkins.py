@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from drysim.core.plant import Slider
-from drysim.friction.forces import Kinetic
+from drysim.friction.rubbing import Rubbing
 from drysim.quantity import Quantity
 
 
-class Jenkins(Kinetic):
+class Jenkins(Rubbing):
     """A contact that is a linear spring until it yields, as joints and bushings are.
 
     Not to be confused with `dahl`, whose spring softens all the way.

@@ -6,10 +6,11 @@ from typing import Annotated, Literal
 
 from drysim.core.plant import BRISTLE, Dynamic
 from drysim.friction.forces import TOLERANCE, Limits, Tolerance
+from drysim.friction.rubbing import Rubbing
 from drysim.quantity import Damping, Quantity
 
 
-class Lugre(Limits):
+class Lugre(Limits, Rubbing):
     """Surfaces whose bristles bend before they slide; Stribeck's fall, delay and creep.
 
     Not to be confused with `leuven`, whose bristles remember where they turned.

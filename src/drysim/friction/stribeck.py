@@ -6,10 +6,11 @@ from typing import Annotated, Literal
 
 from drysim.core.plant import STRIBECK, Dynamic
 from drysim.friction.forces import TOLERANCE, Limits, Tolerance
+from drysim.friction.rubbing import Rubbing
 from drysim.quantity import Quantity
 
 
-class Stribeck(Limits):
+class Stribeck(Limits, Rubbing):
     """Lubricated or soft surfaces, which rub less the faster they slide; true stick.
 
     Not to be confused with `coulomb`, whose force drops at once when sliding starts.
