@@ -11,6 +11,7 @@ from drysim.core.plant import Law
 from drysim.friction import FRICTIONS, Coulomb
 from drysim.friction.dahl import Dahl
 from drysim.friction.jenkins import Jenkins
+from drysim.friction.leuven import Leuven
 from drysim.friction.lugre import Lugre
 from drysim.friction.petrov_ewins import PetrovEwins
 from drysim.friction.stribeck import Stribeck
@@ -36,6 +37,15 @@ WORDS = {
         "stribeck_velocity": 5e-3,
         "bristle_stiffness": 1e5,
         "bristle_damping": 300,
+    },
+    Leuven: {
+        "law": "leuven",
+        "kinetic": 15,
+        "static": 18,
+        "stribeck_velocity": 5e-3,
+        "bristle_stiffness": 1e5,
+        "transition": 3,
+        "bristle_damping": 0,
     },
 }
 M = 75.0
@@ -124,3 +134,15 @@ def test_half_of_a_varying_normal_load_is_refused(key):
     words = {name: value for name, value in WORDS[PetrovEwins].items() if name != key}
     with pytest.raises(ValidationError, match=f"has a meaning only beside `{key}`"):
         PetrovEwins.model_validate(words)
+
+
+@pytest.mark.parametrize("law", [Stribeck, Jenkins, Dahl, Lugre, Leuven])
+@pytest.mark.parametrize("zero", ["kinetic", "mu_kinetic", "normal"])
+def test_a_law_that_yields_at_a_force_of_zero_is_refused(law, zero):
+    words = {**WORDS[law], "mu_kinetic": 0.02, "normal": 500, zero: 0}
+    for name in ("static", "static_ratio", "mu_kinetic" if zero == "kinetic" else "kinetic"):
+        words.pop(name, None)
+    if zero == "kinetic":
+        words.pop("normal")
+    with pytest.raises(ValidationError, match=f"must be above 0 under law `{words['law']}`"):
+        law.model_validate(words)

@@ -13,7 +13,8 @@ from drysim.core.trail import Trail
 
 def empty_trail(size: int) -> Trail:
     """Give room for a trail."""
-    kinds = (np.int64, np.float64, np.float64, np.float64, np.float64, np.int64)
+    whole = ("n", "d")
+    kinds = (np.int64 if name in whole else np.float64 for name in Trail._fields)
     return Trail(*(held(np.empty(size, dtype=kind)) for kind in kinds))
 
 

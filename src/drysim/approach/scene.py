@@ -12,7 +12,7 @@ from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, first_mode, tightness
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, State
+from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, State
 from drysim.core.waves import STRIDE, Waves, set_wave
 from drysim.errors import SolverError
 
@@ -131,6 +131,7 @@ def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
         )
     if isinstance(law, Dynamic):
         kind = "a force that depends on the speed" if law.sticks else "bristles with a state"
+        kind = "bristles with a memory" if law.kind == LEUVEN else kind
         return "series", f"{kind}: Taylor series of the motion, zeros of v_r located"
     if isinstance(motion, Sines):
         return "leap", "sines are used analytically: from event to event"

@@ -41,7 +41,10 @@ def find_orbit(
         scale = [max(new, 0.5 * old) for new, old in zip(largest, scale, strict=True)]
         past = [state, *past[:MOST_MULTIPLE]]
         changes = [
-            max(abs(a - b) / (c or 1.0) for a, b, c in zip(state, old, scale, strict=True))
+            max(
+                abs(a - b) / (c or 1.0)
+                for a, b, c in zip(state[:3], old[:3], scale, strict=True)
+            )
             for old in past[1:]
         ]
         closed = [i for i, change in enumerate(changes) if change <= CLOSED[type(law)]]

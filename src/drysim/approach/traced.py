@@ -53,7 +53,8 @@ IN_FLIGHT = (1, -1, 3)
 class Traced:
     """A solution that is known from each step to the next.
 
-    `events` holds every change of mode, `turns` those at which v_r is zero.
+    `events` holds every change of mode, `turns` those at which v_r is zero. `turned` is what
+    the contact remembers at the beginning and at the end.
     """
 
     plant: Plant
@@ -64,6 +65,7 @@ class Traced:
     trail: Trail
     events: Events
     end: float
+    turned: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
     closest: float = math.inf
 
     @property
@@ -85,9 +87,10 @@ class Traced:
         return x_r, v_r, z, F_f, np.asarray(d, dtype=np.int8)
 
     def state(self, t: float) -> Deflected:
-        """Give the state at time t [s]."""
+        """Give the state at time t [s]; its memory at the beginning and at the end alone."""
         x_r, v_r, z, _, _ = self.at(np.array([t]))
-        return Deflected(float(x_r[0]), float(v_r[0]), float(z[0]))
+        turned = self.turned[t > 0.0] if t in (0.0, self.end) else ()
+        return Deflected(float(x_r[0]), float(v_r[0]), float(z[0]), turned)
 
     def chatter(self, begin: float, end: float) -> float:
         """Give 0: zeros of the velocity are located."""
@@ -151,6 +154,7 @@ def follow(
     work = ways.work(law, faint_speed(plant, motion, start))
     slope = float(u_dd[1] - u_dd[0]) / dt
     state = ways.first(plant, law, waves, work, float(u_dd[0]), slope, start)
+    turned = ways.remembered(work)
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
     log, count = empty_log(CAPACITY), 1
     opening = (0, 0.0, state[3], start.x_r, F_L)
@@ -172,7 +176,8 @@ def follow(
     found = Log(*(np.asarray(column[:count]) for column in log))
     t = found.n * dt + found.s
     events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L)
-    return Traced(plant, law, motion, waves, (u_dd, dt), trail, events, duration)
+    memory = turned, ways.remembered(work)
+    return Traced(plant, law, motion, waves, (u_dd, dt), trail, events, duration, memory)
 
 
 def solve(
@@ -191,7 +196,9 @@ def solve(
     x_r, v_r, _, F_f, d = track.at(t)
     error = None
     if isinstance(law, Dynamic):
-        coarser = law._replace(tolerance=min(LADDER * law.tolerance, COARSEST))
+        coarser = law._replace(
+            tolerance=min(LADDER * law.tolerance, COARSEST), depth=law.depth // 2
+        )
         coarse = follow(plant, coarser, motion, start, duration).at(t)[0]
         error = float(np.abs(coarse - x_r).max() / (np.abs(x_r).max() or 1.0))
     u_dd = motion.u_dd[:points] if isinstance(motion, Samples) else base_acceleration(motion, t)

@@ -11,7 +11,8 @@ from drysim.core.compiled import held
 from drysim.core.contact import first_contact, touch
 from drysim.core.contact_replay import integrate_contact, read_contact
 from drysim.core.jet import ORDER, Jet
-from drysim.core.plant import AnyState, Dynamic, Law, Plant, Slider
+from drysim.core.memory import COUNT, head
+from drysim.core.plant import LEUVEN, AnyState, Dynamic, Law, Plant, Slider
 from drysim.core.replay import integrate_series
 from drysim.core.replay import read as read_series
 from drysim.core.trace import first_heading, trace
@@ -40,7 +41,9 @@ def work(law: AnyOther, speed: float) -> tuple[Any, ...]:
     """Give what the kernels of a law work in; a speed [m/s] to measure the motion by."""
     if isinstance(law, Slider):
         return ()
-    jet = Jet(*(held(np.zeros(ORDER + 2)) for _ in Jet._fields))
+    short = {"scale": 1, "slope": 2, "turned": law.depth if law.kind == LEUVEN else 0}
+    values = {name: held(np.zeros(short.get(name, ORDER + 2))) for name in Jet._fields}
+    jet = Jet(**values | {"branch": held(np.zeros(3, dtype=np.int64))})
     jet.scale[0] = speed
     return (jet,)
 
@@ -68,4 +71,25 @@ def first(
         return x_r, v_r, start[2] if len(start) > 2 and mode == 0 else x_0, mode
     z = start[2] if len(start) > 2 else 0.0
     scene: tuple[Any, ...] = (plant, law, waves, *work, u_0, slope, 0.0, x_r, v_r, z)
-    return x_r, v_r, z, first_heading(*scene)
+    d = first_heading(*scene)
+    if law.kind == LEUVEN:
+        recall(law, work[0], start[3] if len(start) > 3 else (), d or 1, v_r, z)
+    return x_r, v_r, z, d
+
+
+def recall(
+    law: Dynamic, jet: Jet, turned: tuple[float, ...], d: int, v: float, z: float
+) -> None:
+    """Let bristles remember where they turned, the latest of it as far as there is room."""
+    latest = turned[-len(jet.turned) :]
+    jet.branch[COUNT] = len(latest)
+    jet.turned[: len(latest)] = latest
+    head(law, jet, d, v, z)
+
+
+def remembered(work: tuple[Any, ...]) -> tuple[float, ...]:
+    """Give the deflections [m] that a contact remembers to have turned at, the oldest first."""
+    if not work:
+        return ()
+    jet = work[0]
+    return tuple(float(z) for z in jet.turned[: jet.branch[COUNT]])

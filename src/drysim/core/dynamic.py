@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled
-from drysim.core.plant import STRIBECK
+from drysim.core.plant import LEUVEN, STRIBECK
 
 
 @compiled
@@ -32,5 +32,8 @@ def dynamic_force(law, d, v, z):
     limit = sliding_limit(law, v)
     if law.kind == STRIBECK:
         return d * limit
-    z_d = v - law.sigma_0 * abs(v) * z / limit
+    share = law.sigma_0 * d * z / limit
+    if law.kind == LEUVEN and law.power > 1:
+        share *= abs(share) ** (law.power - 1)
+    z_d = v - v * share
     return law.sigma_0 * z + law.sigma_1 * z_d + law.sigma_2 * v

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compiled import compiled, inlined
-from drysim.core.plant import BRISTLE, STRIBECK
+from drysim.core.compiled import compiled
+from drysim.core.plant import STRIBECK
+from drysim.core.terms import force_term
 from drysim.core.waves import FREQUENCY, OMEGA, PHASE, STRIDE, A
 
 ORDER = 20
@@ -29,10 +30,21 @@ class Jet(NamedTuple):
     F : array of float
         Of the friction force [N].
     s, g, p : array of float
-        Work: exponent of the Stribeck curve, its excess over F_fk, and |v| z over the curve.
+        Work: exponent of the Stribeck curve, its excess over F_fk, and |v| z over the curve;
+        in place of it under `LEUVEN` the deflecting force over the curve, and its powers.
         The excess is held apart: far above v_s it is below the rounding of the curve.
+    w : array of float
+        Rate of the bristles' travel [m/s]; `LEUVEN` alone.
+    square, share : array of float
+        Powers of p; `LEUVEN` alone.
     scale : array of float
         Its first value is the greatest speed so far [m/s], the measure of what is small.
+    slope : array of float
+        Rise of the deflection per travel: slope[0] + slope[1] z; `LEUVEN` alone.
+    turned : array of float
+        Deflections at which the bristles turned and which they remember [m]; `LEUVEN` alone.
+    branch : array of int
+        How many those are, the direction of travel, and whether z is at its limit just now.
     """
 
     x: Any
@@ -43,7 +55,13 @@ class Jet(NamedTuple):
     s: Any
     g: Any
     p: Any
+    w: Any
+    square: Any
+    share: Any
     scale: Any
+    slope: Any
+    turned: Any
+    branch: Any
 
 
 @compiled
@@ -63,54 +81,6 @@ def drive(jet, waves, u_0, slope, t):
         for n in range(ORDER + 1):
             jet.u[n] += sine
             sine, cosine = cosine * omega / (n + 1), -sine * omega / (n + 1)
-
-
-@inlined
-def inner_sums(jet, n):
-    """Give the inner part of term n of the products v v, v z, s' g and g p.
-
-    One loop for all: the sums do not wait for each other.
-    """
-    vv, vz, sg, gp = 0.0, 0.0, 0.0, 0.0
-    for k in range(1, n):
-        vv += jet.v[k] * jet.v[n - k]
-        vz += jet.v[k] * jet.z[n - k]
-        sg += k * jet.s[k] * jet.g[n - k]
-        gp += jet.g[k] * jet.p[n - k]
-    return vv, vz, sg, gp
-
-
-@inlined
-def excess_term(law, jet, d, n, vv, sg):
-    """Set term n of the Stribeck curve's excess over F_fk [N]: its rate is -s' times it."""
-    if law.exponent == 1:
-        jet.s[n] = d * jet.v[n] / law.v_s
-    else:
-        square = vv + (2.0 if n > 0 else 1.0) * jet.v[0] * jet.v[n]
-        jet.s[n] = square / (law.v_s * law.v_s)
-    if n == 0:
-        jet.g[0] = (law.F_fs - law.F_fk) * math.exp(-jet.s[0])
-    else:
-        jet.g[n] = -(sg + n * jet.s[n] * jet.g[0]) / n
-
-
-@inlined
-def force_term(law, jet, d, n):
-    """Set term n of the friction force [N] and, for bristles, term n + 1 of z."""
-    vv, vz, sg, gp = inner_sums(jet, n)
-    if law.F_fs != law.F_fk:
-        excess_term(law, jet, d, n, vv, sg)
-    if law.kind == STRIBECK:
-        jet.F[n] = d * ((law.F_fk if n == 0 else 0.0) + jet.g[n])
-        return
-    product = vz + jet.v[0] * jet.z[n]
-    if n > 0:
-        product += jet.v[n] * jet.z[0]
-        gp += jet.g[n] * jet.p[0]
-    jet.p[n] = (d * product - gp) / (law.F_fk + jet.g[0])
-    z_d = jet.v[n] - law.sigma_0 * jet.p[n]
-    jet.z[n + 1] = z_d / (n + 1)
-    jet.F[n] = law.sigma_0 * jet.z[n] + law.sigma_1 * z_d + law.sigma_2 * jet.v[n]
 
 
 @compiled
@@ -151,7 +121,7 @@ def grow(plant, law, jet, d, x, v, z, poised, h, v_least, z_least):
         jet.v[n + 1] = 0.0 if poised and n == 0 else a
         power *= h
         tiny = abs(jet.v[n + 1]) * power <= v_least
-        if law.kind == BRISTLE:
+        if law.kind != STRIBECK:
             tiny = tiny and abs(jet.z[n + 1]) * power <= z_least
         small = small + 1 if tiny else 0
         # Odd and even terms may vanish in turn, and ü has two terms that the state has not.
@@ -166,7 +136,7 @@ def reach(law, jet, v_least, z_least):
     h = math.inf
     for n in range(ORDER - 1, ORDER + 1):
         size = abs(jet.v[n]) / v_least
-        if law.kind == BRISTLE:
+        if law.kind != STRIBECK:
             size = max(size, abs(jet.z[n]) / z_least)
         if size > 0.0:
             h = min(h, size ** (-1.0 / n))

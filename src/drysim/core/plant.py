@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
-STRIBECK, BRISTLE = 0, 1
+STRIBECK, BRISTLE, LEUVEN = 0, 1, 2
 """Kinds of dynamic law; that of bristles serves Dahl's, too."""
 
 
@@ -65,13 +66,19 @@ class Dynamic(NamedTuple):
     F_fk, F_fs : float
         Kinetic friction force [N], above 0, and static limit [N], at least that.
     kind : int
-        `STRIBECK` or `BRISTLE`.
+        `STRIBECK`, `BRISTLE` or `LEUVEN`.
     v_s : float
         Stribeck velocity [m/s], above 0; of no account where F_fs = F_fk.
     exponent : int
         Of |v/v_s| in the Stribeck curve, 1 or 2.
     sigma_0, sigma_1, sigma_2 : float
         Stiffness [N/m] and damping [N·s/m] of the bristles, viscous friction [N·s/m].
+    F_h : float
+        Force that the hysteresis of `LEUVEN` would come to [N], above `F_fs`.
+    power : int
+        Of the approach to sliding under `LEUVEN`, 1 to 3.
+    depth : int
+        How many turns the bristles of `LEUVEN` remember at most.
     tolerance : float
         Share of the motion that one step of the solution may neglect [-].
     """
@@ -84,6 +91,9 @@ class Dynamic(NamedTuple):
     sigma_0: float = 0.0
     sigma_1: float = 0.0
     sigma_2: float = 0.0
+    F_h: float = math.inf
+    power: int = 1
+    depth: int = 128
     tolerance: float = 1e-12
 
     @property
@@ -144,11 +154,20 @@ class State(NamedTuple):
 
 
 class Deflected(NamedTuple):
-    """A state with what a contact remembers: x_r [m], v_r [m/s] and its deflection z [m]."""
+    """A state with what a contact remembers.
+
+    Attributes
+    ----------
+    x_r, v_r, z : float
+        Relative displacement [m] and velocity [m/s], deflection of the contact [m].
+    turned : tuple of float
+        Deflections at which it turned and to which it returns [m], the oldest first.
+    """
 
     x_r: float
     v_r: float
     z: float
+    turned: tuple[float, ...] = ()
 
 
 AnyState = State | Deflected

@@ -7,6 +7,7 @@ from drysim.core.dynamic import dynamic_force
 from drysim.core.events import limit_force
 from drysim.core.integrals import NODES, WEIGHTS
 from drysim.core.jet import ORDER, drive, grow, value
+from drysim.core.plant import LEUVEN
 
 TINY = 1e-300
 """Nothing that a series has may be neglected where it is read."""
@@ -23,6 +24,8 @@ def revive(plant, law, waves, u_dd, dt, jet, trail, i):
     if d == 0:
         return 0
     way = 1 if d > 0 else -1
+    if law.kind == LEUVEN:
+        jet.slope[0], jet.slope[1] = trail.rise[i], trail.bend[i]
     state = trail.x_r[i], trail.v_r[i], trail.z[i]
     last, _ = grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, TINY, TINY)
     return last

@@ -7,10 +7,14 @@ from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, not
 from drysim.core.foresight import first_zero, followed, foreseen
 from drysim.core.jet import ORDER, drive, grow, value
 from drysim.core.leave import leave_stick
-from drysim.core.plant import BRISTLE, STRIBECK, Law
+from drysim.core.memory import EVEN, branch_end, end_branch, head, set_slope
+from drysim.core.plant import LEUVEN, STRIBECK, Law
 from drysim.core.stop import NEVER, RESOLUTION
 from drysim.core.trail import ENOUGH, mark
 from drysim.core.waves import OMEGA, STRIDE, anchor
+
+STALL = 100
+"""Changes in a row without progress in time that put a scene at the end of double precision."""
 
 
 @compiled
@@ -77,8 +81,9 @@ def trace(
     n, s, x_r, v_r, z, d, at, count
         As given; `count` is -1 where the time no longer moves on.
     """
-    z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind == BRISTLE else 0.0
+    z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
     wish = NEVER
+    stalled = 0
     while n <= end and at + ENOUGH < capacity and count + ENOUGH < capacity:
         length = h if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
@@ -96,6 +101,9 @@ def trace(
                 count = note(log, count, n, s, side * SLIP, x_r, F_L)
         else:
             drive(jet, waves, u_0, slope, t)
+            if law.kind == LEUVEN:
+                set_slope(law, jet)
+                trail.rise[at - 1], trail.bend[at - 1] = jet.slope[0], jet.slope[1]
             poised = abs(d) == 2
             way = 1 if d >= 0 else -1
             v_least = law.tolerance * jet.scale[0]
@@ -104,27 +112,38 @@ def trace(
             )
             step = foreseen(law, jet, last, way, step)
             stop = first_zero(jet.v, last, way, step)
-            seen = followed(law, jet, last, min(stop, step))
-            if seen < stop:
+            end_of_branch, what = NEVER, 0
+            if law.kind == LEUVEN:
+                end_of_branch, what = branch_end(law, jet, last, way, min(stop, step))
+            event = min(stop, end_of_branch)
+            seen = followed(law, jet, last, min(event, step))
+            if seen < event:
                 step = min(seen, step)
-                stop = NEVER
-            if stop == NEVER and step <= RESOLUTION * (t + step):
+                stop, end_of_branch, event = NEVER, NEVER, NEVER
+            stalled = stalled + 1 if min(event, step) <= RESOLUTION * (t + step) else 0
+            if stalled > (0 if event == NEVER else STALL):
                 return n, s, x_r, v_r, z, d, at, -1
             wish = 4.0 * step if step < left else NEVER
-            step = min(stop, step)
+            step = min(event, step)
             s = length if step == left else min(s + step, length)
             x_r = value(jet.x, last, step)
             v_r = value(jet.v, last, step)
-            if law.kind == BRISTLE:
+            if law.kind != STRIBECK:
                 z = value(jet.z, last, step)
             jet.scale[0] = max(jet.scale[0], abs(v_r))
             d = way
-            if stop != NEVER:
+            if end_of_branch < stop:
+                z = end_branch(jet, what, z)
+            elif law.kind == LEUVEN and step > 0.0:
+                jet.branch[EVEN] = 0
+            if stop <= end_of_branch and stop != NEVER:
                 v_r = 0.0
                 F_L = limit_force(plant, x_r, value(jet.u, ORDER, step))
                 d = first_heading(
                     plant, law, waves, jet, u_dd[n] + slope * s, slope, n * dt + s, x_r, v_r, z
                 )
+                if law.kind == LEUVEN:
+                    head(law, jet, d if d != 0 else 1, 0.0, z)
                 count = note(log, count, n, s, REVERSAL * d if d != 0 else STICK, x_r, F_L)
         if s >= length:
             n += 1

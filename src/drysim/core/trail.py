@@ -23,6 +23,8 @@ class Trail(NamedTuple):
         The state there [m, m/s, m].
     d : array of int
         Direction of motion, 0 where stuck; 2 and -2 where the mass breaks away just then.
+    rise, bend : array of float
+        Slope of the branch that bristles with a memory are on, as in `Jet`; else not written.
     """
 
     n: Any
@@ -31,6 +33,8 @@ class Trail(NamedTuple):
     v_r: Any
     z: Any
     d: Any
+    rise: Any
+    bend: Any
 
 
 @inlined

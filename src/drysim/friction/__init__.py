@@ -3,10 +3,11 @@
 from drysim.friction.coulomb import Coulomb
 from drysim.friction.dahl import Dahl
 from drysim.friction.jenkins import Jenkins
+from drysim.friction.leuven import Leuven
 from drysim.friction.lugre import Lugre
 from drysim.friction.petrov_ewins import PetrovEwins
 from drysim.friction.stribeck import Stribeck
 
-FRICTIONS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre)
+FRICTIONS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
 
-Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre
+Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre | Leuven

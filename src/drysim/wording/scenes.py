@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, AnyLaw, Dynamic, Law, Plant, Slider
+from drysim.core.plant import LEUVEN, STRIBECK, AnyLaw, Dynamic, Law, Plant, Slider
 from drysim.wording.numbers import clean, number, percent
 
 
@@ -70,12 +70,15 @@ def friction(
 def _dynamics(law: Dynamic) -> Iterator[str]:
     """Give the name of a law and what it has besides its two forces."""
     bare = law.F_fs == law.F_fk and not (law.sigma_1 or law.sigma_2)
-    yield "law stribeck" if law.kind != BRISTLE else f"law {'dahl' if bare else 'lugre'}"
+    bristles = "dahl" if bare else "lugre"
+    yield f"law {({STRIBECK: 'stribeck', LEUVEN: 'leuven'}).get(law.kind, bristles)}"
     if law.F_fs > law.F_fk:
         yield f"v_s {number(law.v_s, 'm/s')}"
-    if law.kind == BRISTLE:
-        yield f"bristles {number(law.sigma_0, 'N/m')}"
-        yield from (f"{number(value, 'N·s/m')}" for value in (law.sigma_1,) if value)
+    if law.kind != STRIBECK:
+        most = f" up to {number(law.F_h, 'N')}" if law.kind == LEUVEN else ""
+        yield f"bristles {number(law.sigma_0, 'N/m')}{most}"
+        if law.sigma_1 and not most:
+            yield number(law.sigma_1, "N·s/m")
 
 
 def excitation(kind: str, motion: Sines | Samples) -> str:

@@ -1,0 +1,159 @@
+"""Leuven's law: bristles that remember where they turned and come back to it."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.motion import Samples
+from drysim.core.plant import BRISTLE, LEUVEN, Deflected, Dynamic, Law, Plant
+from drysim.metrics import measure
+from hysteresis import swing
+from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
+
+LAW = Dynamic(
+    45.0, 54.0, LEUVEN, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, F_h=80.0
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+@pytest.mark.parametrize("a_u", [0.3, 1.0])
+def test_motion_agrees_with_bristles_told_by_their_travel(power, a_u):
+    law, motion = LAW._replace(power=power), sine(a_u, 1.6)
+    response = solved(law, motion, duration=2.0)
+    base = lambda t: motion.A[0] * math.sin(2.0 * math.pi * 1.6 * t)  # noqa: E731
+    other = swing(law, PAPER, base, 2.0, response.t)
+    assert np.abs(other - response.x_r).max() < 1e-8 * np.abs(response.x_r).max()
+    assert response.numerics.error < 1e-8
+
+
+STIFF = Plant(75.0, 0.0, 5000.0)
+"""A mass that nothing but the contact holds, damped so well that it follows any slow force."""
+
+
+def slow(levels, law, step=STEP):
+    """Lead the friction force slowly from level to level [N], 2 s each."""
+    n = round(2.0 / step)
+    ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(n) / n)
+    steps = pairwise(levels)
+    force = np.concatenate([a + (b - a) * ramp for a, b in steps] + [levels[-1:]])
+    return solved(law, Samples(-force / STIFF.m, step), plant=STIFF)
+
+
+def travel(response, law):
+    """Give how far the bristles have travelled [m], by the trapezoidal rule."""
+    limit = law.F_fk + (law.F_fs - law.F_fk) * np.exp(-((response.v_r / law.v_s) ** 2))
+    q = np.sign(response.v_r) * response.F_f / limit
+    rate = response.v_r * (1.0 - np.sign(q) * np.abs(q) ** law.power)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * response.dt)])
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_a_minor_loop_closes_where_it_began_and_is_forgotten(power):
+    law = LAW._replace(power=power, sigma_1=0.0, sigma_2=0.0)
+    response = slow([0.0, 20.0, 6.0, 26.0], law, 1e-4)
+    x_r, F, z = response.x_r, response.F_f, travel(response, law)
+    top = int(np.argmax(F[: len(F) // 2]))
+    again = int(np.argmax((F[top] <= F) & (np.arange(len(F)) > len(F) // 2)))
+    loop = z[top] - z[top:again].min()
+    assert abs(z[again] - z[top]) < 2e-4 * loop  # the grid's own width
+    assert response.track.state(response.track.end).turned == ()
+    assert np.abs(np.diff(F)).max() < 1e-2  # no jump, in closing neither
+    assert x_r[again] > x_r[top]  # what is left is creep of the contact, not of the bristles
+
+
+def test_lugre_creeps_through_the_minor_loop_that_leuven_closes():
+    """The bristles of lugre give way in proportion to the force, Leuven's by its power."""
+    lugre = LAW._replace(kind=BRISTLE, sigma_1=0.0, sigma_2=0.0)
+    leuven = lugre._replace(kind=LEUVEN, power=3)
+    gaps = []
+    for law in (lugre, leuven):
+        response = slow([0.0, 6.0, 0.0, 6.0, 0.0, 6.0], law)
+        tops = response.x_r[[int(k / STEP) for k in (2.0, 6.0, 10.0)]]
+        gaps.append((tops[2] - tops[1]) / np.ptp(response.x_r))
+    assert gaps[0] > 0.05
+    assert 0.0 < gaps[1] < 2e-3
+
+
+def test_bristles_without_hysteresis_are_those_of_lugre():
+    motion = sine(1.0, 1.6)
+    lugre = solved(LAW._replace(kind=BRISTLE), motion, duration=3.0).x_r
+    errors = [
+        np.abs(solved(LAW._replace(F_h=F_h), motion, duration=3.0).x_r - lugre).max()
+        for F_h in (1e4, 1e5, 1e6)
+    ]
+    assert errors[2] < 1e-5 * np.abs(lugre).max()
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.02)
+    assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.02)
+
+
+def test_stiff_bristles_come_to_coulomb_as_the_root_of_their_softness():
+    motion = sine(1.0, 1.6)
+    law = LAW._replace(F_fs=45.0, sigma_1=0.0, sigma_2=0.0)
+    coulomb = solved(Law(45.0, 45.0), motion, duration=3.0).x_r
+    errors = [
+        np.abs(solved(law._replace(sigma_0=s), motion, duration=3.0).x_r - coulomb).max()
+        for s in (1e5, 1e6, 1e7)
+    ]
+    assert errors[2] < 5e-4
+    assert errors[1] / errors[2] == pytest.approx(math.sqrt(10.0), rel=0.1)
+
+
+def test_a_full_memory_forgets_what_matters_least():
+    """Free vibration within the contact turns inside its last turn every time."""
+    plant, rest = Plant(75.0, 7500.0, 0.0), Samples(np.zeros(20_001), 1e-3)
+    start = Deflected(1e-4, 0.0, 1e-4)
+    law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
+    tracks = [
+        StickSlip().track(plant, law._replace(depth=depth), rest, start, STEP)
+        for depth in (1024, 128, 16)
+    ]
+    ends = [track.state(20.0) for track in tracks]
+    assert len(ends[0].turned) > 200
+    assert [len(end.turned) for end in ends[1:]] == [127, 15]
+    paths = [track.at(np.linspace(0.0, 20.0, 1001))[0] for track in tracks]
+    scale = np.abs(paths[0]).max()
+    assert np.abs(paths[1] - paths[0]).max() < 1e-12 * scale
+    assert np.abs(paths[2] - paths[0]).max() < 1e-4 * scale
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+@pytest.mark.parametrize("motion", [sine(0.6, 1.6), noise(2000, 0.8)], ids=["sine", "noise"])
+class TestInvariants:
+    def test_energy_closes(self, power, motion):
+        response = solved(LAW._replace(power=power), motion, duration=4.0)
+        metrics = measure(response.track, (1.0, 4.0), None)
+        assert metrics["energy_residual"] < 1e-10
+        assert metrics["energy_friction"] > 0
+
+    def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, power, motion):
+        law = LAW._replace(power=power)
+        one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
+        assert (one.x_r == -two.x_r).all()
+        assert (one.F_f == -two.F_f).all()
+
+
+def test_split_run_with_its_memory_equals_the_whole():
+    motion = noise(2000, 0.8)
+    whole = solved(LAW, motion, duration=4.0)
+    first = solved(LAW, motion, duration=2.0)
+    middle = first.track.state(2.0)
+    assert middle.turned
+    rest = Samples(motion.u_dd[800:], motion.dt)
+    part = solved(LAW, rest, start=middle, duration=2.0)
+    assert np.abs(part.x_r - whole.x_r[800:]).max() < 1e-9 * np.abs(whole.x_r).max()
+    deaf = solved(LAW, rest, start=middle._replace(turned=()), duration=2.0)
+    assert np.abs(deaf.x_r - whole.x_r[800:]).max() > 1e-6 * np.abs(whole.x_r).max()
+
+
+def test_steady_orbit_with_memory_closes_and_repeats():
+    motion = sine(0.6, 1.6)
+    orbit = StickSlip().orbit(PAPER, LAW, motion, REST, 1 / 1.6)
+    assert orbit.settled
+    response = solved(LAW, motion, start=orbit.state, duration=2 / 1.6)
+    half = len(response.x_r) // 2
+    assert np.abs(response.x_r[half:] - response.x_r[: len(response.x_r) - half]).max() < 1e-9
