@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,9 +19,12 @@ if TYPE_CHECKING:
 
 FORCES = ("F_fk", "F_fs")
 
+CHECKSUM = 4
+"""Bytes at the end of a block: the CRC-32 of all before them."""
+
 
 def packed(batch: Batch) -> bytes:
-    """Give a block of cases as bytes: a line of JSON, the statuses, columns of doubles.
+    """Give a block of cases as bytes: a line of JSON, statuses, columns of doubles, checksum.
 
     Every number is kept to its last bit; a column of one value alone is a number in the line.
     The points are left out: they are known from the number of the block.
@@ -38,7 +42,8 @@ def packed(batch: Batch) -> bytes:
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
     }
-    return json.dumps(head).encode() + b"\n" + body
+    words = json.dumps(head).encode() + b"\n" + body
+    return words + _checksum(words)
 
 
 def unpacked(words: bytes, piece: Piece) -> Batch:
@@ -49,11 +54,14 @@ def unpacked(words: bytes, piece: Piece) -> Batch:
     ValueError, KeyError, TypeError
         When the bytes are not those of a whole block.
     """
+    words, told = words[:-CHECKSUM], words[-CHECKSUM:]
+    if told != _checksum(words):
+        raise ValueError("the block was cut short or spoiled")
     line, _, rest = words.partition(b"\n")
     head = json.loads(line)
     n, names = head["cases"], head["columns"]
-    if n != piece.end - piece.begin or len(rest) != head["bytes"]:
-        raise ValueError("the block was cut short")
+    if n != piece.end - piece.begin:
+        raise ValueError("the block is that of another place")
     status = np.frombuffer(rest, np.int8, n)
     numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
     known: dict[str, Any] = dict(zip(names, numbers, strict=True))
@@ -70,9 +78,14 @@ def unpacked(words: bytes, piece: Piece) -> Batch:
 def is_whole(line: bytes, size: int) -> bool:
     """Tell from the first line of a block whether all of its bytes are there."""
     try:
-        return bool(len(line) + json.loads(line)["bytes"] == size)
+        return bool(len(line) + json.loads(line)["bytes"] + CHECKSUM == size)
     except (ValueError, KeyError, TypeError):
         return False
+
+
+def _checksum(words: bytes) -> bytes:
+    """Give what tells whether a byte was lost or changed."""
+    return zlib.crc32(words).to_bytes(CHECKSUM, "little")
 
 
 def _is_one_value(column: NDArray[np.float64]) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
 
-from drysim.errors import UsageError
+from drysim.errors import OutputError, UsageError
 from drysim.study.batch import Batch
 from drysim.study.packing import is_whole, packed, unpacked
 from drysim.study.pieces import Piece
@@ -117,5 +117,9 @@ class Stored(Sequence[Batch]):
         if isinstance(number, slice):
             return Stored(self._store, self._kept[number])
         batch = self._store.read(self._kept[number])
-        assert batch is not None, "a block that was kept stays until the sweep is written"
+        if batch is None:
+            raise OutputError(
+                f"{self._store.folder} lost cases that were kept there",
+                "let nothing else write there, and run the command again with --resume",
+            )
         return batch
