@@ -36,6 +36,13 @@ CONSTANT = {"const", "default"}
 """A key with the first of these and without the other tells kinds of a block apart."""
 
 
+NOTES = "Notes\n-----"
+"""A heading of docstrings, which has no place within a line."""
+
+OPTIONS = "Options of another law, any of its keys: they count where a comparison names it."
+"""What stands for the blocks of all laws that a block of one law may hold."""
+
+
 def keys() -> Iterator[str]:
     """Give a heading and a table for every block of a scenario, and for every kind of one."""
     words = schema()
@@ -44,7 +51,7 @@ def keys() -> Iterator[str]:
         for way, block in blocks(words, field):
             tag = [f"`{name}: {given['const']}`" for name, given in constants(block)]
             yield f"\n#### {' with '.join([f'`{key}{way}`', *tag])}\n\n"
-            about = " ".join(block.get("description", "").split())
+            about = " ".join(block.get("description", "").replace(NOTES, "").split())
             parts = [about, table(list(rows(words, block)))]
             yield "\n\n".join(filter(None, parts)).rstrip("\n") + "\n"
 
@@ -60,14 +67,23 @@ def table(lines: list[tuple[str, ...]]) -> str:
 
 def rows(words, block, prefix="", deep=True) -> Iterator[tuple[str, ...]]:
     """Give key, unit, default and meaning of every key of a block, and of the blocks in it."""
-    tags = [name for name, _ in constants(block)]
+    tags, told = [name for name, _ in constants(block)], False
     for key, field in block["properties"].items():
-        if key in tags:
+        if key in tags or (optional(field) and told):
+            continue
+        told = told or optional(field)
+        if optional(field):
+            yield f"`{prefix}<law>`", "", "–", OPTIONS
             continue
         text, unit = meaning(field)
         yield f"`{prefix}{key}`", unit, default(block, key, field), text
         for way, inner in blocks(words, field) if deep else ():
             yield from rows(words, inner, f"{prefix}{key}{way}.")
+
+
+def optional(field) -> bool:
+    """Whether a field holds the options of another friction law."""
+    return field.get("$ref", "").endswith("Options")
 
 
 def meaning(field) -> tuple[str, str]:

@@ -46,7 +46,11 @@ def test_words_name_approaches_and_vs_is_dropped() -> None:
 @pytest.mark.parametrize(
     ("words", "sentence", "hint"),
     [
-        (["signom", "vs", "stick-slip"], "no approach `signom`", "did you mean `signum`?"),
+        (
+            ["signom", "vs", "stick-slip"],
+            "no approach or friction law `signom`",
+            "did you mean `signum`?",
+        ),
         (["signum"], "needs two approaches", "add one of"),
         (["vs"], "needs two approaches", "add one of"),
         (["signum", "vs", "signum"], "`signum` is named twice", "another"),
@@ -156,7 +160,7 @@ def test_an_approach_whose_numerics_fail_is_named_and_leaves_the_others(scene: P
 
 
 def test_names_are_checked_in_python_as_on_the_command_line(scene: Path) -> None:
-    with pytest.raises(UsageError, match="no approach `signom`"):
+    with pytest.raises(UsageError, match="no approach or friction law `signom`"):
         compare(load(scene), ("signom", "stick-slip"))
 
 

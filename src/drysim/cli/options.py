@@ -18,6 +18,14 @@ def approach_names() -> list[str]:
     return list(SHELF)
 
 
+def compared_names() -> list[str]:
+    """Give the shelves of approaches and friction laws to the completion of the shell."""
+    from drysim.scenario.blocks import SHELF
+    from drysim.scenario.laws import LAWS
+
+    return [*SHELF, *LAWS]
+
+
 def gallery_names() -> list[str]:
     """Give the gallery to the completion of the shell."""
     from drysim.study.gallery import HARD, pieces
@@ -80,12 +88,12 @@ SeedResume = Annotated[
 Resume = Annotated[
     bool, typer.Option("--resume", help="Go on where an interrupted sweep has stopped.")
 ]
-Approaches = Annotated[
+Compared = Annotated[
     list[str],
     typer.Argument(
         metavar="A vs B [vs C ...]",
-        autocompletion=approach_names,
-        help="Approaches; the last is the yardstick, viscous is added.",
+        autocompletion=compared_names,
+        help="Approaches or friction laws; the last is the yardstick, viscous is added.",
     ),
 ]
 ScenarioFile = Annotated[

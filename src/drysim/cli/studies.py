@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,8 @@ from drysim.errors import EXIT_INTERRUPTED
 HERE = "scenario.yaml"
 """What `drysim compare` takes when no scenario is named."""
 
-FALLBACK = "paper-random"
-"""What it takes of the gallery where that is missing."""
+FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
+"""What it takes of the gallery where that is missing; the latter has options of every law."""
 
 if TYPE_CHECKING:
     from drysim.study.batch import Batch
@@ -115,7 +116,7 @@ def swept(
 @app.command()
 def compare(
     context: typer.Context,
-    approaches: options.Approaches,
+    approaches: options.Compared,
     scenario: options.ScenarioFile = None,
     changes: options.Changes = None,
     out: options.Out = None,
@@ -126,7 +127,7 @@ def compare(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """The same base motion under different approaches, and a verdict."""
+    """The same base motion under different approaches or friction laws, and a verdict."""
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare
@@ -134,8 +135,8 @@ def compare(
     from drysim.study.compare import named, scenarios_of, solve
 
     names = named(approaches)
-    loaded = load(scenario_or_default(scenario, quiet), changes or [])
-    case = prepare(loaded.with_approach(names[-1]))
+    loaded = load(scenario_or_default(scenario, names, quiet), changes or [])
+    case = prepare(loaded.compared_by(names[-1]))
     wanted = scenarios_of(loaded, names)
     folder = Path("out", f"{loaded.name}-compare") if out is None else out
     check(folder)
@@ -167,16 +168,18 @@ def compare(
     return code
 
 
-def scenario_or_default(file: str | None, quiet: bool) -> str:
+def scenario_or_default(file: str | None, names: Sequence[str], quiet: bool) -> str:
     """Give the scenario to compare: the one named, else ./scenario.yaml, else the gallery's."""
     if file is not None:
         return file
     if Path(HERE).exists():
         return HERE
+    from drysim.scenario.laws import LAWS
     from drysim.study import gallery
 
+    name = FALLBACK_OF_LAWS if LAWS.keys() & {*names} else FALLBACK
     if not quiet:
         from drysim import console
 
-        console.remark(f"no {HERE} here: comparing the gallery's {FALLBACK}")
-    return str(gallery.find(FALLBACK).file)
+        console.remark(f"no {HERE} here: comparing the gallery's {name}")
+    return str(gallery.find(name).file)

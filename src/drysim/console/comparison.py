@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from drysim.study.survey import Deviation
     from drysim.study.tally import Tally
 
-VALUE = 12
-"""Columns of the worst deviations."""
+VALUE = 11
+"""Least width of the words before the places of the worst deviations."""
 
 FINE, COARSE = 4, 3
 """Digits of T_a, by which approaches are compared, and of the rest."""
@@ -59,10 +59,10 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     """
     paper, table = result(), comparison.table
     show_title(paper, table.scenario)
-    show_scene(paper, [*scene(table), ("yardstick", comparison.yardstick)])
+    show_scene(paper, [*scene(table), *_laws(comparison), ("yardstick", comparison.yardstick)])
     show_columns(paper, columns(comparison), ("approach",), SPARED)
     if table.axes:
-        show_rows(paper, _places(comparison), VALUE)
+        show_rows(paper, _places(comparison), max(VALUE, *map(len, table.tallies)) + 1)
     show_verdicts(paper, table.checks, table.axes)
     if comparison.verdict:
         line(paper)
@@ -71,6 +71,15 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
             line(paper, ("  ", ""), (words, "" if at else "bold"))
     show_folder(paper, folder)
     show_warnings(table.warnings)
+
+
+def _laws(comparison: Comparison) -> Iterator[tuple[str, str]]:
+    """Give in words every friction law that is compared with that of the scenario."""
+    scenario = comparison.table.scenario
+    names = [name for name, law in comparison.laws.items() if name == law]
+    for at, name in enumerate(names):
+        words = wording.friction(scenario.with_law(name).law())
+        yield "" if at else "laws", f"{name}: {words}"
 
 
 def columns(comparison: Comparison) -> list[list[str]]:
@@ -107,7 +116,8 @@ def _worst(comparison: Comparison) -> dict[str, Deviation]:
 
 def _places(comparison: Comparison) -> Iterator[Row]:
     """Give where the greatest deviations are."""
-    for at, (name, worst) in enumerate(_worst(comparison).items()):
+    found = {name: worst for name, worst in _worst(comparison).items() if worst.value}
+    for at, (name, worst) in enumerate(found.items()):
         where = wording.place(worst.row.point, comparison.table.axes)
         yield Row("worst" if at == 0 else "", name, f"at {where}", style="")
 

@@ -53,7 +53,7 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     """Give in words what was solved, and how."""
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics
-    defaulted = scenario.friction is not None and not scenario.friction.static_given
+    defaulted = not scenario.static_given
     yield "oscillator", wording.scene(response.plant)
     yield "friction", wording.friction(response.law, defaulted)
     yield "base", wording.excitation(scenario.excitation.kind, response.motion)

@@ -42,6 +42,7 @@ def of_comparison(
     numerics = {
         "approaches": table.approaches,
         "yardstick": yardstick,
+        "laws": comparison.laws,
         **_numerics(table, table.tallies.get(yardstick)),
     }
     metrics = {

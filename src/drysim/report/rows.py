@@ -57,6 +57,9 @@ def comparison(made: Comparison, folder: Path) -> None:
     names = ["T_a_deviation", "T_a_deviation_half_width"]
     if not _many(made.table):
         del off[1], names[1]
+    if made.of_laws:
+        names.append("law")
+        off.append([made.laws[row.approach] for row in made.table.rows])
     headings = [*_headings(made.table), *map(heading, names)]
     write(folder / "comparison.csv", headings, [joined([*_columns(made.table), *off])])
 

@@ -43,6 +43,7 @@ UNITS = {
     "chatter_share": "-",
     "closure": "-",
     "T_a_deviation": "-",
+    "law": "",
     "T_a_deviation_half_width": "-",
     "seeds": "-",
     "x_r_peak_deviation": "-",

@@ -6,8 +6,8 @@ from typing import Any
 
 from drysim.scenario.cautions import cautions as cautions
 from drysim.scenario.loading import load as load
+from drysim.scenario.measure import period as period
 from drysim.scenario.model import Scenario as Scenario
-from drysim.scenario.model import period as period
 from drysim.scenario.sweep.axis import Axis as Axis
 
 

@@ -31,21 +31,21 @@ TOGETHER = "Keys that take their values side by side, as many each: one case for
 MOST_CHECKS = 1000
 """Checks of a scenario: more are no promises that anybody made."""
 
+
+def shelf(members: tuple[type, ...], tag: str) -> Any:
+    """Give the type that takes any member of a shelf, told apart by its tag."""
+    union: Any = Union.__getitem__(members)
+    return Annotated[union, Field(discriminator=tag)] if len(members) > 1 else union
+
+
 if TYPE_CHECKING:
     from drysim.excitation import Excitation as Excitation
     from drysim.friction import Friction as Friction
 
     SolverBlock = Solver
 else:
-
-    def _shelf(members: tuple[type, ...], tag: str) -> object:
-        """Give the type that takes any member of a shelf, told apart by its tag."""
-        many = len(members) > 1
-        union = Union[members]  # noqa: UP007 - a shelf is a tuple, not types side by side
-        return Annotated[union, Field(discriminator=tag)] if many else union
-
-    Excitation = _shelf(EXCITATIONS, "kind")
-    Friction = _shelf(FRICTIONS, "law")
+    Excitation = shelf(EXCITATIONS, "kind")
+    Friction = shelf(FRICTIONS, "law")
     SolverBlock = with_options(SHELF)
 
 

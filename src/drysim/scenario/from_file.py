@@ -19,6 +19,7 @@ class FromFile(Block):
     _document: Document | None = PrivateAttr(default=None)
     _words: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
     _kept: dict[Any, Block] = PrivateAttr(default_factory=dict)
+    _named_law: str = PrivateAttr(default="")
 
     def model_post_init(self, context: Any, /) -> None:
         """Keep the document, which the context of the validation names."""
@@ -61,12 +62,21 @@ class FromFile(Block):
         return self._words[name]
 
     @property
+    def named_law(self) -> str:
+        """The friction law that a comparison names in place of the file's; empty for none."""
+        return self._named_law
+
+    @property
     def kept(self) -> dict[Any, Block]:
         """Blocks that were made from these and will be wanted again."""
         return self._kept
 
-    def copied(self, changed: Mapping[str, Any]) -> Self:
-        """Give a copy with other values in some fields, which must be valid ones."""
+    def copied(self, changed: Mapping[str, Any], law: str = "") -> Self:
+        """Give a copy with other values in some fields, which must be valid ones.
+
+        `law` is the friction law that a comparison names in place of the file's.
+        """
         copy = self.model_copy(update=changed)
         copy._words, copy._kept = {}, {}
+        copy._named_law = law or self._named_law
         return copy

@@ -8,7 +8,9 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from drysim.scenario.blocks import SHELF
-from drysim.scenario.model import FORMAT, Scenario
+from drysim.scenario.laws import BY_NAME, LAWS
+from drysim.scenario.model import FORMAT
+from drysim.scenario.options import with_options
 from drysim.scenario.seeds import NAMES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -34,13 +36,15 @@ class _Words(GenerateJsonSchema):
 
 def describe() -> dict[str, Any]:
     """Give the JSON schema; the shelves and what a default depends on are filled in."""
-    words = Scenario.model_json_schema(schema_generator=_Words)
+    words = with_options().model_json_schema(schema_generator=_Words)
     words["title"] = "drysim scenario"
     words["properties"]["drysim"]["const"] = FORMAT
     words["$defs"]["Solver"]["properties"]["approach"]["enum"] = list(SHELF)
     for member in SHELF.values():
         options = words["$defs"].get(member.__name__, {"properties": {}})
         options["properties"].pop("approach", None)  # the block's own name says it
+    for law in LAWS.values():
+        words["$defs"][f"{law.__name__}Options"]["properties"].pop(BY_NAME)
     words["$defs"]["Until"]["properties"]["metric"]["enum"] = [
         name for name in NAMES if name != "closure"
     ]

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError
 from drysim.scenario.model import NAME, Scenario
+from drysim.scenario.options import model_for
 from drysim.scenario.reading import MOST_PROBLEMS, Enough, Reading
 from drysim.scenario.rules import broken, unused
 from drysim.scenario.sentences import sentences
@@ -56,23 +57,24 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
 
 def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
     """Give the scenario of a document and the problems; without problems there is one."""
-    reading, scenario = Reading(document, Scenario), None
+    model, scenario = model_for(document.value), None
+    reading = Reading(document, model)
     with suppress(Enough):
-        scenario = _read(reading)
+        scenario = _read(reading, model)
     problems = [*document.problems, *reading.problems]
     if scenario is not None and not problems:
         problems = in_conflict(scenario)
     return scenario, sorted(problems, key=lambda p: (p.file != document.file, p.line, p.column))
 
 
-def _read(reading: Reading) -> Scenario | None:
+def _read(reading: Reading, model: type[Scenario]) -> Scenario | None:
     """Give the scenario of a document, None where it has problems; they are noted."""
     document, scenario = reading.document, None
     file = Path(document.file)
     words = {"name": _name(file.stem)} | reading.read() | with_axes(reading)
     context = {"folder": file.parent, "document": document}
     try:
-        scenario = Scenario.model_validate(words, context=context)
+        scenario = model.model_validate(words, context=context)
     except ValidationError as fault:
         for keys, sentence in sentences(fault, words):
             reading.fault(sentence, keys, instead=KIND)

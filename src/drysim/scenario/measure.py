@@ -6,12 +6,17 @@ import re
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from math import gcd, lcm
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import StrictBool, model_validator
 
 from drysim.quantity import NUMBER, Block, Misfit, Quantity
 from drysim.weighting import DIRECTIONS
+
+if TYPE_CHECKING:
+    from drysim.excitation import Excitation
+    from drysim.friction import Friction
+    from drysim.scenario.model import Scenario
 
 MOST_PERIODS = 10_000
 """Periods of the slowest sine in a common period; beyond it nothing repeats in practice."""
@@ -126,3 +131,14 @@ def common_period(frequencies: Iterable[float]) -> float | None:
     denominator = lcm(*(decimal.denominator for decimal in decimals))
     base = Fraction(gcd(*(int(decimal * denominator) for decimal in decimals)), denominator)
     return float(1 / base) if min(decimals) / base <= MOST_PERIODS else None
+
+
+def period(scenario: Scenario) -> float | None:
+    """Give the common period of base motion and normal force [s]; None when nothing repeats."""
+    return common_period(scenario.frequencies)
+
+
+def frequencies(excitation: Excitation | None, friction: Friction | None) -> tuple[float, ...]:
+    """Give every frequency [Hz] of a scene whose base moves periodically."""
+    found: tuple[float, ...] = getattr(excitation, "frequencies", ())
+    return (*found, *friction.frequencies) if found and friction else found

@@ -12,6 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from drysim.core.plant import AnyLaw, Law
 from drysim.excitation.generated import Generated
 from drysim.quantity import shown
+from drysim.scenario import laws, under_law
 from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
 from drysim.scenario.fields import (
     ApproachName,
@@ -22,7 +23,7 @@ from drysim.scenario.fields import (
     Sweep,
 )
 from drysim.scenario.from_file import FromFile
-from drysim.scenario.measure import Measure, common_period, in_seconds
+from drysim.scenario.measure import Measure, frequencies, in_seconds
 from drysim.scenario.others import left_out, solved_by
 from drysim.scenario.resolved import spelled_out
 from drysim.scenario.sweep.axis import Axis
@@ -107,17 +108,30 @@ class Scenario(FromFile):
 
     def law(self) -> AnyLaw:
         """Give the friction as forces; none without a friction block."""
-        return self.friction.limits(self.oscillator.mass) if self.friction else Law(0.0, 0.0)
+        friction = self.acting
+        return friction.limits(self.oscillator.mass) if friction else Law(0.0, 0.0)
+
+    @property
+    def acting(self) -> Friction | None:
+        """The friction that acts: of the file's law, or of the one that a comparison names."""
+        if self.friction is None or not self.named_law:
+            return self.friction
+        return laws.acting(self.friction, self.named_law)
+
+    @property
+    def word(self) -> str:
+        """What a table calls the scenario by: its approach, or the law of a comparison."""
+        return self.named_law or self.solver.approach
 
     @property
     def static_given(self) -> bool:
         """Whether the static limit is known; without friction there is none to know."""
-        return self.friction is None or self.friction.static_given
+        return self.acting is None or self.acting.static_given
 
     @property
     def frequencies(self) -> tuple[float, ...]:
         """Every frequency of the scene [Hz], if its base moves periodically."""
-        return frequencies(self.excitation, self.friction)
+        return frequencies(self.excitation, self.acting)
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -146,9 +160,27 @@ class Scenario(FromFile):
         """
         return solved_by(self, name)
 
-    def losses(self, name: str) -> tuple[str, ...]:
-        """Give a sentence for everything in the scene that an approach leaves out."""
-        return tuple(left_out(self, name))
+    def with_law(self, name: str) -> Scenario:
+        """Give the same scene under another friction law, solved exactly.
+
+        Its keys are those of a block of its name in the friction block, and else those that it
+        shares with the file's law. What it leaves out, `losses` says.
+
+        Raises
+        ------
+        ScenarioError
+            When a key is missing, or the keys do not go together.
+        """
+        return under_law.acted_by(self, name)
+
+    def compared_by(self, word: str) -> Scenario:
+        """Give the same scene by a word of a comparison, an approach or a law."""
+        return self.with_law(word) if word in laws.LAWS else self.with_approach(word)
+
+    def losses(self, word: str) -> tuple[str, ...]:
+        """Give a sentence for everything in the scene that an approach or a law leaves out."""
+        whose = under_law.left_out if word in laws.LAWS else left_out
+        return tuple(whose(self, word))
 
     def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
         """Give the plain words of a scenario that runs again as this one did.
@@ -161,14 +193,3 @@ class Scenario(FromFile):
             Folder that the words will be written to; default: the folder of this scenario.
         """
         return spelled_out(self, relative_to)
-
-
-def period(scenario: Scenario) -> float | None:
-    """Give the common period of base motion and normal force [s]; None when nothing repeats."""
-    return common_period(scenario.frequencies)
-
-
-def frequencies(excitation: Excitation | None, friction: Friction | None) -> tuple[float, ...]:
-    """Give every frequency [Hz] of a scene whose base moves periodically."""
-    found: tuple[float, ...] = getattr(excitation, "frequencies", ())
-    return (*found, *friction.frequencies) if found and friction else found

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from drysim.core.plant import Dynamic
+from drysim.core.plant import Law
 from drysim.friction.coulomb import Coulomb
 from drysim.scenario.blocks import SHELF, on_the_shelf
+from drysim.scenario.laws import LAWS
 from drysim.scenario.rules import STATIC
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def has_use(name: str, key: str) -> bool:
     member = SHELF[name]
     if key.startswith("friction.") and not member.use_friction:
         return False
-    if key in _STATIC and not member.use_static:
+    if _is_option(key) or (key in _STATIC and not member.use_static):
         return False
     if _is_of_law(key) and not member.use_dynamic:
         return False
@@ -76,6 +77,12 @@ def _is_of_law(key: str) -> bool:
     return block == "friction" and option not in Coulomb.model_fields
 
 
+def _is_option(key: str) -> bool:
+    """Whether a key belongs to a law that a block only has options for."""
+    block, option, *_ = key.split(".")
+    return block == "friction" and option in LAWS
+
+
 def left_out(scenario: Scenario, name: str) -> Iterator[str]:
     """Give a sentence for everything in the scene that an approach leaves out."""
     member, law = SHELF[on_the_shelf(name)], scenario.law()
@@ -87,7 +94,7 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
         return
     if not member.use_static and (law.F_fs > law.F_fk or swept & set(_STATIC)):
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
-    if isinstance(law, Dynamic) and not member.use_dynamic:
+    if not isinstance(law, Law) and not member.use_dynamic:
         yield f"{name} knows Coulomb's friction only and takes the forces of the law as such"
     varies = law.variation or any(key.startswith(_VARIATION) for key in swept)
     if not member.use_variation and varies:

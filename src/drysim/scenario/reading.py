@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from drysim.errors import Problem
 from drysim.quantity import near, short, shown, texts_of
+from drysim.scenario.laws import BY_NAME, excluded, laws_with
 from drysim.scenario.shape import Model, homes, keys_of, models_in, tag_of
 from drysim.source import LOST, Document, Keys
 
@@ -37,6 +38,8 @@ class Reading:
         self.problems: list[Problem] = []
         self.spelt: dict[Keys, str] = {}
         """Keys as the document spells them, by what they were taken for."""
+        self.lifted: dict[Keys, Keys] = {}
+        """Where the options of a block's own law stand, by the keys that they are read as."""
         self.closed: set[Keys] = set()
         """Values with a fault of their own, about which no more is to be said."""
         self.words: dict[str, Any] = {}
@@ -59,7 +62,7 @@ class Reading:
         spelt = tuple(self.spelt.get(keys[: i + 1], key) for i, key in enumerate(keys))
         if instead and spelt[0] not in self.document.value:
             spelt, at_key = instead, False
-        place = self.document.locate(spelt, at_key)
+        place = self.document.locate(self._home(spelt), at_key)
         self.problems.append(place.problem(sentence, dotted(keys)))
         if len(self.problems) > MOST_PROBLEMS:
             raise Enough
@@ -87,7 +90,7 @@ class Reading:
             return [self._value(field, entry, (*at, i)) for i, entry in enumerate(value)]
         elif models and isinstance(value, dict):
             model = self._chosen(models, value, at)
-            return self.block(model, value, at) if model else None
+            return self.block(model, self._lift(model, value, at), at) if model else None
         elif isinstance(value, dict) and LOST in value:
             self.closed.add(at)  # such as `mass: {{ mass }}`, which has its problem already
         return value
@@ -114,6 +117,22 @@ class Reading:
         self.closed.add(at)
         return None
 
+    def _lift(self, model: Model, given: Mapping[str, Any], at: Keys) -> Mapping[str, Any]:
+        """Give the block of a law with its own options as keys of the block itself."""
+        tag = tag_of(model)
+        if tag is None or tag[0] != BY_NAME or not isinstance(own := given.get(tag[1]), dict):
+            return given
+        self.lifted |= {(*at, key): (*at, tag[1], key) for key in own}
+        less = {tag[1], *excluded(tag[1], own)}
+        return {key: value for key, value in given.items() if key not in less} | own
+
+    def _home(self, keys: Keys) -> Keys:
+        """Give where a value stands in the document."""
+        for i in range(len(keys), 0, -1):
+            if keys[:i] in self.lifted:
+                return (*self.lifted[keys[:i]], *keys[i:])
+        return keys
+
     def _meant(self, key: str, model: Model, given: Mapping[str, Any], at: Keys) -> str | None:
         """Note an unknown key; give the key that was meant, unless that stands there too."""
         fields = keys_of(model)
@@ -124,6 +143,9 @@ class Reading:
             where += f" of {tag[0]} {tag[1]}"
         if 0 < len(home) < 3:
             nearest, hint = None, f"; it belongs in {' or '.join(home)}"
+        elif tag and tag[0] == BY_NAME and (laws := laws_with(key)):
+            nearest, hint = None, f"; it belongs to law {' or '.join(laws)}: choose that law"
+            hint += f", or for comparisons write `{laws[0]}: {{{key}: ...}}`"
         else:
             hint = f"; did you mean `{nearest}`?" if nearest else _instead(key, fields)
         self.fault(f"unknown key {shown(key)}{where}{hint}", (*at, key), at_key=True)

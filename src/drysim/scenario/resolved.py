@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drysim.excitation.record import Record
+from drysim.scenario.laws import BY_NAME, LAWS
 from drysim.scenario.measure import in_periods
 from drysim.scenario.rules import STATIC
 
@@ -18,13 +19,17 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
     words = scenario.model_dump(by_alias=True, exclude_none=True, mode="json")
     if scenario.friction is not None:
         spelt = scenario.friction.spelled_out(scenario.oscillator.mass)
-        words["friction"] = {k: v for k, v in spelt.items() if k not in _open(scenario)}
+        words["friction"] = {
+            key: _options(value, BY_NAME) if key in LAWS else value
+            for key, value in spelt.items()
+            if key not in _open(scenario)
+        }
     words["excitation"] = {"kind": scenario.excitation.kind} | words["excitation"]
     if isinstance(scenario.excitation, Record) and relative_to is not None:
         words["excitation"]["file"] = scenario.excitation.file_from(relative_to)
     member = scenario.solver.member().model_dump(mode="json", exclude_none=True)
     solver = words["solver"] | {scenario.solver.approach: member}
-    plain = {key: _options(value) for key, value in solver.items()}
+    plain = {key: _options(value, "approach") for key, value in solver.items()}
     words["solver"] = {key: value for key, value in plain.items() if value != {}}
     if scenario.axes and in_periods(spoken := scenario.spoken("measure")):
         words["measure"] |= spoken  # the period may vary from case to case
@@ -49,8 +54,8 @@ def _open(scenario: Scenario) -> set[str]:
     return left
 
 
-def _options(value: Any) -> Any:
-    """Give the options of an approach without its name, which their key says."""
+def _options(value: Any, name: str) -> Any:
+    """Give the options of a member of a shelf without its name, which their key says."""
     if not isinstance(value, dict):
         return value
-    return {key: option for key, option in value.items() if key != "approach"}
+    return {key: option for key, option in value.items() if key != name}

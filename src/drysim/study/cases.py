@@ -83,7 +83,7 @@ def row_of(job: Job, motions: Motions) -> Row:
     """Give the row of one case; a failure of the numerics is a status, not an end."""
     scenario = job.scenario.at(job.point)
     law = scenario.law()
-    approach = scenario.solver.approach
+    approach = scenario.word
     try:
         metrics, status, note = measured(assemble(scenario, motions.of(scenario)))
     except SolverError as fault:

@@ -1,13 +1,15 @@
-"""Compare: the same base motion under several approaches, and what to think of each."""
+"""Compare: the same base motion under several approaches and laws, and a verdict on each."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from drysim.errors import Caution, SolverError, UsageError
 from drysim.quantity import near
 from drysim.scenario.blocks import SHELF
+from drysim.scenario.laws import LAWS
 from drysim.study import over_seeds
 from drysim.study.case import prepare
 from drysim.study.cases import response_of
@@ -28,29 +30,31 @@ if TYPE_CHECKING:
 ALWAYS = "viscous"
 """The approach that is added to every comparison: the curve without dry friction."""
 
+WORDS = (*SHELF, *LAWS)
+"""What a comparison may name: an approach to the scene's law, or a law to be solved exactly."""
+
 
 def named(words: Sequence[str]) -> tuple[str, ...]:
-    """Give the approaches that a list of words names; `vs` is dropped.
+    """Give the approaches and laws that a list of words names; `vs` is dropped.
 
     Raises
     ------
     UsageError
-        When a word is no approach, is named twice, or there are fewer than two.
+        When a word is neither, is named twice, or there are fewer than two.
     """
     names = [word for word in words if word != "vs"]
     for name in names:
-        if name not in SHELF:
-            nearest = near(name, SHELF)
-            hint = (
-                f"did you mean `{nearest}`?" if nearest else f"choose from {', '.join(SHELF)}"
-            )
-            raise UsageError(f"there is no approach `{name}`", hint)
+        if name not in WORDS:
+            nearest = near(name, WORDS)
+            known = f"approaches are {', '.join(SHELF)}; laws are {', '.join(LAWS)}"
+            hint = f"did you mean `{nearest}`?" if nearest else known
+            raise UsageError(f"there is no approach or friction law `{name}`", hint)
         if names.count(name) > 1:
-            raise UsageError(f"`{name}` is named twice", "compare it with another approach")
+            raise UsageError(f"`{name}` is named twice", "compare it with another word")
     if len(names) < 2:
-        others = ", ".join(name for name in SHELF if name not in names)
+        others = ", ".join(name for name in WORDS if name not in names)
         raise UsageError(
-            "a comparison needs two approaches at least, such as `signum vs stick-slip`",
+            "a comparison needs two approaches or laws, such as `signum vs stick-slip`",
             f"add one of {others}",
         )
     return tuple(names)
@@ -63,14 +67,14 @@ def compare(
     workers: int | None = None,
     finished: Finished = nothing,
 ) -> Comparison:
-    """Give what several approaches make of one scenario.
+    """Give what several approaches, or friction laws, make of one scenario.
 
     Parameters
     ----------
     scenario : Scenario
         With a sweep block, every case of it is compared.
     names : sequence of str
-        Approaches; the last is the yardstick. `viscous` is added.
+        Approaches and friction laws; the last is the yardstick. `viscous` is added.
     workers : int, optional
         Threads.
     finished : callable, optional
@@ -83,10 +87,12 @@ def compare(
     Raises
     ------
     UsageError
-        When a name is no approach, stands there twice, or there are fewer than two.
+        When a name is neither, stands there twice, or there are fewer than two.
+    ScenarioError
+        When the scenario lacks a key of a law.
     """
     names = named(names)
-    case = prepare(scenario.with_approach(names[-1]))
+    case = prepare(scenario.compared_by(names[-1]))
     return solve(scenario, case, names, workers=workers, finished=finished)
 
 
@@ -124,14 +130,15 @@ def solve(
     )  # fmt: skip
     shown = telling(table, names, yardstick)
     responses = dict(responses_at(shown.point, scenarios, yardstick))
-    bare = Comparison(table, yardstick, responses, shown.point, ())
-    return Comparison(table, yardstick, responses, shown.point, diagnose(bare, scenarios))
+    laws = {name: one.acting.law if one.acting else "" for name, one in scenarios.items()}
+    bare = Comparison(table, yardstick, responses, shown.point, (), laws)
+    return replace(bare, verdict=diagnose(bare, scenarios))
 
 
 def scenarios_of(scenario: Scenario, names: Sequence[str]) -> dict[str, Scenario]:
-    """Give the scenario under every approach that is compared, `viscous` included."""
+    """Give the scenario by every word that is compared, `viscous` included."""
     every = dict.fromkeys((*names, ALWAYS))
-    return {name: scenario.with_approach(name) for name in every}
+    return {name: scenario.compared_by(name) for name in every}
 
 
 def telling(table: Table, names: Sequence[str], yardstick: str) -> Row:

@@ -1,9 +1,9 @@
-"""Comparison: what several approaches make of one base motion, and how far they are apart."""
+"""Comparison: what approaches and laws make of one base motion, and how far they are apart."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,20 +16,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Several approaches on the very same base motion.
+    """Several approaches, or friction laws, on the very same base motion.
 
     Attributes
     ----------
     table : Table
-        One row for each approach and case.
+        One row for each word and case; a row's approach is the word.
     yardstick : str
-        The approach that the others are measured against.
+        The word that the others are measured against.
     responses : mapping
         Response of each approach for one case, for a picture of the motion itself.
     shown : mapping
         The swept values of that case; empty without a sweep.
     verdict : tuple of str
         What the comparison says, in sentences; the first is the verdict itself.
+    laws : mapping
+        The friction law behind each word; empty for none.
     """
 
     table: Table
@@ -37,6 +39,12 @@ class Comparison:
     responses: Mapping[str, Response]
     shown: Mapping[str, float]
     verdict: tuple[str, ...]
+    laws: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def of_laws(self) -> bool:
+        """Whether any of the words is a friction law."""
+        return any(word == law for word, law in self.laws.items())
 
     def counterpart(self, row: Row) -> Row | None:
         """Give the yardstick's row at the same point; None where there is no single one.

@@ -63,10 +63,17 @@ def sentences(
     """Give what is to be said about one approach at the case where it deviates most."""
     yardstick, exact = comparison.yardstick, comparison.counterpart(row)
     place = f" at {where(row)}" if row.point else ""
+    if same(scenarios[name], scenarios[yardstick]):
+        law = comparison.laws[name]
+        yield f"{name} is {yardstick} here: {law} is the law of the scene, solved by stick-slip"
+        return
     if abs(deviation) <= AGREE:
-        yield f"{name} agrees with {yardstick}: T_a {signed(deviation)}{place}"
+        yield f"{name} agrees with {told(comparison)}: T_a {signed(deviation)}{place}"
+    elif comparison.laws.get(name) == name:  # no error, whatever it changes
+        yield f"{name} differs from {told(comparison)}: T_a {signed(deviation)}{place}"
+        yield from range_of_agreement(comparison, name)
     else:
-        yield f"{name} is off: T_a {signed(deviation)} against {yardstick}{place}"
+        yield f"{name} is off: T_a {signed(deviation)} against {told(comparison)}{place}"
         yield from range_of_agreement(comparison, name)
     if exact is None:
         return
@@ -83,6 +90,18 @@ def sentences(
         )
     if abs(deviation) > WANTED:
         yield from remedy(case, name, deviation, first_T_a(exact))
+
+
+def same(one: Scenario, other: Scenario) -> bool:
+    """Tell whether two words of a comparison mean one law under one approach."""
+    return one.solver.member() == other.solver.member() and one.acting == other.acting
+
+
+def told(comparison: Comparison) -> str:
+    """Give the yardstick; where laws are compared also the law of an approach."""
+    yardstick, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
+    tells = comparison.of_laws and law not in (None, "", yardstick)
+    return f"{yardstick} ({law})" if tells else yardstick
 
 
 def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:

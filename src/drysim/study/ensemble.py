@@ -153,7 +153,7 @@ def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion
         metrics, status, note = measured(assemble(alone, motion))
     except SolverError as fault:
         metrics, status, note = {}, FAILED, str(fault)
-    approach = scenario.solver.approach
+    approach = scenario.word
     return Row(
         {KEY: seed}, approach, law.F_fk, law.F_fs, metrics, status, note, sha256_of(motion.u_dd)
     )

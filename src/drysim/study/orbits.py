@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 def together(scenario: Scenario) -> bool:
     """Tell whether the cases of a sweep are orbits that one call of the kernel can solve."""
-    friction, measure = scenario.friction, scenario.measure
+    friction, measure = scenario.acting, scenario.measure
     return (
         measure.steady
         and measure.weights is None
@@ -60,7 +60,7 @@ def solve(scenario: Scenario, first: int, begin: int, end: int) -> Batch:
     answers = solve_orbits(scenes)
     status, notes = statuses(answers)
     metrics = measured(scenes, answers, status)
-    approach = scenario.solver.approach
+    approach = scenario.word
     batch = Batch(first, approach, points, *forces, metrics, status, notes)
     crowded = answers[:, STATUS] == CROWDED
     return alone(scenario, batch, crowded) if crowded.any() else batch
@@ -102,7 +102,8 @@ def full(value: Any, length: int) -> Floats:
 
 def periods_of(case: Scenario, frequencies: tuple[Any, ...], length: int) -> Floats:
     """Give the common period of base motion and normal force [s]; NaN where there is none."""
-    varied = case.friction.normal_variation if isinstance(case.friction, Coulomb) else None
+    friction = case.acting
+    varied = friction.normal_variation if isinstance(friction, Coulomb) else None
     if varied is None and len(frequencies) == 1:
         return full(1.0 / frequencies[0], length)
     columns = [full(frequency, length) for frequency in frequencies]

@@ -70,7 +70,7 @@ def unpacked(words: bytes, piece: Piece) -> Batch:
     metrics = {name: known[name] for name in NAMES}
     notes = {int(i): note for i, note in head["notes"].items()}
     over = {int(i): OverSeeds(**said) for i, said in head["over"].items()}
-    approach = piece.scenario.solver.approach
+    approach = piece.scenario.word
     F_fk, F_fs = (known[force] for force in FORCES)
     return Batch(piece.first, approach, points, F_fk, F_fs, metrics, status, notes, over)
 

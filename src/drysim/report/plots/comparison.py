@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drysim.approach.numerics import FIXED_STEP
 from drysim.report.plots import against, canvas, curves, heading, ink, layout, moment, panels
 from drysim.report.plots.labels import spoken
 from drysim.report.plots.views import compared
@@ -28,10 +29,14 @@ OTHERS: tuple[dict[str, Any], ...] = (
     {"color": "black", "linewidth": 1.2, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
     {"color": "#2e7d32", "linewidth": 1.2, "linestyle": (0, (1.5, 1)), "marker": "D"},
     {"color": "#7b3fa0", "linewidth": 1.1, "linestyle": (0, (8, 2)), "marker": "v"},
+    {"color": "#c77700", "linewidth": 1.4, "marker": "P"},
+    {"color": "#00897b", "linewidth": 1.2, "linestyle": (0, (4, 1, 1, 1, 1, 1)), "marker": "X"},
+    {"color": "#8d6e63", "linewidth": 1.4, "linestyle": (0, (3, 1)), "marker": "<"},
+    {"color": "#c2187e", "linewidth": 1.2, "linestyle": (0, (2, 2)), "marker": ">"},
 )
 FRICTIONLESS = "viscous"
 
-LEFT, LEFT_OF_BARS, GAP = 0.075, 0.1, 0.8
+LEFT, LEFT_OF_BARS, GAP = 0.075, 0.115, 0.8
 """Where panels begin [-], and how far their rows are apart [inch]: each has its axis."""
 
 
@@ -52,7 +57,10 @@ def draw(made: Comparison) -> Figure:
     looks, view = styles(made), compared(made)
     left = LEFT if view.key else LEFT_OF_BARS
     figure, grid = layout.sheet(1 + len(view.panels), 2, left=left, gap=GAP)
-    _overlay(figure.add_subplot(grid[0, :]), made, looks, named=not view.key)
+    above = figure.add_subplot(grid[0, 0] if made.of_laws else grid[0, :])
+    _overlay(above, made, looks, named=not view.key)
+    if made.of_laws:
+        _loops(figure.add_subplot(grid[0, 1]), made, looks)
     if view.key:
         against.over_axis(figure, grid, made, view, looks)
     else:
@@ -76,11 +84,7 @@ def styles(made: Comparison) -> Mapping[str, Style]:
 def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bool) -> None:
     """Draw the acceleration of all approaches over a stretch, what is rough at the bottom."""
     yardstick = made.responses[made.yardstick]
-    asked = [name for name in made.responses if name not in (made.yardstick, FRICTIONLESS)]
-    measure = made.table.scenario.measure
-    begin = 0.0 if measure.steady else measure.settle
-    rivals = [made.responses[name] for name in asked or made.responses]
-    first, last = moment.telling(yardstick, rivals, begin)
+    first, last = moment.telling(yardstick, _rivals(made), _begin(made))
     for at, length in curves.stuck_stretches(yardstick, first, last):
         axes.axvspan(at, at + length, **panels.STUCK, label=f"stuck ({made.yardstick})")
     rough = sorted(
@@ -100,10 +104,47 @@ def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bo
         axes.set_xlim(first, last)
 
 
+def _loops(axes: Axes, made: Comparison, looks: Mapping[str, Style]) -> None:
+    """Draw the friction force of every word over the stretch that is drawn beside it."""
+    first, last = moment.telling(made.responses[made.yardstick], _rivals(made), _begin(made))
+    for name, response in made.responses.items():
+        if made.laws.get(name):
+            x_r, F_f = _loop(response, _part(response, first, last))
+            axes.plot(x_r * panels.MM, F_f, **{**looks[name], "marker": ""})
+    ink.name(axes, "friction force $F_f$ [N]")
+    axes.set_xlabel("relative displacement $x_r$ [mm]")
+
+
+def _loop(response: Response, part: slice) -> tuple[Any, Any]:
+    """Give x_r [m] and F_f [N] of a stretch; jumps of an exact one stand upright."""
+    if response.numerics.core == FIXED_STEP:
+        return response.points(part).x_r, response.friction(part)
+    shown = curves.curve(response, part)
+    return shown.x_r, shown.F_f
+
+
+def _rivals(made: Comparison) -> Sequence[Response]:
+    """Give the responses that are held against the yardstick's."""
+    apart = (made.yardstick, FRICTIONLESS)
+    asked = [response for name, response in made.responses.items() if name not in apart]
+    return asked or [*made.responses.values()]
+
+
+def _begin(made: Comparison) -> float:
+    """Give the time from which on the motion counts [s]."""
+    measure = made.table.scenario.measure
+    return 0.0 if measure.steady else measure.settle
+
+
+def _part(response: Response, first: float, last: float) -> slice:
+    """Give the grid points of a stretch [s]."""
+    begin = max(int(first / response.dt) - 1, 0)
+    return slice(begin, min(int(last / response.dt) + 2, len(response)))
+
+
 def _stretch(response: Response, first: float, last: float) -> tuple[Any, Any]:
     """Give the acceleration of a stretch [s], [m/s²]; jumps of an exact one stand upright."""
-    begin = max(int(first / response.dt) - 1, 0)
-    part = slice(begin, min(int(last / response.dt) + 2, len(response)))
+    part = _part(response, first, last)
     if response.points(part).force is None:
         shown = curves.curve(response, part)
         return shown.t, shown.x_dd

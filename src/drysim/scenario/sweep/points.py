@@ -11,6 +11,7 @@ from drysim.errors import Problem, ScenarioError
 from drysim.excitation.generated import Generated
 from drysim.quantity import Block, Misfit
 from drysim.scenario.measure import in_periods, in_seconds
+from drysim.scenario.misfits import faults
 from drysim.scenario.rules import unused
 from drysim.scenario.sentences import sentences
 from drysim.scenario.shape import models_in
@@ -100,6 +101,8 @@ def _case(scenario: Scenario, point: Point) -> Scenario:
     if "friction" in touched:
         for keys, sentence in unused(case):
             raise Odd(".".join(map(str, keys)), sentence)
+        for key, sentence in faults(case.friction, case.named_law):
+            raise Odd(key, sentence)
     return case
 
 

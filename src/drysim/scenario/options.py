@@ -1,0 +1,74 @@
+"""Options of friction laws beside the one of the file: blocks of their own in its block.
+
+Their models are made when a file has such blocks, and no other file pays for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, create_model
+from pydantic.fields import FieldInfo
+
+from drysim.quantity import Block
+from drysim.scenario.fields import shelf
+from drysim.scenario.laws import BY_NAME, LAWS
+from drysim.scenario.model import Scenario
+
+ABOUT = "Options of {name}, any of its keys: they count where a comparison names it."
+
+
+def model_for(words: Mapping[str, Any]) -> type[Scenario]:
+    """Give the model that the words of a file are read as.
+
+    A key that the law of the file has not got is an option of another law, or nearly so.
+    """
+    friction = words.get("friction")
+    law = friction.get(BY_NAME) if isinstance(friction, Mapping) else None
+    if not isinstance(friction, Mapping) or not isinstance(law, str) or law not in LAWS:
+        return Scenario
+    return Scenario if friction.keys() <= LAWS[law].model_fields.keys() else with_options()
+
+
+@cache
+def with_options() -> type[Scenario]:
+    """Give the scenario whose friction block may hold options of every other law."""
+    options = {name: _options(name, member) for name, member in LAWS.items()}
+    members = tuple(_member(name, member, options) for name, member in LAWS.items())
+    friction: Any = shelf(members, BY_NAME) | None
+    default = Scenario.model_fields["friction"].default
+    name, about = Scenario.__name__, Scenario.__doc__
+    return create_model(name, __base__=Scenario, __doc__=about, friction=(friction, default))
+
+
+def _member(name: str, member: type[Block], options: Mapping[str, type[Block]]) -> type[Block]:
+    """Give a law with a block for the options of each other law."""
+    fields: dict[str, Any] = {
+        other: (block | None, Field(None, description=ABOUT.format(name=other)))
+        for other, block in options.items()
+        if other != name
+    }
+    return create_model(member.__name__, __base__=member, __doc__=member.__doc__, **fields)
+
+
+def _options(name: str, member: type[Block]) -> type[Block]:
+    """Give the keys of a law as a block in which each may be left out."""
+    fields: dict[str, Any] = {
+        key: (_bare(field) | None, None)
+        for key, field in member.model_fields.items()
+        if field.default is not None
+    }
+    fields[BY_NAME] = (Literal[name], name)
+    about = f"Options of {name}, which count where a comparison names it."
+    made = create_model(f"{member.__name__}Options", __base__=member, __doc__=about, **fields)
+    made.at_most_one_of = (*member.at_most_one_of, *member.one_of)
+    made.one_of, made.needs = (), {}
+    return made
+
+
+def _bare(field: FieldInfo) -> Any:
+    """Give the type of a key with what is known of its numbers."""
+    kind: Any = field.annotation
+    return Annotated[(kind, *field.metadata)] if field.metadata else kind
