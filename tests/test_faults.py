@@ -154,20 +154,20 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     monkeypatch.chdir(seat.parent)
     words = ["sweep", "seat.yaml", "--no-plots", "--quiet", "--workers", "3", "--out"]
     assert main([*words, "whole"]) == 0
-    from drysim.study import sweep
+    from drysim.study import plan
 
-    whole = sweep.solve_piece
+    whole = plan.solve_piece
 
     def mortal(piece, *rest):
         if piece.first > 45:
             raise death
         return whole(piece, *rest)
 
-    monkeypatch.setattr(sweep, "solve_piece", mortal)
+    monkeypatch.setattr(plan, "solve_piece", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
     assert report.resumable(Path("out"))
-    monkeypatch.setattr(sweep, "solve_piece", whole)
+    monkeypatch.setattr(plan, "solve_piece", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()
     assert table == Path("whole/transmissibility.csv").read_bytes()

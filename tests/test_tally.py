@@ -14,6 +14,8 @@ from drysim.study import rows, sweep
 from drysim.study.batch import Batch
 from drysim.study.case import prepare
 from drysim.study.journal import identity
+from drysim.study.pieces import Pieces
+from drysim.study.plan import Plan
 from drysim.study.store import Store
 from drysim.study.table import FAILED, OK, Row
 from drysim.study.tally import Tally
@@ -113,8 +115,8 @@ def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
 
 def test_numbers_of_a_block_read_back_to_the_last_bit(many, tmp_path):
     store = Store(tmp_path / "cases", identity(many), resume=False)
-    piece = next(iter(sweep.Pieces(sweep.approaches_of(many))))
-    batch = sweep.solve_piece(piece, sweep.Motions())
+    plan = Plan(Pieces(sweep.approaches_of(many)))
+    piece, batch = plan.pieces[0], plan.block(0)
     store.write(piece, batch)
     again = store.read(piece)
     for name, column in batch.metrics.items():

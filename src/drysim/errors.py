@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 EXIT_OK = 0
 EXIT_CHECK_FAILED = 1
@@ -74,17 +73,6 @@ class DrysimError(Exception):
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
         self.hint = hint
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Give what another process makes the same fault from."""
-        return _made_again, (type(self), self.args, vars(self))
-
-
-def _made_again(kind: type[DrysimError], said: tuple[Any, ...], known: Any) -> DrysimError:
-    """Give a fault of another process."""
-    fault = kind.__new__(kind, *said)
-    vars(fault).update(known)
-    return fault
 
 
 class UsageError(DrysimError):

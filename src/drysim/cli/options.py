@@ -110,6 +110,14 @@ Table = Annotated[
     Literal["csv", "parquet"],
     typer.Option("--format", help="How the cases are written; parquet needs pyarrow."),
 ]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="ADDRESS",
+        help="Dask scheduler, tcp://host:8786, or `local`: processes on this machine.",
+    ),
+]
 Name = Annotated[
     str, typer.Argument(metavar="NAME", autocompletion=gallery_names, help="In the gallery.")
 ]

@@ -21,6 +21,7 @@ FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
 """What it takes of the gallery where that is missing; the latter has options of every law."""
 
 if TYPE_CHECKING:
+    from drysim.cli.places import Compute
     from drysim.study.batch import Batch
     from drysim.study.case import Case
     from drysim.study.table import Table
@@ -41,12 +42,13 @@ def sweep(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
     form: options.Table = "csv",
+    cluster: options.Cluster = None,
 ) -> int:
     """Every case of the sweep block: transmissibility."""
+    from drysim.cli.places import place
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare
-    from drysim.study.cases import count
     from drysim.study.sweep import approaches_of
 
     case = prepare(load(scenario, options.overrides(changes, approach)))
@@ -65,12 +67,15 @@ def sweep(
 
     command = shlex.join(["drysim", *context.obj])
     anew = not (resume or quiet) and report.resumable(folder)
-    with report.claim_partial(folder, resume) as claim:
+    with (
+        place(cluster, workers, quiet) as compute,
+        report.claim_partial(folder, resume) as claim,
+    ):
         if anew:
             console.remark(
                 f"beginning anew: the finished cases in {folder}.partial are given up"
             )
-        table = swept(case, claim.cases, count(wanted), workers, resume, quiet)
+        table = swept(case, claim.cases, compute, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
         told = report.write_table(
             table, claim, plots=not no_plots, command=command, exit_code=code, form=form
@@ -87,28 +92,25 @@ def sweep(
     return code
 
 
-def swept(
-    case: Case, folder: Path, total: int, workers: int | None, resume: bool, quiet: bool
-) -> Table:
+def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool) -> Table:
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim import console
     from drysim.study.journal import identity
     from drysim.study.pieces import Pieces
     from drysim.study.store import Store
-    from drysim.study.sweep import approaches_of, leftover, solve
+    from drysim.study.sweep import approaches_of, leftover
 
     store = Store(folder, identity(case.scenario), resume)
     every = Pieces(approaches_of(case.scenario))
-    done = sum(
-        piece.end - piece.begin for piece in (every if resume else ()) if store.holds(piece)
-    )
-    with console.progress(total - done, "cases", quiet) as advance:
+    done = [piece for piece in (every if resume else ()) if store.holds(piece)]
+    cases = sum(every.cases) - sum(piece.end - piece.begin for piece in done)
+    with console.progress(cases, "cases", quiet, len(every) - len(done)) as advance:
 
         def finished(batch: Batch) -> None:
             advance(len(batch))
 
         try:
-            return solve(case, workers=workers, store=store, finished=finished)
+            return compute(case, store, finished)
         except KeyboardInterrupt:
             return leftover(case, store)
 

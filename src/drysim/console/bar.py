@@ -19,7 +19,7 @@ Advance = Callable[..., None]
 
 
 @contextmanager
-def progress(total: int, label: str, quiet: bool = False) -> Iterator[Advance]:
+def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> Iterator[Advance]:
     """Give a function that tells how many more pieces of work are done.
 
     Parameters
@@ -30,6 +30,9 @@ def progress(total: int, label: str, quiet: bool = False) -> Iterator[Advance]:
         What they are, e.g. `cases`.
     quiet : bool, optional
         Show nothing.
+    blocks : int, optional
+        Into how many blocks the pieces are gathered, one for each call of `advance`; they are
+        shown, too.
 
     Yields
     ------
@@ -39,7 +42,7 @@ def progress(total: int, label: str, quiet: bool = False) -> Iterator[Advance]:
     if quiet or not sys.stderr.isatty() or talk().is_dumb_terminal:
         yield _nothing
         return
-    bar = _Bar(total, label)
+    bar = _Bar(total, label, blocks)
     try:
         yield bar.advance
     finally:
@@ -53,8 +56,9 @@ def _nothing(n: int = 1) -> None:
 class _Bar:
     """A bar that appears when the work has lasted for a while."""
 
-    def __init__(self, total: int, label: str) -> None:
+    def __init__(self, total: int, label: str, blocks: int) -> None:
         self._total, self._label, self._done = total, label, 0
+        self._blocks, self._blocks_done = blocks, 0
         self._begin, self._lock = time.monotonic(), Lock()
         self._shown: Any = None
         self._task: Any = None
@@ -63,11 +67,19 @@ class _Bar:
         """Count finished pieces; show the bar once the work has lasted."""
         with self._lock:
             self._done += n
+            self._blocks_done += 1
             late = time.monotonic() - self._begin > PATIENCE
             if self._shown is None and late and self._done < self._total:
                 self._show()
             if self._shown is not None:
-                self._shown.update(self._task, completed=self._done)
+                self._shown.update(self._task, completed=self._done, pace=self._pace())
+
+    def _pace(self) -> str:
+        """Give the blocks that are done and the rate, for work that comes in blocks."""
+        if not self._blocks:
+            return ""
+        rate = self._done / (time.monotonic() - self._begin)
+        return f"{self._blocks_done}/{self._blocks} blocks, {rate:,.0f} {self._label}/s"
 
     def _show(self) -> None:
         """Put the bar on the terminal."""
@@ -76,7 +88,8 @@ class _Bar:
 
         screen = talk()
         assert not isinstance(screen, Plain), "no bar is begun on a pipe"
-        columns = TextColumn(self._label), BarColumn(), MofNCompleteColumn(), Remaining()
+        pace = (TextColumn("{task.fields[pace]}"),) if self._blocks else ()
+        columns = TextColumn(self._label), BarColumn(), MofNCompleteColumn(), *pace, Remaining()
         self._shown = Progress(
             *columns,
             console=screen,
@@ -84,7 +97,9 @@ class _Bar:
             redirect_stdout=False,
             redirect_stderr=False,
         )
-        self._task = self._shown.add_task("", total=self._total, completed=self._done)
+        self._task = self._shown.add_task(
+            "", total=self._total, completed=self._done, pace=self._pace()
+        )
         self._shown.start()
 
     def stop(self) -> None:

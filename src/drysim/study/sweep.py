@@ -13,11 +13,12 @@ from drysim.errors import ScenarioError
 from drysim.study import over_seeds
 from drysim.study.batch import Batch
 from drysim.study.case import Case, prepare
-from drysim.study.cases import Motions, count
+from drysim.study.cases import count
 from drysim.study.cautions import statuses, strokes
 from drysim.study.in_order import in_order
 from drysim.study.over_seeds import Crew
-from drysim.study.pieces import Piece, Pieces, solve_piece
+from drysim.study.pieces import Piece, Pieces
+from drysim.study.plan import Plan
 from drysim.study.rows import HELD, Rows
 from drysim.study.seeds import most
 from drysim.study.spectral import run_only
@@ -27,6 +28,7 @@ from drysim.study.tally import Tally
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis, Scenario
+    from drysim.study.cluster.link import Link
 
 STEPS_A_CASE = 2_000
 """What an orbit weighs against loading the compiler, in steps of a plain march."""
@@ -84,6 +86,15 @@ def solve(
     scenarios = approaches_of(case.scenario)
     settle(case, scenarios)
     return gathered(case, solved(scenarios, case, workers, store, finished), store)
+
+
+def solve_far(case: Case, link: Link, store: Store, *, finished: Finished = nothing) -> Table:
+    """Give the same table as `solve`, its blocks computed by the workers of a cluster."""
+    from drysim.study.cluster.far import solved as solved_far
+
+    compiled.settle(compiled.PLAIN_STEPS + 1)  # as the workers do
+    plan = Plan.of(approaches_of(case.scenario), case)
+    return gathered(case, solved_far(plan, case.scenario, link, store, finished), store)
 
 
 def leftover(case: Case, store: Store) -> Table:
@@ -144,20 +155,21 @@ def solved(
     finished: Finished = nothing,
 ) -> Iterator[tuple[Piece, Batch]]:
     """Give the cases of every piece in order; those that are done are not done again."""
-    motions, given_up = Motions.beginning_with(case), Event()
+    plan, given_up = Plan.of(scenarios, case), Event()
     hands = workers or os.cpu_count() or 1
     crew = Crew.at(case, hands, count(scenarios), given_up.is_set)
 
-    def made(piece: Piece) -> tuple[Piece, Batch, bool]:
+    def made(number: int) -> tuple[Piece, Batch, bool]:
+        piece = plan.pieces[number]
         if store is not None and (batch := store.read(piece)) is not None:
             return piece, batch, False
-        batch = solve_piece(piece, motions, crew)
+        batch = plan.block(number, crew)
         if store is not None:
             store.write(piece, batch)
         return piece, batch, True
 
     try:
-        for piece, batch, new in in_order(made, Pieces(scenarios), hands):
+        for piece, batch, new in in_order(made, range(len(plan.pieces)), hands):
             if new:
                 finished(batch)
             yield piece, batch

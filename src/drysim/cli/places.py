@@ -1,0 +1,44 @@
+"""Where a sweep is computed: by threads of this process, or by a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from drysim.errors import UsageError
+
+if TYPE_CHECKING:
+    from drysim.study.batch import Batch
+    from drysim.study.case import Case
+    from drysim.study.store import Store
+    from drysim.study.table import Table
+
+    Compute = Callable[[Case, Store, Callable[[Batch], None]], Table]
+
+
+@contextmanager
+def place(cluster: str | None, workers: int | None, quiet: bool) -> Iterator[Compute]:
+    """Give the function that computes a sweep where it is wanted, as long as it is there."""
+    from drysim.study.sweep import solve, solve_far
+
+    if cluster is None:
+        yield lambda case, store, finished: solve(
+            case, workers=workers, store=store, finished=finished
+        )
+        return
+    from drysim import console
+    from drysim.study.cluster.link import LOCAL, joined
+
+    if workers is not None and cluster != LOCAL:
+        raise UsageError(
+            "--workers has no meaning beside the address of a cluster",
+            "its workers are as many as were started; --cluster local takes --workers",
+        )
+
+    def say(sentence: str) -> None:
+        if not quiet:
+            console.remark(sentence)
+
+    with joined(cluster, workers, say) as link:
+        yield lambda case, store, finished: solve_far(case, link, store, finished=finished)

@@ -1,0 +1,1 @@
+"""Cluster: the blocks of a sweep on the machines behind a Dask scheduler."""

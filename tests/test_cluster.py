@@ -1,0 +1,232 @@
+"""Sweeps on a cluster: the very same tables, and a sentence for whatever is wrong with it."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+
+from drysim import console
+from drysim.scenario import load
+from drysim.study.cluster import alike, link, parcel
+
+pytest.importorskip("dask")
+link.require()
+distributed = pytest.importorskip("distributed")
+
+ORBITS = """\
+drysim: 1
+name: orbits
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+stroke: {limit: 25 mm}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+reference: viscous
+checks: [T_a < 5]
+sweep:
+  excitation.frequency: {from: 0.5, to: 10, count: 300}
+  friction.kinetic: [5, 15, 45]
+"""
+
+SEEDS = """\
+drysim: 1
+name: seeds
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation:
+  {kind: psd, points: [[1, 0.1], [10, 0.1]], duration: 4, seed: 1, seeds: 20,
+   until: {metric: T_a, half_width: 20 %}}
+solver: {approach: stick-slip, step: 5e-3}
+measure: {settle: 0, duration: 4}
+reference: viscous
+sweep: {friction.kinetic: [5, 15, 45], oscillator.damping: [100, 500]}
+"""
+
+RECORD = """\
+drysim: 1
+name: record
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+excitation: {kind: record, file: data/road.csv, rate: 200 Hz}
+solver: {approach: stick-slip}
+sweep: {excitation.scale: [1, 2], friction.kinetic: [5, 45]}
+"""
+
+SAMPLE = (
+    ORBITS.replace("name: orbits", "name: sample").partition("sweep:")[0]
+    + """\
+sweep:
+  sample:
+    kind: sobol
+    count: 600
+    seed: 3
+    over:
+      oscillator.mass: {distribution: normal, mean: 75, sd: 5, from: 50}
+      excitation.frequency: {from: 1, to: 5}
+"""
+)
+
+ALL = {"orbits": ORBITS, "seeds": SEEDS, "record": RECORD, "sample": SAMPLE}
+
+QUIET = ("--no-plots", "--quiet")
+
+
+@pytest.fixture(scope="module")
+def address():
+    """Give the address of a scheduler with two workers, all in this process."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture
+def swept(tmp_path):
+    """Write every scenario, and the record of one of them."""
+    (tmp_path / "data").mkdir()
+    values = np.random.Generator(np.random.PCG64(5)).normal(size=800)
+    lines = "".join(f"{value}\n" for value in values.tolist())
+    (tmp_path / "data/road.csv").write_text("u_dd [m/s2]\n" + lines)
+    for name, words in ALL.items():
+        (tmp_path / f"{name}.yaml").write_text(words)
+    return tmp_path
+
+
+def table(folder):
+    """Give the bytes of a table."""
+    return (folder / "transmissibility.csv").read_bytes()
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_table_of_a_cluster_is_that_of_threads(drysim, swept, address, name):
+    for workers in (1, 2):
+        words = ("sweep", f"{name}.yaml", *QUIET, "-o", f"w{workers}")
+        assert drysim(*words, "--workers", workers).code == 0
+    done = drysim("sweep", f"{name}.yaml", *QUIET, "-o", "far", "--cluster", address)
+    assert done == (0, "", "")
+    assert table(swept / "w1") == table(swept / "w2") == table(swept / "far")
+
+
+def interrupted_after(monkeypatch, blocks):
+    """Let a sweep be interrupted once so many blocks are told."""
+    left = [blocks]
+
+    def progress(*_):
+        def advance(n):
+            left[0] -= 1
+            if left[0] == 0:
+                raise KeyboardInterrupt
+
+        return nullcontext(advance)
+
+    monkeypatch.setattr(console, "progress", progress)
+
+
+@pytest.mark.parametrize("began", ["threads", "cluster"])
+def test_sweep_goes_on_where_another_engine_was_interrupted(
+    drysim, swept, address, began, monkeypatch
+):
+    far = ("--cluster", address)
+    first, then = ((), far) if began == "threads" else (far, ())
+    words = ("sweep", "seeds.yaml", *QUIET)
+    assert drysim(*words, "-o", "whole").code == 0
+    with monkeypatch.context() as patched:
+        interrupted_after(patched, 5)
+        done = drysim(*words, "-o", "parts", *first)
+    assert done.code == 130
+    kept = len(list((swept / "parts.partial/cases").glob("*.cases")))
+    assert f"{kept} finished cases are kept" in done.err
+    assert kept >= 5
+    assert drysim(*words, "-o", "parts", "--resume", *then).code == 0
+    assert table(swept / "parts") == table(swept / "whole")
+    assert not (swept / "parts.partial").exists()
+
+
+def test_case_at_fault_is_told_as_without_a_cluster(drysim, swept, address):
+    words = ("sweep", "orbits.yaml", *QUIET, "--set", "friction.static=20")
+    near = drysim(*words)
+    assert near.code == 2
+    assert "friction.static" in near.err
+    assert drysim(*words, "--cluster", address) == near
+
+
+def test_parcel_holds_the_very_scenario(swept):
+    for name in ALL:
+        scenario = load(swept / f"{name}.yaml")
+        again = parcel.opened(parcel.Parcel.of(scenario)).pieces.scenarios[0]
+        words = again.resolved()
+        if name == "record":
+            assert words["excitation"]["file"] == "0.csv"
+            words["excitation"]["file"] = "data/road.csv"
+        assert words == scenario.resolved()
+
+
+def test_wrong_address_is_told(drysim, swept, monkeypatch):
+    monkeypatch.setattr(link, "CONNECT", 0.3)
+    for address in ("tcp://127.0.0.1:9", "nowhere", "gopher://a:1"):
+        done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
+        assert done.code == 2
+        assert f"no Dask scheduler answers at {address}" in done.err
+        assert "dask scheduler" in done.err
+        assert not (swept / "out").exists()
+
+
+def test_workers_of_a_cluster_are_not_ours_to_count(drysim, swept, address):
+    done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address, "--workers", 2)
+    assert done.code == 2
+    assert "--workers has no meaning" in done.err
+
+
+def test_missing_extra_is_named(drysim, swept, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dask", None)
+    done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", "local")
+    assert done.code == 2
+    assert 'pip install "drysim[cluster]"' in done.err
+
+
+def test_worker_with_another_drysim_is_named(drysim, swept, address, monkeypatch):
+    others = {**alike.versions(), "drysim": "0.0.1"}
+    monkeypatch.setattr(alike, "versions", lambda: others)
+    done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
+    assert done.code == 2
+    assert "the worker inproc://" in done.err
+    assert "here is 0.0.1" in done.err
+    assert "pip install drysim==0.0.1" in done.err
+
+
+def test_worker_without_drysim_is_named(monkeypatch):
+    nothing = dict.fromkeys(alike.versions())
+    assert "has no Python" in alike.difference(nothing, alike.versions())
+    with pytest.raises(Exception, match="cannot be asked: no"):
+        alike.refuse_others({"tcp://a:1": OSError("no")})
+
+
+def test_worker_that_comes_late_with_another_drysim_is_named(
+    drysim, swept, address, monkeypatch
+):
+    made = parcel.Parcel.of
+
+    others = tuple({**alike.versions(), "drysim": "0.0.1"}.items())
+
+    def other(scenario):
+        return dataclasses.replace(made(scenario), versions=others)
+
+    monkeypatch.setattr(parcel.Parcel, "of", other)
+    done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
+    assert done.code == 3
+    assert "which has come late" in done.err
+    assert "--resume goes on" in done.err
+
+
+def test_sweep_of_threads_loads_neither_dask_nor_pyarrow(swept):
+    words = ["sweep", "seeds.yaml", *QUIET]
+    code = (
+        f"import sys; from drysim.cli import main; assert main({words!r}) == 0; "
+        "assert not {'dask', 'distributed', 'pyarrow', 'drysim.study.cluster'} & {*sys.modules}"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=swept, check=True)
