@@ -42,6 +42,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "excitation": SimpleNamespace(kind=kind),
         "friction": SimpleNamespace(static_given=False),
         "static_given": False,
+        "terms": (),
         "solver": SimpleNamespace(step=2.5e-3, approach="stick-slip"),
         "measure": SimpleNamespace(settle=0.0, steady=True, weights=None),
         "origin": {"file": "seat.yaml", "sha256": "cd" * 32, "overrides": {}},

@@ -78,8 +78,9 @@ def _laws(comparison: Comparison) -> Iterator[tuple[str, str]]:
     scenario = comparison.table.scenario
     names = [name for name, law in comparison.laws.items() if name == law]
     for at, name in enumerate(names):
-        words = wording.friction(scenario.with_law(name).law())
-        yield "" if at else "laws", f"{name}: {words}"
+        one = scenario.with_law(name)
+        words = wording.friction(one.law(), terms=one.terms or (f"law {name}",))
+        yield "" if at else "laws", words.removeprefix("law ")
 
 
 def columns(comparison: Comparison) -> list[list[str]]:

@@ -55,7 +55,7 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     numerics = response.numerics
     defaulted = not scenario.static_given
     yield "oscillator", wording.scene(response.plant)
-    yield "friction", wording.friction(response.law, defaulted)
+    yield "friction", wording.friction(response.law, defaulted, terms=scenario.terms)
     yield "base", wording.excitation(scenario.excitation.kind, response.motion)
     yield from steps(wording.clean_up(response.motion))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"

@@ -89,7 +89,7 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     if oscillator := wording.scene(scenario.oscillator.plant(), varied):
         yield "oscillator", oscillator
     shared = _own(table).shared
-    if friction := wording.friction(scenario.law(), defaulted, **shared):
+    if friction := wording.friction(scenario.law(), defaulted, **shared, terms=scenario.terms):
         yield "friction", friction
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind

@@ -33,6 +33,8 @@ class Kinetic(Block):
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("kinetic", "mu_kinetic"),)
     needs: ClassVar[dict[str, str]] = {"normal": "mu_kinetic"}
+    symbols: ClassVar[dict[str, str]] = {}
+    """The source's symbols for keys of the law's own; a key without one is told as it is."""
 
     @property
     def static_given(self) -> bool:

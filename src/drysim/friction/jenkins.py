@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from drysim.core.plant import Slider
 from drysim.friction.rubbing import Rubbing
@@ -25,6 +25,8 @@ class Jenkins(Rubbing):
     """Dry friction behind a spring."""
     tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
     """Stiffness k_t [N/m], above 0, of the contact while it holds."""
+
+    symbols: ClassVar[dict[str, str]] = {"tangential_stiffness": "k_t"}
 
     def limits(self, m: float) -> Slider:
         """Give the law in forces; the mass [kg] is the normal force's default."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from drysim.core.plant import LEUVEN, Dynamic
 from drysim.friction.forces import TOLERANCE, Limits, Tolerance
@@ -46,6 +46,15 @@ class Leuven(Limits, Rubbing):
     tolerance: Tolerance = TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""
+
+    symbols: ClassVar[dict[str, str]] = {
+        "stribeck_velocity": "v_s",
+        "bristle_stiffness": "σ_0",
+        "hysteresis_ratio": "F_∞/F_fs",
+        "transition": "n",
+        "bristle_damping": "σ_1",
+        "viscous": "σ_2",
+    }
 
     def limits(self, m: float) -> Dynamic:
         """Give the law in forces; the mass [kg] is the normal force's default."""

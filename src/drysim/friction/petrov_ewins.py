@@ -47,6 +47,11 @@ class PetrovEwins(Block):
     normal_motion: NormalMotion | None = None
     """Approach of the surfaces; needs a normal stiffness."""
 
+    symbols: ClassVar[dict[str, str]] = {
+        "tangential_stiffness": "k_t",
+        "normal_stiffness": "k_n",
+    }
+
     needs: ClassVar[dict[str, str]] = {
         "normal_stiffness": "normal_motion",
         "normal_motion": "normal_stiffness",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from drysim.core.plant import STRIBECK, Dynamic
 from drysim.friction.forces import TOLERANCE, Limits, Tolerance
@@ -30,6 +30,8 @@ class Stribeck(Limits, Rubbing):
     tolerance: Tolerance = TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""
+
+    symbols: ClassVar[dict[str, str]] = {"stribeck_velocity": "v_s", "exponent": "δ"}
 
     def limits(self, m: float) -> Dynamic:
         """Give the law in forces; the mass [kg] is the normal force's default."""

@@ -11,6 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from drysim.core.plant import AnyLaw, Law
 from drysim.excitation.generated import Generated
+from drysim.friction.terms import terms
 from drysim.quantity import shown
 from drysim.scenario import laws, under_law
 from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
@@ -117,6 +118,12 @@ class Scenario(FromFile):
         if self.friction is None or not self.named_law:
             return self.friction
         return laws.acting(self.friction, self.named_law)
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """The name of a law other than Coulomb's, and its own keys that all cases share."""
+        swept = {axis.key for axis in self.sweep}
+        return tuple(terms(self.acting, swept)) if self.acting else ()
 
     @property
     def word(self) -> str:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cmath import rect
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Sequence
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import LEUVEN, STRIBECK, AnyLaw, Dynamic, Law, Plant, Slider
+from drysim.core.plant import AnyLaw, Dynamic, Law, Plant
 from drysim.wording.numbers import clean, number, percent
 
 
@@ -34,7 +34,11 @@ def scene(plant: Plant, swept: Collection[str] = ()) -> str:
 
 
 def friction(
-    law: AnyLaw, defaulted: bool = False, kinetic: bool = True, static: bool = True
+    law: AnyLaw,
+    defaulted: bool = False,
+    kinetic: bool = True,
+    static: bool = True,
+    terms: Sequence[str] = (),
 ) -> str:
     """Give the dry friction.
 
@@ -45,40 +49,23 @@ def friction(
         Nobody named a static limit.
     kinetic, static : bool, optional
         Whether all cases share the force; one that they do not share is left out.
+    terms : sequence of str, optional
+        The name of a law other than Coulomb's, and what it has besides its forces.
     """
     if law.F_fs == 0 and kinetic and static:
         return "no dry friction"
+    limit = static and (not terms or law.F_fs > law.F_fk)
     parts = [f"F_fk {number(law.F_fk, 'N')}"] * kinetic + [
         f"F_fs {number(law.F_fs, 'N')}"
-    ] * static
-    text = ", ".join(parts)
+    ] * limit
+    text = ", ".join([*terms[:1], *parts])
     if defaulted:
         text += " (not given: F_fs = F_fk)" if text else "F_fs = F_fk (not given)"
-    if isinstance(law, Dynamic):
-        text = ", ".join(filter(None, (text, *_dynamics(law))))
-        return text
-    if isinstance(law, Slider):
-        name = "petrov-ewins" if law.variation else "jenkins"
-        text = f"law {name}, F_fk {number(law.F_fk, 'N')}" if kinetic else f"law {name}"
-        text += f", k_t {number(law.k_t, 'N/m')}"
-    if law.variation and kinetic and static:
+    text = ", ".join(filter(None, (text, *terms[1:])))
+    if not isinstance(law, Dynamic) and law.variation and kinetic and static:
         varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
         text += f", {'both' if isinstance(law, Law) else 'load'} {varied}"
     return text
-
-
-def _dynamics(law: Dynamic) -> Iterator[str]:
-    """Give the name of a law and what it has besides its two forces."""
-    bare = law.F_fs == law.F_fk and not (law.sigma_1 or law.sigma_2)
-    bristles = "dahl" if bare else "lugre"
-    yield f"law {({STRIBECK: 'stribeck', LEUVEN: 'leuven'}).get(law.kind, bristles)}"
-    if law.F_fs > law.F_fk:
-        yield f"v_s {number(law.v_s, 'm/s')}"
-    if law.kind != STRIBECK:
-        most = f" up to {number(law.F_h, 'N')}" if law.kind == LEUVEN else ""
-        yield f"bristles {number(law.sigma_0, 'N/m')}{most}"
-        if law.sigma_1 and not most:
-            yield number(law.sigma_1, "N·s/m")
 
 
 def excitation(kind: str, motion: Sines | Samples) -> str:

@@ -105,8 +105,10 @@ def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bo
 
 
 def _loops(axes: Axes, made: Comparison, looks: Mapping[str, Style]) -> None:
-    """Draw the friction force of every word over the stretch that is drawn beside it."""
-    first, last = moment.telling(made.responses[made.yardstick], _rivals(made), _begin(made))
+    """Draw the friction force of every word around the stretch that is drawn beside it."""
+    yardstick = made.responses[made.yardstick]
+    first, last = moment.telling(yardstick, _rivals(made), _begin(made))
+    first, last = moment.cycle(yardstick, first, last)
     for name, response in made.responses.items():
         if made.laws.get(name):
             x_r, F_f = _loop(response, _part(response, first, last))
@@ -145,7 +147,7 @@ def _part(response: Response, first: float, last: float) -> slice:
 def _stretch(response: Response, first: float, last: float) -> tuple[Any, Any]:
     """Give the acceleration of a stretch [s], [m/s²]; jumps of an exact one stand upright."""
     part = _part(response, first, last)
-    if response.points(part).force is None:
+    if response.numerics.core != FIXED_STEP:
         shown = curves.curve(response, part)
         return shown.t, shown.x_dd
     return np.arange(part.start, part.stop) * response.dt, response.acceleration(part)

@@ -35,7 +35,9 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
     base += f": {wording.excitation(scenario.excitation.kind, motion.motion)}"
-    scene = f"{wording.scene(motion.plant)}; {wording.friction(motion.law)}"
+    scene = (
+        f"{wording.scene(motion.plant)}; {wording.friction(motion.law, terms=scenario.terms)}"
+    )
     words = [*_about(scenario), textwrap.shorten(base, WRAP, placeholder=" …")]
     return _title(scenario), [*words, seeds] if seeds else words, [scene, _found(outcome)]
 
@@ -58,7 +60,7 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
     shared = next(iter(table.tallies.values())).shared if len(table.rows) else {}
     parts = (
         wording.scene(scenario.oscillator.plant(), varied),
-        wording.friction(scenario.law(), **shared),
+        wording.friction(scenario.law(), **shared, terms=scenario.terms),
     )
     scene = "; ".join(part for part in parts if part)
     words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
@@ -127,5 +129,5 @@ def write(figure: Figure, head: Lines) -> None:
 
 def _typeset(text: str) -> str:
     """Set m, F_fk and their like as symbols."""
-    text = re.sub(r"\b([A-Za-z])_(\w+)", r"$\1_{\2}$", text)
+    text = re.sub(r"\b([A-Za-zσ])_(\w+)", r"$\1_{\2}$", text)
     return re.sub(r"\b([mb]) (?=\d)", r"$\1$ ", text)

@@ -62,6 +62,15 @@ def telling(response: Response, others: Iterable[Response], begin: float) -> Str
     return _within(_apart(response, others, begin), span, begin, end)
 
 
+def cycle(response: Response, first: float, last: float) -> Stretch:
+    """Give begin and end [s] of a whole cycle around a stretch, on which loops can close."""
+    end = (len(response) - 1) * response.dt
+    least = _period(response)
+    if last - first >= least:
+        return first, last
+    return _within(0.5 * (first + last), min(least, end), 0.0, end)
+
+
 def _within(middle: float, width: float, begin: float, end: float) -> Stretch:
     """Give a stretch around an instant, moved to lie between two others."""
     first = max(min(middle - 0.5 * width, end - width), begin)

@@ -121,7 +121,8 @@ def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[s
     """Give in words what is solved, and how long the filter takes [ns]."""
     varied = [axis.key for axis in case.scenario.axes]
     yield "oscillator", wording.scene(case.plant, varied)
-    yield "friction", wording.friction(case.law, not case.scenario.static_given)
+    defaulted, terms = not case.scenario.static_given, case.scenario.terms
+    yield "friction", wording.friction(case.law, defaulted, terms=terms)
     heads = ("swept", *[""] * len(varied))
     for head, axis in zip(heads, case.scenario.axes, strict=False):
         yield head, wording.swept(axis)
