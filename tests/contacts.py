@@ -16,8 +16,10 @@ def load_of(law, t):
     )
 
 
-def march_contact(plant, law, base, duration, state=(0.0, 0.0)):
+def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=()):
     """Solve a spring contact by scipy's DOP853, restarted at every change of mode.
+
+    `kinks` are the times at which the rate of the base acceleration jumps [s].
 
     Returns
     -------
@@ -71,15 +73,16 @@ def march_contact(plant, law, base, duration, state=(0.0, 0.0)):
                         -1,
                     )
                 )
+        until = min([duration, *(kink for kink in kinks if kink > t)][:2])
         found = solve_ivp(
-            rates, (t, duration), y, "DOP853", events=events, rtol=1e-12, atol=1e-15,
+            rates, (t, until), y, "DOP853", events=events, rtol=1e-12, atol=1e-15,
             max_step=2e-3, dense_output=True,
         )  # fmt: skip
         pieces.append((t, found.t[-1], found.sol, mode))
         t, y = found.t[-1], found.y[:, -1]
         hit = [i for i, times in enumerate(found.t_events) if len(times)]
         if not hit:
-            break
+            continue
         load, load_d = load_of(law, t)
         if mode == "free":
             x_0 = y[0]

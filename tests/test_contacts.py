@@ -38,6 +38,19 @@ def test_contact_under_a_sine_agrees_with_a_state_machine(law):
 
 
 @pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
+def test_contact_over_samples_agrees_with_a_state_machine(law):
+    response = solved(law, NOISE, duration=0.6)
+    t = np.arange(len(NOISE.u_dd)) * STEP
+
+    def base(now):
+        return np.interp(now, t, NOISE.u_dd)
+
+    x_r, v_r = at(march_contact(PAPER, law, base, 0.6, kinks=t), response.t)
+    assert np.abs(x_r - response.x_r).max() < 1e-12 * np.abs(x_r).max()
+    assert np.abs(v_r - response.v_r).max() < 1e-11 * np.abs(v_r).max()
+
+
+@pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
 class TestInvariants:
     def test_energy_closes(self, law, motion):
@@ -111,3 +124,30 @@ def test_orbit_closes():
     orbit = StickSlip().orbit(PAPER, CONTACTS["soft"], sine(1.0, 1.6), REST, 1 / 1.6)
     assert orbit.settled
     assert orbit.closure <= 1e-12
+
+
+@pytest.mark.parametrize("k_t", [1e3, 1e5, 1e6, 1e7, 1e8, 1e9])
+@pytest.mark.parametrize("b", [0.0, 500.0, 5000.0])
+def test_march_agrees_with_the_general_way_at_any_stiffness(k_t, b):
+    """A normal force that swings by next to nothing takes the way of one that varies."""
+    plant, law = Plant(75.0, 7500.0, b), Slider(45.0, k_t)
+    one = solved(law, NOISE, plant=plant)
+    other = solved(law._replace(variation=1e-300, omega=1.0), NOISE, plant=plant)
+    scale = np.abs(one.x_r).max()
+    assert np.abs(one.x_r - other.x_r).max() < 1e-11 * scale
+    assert np.abs(one.F_f - other.F_f).max() < 1e-9 * law.F_fk * max(1.0, k_t / 1e7)
+    # The general way may stutter where the contact begins to hold: at the same instant.
+    apart = np.abs(one.events.t[:, None] - other.events.t)
+    assert apart.min(axis=0).max() < 1e-9
+    assert apart.min(axis=1).max() < 1e-9
+    sums, others = (np.array(each.track.totals(0.4, 2.5)[:5]) for each in (one, other))
+    assert sums == pytest.approx(others, rel=1e-9)
+
+
+def test_state_between_samples_and_events_goes_on_from_both():
+    response = solved(CONTACTS["stiff"], NOISE)
+    track, events = response.track, response.events
+    for t, x_r in zip(events.t[1:40].tolist(), events.x_r[1:40].tolist(), strict=True):
+        assert track.state(t).x_r == pytest.approx(x_r, abs=1e-16)
+    found = track.state(500 * STEP)
+    assert (found.x_r, found.v_r) == (response.x_r[500], response.v_r[500])

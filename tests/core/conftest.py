@@ -12,7 +12,7 @@ PARTS = (
     "plant", "motion", "compiled", "flow", "wave", "series", "steps", "stop", "events", "glide",
     "eventful", "march", "waves", "fade", "slide", "leave", "leap", "grid", "integrals",
     "means", "turns", "period_map", "orbit", "orbits", "forms", "recursion", "law", "stepping",
-    "decimal", "digits", "pieces", "stretches", "records",
+    "decimal", "digits", "pieces", "stretches", "records", "trail", "joint",
 )  # fmt: skip
 
 

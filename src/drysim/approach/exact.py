@@ -38,7 +38,11 @@ def solve(
 
     `whole` keeps the motion over samples at hand, however long it is.
     """
-    if isinstance(law, Dynamic | Slider):
+    if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
+        from drysim.approach import over_joints
+
+        response = over_joints.solve(plant, law, motion, start, duration)
+    elif isinstance(law, Dynamic | Slider):
         from drysim.approach import traced
 
         response = traced.solve(plant, law, motion, start, step, duration)
@@ -60,6 +64,10 @@ def follow(
     duration: float | None,
 ) -> Track:
     """Solve a scene with the core that fits its base motion, without a grid where it can."""
+    if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
+        from drysim.approach import over_joints
+
+        return over_joints.follow(plant, law, motion, start, duration)
     if isinstance(law, Dynamic | Slider):
         from drysim.approach import traced
 

@@ -8,7 +8,6 @@ from drysim.core.compiled import compiled
 from drysim.core.events import LIFT, REVERSAL, SLIP, STICK, limit_force, note, sign
 from drysim.core.leave import leave_slip
 from drysim.core.plant import Plant
-from drysim.core.skim import skim, whole_steps
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER, locate_stop
 from drysim.core.trail import ENOUGH, mark
@@ -80,22 +79,8 @@ def touch(
     stalled = 0
     full = capacity - ENOUGH
     whole = waves.size == 0
-    c = plant.b / plant.m
-    held = whole_steps(c, (plant.k_x + law.k_t) / plant.m, dt)
-    bare = whole_steps(c, plant.k_x / plant.m, dt)
     reach = law.F_fk / law.k_t
     while n <= end and at < full and count < full:
-        if whole and s == 0.0 and abs(mode) <= 1:
-            low, high, f = -NEVER, NEVER, mode * law.F_fk / plant.m
-            if mode == HOLD:
-                low, high, f = x_0 - reach, x_0 + reach, -law.k_t * x_0 / plant.m
-            if mode == HOLD or mode * v_r > 0.0:
-                n, x_r, v_r, at = skim(
-                    held if mode == HOLD else bare, u_dd, n, end, x_r, v_r, f, low, high, trail,
-                    at, full, x_0, mode,
-                )  # fmt: skip
-                if at >= full:
-                    break
         length = h if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s

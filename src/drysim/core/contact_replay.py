@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from drysim.core.compiled import compiled
+import math
+
+import numpy as np
+
+from drysim.core.compiled import compiled, held
 from drysim.core.contact import FREE, begin_stretch, contact_force
 from drysim.core.integrals import NODES, WEIGHTS, panel_length
 from drysim.core.slide import slide
@@ -48,7 +52,6 @@ def read_contact(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_o
         d_out[k] = -1 if v < 0.0 else 1
 
 
-@compiled
 def integrate_contact(plant, law, waves, u_dd, dt, trail, begin, end):
     """Integrate a motion over a spring contact from `begin` to `end` [s].
 
@@ -57,14 +60,24 @@ def integrate_contact(plant, law, waves, u_dd, dt, trail, begin, end):
     x2, v2, x_dd2, power, rub, stuck : float
         As in `Totals`; `rub` is the work that the contact took over F_fk.
     """
+    n, s = np.asarray(trail.n), np.asarray(trail.s)
+    lengths = np.append(np.diff(n) * dt + np.diff(s), math.inf)
+    sums = integrate_pieces(plant, law, waves, u_dd, dt, trail, held(lengths), begin, end)
+    return *sums, 0.0
+
+
+@compiled
+def integrate_pieces(plant, law, waves, u_dd, dt, trail, lengths, begin, end):
+    """Integrate pieces of some lengths [s] as far as they lie between `begin` and `end` [s].
+
+    Returns as in `integrate_contact`, without the last.
+    """
     m, k_x, b = plant
     x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(trail.n)):
         t = trail.n[i] * dt + trail.s[i]
         s = max(begin - t, 0.0)
-        hi = end - t
-        if i + 1 < len(trail.n):
-            hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
+        hi = min(end - t, lengths[i])
         if hi <= s:
             continue
         c, w, g, r, u_0, slope = resume(plant, law, waves, u_dd, dt, trail, i)
@@ -83,4 +96,4 @@ def integrate_contact(plant, law, waves, u_dd, dt, trail, begin, end):
                 power += weight * base_motion(waves, u_0, slope, at)[0] * v
                 rub += weight * F * v / law.F_fk
             s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, rub, 0.0
+    return x2, v2, x_dd2, power, rub

@@ -1,0 +1,81 @@
+"""Spring contacts of constant limit over samples, solved on the grid of the samples."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drysim.approach.events import Events
+from drysim.approach.jointed import Jointed
+from drysim.approach.numerics import Numerics
+from drysim.approach.points import Held, Points
+from drysim.approach.response import Response
+from drysim.approach.room import empty_log, empty_trail, larger
+from drysim.approach.scene import core_of, grid_points, refuse_storm
+from drysim.core.compiled import engine, held
+from drysim.core.contact import first_contact
+from drysim.core.events import ROOM, Log
+from drysim.core.joint import march_joint
+from drysim.core.motion import Samples
+from drysim.core.plant import AnyState, Plant, Slider
+from drysim.core.trail import Trail
+
+FEW_EVENTS = 0.1
+"""Events a sample that there is room for at first."""
+
+STRIDE = 4_000_000
+"""Samples that a kernel may march before it hands over, so that an interrupt is heard."""
+
+
+def follow(
+    plant: Plant, law: Slider, motion: Samples, start: AnyState, duration: float | None
+) -> Jointed:
+    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    last = len(motion.u_dd) - 1
+    end = last * motion.dt if duration is None else duration
+    points = min(last, grid_points(end, motion.dt) - 1)
+    last = min(last, points + (end > points * motion.dt * (1.0 + 1e-12)))
+    u_dd = motion.u_dd[: last + 1]
+    x_r, v_r = held(np.empty((2, last + 1)))
+    d = held(np.empty(last + 1, dtype=np.int8))
+    mode, x_0 = first_contact(law, start.x_r)
+    x_0 = start[2] if len(start) > 2 else x_0
+    x_r[0], v_r[0], d[0] = start.x_r, start.v_r, 0
+    trail, log = empty_trail(room := int(FEW_EVENTS * last) + 4 * ROOM), empty_log(room)
+    for column, value in zip(trail, (0, 0.0, start.x_r, start.v_r, x_0, mode), strict=True):
+        column[0] = value
+    F_L = plant.m * float(u_dd[0]) + plant.k_x * start.x_r
+    for column, value in zip(log, (0, 0.0, mode, start.x_r, F_L), strict=True):
+        column[0] = value
+    given, n, used, count = held(u_dd), 0, 1, 1
+    state: tuple[Any, ...] = (start.x_r, start.v_r, x_0, mode)
+    while n < last:
+        if max(used, count) > len(trail.n) - ROOM:
+            trail, log = (larger(kept, 2 * len(kept[0])) for kept in (trail, log))
+        until, written = min(n + STRIDE, last), (x_r, v_r, d, trail, used, log, count)
+        rest: tuple[Any, ...] = (n, until, *state, *written)
+        n, *moved, used, count = march_joint(plant, law, given, motion.dt, *rest)
+        state = tuple(moved)
+        refuse_storm(count, n * motion.dt, state)
+    trail = Trail(*(np.asarray(column[:used]) for column in trail))
+    found = Log(*(np.asarray(column[:count]) for column in log))
+    t = found.n * motion.dt + found.s
+    events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L).until(end)
+    series = np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8)
+    return Jointed(plant, law, motion, u_dd, *series, trail, events, end)
+
+
+def solve(
+    plant: Plant, law: Slider, motion: Samples, start: AnyState, duration: float | None
+) -> Response:
+    """Solve a scene under samples, on their own grid."""
+    track = follow(plant, law, motion, start, duration)
+    n = grid_points(track.end, motion.dt)
+    x_r, v_r, d = track.x_r[:n], track.v_r[:n], track.d[:n]
+    x_0 = track.trail.z[track.latest[:n]]
+    F_f = np.where(d == 0, law.k_t * (x_r - x_0), d * law.F_fk)
+    heading = np.where(v_r < 0.0, -1, 1).astype(np.int8)
+    how = Numerics("stick-slip", *core_of(law, motion), engine(), n - 1, len(track.events))
+    grid = Held(motion.dt, Points(track.u_dd[:n], x_r, v_r, heading, F_f))
+    return Response(plant, law, motion, grid, track.events, how, track)

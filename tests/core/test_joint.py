@@ -1,0 +1,47 @@
+"""Spring contacts over samples: both engines agree to the last bit, also in several calls."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+STEP = 2.5e-3
+
+
+def march(kernel, u_dd, k_t, cuts=()):
+    """March over samples, in several calls where `cuts` says so."""
+    listed = kernel.engine == "plain"
+    plant, law = kernel.plant.Plant(75.0, 7500.0, 500.0), kernel.plant.Slider(30.0, k_t)
+    n = len(u_dd)
+
+    def room(size, kind=float):
+        empty = np.zeros(size, dtype=kind)
+        return empty.tolist() if listed else empty
+
+    x_r, v_r, d = room(n), room(n), room(n, np.int8)
+    size = 2 * kernel.events.ROOM
+    kinds = (int, float, float, float, float, int)
+    trail = kernel.trail.Trail(*(room(size, kind) for kind in kinds))
+    log = kernel.events.Log(*(room(size, kind) for kind in (int, float, int, float, float)))
+    state, at, used, count = (0.0, 0.0, 0.0, 0), 0, 0, 0
+    given = u_dd.tolist() if listed else u_dd
+    for end in (*cuts, n - 1):
+        at, *state, used, count = kernel.joint.march_joint(
+            plant, law, given, STEP, at, end, *state, x_r, v_r, d, trail, used, log, count
+        )
+    return np.array(x_r), np.array(v_r), np.array(log.s[:count]), np.array(log.kind[:count])
+
+
+@pytest.mark.parametrize("k_t", [1e4, 1e6, 1e8])
+def test_engines_agree_bit_for_bit(plain, fast, k_t):
+    u_dd = np.random.default_rng(4).standard_normal(800)
+    for one, other in zip(march(plain, u_dd, k_t), march(fast, u_dd, k_t), strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_march_that_is_handed_over_goes_on_as_if_never_stopped(kernel):
+    u_dd = np.random.default_rng(5).standard_normal(900)
+    whole, parts = march(kernel, u_dd, 1e5), march(kernel, u_dd, 1e5, cuts=(256, 512))
+    assert len(whole[3]) > 50
+    for one, other in zip(whole, parts, strict=True):
+        assert np.array_equal(one, other)
