@@ -13,7 +13,7 @@ from drysim.core.trail import Trail
 
 def empty_trail(size: int) -> Trail:
     """Give room for a trail."""
-    whole = ("n", "d")
+    whole = ("n", "d", "terms")
     kinds = (np.int64 if name in whole else np.float64 for name in Trail._fields)
     return Trail(*(held(np.empty(size, dtype=kind)) for kind in kinds))
 

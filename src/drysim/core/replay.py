@@ -8,6 +8,7 @@ from drysim.core.events import limit_force
 from drysim.core.integrals import NODES, WEIGHTS
 from drysim.core.jet import ORDER, drive, grow, value
 from drysim.core.plant import LEUVEN
+from drysim.core.settled import SETTLED, settle_again
 
 TINY = 1e-300
 """Nothing that a series has may be neglected where it is read."""
@@ -15,7 +16,10 @@ TINY = 1e-300
 
 @compiled
 def revive(plant, law, waves, u_dd, dt, jet, trail, i):
-    """Make the series of step i anew, whole; gives its last term, 0 where nothing moves."""
+    """Make the series of step i anew; gives the last term that counts, 0 where nothing moves.
+
+    What comes behind it is not the motion: the rise of the Stribeck curve, a step away.
+    """
     n = trail.n[i]
     s = trail.s[i]
     slope = (u_dd[n + 1] - u_dd[n]) / dt
@@ -26,9 +30,12 @@ def revive(plant, law, waves, u_dd, dt, jet, trail, i):
     way = 1 if d > 0 else -1
     if law.kind == LEUVEN:
         jet.slope[0], jet.slope[1] = trail.rise[i], trail.bend[i]
+    if abs(d) > SETTLED:
+        settle_again(plant, law, jet, way, trail.x_r[i], trail.v_r[i], abs(d) - SETTLED)
+        return trail.terms[i]
     state = trail.x_r[i], trail.v_r[i], trail.z[i]
-    last, _ = grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, TINY, TINY)
-    return last
+    grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, TINY, TINY)
+    return trail.terms[i]
 
 
 @compiled

@@ -6,15 +6,18 @@ from drysim.core.compiled import compiled
 from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, note, sign
 from drysim.core.foresight import first_zero, followed, foreseen
 from drysim.core.jet import ORDER, drive, grow, value
-from drysim.core.leave import leave_stick
 from drysim.core.memory import EVEN, branch_end, end_branch, head, set_slope
-from drysim.core.plant import LEUVEN, STRIBECK, Law
+from drysim.core.plant import LEUVEN, STRIBECK
+from drysim.core.settled import SETTLED, STIFF, calm_plant, settle, settling_rate
+from drysim.core.stay import break_away, calm_length
 from drysim.core.stop import NEVER, RESOLUTION
 from drysim.core.trail import ENOUGH, mark
-from drysim.core.waves import OMEGA, STRIDE, anchor
 
 STALL = 100
 """Changes in a row without progress in time that put a scene at the end of double precision."""
+
+LONGEST_WAIT = 31
+"""Steps at most before bristles that had not settled are asked again."""
 
 
 @compiled
@@ -84,6 +87,8 @@ def trace(
     z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
     wish = NEVER
     stalled = 0
+    calm = min(calm_length(waves), calm_plant(plant))
+    pause, wait = 0, 0
     while n <= end and at + ENOUGH < capacity and count + ENOUGH < capacity:
         length = h if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
@@ -107,11 +112,27 @@ def trace(
             poised = abs(d) == 2
             way = 1 if d >= 0 else -1
             v_least = law.tolerance * jet.scale[0]
-            last, step = grow(
-                plant, law, jet, way, x_r, v_r, z, poised, min(left, wish), v_least, z_least
-            )
+            last, step, rounds = 0, 0.0, 0
+            if law.kind != STRIBECK and settling_rate(law, v_r, z) * min(left, calm) > STIFF:
+                if pause == 0:
+                    last, step, rounds = settle(
+                        plant, law, jet, way, x_r, v_r, z, left, v_least, z_least
+                    )
+                    wait = 0 if rounds > 0 else min(2 * wait + 1, LONGEST_WAIT)
+                    pause = wait
+                else:
+                    pause -= 1
+            if rounds == 0:
+                last, step = grow(
+                    plant, law, jet, way, x_r, v_r, z, poised, min(left, wish), v_least, z_least
+                )
+            else:
+                trail.d[at - 1] = way * (SETTLED + rounds)
+            trail.terms[at - 1] = last
             step = foreseen(law, jet, last, way, step)
             stop = first_zero(jet.v, last, way, step)
+            if rounds > 0 and stop != NEVER:
+                step, stop = 0.5 * stop, NEVER
             end_of_branch, what = NEVER, 0
             if law.kind == LEUVEN:
                 end_of_branch, what = branch_end(law, jet, last, way, min(stop, step))
@@ -149,24 +170,3 @@ def trace(
             n += 1
             s = 0.0
     return n, s, x_r, v_r, z, d, at, count
-
-
-@compiled
-def calm_length(waves):
-    """Give the longest step [s] of a stuck mass, within which a series knows the waves."""
-    fastest = 0.0
-    for i in range(waves.size):
-        fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
-    return 1.0 / fastest if fastest > 0.0 else NEVER
-
-
-@compiled
-def break_away(plant, law, waves, x_r, u_0, slope, t, h):
-    """Give when a stuck mass breaks away within h [s], or infinity, and in which direction."""
-    limits = Law(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
-    anchor(waves, plant, limits, t, 0)
-    up = leave_stick(plant, limits, waves, x_r, u_0, slope, 1, h)
-    down = leave_stick(plant, limits, waves, x_r, u_0, slope, -1, min(up, h))
-    if down < up:
-        return down, 1
-    return up, -1

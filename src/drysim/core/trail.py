@@ -22,7 +22,10 @@ class Trail(NamedTuple):
     x_r, v_r, z : array of float
         The state there [m, m/s, m].
     d : array of int
-        Direction of motion, 0 where stuck; 2 and -2 where the mass breaks away just then.
+        Direction of motion, 0 where stuck; 2 and -2 where the mass breaks away just then;
+        beyond these how many rounds a series on settled bristles took, as in `settle`.
+    terms : array of int
+        Last term of its series; else not written.
     rise, bend : array of float
         Slope of the branch that bristles with a memory are on, as in `Jet`; else not written.
     """
@@ -33,6 +36,7 @@ class Trail(NamedTuple):
     v_r: Any
     z: Any
     d: Any
+    terms: Any
     rise: Any
     bend: Any
 
