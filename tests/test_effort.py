@@ -47,6 +47,10 @@ def test_easy_scene_is_not_called_slow(prepared):
             {"friction__normal_variation": {"amplitude": 0.5, "frequency": 1e5}},
             "the normal force turns by 1571 radians",
         ),
+        (
+            {"friction": {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e14}},
+            "the mass on its bristles turns by 2887 radians",
+        ),
     ],
 )
 def test_scene_that_turns_fast_is_called_slow(prepared, overrides, what):
@@ -60,6 +64,10 @@ def test_scene_that_turns_fast_is_called_slow(prepared, overrides, what):
     [
         ({"excitation__frequency": 1e9}, "excitation"),
         ({"oscillator__stiffness": 1e22, "oscillator__damping": 0}, "oscillator.stiffness"),
+        (
+            {"friction": {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e25}},
+            "friction.bristle_stiffness",
+        ),
     ],
 )
 def test_scene_that_nobody_waits_for_is_refused_with_the_hours(prepared, overrides, key):

@@ -7,7 +7,7 @@ from math import inf, pi, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.core.motion import Sines
-from drysim.core.plant import Law
+from drysim.core.plant import Dynamic, Law
 from drysim.errors import Caution
 from drysim.wording import number
 
@@ -70,6 +70,12 @@ def _turns(case: Case) -> Iterator[Turns]:
         kicks = 2.0 * (fastest * span + 1.0)
         rings = kicks * RINGING / xi if xi else inf
         yield Turns("oscillator.stiffness", "oscillator", radians, min(radians, rings))
+    if isinstance(law, Dynamic) and law.sigma_0:
+        radians = sqrt(law.sigma_0 / m) * span
+        xi = 0.5 * (b + law.sigma_1) / sqrt(law.sigma_0 * m)
+        rings = 2.0 * (fastest * span + 1.0) * RINGING / xi if xi else inf
+        name = "mass on its bristles"
+        yield Turns("friction.bristle_stiffness", name, radians, min(radians, rings))
 
 
 def excess(case: Case) -> tuple[str, str] | None:
