@@ -334,6 +334,16 @@ def test_list_shows_every_scenario_of_the_gallery(drysim):
     assert [name for name in names if name not in shown] == []
 
 
+def test_list_tells_which_scenarios_have_pictures_and_where_they_are(drysim):
+    from drysim.study import gallery
+
+    listed = drysim("init", "--list")
+    marked = {line.split()[0] for line in listed.out.splitlines() if line.endswith("[loop]")}
+    assert marked == {file.stem for file in (gallery.folder() / gallery.LOOPS).iterdir()}
+    assert str(gallery.folder() / gallery.LOOPS) in "".join(listed.err.splitlines())
+    assert "friction-lugre.png" in drysim("init", "friction-lugre").err
+
+
 def test_list_shows_every_hard_case_by_the_name_it_is_taken_out_with(drysim):
     from drysim.study.gallery import folder
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 import drysim
+from drysim.scenario.laws import LAWS
+from drysim.study import gallery
 from drysim.study.sweep import sweep
 
 GALLERY = Path(__file__).parents[1] / "scenarios"
@@ -55,3 +57,18 @@ def test_free_decay_stops_where_the_closed_form_says():
 def test_without_friction_the_seat_meets_its_stroke_limit():
     scenario = drysim.load(GALLERY / "seat-on-em1.yaml", {"friction.kinetic": 0})
     assert drysim.run(scenario).metrics["violations"] > 0
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_has_a_scenario_of_its_own_with_a_small_picture_of_its_loop(law):
+    piece = gallery.find(f"friction-{law}")
+    assert drysim.load(piece.file).friction.law == law
+    assert piece.loop.read_bytes().startswith(b"\x89PNG")
+    assert piece.loop.stat().st_size < 20_000
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_can_act_in_the_scenario_of_all_laws(law):
+    scenario = drysim.load(GALLERY / "friction-laws.yaml")
+    assert scenario.with_law(law).law().F_fk == 45.0
+    assert tuple(scenario.losses(law)) == ()

@@ -45,6 +45,9 @@ def test_wheel_holds_the_whole_gallery_and_the_licence(site):
     assert gallery - {file.name for file in (site / "drysim" / "scenarios").iterdir()} == set()
     assert list(site.glob("drysim-*.dist-info/licenses/**/LICENSE"))
     assert (site / "drysim" / "py.typed").exists()
-    assert not (site / "drysim" / "scenarios" / "pictures").exists()
+    pictures = site / "drysim" / "scenarios" / "pictures"
+    assert [path.name for path in pictures.iterdir()] == ["loops"]
+    loops = {file.name for file in (CHECKOUT / "scenarios" / "pictures" / "loops").iterdir()}
+    assert {file.name for file in (pictures / "loops").iterdir()} == loops
     hard = {file.name for file in (CHECKOUT / "scenarios" / "hard").iterdir()}
     assert hard == {file.name for file in (site / "drysim" / "scenarios" / "hard").iterdir()}

@@ -146,13 +146,18 @@ def init(name: options.Name = FIRST, show: options.Show = False) -> int:
         width = 2 + max(len(piece.name) for piece in shown)
         with reader_may_leave():
             for piece in shown:
-                console.say(f"{piece.name:<{width}}{piece.about}")
+                seen = " [loop]" if piece.loop else ""
+                console.say(f"{piece.name:<{width}}{piece.about}{seen}")
+        if any(piece.loop for piece in shown):
+            console.remark(f"pictures of the loops: {gallery.folder() / gallery.LOOPS}")
         if name != gallery.HARD:
             console.remark(f"the hard cases: drysim init --list {gallery.HARD}")
         return EXIT_OK
     written = gallery.copy(name, Path())
     with reader_may_leave(Path()):
         console.say("\n".join(map(str, written)))
+    if loop := gallery.find(name).loop:
+        console.remark(f"its friction loop: {loop}")
     console.remark(f"now: drysim run {written[0]}")
     return EXIT_OK
 

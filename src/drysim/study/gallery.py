@@ -18,6 +18,10 @@ HARD = "hard"
 """Part of the gallery that holds the hard cases: scenes that are hard to compute."""
 
 
+LOOPS = Path("pictures", "loops")
+"""Folder of the gallery that holds the loops of its friction laws."""
+
+
 @dataclass(frozen=True)
 class Piece:
     """A scenario of the gallery: its name, its own words about itself, and its file."""
@@ -25,6 +29,12 @@ class Piece:
     name: str
     about: str
     file: Path
+
+    @property
+    def loop(self) -> Path | None:
+        """The picture of its friction loop, if the gallery shows it."""
+        file = self.file.parent / LOOPS / f"{self.file.stem}.png"
+        return file if file.is_file() else None
 
 
 def folder() -> Path:
