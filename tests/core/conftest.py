@@ -10,9 +10,10 @@ import pytest
 
 PARTS = (
     "plant", "motion", "compiled", "flow", "wave", "series", "steps", "stop", "events", "glide",
-    "eventful", "march", "waves", "fade", "slide", "leave", "leap", "grid", "integrals",
-    "means", "turns", "period_map", "orbit", "orbits", "forms", "recursion", "law", "stepping",
-    "decimal", "digits", "pieces", "stretches", "records", "trail", "joint",
+    "eventful", "march", "waves", "fade", "slide", "cease", "leave", "leap", "table", "grid",
+    "integrals", "means", "turns", "period_map", "orbit", "orbits", "forms", "recursion", "law",
+    "stepping", "decimal", "digits", "pieces", "stretches", "records", "trail",
+    "joint",
 )  # fmt: skip
 
 

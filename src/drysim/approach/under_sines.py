@@ -27,12 +27,13 @@ from drysim.core import orbit, orbits
 from drysim.core.base import sample_base
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
-from drysim.core.grid import STEP, sample_leaps, state_within
+from drysim.core.grid import sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.leap import leap
 from drysim.core.means import mean_squares
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.table import room
 from drysim.core.waves import STRIDE, Waves
 
 MOST_PERIODS = 5_000
@@ -121,13 +122,13 @@ class Leaps:
         turns = (track.turns.t, track.turns.kind, track.turns.x_r)
         t, kind, x_0 = (held(column[events]) for column in turns)
         v_0 = track.start.v_r if before == 1 else 0.0
-        u_dd, x_r, v_r = (held(np.zeros(n)) for _ in range(3))
-        modes, steps = held(np.zeros(n, dtype=np.int8)), held(np.zeros(STEP * track.waves.size))
+        u_dd, x_r, v_r = (held(np.empty(n)) for _ in range(3))
+        modes, table = held(np.empty(n, dtype=np.int8)), held(np.empty(room(track.waves.size)))
         sample_leaps(
-            track.plant, track.law, track.waves, t, kind, x_0, v_0, first, self.dt, steps,
+            track.plant, track.law, track.waves, t, kind, x_0, v_0, first, self.dt, table,
             x_r, v_r, modes,
         )  # fmt: skip
-        sample_base(track.waves, first, self.dt, u_dd)
+        sample_base(track.waves, first, self.dt, table, u_dd)
         states = (np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
         return Points(np.asarray(u_dd), *states)
 

@@ -1,39 +1,53 @@
-"""The base on a grid: its acceleration, each wave turned from one point to the next."""
+"""The base on a grid: its acceleration, each wave by its sine and cosine after whole steps."""
 
 from __future__ import annotations
 
 import math
 
 from drysim.core.compiled import compiled
+from drysim.core.table import ANGLES, FLOW, ROWS, WAVE
 from drysim.core.waves import FREQUENCY, OMEGA, PHASE, STRIDE, A
-
-RENEW = 256
-"""Points after which a march over the grid begins afresh from the event before: few enough
-that rounding does not add up, and always the same ones, so that blocks change no number."""
 
 
 @compiled
-def sample_base(waves, first, dt, u_out):
+def sample_base(waves, first, dt, table, u_out):
     """Write ü of the base [m/s²] on the grid n·dt, from point `first` on."""
+    fill_angles(waves, dt, table)
+    values = waves.values
     last = first + len(u_out)
     for k in range(len(u_out)):
         u_out[k] = 0.0
-    values = waves.values
     for i in range(waves.base):
-        at = STRIDE * i
-        f, phase, A_i = values[at + FREQUENCY], values[at + PHASE], values[at + A]
-        turn = math.sin(values[at + OMEGA] * dt)
-        back = 2.0 * math.sin(0.5 * values[at + OMEGA] * dt) ** 2
-        block = first - first % RENEW
-        while block < last:
-            theta = 2.0 * math.pi * ((f * (block * dt)) % 1.0) + phase
-            sine = math.sin(theta)
-            cosine = math.cos(theta)
-            for k in range(block, min(block + RENEW, last)):
-                if k >= first:
-                    u_out[k - first] += A_i * sine
-                sine, cosine = (
-                    sine + (cosine * turn - sine * back),
-                    cosine - (sine * turn + cosine * back),
-                )
-            block += RENEW
+        wave = STRIDE * i
+        f, phase, A_i = values[wave + FREQUENCY], values[wave + PHASE], values[wave + A]
+        start = first - first % ROWS
+        while start < last:
+            theta = 2.0 * math.pi * ((f * (start * dt)) % 1.0) + phase
+            n, end = max(first, start), min(last, start + ROWS)
+            add_angles(
+                table, i, n - start, end - n, A_i * math.sin(theta), A_i * math.cos(theta),
+                n - first, u_out,
+            )  # fmt: skip
+            start = end
+
+
+@compiled
+def fill_angles(waves, dt, table):
+    """Write by what angle every wave of the base turns."""
+    for i in range(waves.base):
+        omega = waves.values[STRIDE * i + OMEGA]
+        at = ROWS * (FLOW + WAVE * i + ANGLES)
+        for k in range(ROWS):
+            table[at + k] = math.sin(omega * (k * dt))
+            table[at + ROWS + k] = math.cos(omega * (k * dt))
+
+
+@compiled
+def add_angles(table, i, row, rows, sine, cosine, at, u_out):
+    """Add a wave itself, of which it began with these parts [m/s²]."""
+    begin = row + ROWS * (FLOW + WAVE * i + ANGLES)
+    if begin < 0 or at < 0:
+        # Never so; but the compiler is told that no index counts from the end.
+        return
+    for k in range(rows):
+        u_out[at + k] += sine * table[begin + k + ROWS] + cosine * table[begin + k]

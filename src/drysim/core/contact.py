@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from drysim.core.cease import leave_slip
 from drysim.core.compiled import compiled
 from drysim.core.events import LIFT, REVERSAL, SLIP, STICK, limit_force, note, sign
-from drysim.core.leave import leave_slip
 from drysim.core.plant import Plant
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER, locate_stop
@@ -98,7 +98,7 @@ def touch(
             if whole:
                 turn = locate_stop(c, w, way * v_r, way * a, -way * slope, left)
             else:
-                turn = leave_slip(c, w, waves, x_r, v_r, a, j, g, -slope, way, left)
+                turn, _ = leave_slip(c, w, waves, x_r, v_r, a, j, g, -slope, way, left)
         if whole and holds(mode) and way != 0:
             gap = reach - way * (x_r - x_0)
             gap = 0.0 if mode == way * POISED else gap

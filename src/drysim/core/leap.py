@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from drysim.core.cease import leave_slip
 from drysim.core.compiled import compiled
 from drysim.core.events import (
     REVERSAL,
@@ -14,7 +15,7 @@ from drysim.core.events import (
     sign,
     tightness,
 )
-from drysim.core.leave import leave_slip, leave_stick
+from drysim.core.leave import leave_stick
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER
 from drysim.core.waves import anchor, base_motion, normal_force
@@ -84,15 +85,15 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
         broke = False
         j = -rate - d * law.F_fk * load_d / m - c * a - w * v_r
         g = -u_begin - d * law.F_fk / m
-        stop = leave_slip(c, w, waves, x_r, v_r, a, j, g, -slope, d, left)
-        x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, g, -slope, min(stop, left))
+        stop, x_stop = leave_slip(c, w, waves, x_r, v_r, a, j, g, -slope, d, left)
         if stop == NEVER:
+            x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, g, -slope, left)
             return h, x_r, v_r, d, count, closest
         begin = min(begin + stop, h)
         stalled = 0 if begin > before else stalled + 1
         if stalled > STALL:
             return begin, x_r, v_r, d, -1, closest
-        v_r = 0.0
+        x_r, v_r = x_stop, 0.0
         u_dd = base_motion(waves, u_begin, slope, stop)[0]
         F_L = limit_force(plant, x_r, u_dd)
         F_fs = law.F_fs * normal_force(law, waves, stop)[0]

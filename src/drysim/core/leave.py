@@ -1,8 +1,7 @@
-"""When a stretch of sliding or sticking under waves ends, rigorously.
+"""When a stretch of sticking under waves ends, rigorously.
 
 The next zero is approached from below by steps that a bound on the curvature proves safe, so
-none is skipped and a near miss is passed at its own distance. Where the bound proves that the
-function only falls until it is below zero, Newton's method has nothing to miss.
+none is skipped and a near miss is passed at its own distance.
 """
 
 from __future__ import annotations
@@ -10,16 +9,9 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled
-from drysim.core.slide import margin, slide
+from drysim.core.slide import margin
 from drysim.core.stop import NEVER, RESOLUTION
 from drysim.core.waves import OMEGA, SINE, STRIDE, THETA, A
-
-FALLS = 3.0
-"""A slope this many times what it may change by up to 1.5 times the zero of its parabola leads
-below zero on the way."""
-
-NEWTON_CAP = 20
-"""The parabola errs in the third order: 3 rounds do, as none is allowed to turn back."""
 
 TOUCH = 1e-6
 """A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
@@ -61,72 +53,6 @@ def first_step(rate, bend, bend_bound, third_bound):
     if rate >= 0.0 and bend > 0.0:
         by_bend = 1.5 * bend / third_bound if third_bound > 0.0 else NEVER
     return max(by_rate, by_bend)
-
-
-@compiled
-def to_zero(v, a, j):
-    """Give the smaller time at which v + a h + j h²/2, falling, is zero; infinity for none."""
-    square = a * a - 2.0 * v * j
-    return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
-
-
-@compiled
-def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
-    """Give the first time in (0, h] at which sliding in direction d stops, or infinity.
-
-    The jerk and its rate obey the oscillator's equation driven by ü", so
-    |jerk|(s) <= sqrt(jerk² + w a²) + s·max|ü"|: the bound that makes every step safe.
-    """
-    growth = 0.0
-    fastest = 0.0
-    for i in range(waves.size):
-        omega = waves.values[STRIDE * i + OMEGA]
-        growth += abs(waves.values[STRIDE * i + A]) * omega * omega
-        fastest = max(fastest, omega)
-    cap = 1.0 / fastest if fastest > 0.0 else NEVER
-    s = 0.0
-    v, a, j = d * v_r, d * a, d * j
-    while True:
-        bend = math.sqrt(j * j + w * a * a)
-        if v > 0.0:
-            near = to_zero(v, a, j) if a < 0.0 else NEVER
-            if -a >= FALLS * (bend + growth * 1.5 * near) * 1.5 * near:
-                s = sharpen(c, w, waves, x_r, v_r, g, r, d, s, v, a, j, growth)
-                return s if s < h else NEVER
-            step = safe_step(v, a, bend, growth, cap)
-        else:
-            bound = bend + growth * cap if growth > 0.0 else bend
-            if bound == 0.0:
-                return NEVER
-            step = min(first_step(a, j, bound, (c + math.sqrt(w)) * bound + growth), cap)
-            if step <= 0.0:
-                return s
-        if s + step >= h:
-            # The end of the stretch lies within the safe step.
-            return NEVER
-        if step <= RESOLUTION * s:
-            return s
-        s += step
-        _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
-        v, a, j = d * v, d * a, d * j
-        if v <= 0.0:
-            return s
-
-
-@compiled
-def sharpen(c, w, waves, x_r, v_r, g, r, d, s, v, a, j, growth):
-    """Give the zero of a velocity that only falls, from its values at time s."""
-    for _ in range(NEWTON_CAP):
-        step = to_zero(v, a, j)
-        s += step
-        # What the parabola leaves out is at most this times the cube of the step.
-        bend = math.sqrt(j * j + w * a * a) + growth * abs(step)
-        third = (c + math.sqrt(w)) * bend + growth
-        if third * abs(step) ** 3 <= -6.0 * a * RESOLUTION * s or step == 0.0:
-            return s
-        _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
-        v, a, j = d * v, d * a, d * j
-    return s
 
 
 @compiled

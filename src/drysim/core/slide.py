@@ -32,6 +32,12 @@ from drysim.core.waves import (
 
 @compiled
 def slide(c, w, waves, x_r, v_r, g, r, s):
+    """Give x_r, v_r, a and j as `slide_and_snap` does."""
+    return slide_and_snap(c, w, waves, x_r, v_r, g, r, s)[:4]
+
+
+@compiled
+def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
     """Give the motion at time s of a stretch of sliding.
 
     Parameters
@@ -49,15 +55,16 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
 
     Returns
     -------
-    x_r, v_r, a, j : float
-        Relative displacement [m], velocity [m/s], acceleration [m/s²] and jerk [m/s³].
+    x_r, v_r, a, j, k : float
+        Relative displacement [m], velocity [m/s], acceleration [m/s²], jerk [m/s³] and its
+        rate [m/s⁴].
     """
     YY = 0.0
     if r == 0.0:
         y, y_d, Y = fade(c, w, s)
     else:
         y, y_d, Y, YY = flow(c, w, s)
-    x, v, a, j = 0.0, 0.0, 0.0, 0.0
+    x, v, a, j, k = 0.0, 0.0, 0.0, 0.0, 0.0
     values = waves.values
     for i in range(waves.size):
         at = STRIDE * i
@@ -68,36 +75,40 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
             swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
             rate = omega * (values[at + ALONG] * cosine - values[at + ACROSS] * sine)
             push, push_d = -omega * omega * swing, -omega * omega * rate
+            push_dd = -omega * omega * push
             # What the start lacks of the steady response dies out with it.
             x_r -= values[at + X_START]
             v_r -= values[at + V_START]
         else:
-            swing, rate, push, push_d = from_rest(c, w, values, at, s, y, y_d)
+            swing, rate, push, push_d, push_dd = from_rest(c, w, values, at, s, y, y_d)
         x += swing
         v += rate
         a += push
         j += push_d
+        k += push_dd
     # What the waves do and what is left of the start are added up apart: a motion that dies out
     # under a steady force keeps the sign of its velocity and acceleration.
     p = g - w * x_r
     a_start = (p - c * v_r) * y_d + (r - w * v_r) * y
     v_start = v_r * y_d + p * y + r * Y
     x += x_r + v_r * y + p * Y + r * YY
-    return x, v + v_start, a + a_start, j + r - c * a_start - w * v_start
+    j_start = r - c * a_start - w * v_start
+    return x, v + v_start, a + a_start, j + j_start, k - c * j_start - w * a_start
 
 
 @compiled
 def from_rest(c, w, values, at, s, y, y_d):
-    """Give x_r, v_r, a and j that a wave alone has made from rest by time s."""
+    """Give x_r, v_r, a, j and k that a wave alone has made from rest by time s."""
     omega = values[at + OMEGA]
     from_sine = -values[at + A] * values[at + COSINE]
     from_cosine = -values[at + A] * values[at + SINE]
     R, P, P_d, sine, cosine = wave(c, w, omega, s, y, y_d)
     x = from_sine * omega * R + from_cosine * P
     v = from_sine * omega * P + from_cosine * P_d
-    a = from_sine * omega * sine + from_cosine * cosine - c * v - w * x
+    push = from_sine * omega * sine + from_cosine * cosine
+    a = push - c * v - w * x
     j = omega * (from_sine * cosine - from_cosine * omega * sine) - c * a - w * v
-    return x, v, a, j
+    return x, v, a, j, -omega * omega * push - c * j - w * a
 
 
 @compiled
