@@ -95,3 +95,20 @@ def test_damping_beyond_measure_takes_no_time(prepared):
     outcome = drysim.run(file)
     assert time.process_time() - begin < 20.0  # the compiler included; it was minutes
     assert outcome.metrics["energy_residual"] < 1e-9
+
+
+def test_more_events_than_a_step_has_room_for_are_told_with_their_time(seat, drysim):
+    # 50,000 reversals of a mass that rings at 160 kHz, all within the first step.
+    words = {
+        "oscillator": "{mass: 1, stiffness: 1e12, damping: 0}",
+        "friction.kinetic": 1000,
+        "start.x_r": 1e-4,
+        "excitation": "{kind: psd, points: [[0.5, 1], [4, 1]], duration: 10, seed: 3}",
+        "measure": "null",
+        "solver.step": 0.1,
+    }
+    sets = [part for key, value in words.items() for part in ("--set", f"{key}={value}")]
+    answer = drysim("run", seat, "--no-plots", *sets)
+    assert answer.code == 3
+    assert "at t = 0.1 s more than 4096 events fall within a step of 0.1 s" in answer.err
+    assert "take a shorter step" in answer.err

@@ -31,8 +31,15 @@ KILLS = 4
 """Random instants of each command under each signal."""
 
 
+def hears():
+    """Take every signal as a terminal does; a session begun by nohup hands down deaf ones."""
+    for number in SIGNALS[1:]:
+        signal.signal(number, signal.SIG_DFL)
+
+
 def started(folder, *words, **options):
     """Begin a command whose results are the same each time."""
+    options = {"preexec_fn": hears} | options
     environment = os.environ | {"SOURCE_DATE_EPOCH": "0", "DRYSIM_ENGINE": "plain"}
     return subprocess.Popen(
         [sys.executable, "-m", "drysim", *words, "--no-plots", "--quiet", "--out", "out"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import subprocess
 import sys
@@ -25,6 +26,7 @@ reference: viscous
 """
 
 KILLS = 50
+"""Processes that are killed at work."""
 
 
 def command(*words: str) -> list[str]:
@@ -36,17 +38,19 @@ def command(*words: str) -> list[str]:
 def test_sweep_killed_at_any_instant_is_resumed_to_the_same_bytes(tmp_path: Path) -> None:
     (tmp_path / "killed.yaml").write_text(SWEEP)
     words = ("sweep", "killed.yaml", "--no-plots", "--quiet")
-    for _ in range(2):  # the first may have to compile
-        began = time.perf_counter()
-        subprocess.run(command(*words, "--out", "whole"), cwd=tmp_path, check=True)
-    takes = time.perf_counter() - began
+    subprocess.run(command(*words, "--out", "whole"), cwd=tmp_path, check=True)
     whole = (tmp_path / "whole" / "transmissibility.csv").read_bytes()
     rng = np.random.Generator(np.random.PCG64(11))
-    survived = 0
-    for number in range(KILLS):
+    survived, number, takes = 0, 0, 60.0
+    while survived < KILLS:
+        number += 1
         out = f"out-{number}"
+        began = time.perf_counter()
         running = subprocess.Popen(command(*words, "--out", out), cwd=tmp_path)
-        time.sleep(float(rng.uniform(0.1, 1.0)) * takes)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            # Where it is done before, that is how long it takes beside what else works.
+            running.wait(float(rng.uniform(0.1, 1.0)) * takes)
+            takes = time.perf_counter() - began
         running.send_signal(signal.SIGKILL)
         survived += running.wait() == -signal.SIGKILL
         if (tmp_path / out).exists():
@@ -55,4 +59,3 @@ def test_sweep_killed_at_any_instant_is_resumed_to_the_same_bytes(tmp_path: Path
         subprocess.run(resumed, cwd=tmp_path, check=True)
         assert (tmp_path / out / "transmissibility.csv").read_bytes() == whole
         assert not (tmp_path / f"{out}.partial").exists()
-    assert survived > KILLS // 2

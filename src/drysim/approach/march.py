@@ -104,7 +104,7 @@ class March:
             else:
                 out = march(self.plant, self.law, given, self.motion.dt, *rest)
             n, state, count, closest = out[0], out[1:4], out[4], min(closest, out[5])
-            refuse_storm(count, (first + n) * self.motion.dt, state)
+            refuse_storm(count, (first + n) * self.motion.dt, state, self.motion.dt)
             logs.append(Log(*(column[:count].copy() for column in log)))
         series = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
         self.latest.clear()

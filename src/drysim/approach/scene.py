@@ -98,10 +98,10 @@ def numerics(core: str, why: str, points: int, turns: Events, closest: float) ->
     return Numerics("stick-slip", core, why, engine(), points - 1, len(turns), decision)
 
 
-def refuse_storm(count: int, t: float, state: Any) -> None:
-    """Raise where events follow each other without end, or the state has left the numbers."""
+def refuse_storm(count: int, t: float, state: Any, step: float | None = None) -> None:
+    """Raise where there are too many events in a step, or the state has left the numbers."""
     if count < 0:
-        raise storm(t)
+        raise storm(t) if step is None else crowd(t, step)
     if not all(math.isfinite(value) for value in state[:2]):
         raise overflow(t)
 
@@ -111,6 +111,15 @@ def storm(t: float) -> SolverError:
     return SolverError(
         f"at t = {t:.9g} s events follow each other without progress in time",
         "check friction and stiffness for values at the end of double precision",
+    )
+
+
+def crowd(t: float, step: float) -> SolverError:
+    """Give the error of more events within one step of a record than there is room for."""
+    return SolverError(
+        f"at t = {t:.9g} s more than {ROOM} events fall within a step of {step:.9g} s",
+        "take a shorter step, or check mass, stiffness and friction: the mass turns and "
+        "turns again within a step",
     )
 
 
