@@ -6,6 +6,7 @@ VENV := .venv
 RUN := $(VENV)/bin/python -m
 READY := $(VENV)/.ready
 INPUTS ?= 1000000
+SHARED := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
 .PHONY: help install fmt lint types layers test slow fuzz coverage check bench proof demo paper readme pictures schema clean
@@ -39,7 +40,7 @@ layers: $(READY) ## who may import whom
 	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo
 
 test: $(READY) ## the tests, all but the slow ones
-	$(RUN) pytest -m "not slow" --numprocesses auto --maxprocesses 4 --dist loadfile
+	$(RUN) pytest -m "not slow" $(SHARED)
 
 slow: $(READY) ## the slow tests
 	$(RUN) pytest -m slow
@@ -48,7 +49,9 @@ fuzz: $(READY) ## a million damaged inputs to every reader; fewer by make INPUTS
 	cd tests && ../$(RUN) fuzz --inputs $(INPUTS)
 
 coverage: $(READY) ## branch coverage of src under the plain engine, gaps named
-	DRYSIM_ENGINE=plain $(RUN) coverage run -m pytest -m "not slow"
+	$(RUN) coverage erase
+	DRYSIM_ENGINE=plain $(RUN) coverage run -m pytest -m "not slow" $(SHARED)
+	$(RUN) coverage combine --quiet
 	$(RUN) coverage report
 
 check: lint types layers test ## all but the slow tests
@@ -83,5 +86,5 @@ schema: $(READY) ## write the JSON schema of scenarios beside the gallery
 	mv scenarios/scenario.schema.json.new scenarios/scenario.schema.json
 
 clean: ## remove .venv, caches and builds; results in out/ stay
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .coverage
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .coverage*
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
