@@ -51,6 +51,10 @@ def test_easy_scene_is_not_called_slow(prepared):
             {"friction": {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e14}},
             "the mass on its bristles turns by 2887 radians",
         ),
+        (
+            {"friction": {"law": "jenkins", "kinetic": 15, "tangential_stiffness": 1e14}},
+            "the mass on its contact turns by 2887 radians",
+        ),
     ],
 )
 def test_scene_that_turns_fast_is_called_slow(prepared, overrides, what):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -82,7 +83,10 @@ class Traced:
         """Give x_r, v_r, z, F_f and the direction at ascending times [s]."""
         columns = tuple(held(np.empty(len(t))) for _ in range(4))
         d = held(np.empty(len(t), dtype=np.int64))
-        ways.read(self.law)(*self._scene, held(t), *columns, d)
+        *scene, trail = self._scene
+        first, last = np.searchsorted(self._begins, (t[0], t[-1]), "right")
+        near = Trail(*(column[max(first - 1, 0) : last] for column in trail))
+        ways.read(self.law)(*scene, near, held(t), *columns, d)
         x_r, v_r, z, F_f = map(np.asarray, columns)
         return x_r, v_r, z, F_f, np.asarray(d, dtype=np.int8)
 
@@ -109,10 +113,26 @@ class Traced:
     @property
     def _scene(self) -> tuple[Any, ...]:
         """What every kernel wants first."""
-        u_dd, dt = self.base
-        trail = Trail(*map(held, self.trail))
         work = ways.work(self.law, 0.0)
-        return self.plant, self.law, self.waves, held(u_dd), dt, *work, trail
+        return (
+            self.plant,
+            self.law,
+            self.waves,
+            self._held[0],
+            self.base[1],
+            *work,
+            self._held[1],
+        )
+
+    @cached_property
+    def _held(self) -> tuple[Any, Trail]:
+        """Base and trail as the engine takes them."""
+        return held(self.base[0]), Trail(*map(held, self.trail))
+
+    @cached_property
+    def _begins(self) -> Floats:
+        """Where the pieces begin [s], as the kernel works it out."""
+        return np.asarray(self.trail.n * self.base[1] + self.trail.s)
 
 
 def base_of(motion: Sines | Samples, duration: float) -> tuple[Floats, float, int, float]:

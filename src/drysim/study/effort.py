@@ -7,7 +7,7 @@ from math import inf, pi, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.core.motion import Sines
-from drysim.core.plant import Dynamic, Law
+from drysim.core.plant import Dynamic, Law, Slider
 from drysim.errors import Caution
 from drysim.wording import number
 
@@ -30,6 +30,8 @@ CREEP = 3e7
 MOST = 1e10
 """Radians of more than an hour: nobody means that, and the numbers would not bear it."""
 
+DAMPER = "damper"
+
 RINGING = 40.0
 """What rings with damping ratio ξ is below double precision after 40/ξ radians."""
 
@@ -44,6 +46,12 @@ class Turns(NamedTuple):
     name: str
     radians: float
     least: float
+
+    def said(self, radians: float) -> str:
+        """Say that it turns so far; what a damper does has no angle."""
+        if self.name == DAMPER:
+            return f"the damper stills the mass {number(radians)} times"
+        return f"the {self.name} turns by {number(radians)} radians"
 
 
 def turns(case: Case) -> Turns:
@@ -65,17 +73,27 @@ def _turns(case: Case) -> Iterator[Turns]:
         radians = law.omega * span
         yield Turns("friction.normal_variation", "normal force", radians, radians)
     m, k_x, b = case.plant
+    kicks = 2.0 * (fastest * span + 1.0)
+    if isinstance(law, Dynamic):
+        yield Turns("oscillator.damping", DAMPER, b / m * span, 0.0)
     if k_x > 0.0 and all(one.slug != "will-not-move" for one in case.cautions):
-        radians, xi = sqrt(k_x / m) * span, 0.5 * b / sqrt(k_x * m)
-        kicks = 2.0 * (fastest * span + 1.0)
-        rings = kicks * RINGING / xi if xi else inf
-        yield Turns("oscillator.stiffness", "oscillator", radians, min(radians, rings))
+        yield _ringing("oscillator.stiffness", "oscillator", case.plant, span, kicks)
     if isinstance(law, Dynamic) and law.sigma_0:
-        radians = sqrt(law.sigma_0 / m) * span
-        xi = 0.5 * (b + law.sigma_1) / sqrt(law.sigma_0 * m)
-        rings = 2.0 * (fastest * span + 1.0) * RINGING / xi if xi else inf
+        plant = (m, law.sigma_0, b + law.sigma_1)
         name = "mass on its bristles"
-        yield Turns("friction.bristle_stiffness", name, radians, min(radians, rings))
+        yield _ringing("friction.bristle_stiffness", name, plant, span, kicks)
+    if isinstance(law, Slider):
+        name = "mass on its contact"
+        yield _ringing("friction.tangential_stiffness", name, (m, law.k_t, b), span, kicks)
+
+
+def _ringing(
+    key: str, name: str, plant: tuple[float, float, float], span: float, kicks: float
+) -> Turns:
+    """Give how far a spring turns that is kicked so many times within a span [s]."""
+    m, k, b = plant
+    radians, xi = sqrt(k / m) * span, 0.5 * b / sqrt(k * m)
+    return Turns(key, name, radians, min(radians, kicks * RINGING / xi) if xi else radians)
 
 
 def excess(case: Case) -> tuple[str, str] | None:
@@ -85,7 +103,7 @@ def excess(case: Case) -> tuple[str, str] | None:
         return None
     hours = number(most.least * RADIAN / 3600.0, "h", digits=2)
     sentence = (
-        f"{most.key}: the {most.name} turns by {number(most.least)} radians in "
+        f"{most.key}: {most.said(most.least)} in "
         f"{number(case.window[1], 's')}, and each is followed: up to {hours} of work; "
         "check the units, or take a shorter duration"
     )
@@ -108,7 +126,7 @@ def cautions(case: Case) -> Iterator[Caution]:
     if each > A_STEP:
         time = number(most.radians * RADIAN, "s", digits=2)
         sentence = (
-            f"the {most.name} turns by {number(each)} radians within a step of "
+            f"{most.said(each)} within a step of "
             f"{number(case.step, 's')}, and each is followed: a step may take 100 times as "
             f"long as usual, all of them up to {time}"
         )
