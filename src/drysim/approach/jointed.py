@@ -18,7 +18,7 @@ from drysim.core.events import SLIP
 from drysim.core.forms import step_forms, step_rows
 from drysim.core.motion import Samples, sample_squares
 from drysim.core.plant import Deflected, Plant, Slider, Totals
-from drysim.core.trail import Trail
+from drysim.core.trail import Pieces
 
 PIECE = 16_384
 """Steps integrated at a time: so few that no linear algebra starts threads for them."""
@@ -39,7 +39,7 @@ class Jointed:
     x_r: Floats
     v_r: Floats
     d: Codes
-    trail: Trail
+    trail: Pieces
     events: Events
     end: float
     closest: float = math.inf
@@ -80,7 +80,7 @@ class Jointed:
         x, v, z, _ = columns
         return Deflected(float(x[0]), float(v[0]), float(z[0]))
 
-    def pieces(self, steps: Any) -> Trail:
+    def pieces(self, steps: Any) -> Pieces:
         """Give where each piece of some steps begins, in the order of time."""
         latest = self.latest[steps]
         inside = np.isin(self.trail.n, steps) & (self.trail.s > 0.0)
@@ -91,12 +91,12 @@ class Jointed:
         )  # fmt: skip
         both = [np.concatenate((a, b[inside])) for a, b in zip(starts, self.trail, strict=True)]
         order = np.lexsort((both[1], both[0]))
-        return Trail(*(column[order] for column in both))
+        return Pieces(*(column[order] for column in both))
 
-    def _scene(self, pieces: Trail) -> tuple[Any, ...]:
+    def _scene(self, pieces: Pieces) -> tuple[Any, ...]:
         """What every kernel wants first."""
         waves = waves_of(self.motion, CONSTANT)
-        trail = Trail(*map(held, pieces))
+        trail = Pieces(*map(held, pieces))
         return self.plant, self.law, waves, self.base, self.motion.dt, trail
 
     def chatter(self, begin: float, end: float) -> float:

@@ -11,7 +11,7 @@ from drysim.approach.jointed import Jointed
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
-from drysim.approach.room import empty_log, empty_trail, larger
+from drysim.approach.room import empty, empty_log, larger
 from drysim.approach.scene import core_of, grid_points, refuse_storm
 from drysim.core.compiled import engine, held
 from drysim.core.contact import first_contact
@@ -19,7 +19,7 @@ from drysim.core.events import ROOM, Log
 from drysim.core.joint import march_joint
 from drysim.core.motion import Samples
 from drysim.core.plant import AnyState, Plant, Slider
-from drysim.core.trail import Trail
+from drysim.core.trail import Pieces
 
 FEW_EVENTS = 0.1
 """Events a sample that there is room for at first."""
@@ -42,7 +42,8 @@ def follow(
     mode, x_0 = first_contact(law, start.x_r)
     x_0 = start[2] if len(start) > 2 else x_0
     x_r[0], v_r[0], d[0] = start.x_r, start.v_r, 0
-    trail, log = empty_trail(room := int(FEW_EVENTS * last) + 4 * ROOM), empty_log(room)
+    room = int(FEW_EVENTS * last) + 4 * ROOM
+    trail, log = empty(Pieces, room), empty_log(room)
     for column, value in zip(trail, (0, 0.0, start.x_r, start.v_r, x_0, mode), strict=True):
         column[0] = value
     F_L = plant.m * float(u_dd[0]) + plant.k_x * start.x_r
@@ -58,7 +59,7 @@ def follow(
         n, *moved, used, count = march_joint(plant, law, given, motion.dt, *rest)
         state = tuple(moved)
         refuse_storm(count, n * motion.dt, state)
-    trail = Trail(*(np.asarray(column[:used]) for column in trail))
+    trail = Pieces(*(np.asarray(column[:used]) for column in trail))
     found = Log(*(np.asarray(column[:count]) for column in log))
     t = found.n * motion.dt + found.s
     events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L).until(end)

@@ -10,23 +10,31 @@ from drysim.core.compiled import held
 from drysim.core.events import Log
 from drysim.core.trail import Trail
 
+WHOLE = ("n", "d", "kind", "terms")
+"""Columns of whole numbers."""
+
+
+def empty(kind: Any, size: int) -> Any:
+    """Give room for a trail, for pieces or for a log of events."""
+    types = (np.int64 if name in WHOLE else np.float64 for name in kind._fields)
+    return kind(*(held(np.empty(size, dtype=one)) for one in types))
+
 
 def empty_trail(size: int) -> Trail:
     """Give room for a trail."""
-    whole = ("n", "d", "terms")
-    kinds = (np.int64 if name in whole else np.float64 for name in Trail._fields)
-    return Trail(*(held(np.empty(size, dtype=kind)) for kind in kinds))
+    trail: Trail = empty(Trail, size)
+    return trail
 
 
 def empty_log(size: int) -> Log:
     """Give room for events."""
-    kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
-    return Log(*(held(np.empty(size, dtype=kind)) for kind in kinds))
+    log: Log = empty(Log, size)
+    return log
 
 
 def larger(room: Any, size: int) -> Any:
     """Give the same values with more room."""
-    wider = empty_trail(size) if isinstance(room, Trail) else empty_log(size)
+    wider = empty(type(room), size)
     for column, before in zip(wider, room, strict=True):
         column[: len(before)] = before
     return wider

@@ -41,6 +41,23 @@ class Trail(NamedTuple):
     bend: Any
 
 
+class Pieces(NamedTuple):
+    """The trail of a contact that is solved in closed form: no series belongs to its pieces.
+
+    Attributes
+    ----------
+    n, s, x_r, v_r, z, d
+        As in `Trail`.
+    """
+
+    n: Any
+    s: Any
+    x_r: Any
+    v_r: Any
+    z: Any
+    d: Any
+
+
 @inlined
 def mark(trail, at, n, s, x_r, v_r, z, d):
     """Write where a piece begins; gives the new number of pieces."""
