@@ -1,4 +1,4 @@
-"""What every member of the shelf of friction laws keeps, and Coulomb's in particular."""
+"""Friction in words: Coulomb's in particular, and what laws beyond his refuse."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ import pytest
 from pydantic import ValidationError
 
 from drysim.core.plant import Law
-from drysim.friction import FRICTIONS, Coulomb
+from drysim.friction import Coulomb
 from drysim.friction.dahl import Dahl
 from drysim.friction.jenkins import Jenkins
 from drysim.friction.leuven import Leuven
 from drysim.friction.lugre import Lugre
 from drysim.friction.petrov_ewins import PetrovEwins
 from drysim.friction.stribeck import Stribeck
-from drysim.quantity import Quantity, texts_of
 
 WORDS = {
-    Coulomb: {"law": "coulomb", "kinetic": 15},
     Stribeck: {"law": "stribeck", "kinetic": 15, "static": 18, "stribeck_velocity": "5 mm/s"},
     Jenkins: {"law": "jenkins", "kinetic": 15, "tangential_stiffness": "100 kN/m"},
     PetrovEwins: {
@@ -51,36 +49,8 @@ WORDS = {
 M = 75.0
 
 
-@pytest.fixture(params=FRICTIONS, ids=lambda member: member.__name__)
-def member(request):
-    """Give a friction of every law."""
-    return request.param.model_validate(WORDS[request.param])
-
-
 def coulomb(**words: object) -> Coulomb:
     return Coulomb.model_validate({"law": "coulomb", **words})
-
-
-def test_static_limit_is_never_below_kinetic_friction(member):
-    law = member.limits(M)
-    assert law.F_fs >= law.F_fk >= 0
-
-
-def test_words_spelled_out_mean_the_same_law(member):
-    words = member.spelled_out(M)
-    assert type(member).model_validate(words).limits(M) == member.limits(M)
-
-
-def test_every_field_is_documented_and_says_its_unit(member):
-    texts = texts_of(type(member))
-    for name, field in type(member).model_fields.items():
-        assert texts[name]
-        for unit in (part.unit for part in field.metadata if isinstance(part, Quantity)):
-            assert f"[{unit or '-'}]" in texts[name], name
-
-
-def test_friction_says_what_it_should_not_be_confused_with(member):
-    assert "Not to be confused with" in (type(member).__doc__ or "")
 
 
 def test_static_limit_defaults_to_kinetic_friction():

@@ -25,6 +25,12 @@ class Coulomb(Limits):
     """Dry surfaces pressed together: a constant force against sliding, a limit for sticking.
 
     Not to be confused with viscous damping, which vanishes with the speed.
+
+    Notes
+    -----
+    F_f = F_fk sgn(v_r) while it slides; while it sticks F_f = -F_L, at most F_fs = μ_s F_N in
+    size, with F_L = m d²u/dt² + k_x x_r. Coulomb, Théorie des machines simples (1785), as Eqs.
+    (3), (4), (7) and (9) of the paper have it.
     """
 
     law: Literal["coulomb"]

@@ -17,8 +17,8 @@ class Jenkins(Rubbing):
     Notes
     -----
     While it holds f = f_0 + k_t (x_r - x_0), it yields at |f| = F_fk, and holds again as v_r
-    turns; piecewise linear, so solved in closed form. Known as Jenkin's element and as the
-    elastic slider.
+    turns; piecewise linear, so solved in closed form. Known as Jenkins' element and as the
+    elastic slider. Jenkins, Brit. J. Appl. Phys. 13 (1962) 30.
     """
 
     law: Literal["jenkins"]

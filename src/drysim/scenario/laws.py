@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from drysim.friction import FRICTIONS
+from drysim.friction import FRICTIONS, Coulomb
 from drysim.quantity import Block
 from drysim.scenario.shape import tag_of
 
@@ -21,9 +21,17 @@ BY_NAME = "law"
 """The key by which a block says of which law it is."""
 
 
-def laws_with(key: str) -> list[str]:
-    """Give the names of the laws that know a key."""
-    return [name for name, law in LAWS.items() if key in law.model_fields]
+def of_other_laws(key: str) -> str:
+    """Say which laws know a key that another law has not got; empty where none does."""
+    names = [name for name, law in LAWS.items() if key in law.model_fields]
+    if not names:
+        return ""
+    *some, last = names
+    which = f"{', '.join(some)} or {last}" if some else last
+    hint = f"; it belongs to law {which}: choose {'such a' if some else 'that'} law"
+    if key in Coulomb.model_fields:  # a force, which the block has in other words
+        return hint
+    return f"{hint}, or for comparisons write `{names[0]}: {{{key}: ...}}`"
 
 
 def together(name: str, block: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 
 from drysim.errors import Problem
 from drysim.quantity import near, short, shown, texts_of
-from drysim.scenario.laws import BY_NAME, excluded, laws_with
+from drysim.scenario.laws import BY_NAME, excluded, of_other_laws
 from drysim.scenario.shape import Model, homes, keys_of, models_in, tag_of
 from drysim.source import LOST, Document, Keys
 
@@ -143,9 +143,8 @@ class Reading:
             where += f" of {tag[0]} {tag[1]}"
         if 0 < len(home) < 3:
             nearest, hint = None, f"; it belongs in {' or '.join(home)}"
-        elif tag and tag[0] == BY_NAME and (laws := laws_with(key)):
-            nearest, hint = None, f"; it belongs to law {' or '.join(laws)}: choose that law"
-            hint += f", or for comparisons write `{laws[0]}: {{{key}: ...}}`"
+        elif tag and tag[0] == BY_NAME and (hint := of_other_laws(key)):
+            nearest = None
         else:
             hint = f"; did you mean `{nearest}`?" if nearest else _instead(key, fields)
         self.fault(f"unknown key {shown(key)}{where}{hint}", (*at, key), at_key=True)
