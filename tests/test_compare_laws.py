@@ -251,5 +251,12 @@ def test_fixed_steps_refuse_every_law_but_coulombs(scene, law, approach):
     assert "knows Coulomb's friction only" in fault.value.problems[0].sentence
 
 
+def test_law_in_place_of_an_approach_is_told_where_it_belongs(scene):
+    with pytest.raises(ScenarioError) as fault:
+        load(scene, {"solver.approach": "lugre"})
+    (problem,) = fault.value.problems
+    assert problem.sentence.endswith("`lugre`; it is a friction law: friction.law takes it")
+
+
 def test_scenario_with_options_is_a_scenario(scene):
     assert isinstance(load(scene), Scenario)

@@ -1,4 +1,4 @@
-"""What every law on the shelf keeps, taken from its scenario in the gallery: no list to extend."""
+"""What every law on the shelf keeps, taken from its scenario in the gallery."""
 
 from __future__ import annotations
 

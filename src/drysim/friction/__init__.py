@@ -1,4 +1,8 @@
-"""Shelf 2: what the surfaces do. A friction law is one file and one name here."""
+"""Shelf 2: what the surfaces do. A friction law is one file and one name here.
+
+What else belongs to one: its formula with its branch in the core, its scenario in the gallery
+(`friction-<law>`, with the picture of its loop) and its row in the README.
+"""
 
 from drysim.friction.coulomb import Coulomb
 from drysim.friction.dahl import Dahl

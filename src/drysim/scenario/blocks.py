@@ -21,6 +21,7 @@ from drysim.quantity import (
     shown,
 )
 from drysim.quantity.arithmetic import root
+from drysim.scenario.laws import LAWS
 
 
 class Oscillator(Block):
@@ -102,6 +103,8 @@ def on_the_shelf(name: str) -> str:
     if name not in SHELF:
         nearest = near(name, SHELF)
         hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(SHELF)}"
+        if name in LAWS:
+            hint = "it is a friction law: friction.law takes it"
         raise ValueError(f"unknown approach {shown(name)}; {hint}")
     return name
 
