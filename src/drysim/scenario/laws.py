@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from drysim.friction import FRICTIONS, Coulomb
+from drysim.friction import FRICTIONS
+from drysim.friction.coulomb import Coulomb
 from drysim.quantity import Block
 from drysim.scenario.shape import tag_of
 
