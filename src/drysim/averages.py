@@ -38,9 +38,16 @@ def means(totals: Totals, length: Any) -> Values:
 
 
 def energies(
-    plant: Plant, F_fk: Any, totals: Totals, first: AnyState, last: AnyState
+    plant: Plant,
+    F_fk: Any,
+    totals: Totals,
+    first: AnyState,
+    last: AnyState,
+    bumpers: tuple[float, float] = (0.0, 0.0),
 ) -> Values:
     """Give the energy balance of a window, audited; numbers or arrays as in `means`.
+
+    `bumpers` is what end stops hold as springs at both ends [J].
 
     Notes
     -----
@@ -48,18 +55,20 @@ def energies(
     relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange.
     """
     work = -plant.m * totals.power
-    begin = held_energy(plant, first)
-    stored = held_energy(plant, last) - begin
+    begin = held_energy(plant, first) + bumpers[0]
+    stored = held_energy(plant, last) + bumpers[1] - begin
+    stops = totals.hits - (bumpers[1] - bumpers[0])
     viscous = plant.b * totals.v2
     friction = F_fk * totals.rub
     exchanged = plant.m * root(totals.u_dd2 * totals.v2)
-    scale = greatest(exchanged, abs(stored), viscous, friction, begin)
-    left = ratio(abs(work - stored - viscous - friction), scale)
+    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops))
+    left = ratio(abs(work - stored - viscous - friction - stops), scale)
     return {
         "energy_input": work,
         "energy_stored": stored,
         "energy_viscous": viscous,
         "energy_friction": friction,
+        "energy_stops": stops,
         "energy_residual": 0.0 if left is None else chosen(scale == 0.0, 0.0, left),
     }
 

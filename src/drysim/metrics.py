@@ -9,7 +9,7 @@ import numpy as np
 from drysim.approach.response import Track
 from drysim.averages import energies, means
 from drysim.peaks import stroke_statistics
-from drysim.stroke import excursions
+from drysim.stroke import bounces, excursions, sprung
 
 
 class Metric(NamedTuple):
@@ -50,6 +50,10 @@ METRICS = (
         "stroke met once an hour if noise or record went on as in the window: extrapolated "
         "from the tail of its peaks (Weibull, exponent 2); not known below 150 half cycles",
     ),
+    Metric("contacts", "-", "times that the mass came to an end stop"),
+    Metric("impact_speed", "m/s", "greatest |v_r| with which it did"),
+    Metric("stop_force_peak", "N", "greatest force between mass and bumper"),
+    Metric("impulse_peak", "N·s", "greatest impulse of an impact on a rigid stop"),
     Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k"),
     Metric("SEAT", "-", "a_w of the mass over that of the base"),
     Metric("VDV", "m/s^1.75", "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)"),
@@ -60,6 +64,7 @@ METRICS = (
     Metric("energy_stored", "J", "change of spring and kinetic energy"),
     Metric("energy_friction", "J", "loss in the dry-friction contact"),
     Metric("energy_viscous", "J", "loss in the damper"),
+    Metric("energy_stops", "J", "loss at the end stops"),
     Metric(
         "energy_residual", "-", "what the energy balance leaves, relative to what was exchanged"
     ),
@@ -68,6 +73,9 @@ METRICS = (
 
 COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 """Those that only a weighting gives."""
+
+BOUNDED = ("contacts", "impact_speed", "stop_force_peak", "impulse_peak", "energy_stops")
+"""Those that only end stops give."""
 
 LIMITED = ("stroke_used", "violations", "t_first_violation", "t_beyond", "limit_rate")
 """Those that only a stroke limit gives."""
@@ -105,7 +113,9 @@ def measure(
     values["stroke_suffices"] = greatest(track, (0.0, window[1])) if window[0] else peak
     values |= stroke_statistics(track, window, x_rM, goes_on)
     ends = track.state(window[0]), track.state(window[1])
-    values |= energies(track.plant, track.law.F_fk, totals, *ends)
+    held = sprung(track.law, ends[0]), sprung(track.law, ends[1])
+    values |= energies(track.plant, track.law.F_fk, totals, *ends, held)
+    values |= bounces(track, window, repeats=closure is not None)
     if x_rM is not None:
         times, t_first, t_beyond = excursions(track, x_rM, repeats=closure is not None)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}

@@ -1,12 +1,16 @@
-"""When, how often and how long the mass is beyond the stroke limit, Eq. (5)."""
+"""When, how often and how long the mass is beyond the stroke limit, Eq. (5); its end stops."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
 from drysim.approach.response import Track
+from drysim.core.plant import AnyLaw, AnyState, Stopped
+
+if TYPE_CHECKING:
+    from drysim.approach.bounded import Bounded, Unreached
 
 NEWTON_CAP = 100
 """Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
@@ -80,3 +84,44 @@ def reach(track: Track, level: float, lo: float, hi: float) -> float:
         if t in (before, lo, hi):
             return hi
     return t
+
+
+def bounces(
+    track: Track, window: tuple[float, float], repeats: bool
+) -> dict[str, float | int | None]:
+    """Give how often and how hard the mass came to its end stops in a window, if it has any.
+
+    Parameters
+    ----------
+    track : Track
+    window : tuple of float
+        Begin and end [s].
+    repeats : bool
+        Whether the end goes on at the start, as on a periodic orbit.
+    """
+    law = track.law
+    if not isinstance(law, Stopped):
+        return {"energy_stops": None}
+    between = cast("Bounded | Unreached", track)
+    begin, end = window
+    t, v_r = between.hits()
+    inside = (t > begin) & (t <= end)
+    if begin == 0.0 and not repeats:
+        inside |= t == 0.0
+    fastest = float(np.abs(v_r[inside]).max(initial=0.0))
+    return {
+        "contacts": int(inside.sum()),
+        "impact_speed": fastest,
+        "impulse_peak": track.plant.m * (1.0 + law.e) * fastest if law.rigid else None,
+        "stop_force_peak": None if law.rigid else between.hardest_push(begin, end),
+    }
+
+
+def sprung(law: AnyLaw, state: AnyState) -> float:
+    """Give the energy that a bumper holds in a state [J]; 0 where there is none."""
+    if not isinstance(law, Stopped) or abs(state.x_r) < law.x_rM:
+        return 0.0
+    from drysim.core.bumper import TOUCHING, place
+
+    _, xi, touch = place(law, state.x_r, state.v_r)
+    return 0.5 * law.k_s * float(xi) ** 2 if abs(touch) == TOUCHING else 0.0

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Codes = NDArray[np.int8]
 
-EVENT_NAMES = {0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-", 3: "lift"}
+EVENT_NAMES = {
+    0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-", 3: "lift",
+    4: "contact+", -4: "contact-", 5: "release+", -5: "release-", 6: "impact+", -6: "impact-",
+}  # fmt: skip
 """Event codes: the sign is the new direction of v_r; a stop that sticks has none."""
 
 

@@ -13,7 +13,7 @@ from drysim.approach.points import Sliding
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Dynamic, Plant, Slider, State
+from drysim.core.plant import AnyLaw, AnyState, Dynamic, Plant, Slider, State, Stopped
 from drysim.errors import UsageError
 from drysim.late import late
 
@@ -38,6 +38,10 @@ def solve(
 
     `whole` keeps the motion over samples at hand, however long it is.
     """
+    if isinstance(law, Stopped):
+        from drysim.approach import bounded
+
+        return bounded.solve(plant, law, motion, start, step, duration, whole)
     if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
         from drysim.approach import over_joints
 
@@ -64,6 +68,10 @@ def follow(
     duration: float | None,
 ) -> Track:
     """Solve a scene with the core that fits its base motion, without a grid where it can."""
+    if isinstance(law, Stopped):
+        from drysim.approach import bounded
+
+        return bounded.follow(plant, law, motion, start, duration)
     if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
         from drysim.approach import over_joints
 
@@ -104,6 +112,10 @@ def find_orbit(
     plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
 ) -> Orbit:
     """Follow a start to its periodic orbit with the core that fits the law."""
+    if isinstance(law, Stopped):
+        from drysim.approach import bounded
+
+        return bounded.find_orbit(plant, law, motion, start, period)
     if isinstance(law, Dynamic | Slider):
         from drysim.approach import settled
 

@@ -19,6 +19,8 @@ class Points(NamedTuple):
         Direction of sliding: -1, +1, or 0 where stuck.
     force : ndarray or None
         Friction force as the approach had it [N]; None where the mode and the law give it.
+    stop : ndarray or None
+        Force of an end stop, counted like friction [N]; None where none is met.
     """
 
     u_dd: Floats
@@ -26,11 +28,14 @@ class Points(NamedTuple):
     v_r: Floats
     d: Codes
     force: Floats | None = None
+    stop: Floats | None = None
 
     def cut(self, part: slice) -> Points:
         """Give some of the points."""
-        u_dd, x_r, v_r, d, force = self
+        u_dd, x_r, v_r, d, force, stop = self
         bare = Points(u_dd[part], x_r[part], v_r[part], d[part])
+        if stop is not None:
+            bare = bare._replace(stop=stop[part])
         return bare if force is None else bare._replace(force=force[part])
 
 

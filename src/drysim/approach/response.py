@@ -14,7 +14,7 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Grid, Points
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Totals
+from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Stopped, Totals
 from drysim.core.signal import BLOCK, KEPT
 
 
@@ -131,6 +131,12 @@ class Response:
         return self.friction(slice(None))
 
     @cached_property
+    def F_stop(self) -> Floats:
+        """Force of an end stop, counted like F_f [N], shape (n,); an impact is an instant and
+        has none."""
+        return self.stop(slice(None))
+
+    @cached_property
     def x_dd(self) -> Floats:
         """Absolute acceleration of the mass [m/s²], shape (n,); equals ü while stuck."""
         return self.acceleration(slice(None))
@@ -151,11 +157,11 @@ class Response:
 
     def friction(self, part: slice) -> Floats:
         """Give F_f [N] on a part of the grid."""
-        u_dd, x_r, _, d, force = self.points(part)
+        u_dd, x_r, _, d, force, _ = self.points(part)
         if force is not None:
             return force
         kinetic = d * self.law.F_fk
-        if isinstance(self.law, Law) and self.law.variation:
+        if isinstance(self.law, Law | Stopped) and self.law.variation:
             t = np.arange(*part.indices(len(self))) * self.dt
             kinetic = kinetic * (
                 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
@@ -165,9 +171,17 @@ class Response:
     def acceleration(self, part: slice) -> Floats:
         """Give x_dd [m/s²] on a part of the grid."""
         m, k_x, b = self.plant
-        u_dd, x_r, v_r, d, force = self.points(part)
+        u_dd, x_r, v_r, d, force, stop = self.points(part)
         pull = k_x * x_r + b * v_r + self.friction(part)
-        return np.where(d == 0 if force is None else False, u_dd, -pull / m)
+        if stop is not None:
+            pull += stop
+        sticks = force is None or stop is not None
+        return np.where(d == 0 if sticks else False, u_dd, -pull / m)
+
+    def stop(self, part: slice) -> Floats:
+        """Give F_stop [N] on a part of the grid; 0 where there is no end stop."""
+        u_dd, *_, stop = self.points(part)
+        return np.zeros_like(u_dd) if stop is None else stop
 
 
 class Orbit(NamedTuple):

@@ -12,7 +12,7 @@ from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, first_mode, tightness
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, State
+from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, State, Stopped
 from drysim.core.waves import STRIDE, Waves, set_wave
 from drysim.errors import SolverError
 
@@ -21,6 +21,9 @@ CONSTANT = Law(0.0, 0.0)
 
 LOG_LENGTH = 4 * ROOM
 """Events that a kernel may write before it hands over."""
+
+MOST_EVENTS, MOST_A_STEP = 1_000_000, 10
+"""Events of a motion that is followed step by step: that many, and that many more a step."""
 
 ON_GRID = 1e-9
 """A duration this close to a whole number of steps, relative to one step, is that number."""
@@ -106,6 +109,16 @@ def refuse_storm(count: int, t: float, state: Any, step: float | None = None) ->
         raise overflow(t)
 
 
+def refuse_crowd(count: int, steps: int, t: float) -> None:
+    """Raise where events are so many that they would fill the memory."""
+    if count > MOST_EVENTS + MOST_A_STEP * steps:
+        raise SolverError(
+            f"by t = {t:.9g} s there are {count} events, ever closer to each other",
+            "a mass that loses next to nothing at a stop chatters there: take a restitution "
+            "further below 1, bumpers, or a shorter duration",
+        )
+
+
 def storm(t: float) -> SolverError:
     """Give the error of events that follow each other without end."""
     return SolverError(
@@ -133,6 +146,12 @@ def overflow(t: float) -> SolverError:
 
 def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     """Give the smallest core that is exact for a scene, and why it is."""
+    if isinstance(law, Stopped):
+        return (
+            "bounded",
+            "end stops: closed form by modes, from one event to the next; a motion that never "
+            "reaches them is solved without them",
+        )
     if isinstance(law, Slider):
         return (
             "contact",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from drysim.approach.scene import (
     core_of,
     first_u_dd,
     grid_points,
+    refuse_crowd,
     refuse_storm,
     waves_of,
 )
@@ -26,7 +27,7 @@ from drysim.core.compiled import engine, held
 from drysim.core.events import Log
 from drysim.core.means import mean_squares
 from drysim.core.motion import Samples, Sines, base_acceleration, sample_squares
-from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Slider, Totals
+from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Totals
 from drysim.core.signal import largest
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves
@@ -46,6 +47,8 @@ COARSEST = 1e-3
 FAINT = 1e-9
 """Share of the speed that the scene may give, from which on a motion is measured."""
 
+Made = TypeVar("Made", bound="Traced")
+
 IN_FLIGHT = (1, -1, 3)
 """Kinds of event at which the mass goes on moving: no turns."""
 
@@ -59,7 +62,7 @@ class Traced:
     """
 
     plant: Plant
-    law: Dynamic | Slider
+    law: ways.AnyOther
     motion: Sines | Samples
     waves: Waves
     base: tuple[Floats, float]
@@ -83,7 +86,7 @@ class Traced:
         """Give x_r, v_r, z, F_f and the direction at ascending times [s]."""
         columns = tuple(held(np.empty(len(t))) for _ in range(4))
         d = held(np.empty(len(t), dtype=np.int64))
-        *scene, trail = self._scene
+        *scene, trail = self.scene
         first, last = np.searchsorted(self._begins, (t[0], t[-1]), "right")
         near = Trail(*(column[max(first - 1, 0) : last] for column in trail))
         ways.read(self.law)(*scene, near, held(t), *columns, d)
@@ -102,16 +105,20 @@ class Traced:
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
-        x2, v2, x_dd2, power, rub, stuck = ways.integrate(self.law)(*self._scene, begin, end)
+        x2, v2, x_dd2, power, rub, stuck, *hits = ways.integrate(self.law)(
+            *self.scene, begin, end
+        )
         if isinstance(self.motion, Samples):
             u_dd2, u2 = sample_squares(self.motion, begin, end)
-            return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2)
+            return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2, *hits)
         length = end - begin
         u_dd2, u2 = mean_squares(self.waves, begin, end)
-        return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length)
+        return Totals(
+            x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length, *hits
+        )
 
     @property
-    def _scene(self) -> tuple[Any, ...]:
+    def scene(self) -> tuple[Any, ...]:
         """What every kernel wants first."""
         work = ways.work(self.law, 0.0)
         return (
@@ -160,11 +167,12 @@ def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float
 
 def follow(
     plant: Plant,
-    law: Dynamic | Slider,
+    law: ways.AnyOther,
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
-) -> Traced:
+    made: type[Made] = Traced,  # type: ignore[assignment]
+) -> Made:
     """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
     if duration is None:
         assert isinstance(motion, Samples), "sines need a duration"
@@ -177,7 +185,7 @@ def follow(
     turned = ways.remembered(work)
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
     log, count = empty_log(CAPACITY), 1
-    opening = (0, 0.0, state[3], start.x_r, F_L)
+    opening = (0, 0.0, ways.heading(law, state[3]), start.x_r, F_L)
     for column, value in zip(log, opening, strict=True):
         column[0] = value
     trail, used = empty_trail(CAPACITY), 0
@@ -192,12 +200,13 @@ def follow(
         n, s, *moved, used, count = out
         at, state = (n, s), tuple(moved)
         refuse_storm(count, n * dt + s, state)
+        refuse_crowd(count, last, n * dt + s)
     trail = Trail(*(np.asarray(column[:used]) for column in trail))
     found = Log(*(np.asarray(column[:count]) for column in log))
     t = found.n * dt + found.s
     events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L)
     memory = turned, ways.remembered(work)
-    return Traced(plant, law, motion, waves, (u_dd, dt), trail, events, duration, memory)
+    return made(plant, law, motion, waves, (u_dd, dt), trail, events, duration, memory)
 
 
 def solve(

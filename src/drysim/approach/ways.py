@@ -7,39 +7,48 @@ from typing import Any
 
 import numpy as np
 
+from drysim.core.bounded import bound, first_bounds
+from drysim.core.bounded_replay import integrate_bounded, read_bounded
+from drysim.core.bumper import way_of
 from drysim.core.compiled import held
 from drysim.core.contact import first_contact, touch
 from drysim.core.contact_replay import integrate_contact, read_contact
 from drysim.core.jet import ORDER, Jet
 from drysim.core.memory import COUNT, head
-from drysim.core.plant import LEUVEN, AnyState, Dynamic, Law, Plant, Slider
+from drysim.core.plant import LEUVEN, AnyState, Dynamic, Law, Plant, Slider, Stopped
 from drysim.core.replay import integrate_series
 from drysim.core.replay import read as read_series
 from drysim.core.trace import first_heading, trace
-from drysim.core.waves import Waves
+from drysim.core.waves import Waves, anchor, base_motion, normal_force
 
 Kernel = Callable[..., Any]
-AnyOther = Dynamic | Slider
+AnyOther = Dynamic | Slider | Stopped
 
 
 def walk(law: AnyOther) -> Kernel:
     """Give the kernel that follows the motion."""
+    if isinstance(law, Stopped):
+        return bound
     return trace if isinstance(law, Dynamic) else touch
 
 
 def read(law: AnyOther) -> Kernel:
     """Give the kernel that reads it between its steps."""
+    if isinstance(law, Stopped):
+        return read_bounded
     return read_series if isinstance(law, Dynamic) else read_contact
 
 
 def integrate(law: AnyOther) -> Kernel:
     """Give the kernel that integrates it."""
+    if isinstance(law, Stopped):
+        return integrate_bounded
     return integrate_series if isinstance(law, Dynamic) else integrate_contact
 
 
 def work(law: AnyOther, speed: float) -> tuple[Any, ...]:
     """Give what the kernels of a law work in; a speed [m/s] to measure the motion by."""
-    if isinstance(law, Slider):
+    if not isinstance(law, Dynamic):
         return ()
     short = {"scale": 1, "slope": 2, "turned": law.depth if law.kind == LEUVEN else 0}
     values = {name: held(np.zeros(short.get(name, ORDER + 2))) for name in Jet._fields}
@@ -64,8 +73,15 @@ def first(
     slope: float,
     start: AnyState,
 ) -> tuple[Any, ...]:
-    """Give x_r, v_r, the state of the contact and its mode at t = 0."""
+    """Give x_r, v_r, the state of the contact and its mode at t = 0, as its kernel wants them."""
     x_r, v_r = start[:2]
+    if isinstance(law, Stopped):
+        anchor(waves, plant, law, 0.0, 0)
+        u_dd = base_motion(waves, u_0, slope, 0.0)[0]
+        found: tuple[Any, ...] = first_bounds(
+            plant, law, x_r, v_r, u_dd, normal_force(law, waves, 0.0)[0]
+        )
+        return found
     if isinstance(law, Slider):
         mode, x_0 = first_contact(law, x_r)
         return x_r, v_r, start[2] if len(start) > 2 and mode == 0 else x_0, mode
@@ -93,3 +109,8 @@ def remembered(work: tuple[Any, ...]) -> tuple[float, ...]:
         return ()
     jet = work[0]
     return tuple(float(z) for z in jet.turned[: jet.branch[COUNT]])
+
+
+def heading(law: AnyOther, mode: int) -> int:
+    """Give the kind of event that stands for the mode at t = 0."""
+    return way_of(mode) if isinstance(law, Stopped) else mode

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 from drysim.core.compiled import compiled
 
 STICK, SLIP, REVERSAL, LIFT = 0, 1, 2, 3
-"""Kinds of event; slip and reversal carry the sign of the new direction."""
+CONTACT, RELEASE, IMPACT = 4, 5, 6
+"""Kinds of event; but for stick and lift they carry the sign of the new direction."""
 
 ROUNDING = 1e-15
 """Relative error of a limit force: the product and the sum round, as does the state."""
@@ -26,7 +27,8 @@ class Log(NamedTuple):
     s : array of float, shape (capacity,)
         Time since that sample [s].
     kind : array of int, shape (capacity,)
-        0 stick, ±1 slip, ±2 reversal; the sign is the new direction of v_r.
+        0 stick, ±1 slip, ±2 reversal, ±4, ±5, ±6 contact with an end stop, its end, an impact;
+        the sign is the new direction of v_r.
     x_r, F_L : array of float, shape (capacity,)
         Relative displacement [m] and limit force [N].
     """

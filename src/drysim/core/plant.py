@@ -142,8 +142,53 @@ class Slider(NamedTuple):
         return False
 
 
-AnyLaw = Law | Dynamic | Slider
-"""What a scene may rub with."""
+class Stopped(NamedTuple):
+    """Coulomb's dry friction on a stroke that ends at a stop on either side.
+
+    A stop is a bumper where `k_s` is above 0, and rigid where it is 0.
+
+    Attributes
+    ----------
+    F_fk, F_fs : float
+        Kinetic friction force [N], at least 0, and static limit [N], at least that.
+    x_rM : float
+        Where the stops are [m]: at |x_r| = x_rM, above 0.
+    k_s, b_s : float
+        Stiffness [N/m] and damping [N·s/m] of a bumper, at least 0.
+    e : float
+        Restitution of a rigid stop [-], 0 to 1.
+    variation, omega, phase : float
+        Of the normal force, as in `Law`.
+    """
+
+    F_fk: float
+    F_fs: float
+    x_rM: float
+    k_s: float = 0.0
+    b_s: float = 0.0
+    e: float = 0.0
+    variation: float = 0.0
+    omega: float = 0.0
+    phase: float = 0.0
+
+    @property
+    def sticks(self) -> bool:
+        """Whether a contact under this law can hold still."""
+        return True
+
+    @property
+    def rigid(self) -> bool:
+        """Whether the stops give way to nothing."""
+        return self.k_s == 0.0
+
+    @property
+    def coulomb(self) -> Law:
+        """The same friction without the stops."""
+        return Law(self.F_fk, self.F_fs, self.variation, self.omega, self.phase)
+
+
+AnyLaw = Law | Dynamic | Slider | Stopped
+"""What a scene may rub with, and run against."""
 
 
 class State(NamedTuple):
@@ -191,6 +236,8 @@ class Totals(NamedTuple):
         Integral of ü² [m²/s³].
     u2 : float or None
         Integral of u² [m²s]; None where u is not known.
+    hits : float
+        Work that the mass did on end stops [J].
     """
 
     x2: float
@@ -201,3 +248,4 @@ class Totals(NamedTuple):
     stuck: float
     u_dd2: float
     u2: float | None
+    hits: float = 0.0

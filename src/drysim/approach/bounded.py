@@ -1,0 +1,218 @@
+"""Motions between end stops; one that never reaches them is solved as if there were none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from drysim.approach import exact, traced
+from drysim.approach.events import Events, Floats
+from drysim.approach.numerics import Numerics
+from drysim.approach.points import Held, Points
+from drysim.approach.response import Orbit, Response, Track
+from drysim.approach.scene import core_of, grid_points
+from drysim.core.bounded_replay import hardest_push
+from drysim.core.bumper import MEET
+from drysim.core.compiled import engine
+from drysim.core.events import CONTACT, RELEASE, REVERSAL, STICK, tightness
+from drysim.core.motion import Samples, Sines, base_acceleration
+from drysim.core.plant import AnyState, Plant, State, Stopped, Totals
+
+NOT_REACHED = "the end stops are never reached"
+
+CARRIED = (CONTACT, -CONTACT, RELEASE, -RELEASE)
+"""Kinds of event at which the mass moves on: x_r has no extremum there."""
+
+WAY = 2_000
+"""Periods on the way to an orbit that are looked at for a stop."""
+
+DECAYS = 40.0
+"""Decays after which what a start has left is below double precision."""
+
+
+class Hits(NamedTuple):
+    """When the mass came to a stop, and how fast: arrays of shape (hits,).
+
+    Attributes
+    ----------
+    t : ndarray
+        Time [s].
+    v_r : ndarray
+        Velocity just before [m/s]; its sign is the side of the stop.
+    """
+
+    t: Floats
+    v_r: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Unreached:
+    """A solution of a scene with end stops that never reaches one."""
+
+    law: Stopped
+    bare: Track
+
+    @property
+    def plant(self) -> Plant:
+        """The oscillator."""
+        return self.bare.plant
+
+    @property
+    def closest(self) -> float:
+        """Smallest relative margin of a stop decision; infinite for none."""
+        return self.bare.closest
+
+    @property
+    def turns(self) -> Events:
+        """The start and every zero of v_r."""
+        return self.bare.turns
+
+    @property
+    def end(self) -> float:
+        """Last instant [s]."""
+        return self.bare.end
+
+    def state(self, t: float) -> AnyState:
+        """Give the state at time t [s]."""
+        return self.bare.state(t)
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Give the integrals over a window [s]."""
+        return self.bare.totals(begin, end)
+
+    def chatter(self, begin: float, end: float) -> float:
+        """Give 0: stops are located."""
+        return 0.0
+
+    def hits(self) -> Hits:
+        """Give no hits."""
+        return Hits(np.empty(0), np.empty(0))
+
+    def hardest_push(self, begin: float, end: float) -> float:
+        """Give no force."""
+        return 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bounded(traced.Traced):
+    """A solution between end stops, known from each step to the next."""
+
+    law: Stopped
+
+    @property
+    def turns(self) -> Events:
+        """The start, every zero of v_r and every impact: between two x_r is monotone."""
+        return chosen(self.events, ~np.isin(self.events.kind, CARRIED))
+
+    def state(self, t: float) -> State:
+        """Give the state at time t [s]; at an impact, that after it."""
+        x_r, v_r, *_ = self.at(np.array([t]))
+        return State(float(x_r[0]), float(v_r[0]))
+
+    def hits(self) -> Hits:
+        """Give when the mass came to a stop, and how fast."""
+        met = np.flatnonzero(self.trail.d == MEET)
+        t = self.trail.n[met] * self.base[1] + self.trail.s[met]
+        return Hits(t, self.trail.v_r[met])
+
+    def hardest_push(self, begin: float, end: float) -> float:
+        """Give the greatest force of a bumper in a window [N]."""
+        force: float = hardest_push(*self.scene, begin, end)
+        return force
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Give the integrals over a window [s]; impacts at its end are in it."""
+        totals = super().totals(begin, end)
+        if not self.law.rigid:
+            return totals
+        t, v_r = self.hits()
+        struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
+        lost = 0.5 * self.plant.m * (1.0 - self.law.e**2) * struck
+        return totals._replace(hits=float(lost))
+
+
+def chosen(events: Events, which: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Events:
+    """Give some of the events, the first one always among them."""
+    which[0] = True
+    return Events(
+        events.t[which], events.kind[which], events.x_r[which], events.F_L[which]
+    )
+
+
+def reached(track: Track, x_rM: float) -> bool:
+    """Tell whether |x_r| comes to a limit [m]: at a zero of v_r or at an end."""
+    far = float(np.abs(track.turns.x_r).max())
+    return max(far, abs(track.state(track.end).x_r)) >= x_rM
+
+
+def follow(
+    plant: Plant, law: Stopped, motion: Sines | Samples, start: AnyState, duration: float | None
+) -> Bounded | Unreached:
+    """Solve a scene without its grid."""
+    bare = exact.follow(plant, law.coulomb, motion, start, duration)
+    if not reached(bare, law.x_rM):
+        return Unreached(law, bare)
+    return march(plant, law, motion, start, duration)
+
+
+def march(
+    plant: Plant, law: Stopped, motion: Sines | Samples, start: AnyState, duration: float | None
+) -> Bounded:
+    """Solve a scene that reaches its stops."""
+    track = traced.follow(plant, law, motion, start, duration, Bounded)
+    kind, F_L, x_r = track.events.kind, track.events.F_L, track.events.x_r
+    decided = np.isin(kind, (STICK, REVERSAL, -REVERSAL))
+    decided &= (np.abs(x_r) < law.x_rM) | (not law.rigid)
+    closest = min((tightness(F, law.F_fs) for F in F_L[decided].tolist()), default=math.inf)
+    return replace(track, closest=closest) if law.F_fs > 0.0 else track
+
+
+def solve(
+    plant: Plant,
+    law: Stopped,
+    motion: Sines | Samples,
+    start: AnyState,
+    step: float,
+    duration: float | None,
+    whole: bool,
+) -> Response:
+    """Solve a scene and write it on its grid; `whole` as in `exact.solve`."""
+    bare = exact.solve(plant, law.coulomb, motion, start, step, duration, whole)
+    assert bare.track is not None, "it is solved with its track"
+    if not reached(bare.track, law.x_rM):
+        how = replace(bare.numerics, why=f"{bare.numerics.why}; {NOT_REACHED}")
+        return replace(bare, law=law, numerics=how, track=Unreached(law, bare.track))
+    track = march(plant, law, motion, start, duration)
+    dt = motion.dt if isinstance(motion, Samples) else step
+    n = grid_points(track.end, dt)
+    t = np.arange(n, dtype=np.float64) * dt
+    x_r, v_r, F_stop, F_f, d = track.at(t)
+    u_dd = motion.u_dd[:n] if isinstance(motion, Samples) else base_acceleration(motion, t)
+    points = Points(u_dd, x_r, v_r, d, F_f, F_stop)
+    events, approach = track.events, "stick-slip"
+    if law.F_fs == 0.0:
+        # As without stops: turning points are not events then.
+        events, approach = chosen(events, np.abs(events.kind) != REVERSAL), "viscous"
+    closest = None if math.isinf(track.closest) else track.closest
+    core = core_of(law, motion)
+    how = Numerics(approach, *core, engine(), n - 1, len(events), closest)
+    return Response(plant, law, motion, Held(dt, points), events, how, track)
+
+
+def find_orbit(
+    plant: Plant, law: Stopped, motion: Sines, start: AnyState, period: float
+) -> Orbit:
+    """Follow a start to its periodic orbit, between the stops or without reaching them."""
+    from drysim.approach import settled
+
+    bare = exact.find_orbit(plant, law.coulomb, motion, start, period)
+    if bare.settled and bare.run_up_peak < law.x_rM:
+        decay = 0.5 * plant.b / plant.m * period
+        periods = WAY if decay * WAY < DECAYS else math.ceil(DECAYS / decay)
+        way = exact.follow(plant, law.coulomb, motion, start, max(periods, 1) * period)
+        if not reached(way, law.x_rM):
+            return bare
+    return settled.find_orbit(plant, law, motion, start, period)
