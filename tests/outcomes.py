@@ -38,6 +38,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "about": "A seat on its suspension.",
         "oscillator": SimpleNamespace(plant=lambda: PAPER),
         "law": lambda: law,
+        "stops": None,
         "stroke": None if limit is None else SimpleNamespace(limit=limit),
         "excitation": SimpleNamespace(kind=kind),
         "friction": SimpleNamespace(static_given=False),

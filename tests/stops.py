@@ -19,7 +19,7 @@ def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=()):
 
     Returns
     -------
-    list of (t_begin, t_end, solution, direction), and list of (t, velocity at which a stop was met)
+    list of (t_begin, t_end, solution, direction), and list of (t, velocity at a stop)
     """
     from scipy.integrate import solve_ivp
 

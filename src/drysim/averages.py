@@ -68,7 +68,6 @@ def energies(
         "energy_stored": stored,
         "energy_viscous": viscous,
         "energy_friction": friction,
-        "energy_stops": stops,
         "energy_residual": 0.0 if left is None else chosen(scale == 0.0, 0.0, left),
     }
 

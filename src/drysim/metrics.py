@@ -8,6 +8,7 @@ import numpy as np
 
 from drysim.approach.response import Track
 from drysim.averages import energies, means
+from drysim.core.plant import Stopped
 from drysim.peaks import stroke_statistics
 from drysim.stroke import bounces, excursions, sprung
 
@@ -61,7 +62,9 @@ METRICS = (
     Metric("MTVV", "m/s2", "greatest running RMS of a_w, linear over 1 s"),
     Metric("crest_factor", "-", "greatest |a_w| over its RMS, of the mass"),
     Metric("energy_input", "J", "work of the base on the relative motion in the window"),
-    Metric("energy_stored", "J", "change of spring and kinetic energy"),
+    Metric(
+        "energy_stored", "J", "change of kinetic energy and of energy in springs, bumpers too"
+    ),
     Metric("energy_friction", "J", "loss in the dry-friction contact"),
     Metric("energy_viscous", "J", "loss in the damper"),
     Metric("energy_stops", "J", "loss at the end stops"),
@@ -115,7 +118,9 @@ def measure(
     ends = track.state(window[0]), track.state(window[1])
     held = sprung(track.law, ends[0]), sprung(track.law, ends[1])
     values |= energies(track.plant, track.law.F_fk, totals, *ends, held)
-    values |= bounces(track, window, repeats=closure is not None)
+    if isinstance(track.law, Stopped):
+        values |= bounces(track, window, repeats=closure is not None)
+        values["energy_stops"] = totals.hits - (held[1] - held[0])
     if x_rM is not None:
         times, t_first, t_beyond = excursions(track, x_rM, repeats=closure is not None)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}

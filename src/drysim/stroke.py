@@ -89,19 +89,19 @@ def reach(track: Track, level: float, lo: float, hi: float) -> float:
 def bounces(
     track: Track, window: tuple[float, float], repeats: bool
 ) -> dict[str, float | int | None]:
-    """Give how often and how hard the mass came to its end stops in a window, if it has any.
+    """Give how often and how hard the mass came to its end stops in a window.
 
     Parameters
     ----------
     track : Track
+        Of a scene with end stops.
     window : tuple of float
         Begin and end [s].
     repeats : bool
         Whether the end goes on at the start, as on a periodic orbit.
     """
     law = track.law
-    if not isinstance(law, Stopped):
-        return {"energy_stops": None}
+    assert isinstance(law, Stopped), "asked where there are stops only"
     between = cast("Bounded | Unreached", track)
     begin, end = window
     t, v_r = between.hits()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from drysim.approach.scene import core_of, grid_points
 from drysim.core.bounded_replay import hardest_push
 from drysim.core.bumper import MEET
 from drysim.core.compiled import engine
-from drysim.core.events import CONTACT, RELEASE, REVERSAL, STICK, tightness
+from drysim.core.events import CONTACT, RELEASE, REVERSAL, SLIP, STICK, tightness
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.core.plant import AnyState, Plant, State, Stopped, Totals
 
@@ -107,6 +107,11 @@ class Bounded(traced.Traced):
         """The start, every zero of v_r and every impact: between two x_r is monotone."""
         return chosen(self.events, ~np.isin(self.events.kind, CARRIED))
 
+    @property
+    def series(self) -> tuple[Floats, ...]:
+        """What each component of the state came to along the way."""
+        return self.turns.x_r, self.trail.v_r
+
     def state(self, t: float) -> State:
         """Give the state at time t [s]; at an impact, that after it."""
         x_r, v_r, *_ = self.at(np.array([t]))
@@ -120,7 +125,8 @@ class Bounded(traced.Traced):
 
     def hardest_push(self, begin: float, end: float) -> float:
         """Give the greatest force of a bumper in a window [N]."""
-        force: float = hardest_push(*self.scene, begin, end)
+        kernel: Any = hardest_push
+        force: float = kernel(*self.scene, begin, end)
         return force
 
     def totals(self, begin: float, end: float) -> Totals:
@@ -137,9 +143,7 @@ class Bounded(traced.Traced):
 def chosen(events: Events, which: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Events:
     """Give some of the events, the first one always among them."""
     which[0] = True
-    return Events(
-        events.t[which], events.kind[which], events.x_r[which], events.F_L[which]
-    )
+    return Events(events.t[which], events.kind[which], events.x_r[which], events.F_L[which])
 
 
 def reached(track: Track, x_rM: float) -> bool:
@@ -162,7 +166,7 @@ def march(
     plant: Plant, law: Stopped, motion: Sines | Samples, start: AnyState, duration: float | None
 ) -> Bounded:
     """Solve a scene that reaches its stops."""
-    track = traced.follow(plant, law, motion, start, duration, Bounded)
+    track = traced.follow_as(Bounded, plant, law, motion, start, duration)
     kind, F_L, x_r = track.events.kind, track.events.F_L, track.events.x_r
     decided = np.isin(kind, (STICK, REVERSAL, -REVERSAL))
     decided &= (np.abs(x_r) < law.x_rM) | (not law.rigid)
@@ -194,8 +198,10 @@ def solve(
     points = Points(u_dd, x_r, v_r, d, F_f, F_stop)
     events, approach = track.events, "stick-slip"
     if law.F_fs == 0.0:
-        # As without stops: turning points are not events then.
-        events, approach = chosen(events, np.abs(events.kind) != REVERSAL), "viscous"
+        # As without stops: turning points are not events then, but rest at a stop is.
+        kind, at_stop = np.abs(events.kind), np.abs(events.x_r) == law.x_rM
+        stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
+        events, approach = chosen(events, stays), "viscous"
     closest = None if math.isinf(track.closest) else track.closest
     core = core_of(law, motion)
     how = Numerics(approach, *core, engine(), n - 1, len(events), closest)

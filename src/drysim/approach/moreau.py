@@ -21,6 +21,7 @@ class Moreau(Block):
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
     use_dynamic: ClassVar[bool] = False
+    use_stops: ClassVar[bool] = False
 
     approach: Literal["moreau"] = "moreau"
 

@@ -132,8 +132,7 @@ class Response:
 
     @cached_property
     def F_stop(self) -> Floats:
-        """Force of an end stop, counted like F_f [N], shape (n,); an impact is an instant and
-        has none."""
+        """Force of an end stop, counted like F_f [N], shape (n,); an impact has none."""
         return self.stop(slice(None))
 
     @cached_property

@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 
+from drysim.approach.bounded import march
 from drysim.approach.response import Orbit
-from drysim.approach.traced import follow
+from drysim.approach.traced import Traced, follow
+from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
-from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Slider
+from drysim.core.plant import AnyState, Dynamic, Plant, Slider, Stopped
 
 MOST_PERIODS = 2_000
 """Periods after which a motion counts as not settled."""
@@ -17,28 +19,31 @@ MOST_PERIODS = 2_000
 MOST_MULTIPLE = 8
 """Longest repetition that is looked for, in periods of the excitation."""
 
-CLOSED = {Slider: 1e-12, Dynamic: 1e-9}
+CLOSED = {Slider: 1e-12, Stopped: 1e-12, Dynamic: 1e-9}
 """Scaled change of the state over a repetition that counts as none [-]: in closed form, and by
 series of the loosest tolerance that makes sense."""
 
 
 def find_orbit(
     plant: Plant,
-    law: Dynamic | Slider,
+    law: AnyOther,
     motion: Sines,
     start: AnyState,
     period: float,
 ) -> Orbit:
     """Follow a start, period by period, to its periodic orbit."""
     state: AnyState = start
-    past: list[Deflected] = []
-    peak, scale, closure = 0.0, [0.0, 0.0, 0.0], math.inf
+    past: list[AnyState] = []
+    peak, scale, closure = 0.0, [0.0] * 3, math.inf
     for periods in range(1, MOST_PERIODS + 1):
-        track = follow(plant, law, motion, state, period)
+        if isinstance(law, Stopped):
+            track: Traced = march(plant, law, motion, state, period)
+        else:
+            track = follow(plant, law, motion, state, period)
         state = track.state(period)
         peak = max(peak, float(np.abs(track.turns.x_r).max()))
-        largest = [float(np.abs(c).max()) for c in track.trail[2:5]]
-        scale = [max(new, 0.5 * old) for new, old in zip(largest, scale, strict=True)]
+        largest = [float(np.abs(c).max()) for c in track.series]
+        scale = [max(new, 0.5 * old) for new, old in zip(largest, scale, strict=False)]
         past = [state, *past[:MOST_MULTIPLE]]
         changes = [
             max(

@@ -23,6 +23,7 @@ class Signum(Block):
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
     use_dynamic: ClassVar[bool] = False
+    use_stops: ClassVar[bool] = False
 
     approach: Literal["signum"] = "signum"
     method: Literal["euler", "semi-implicit", "heun", "rk4"] = "semi-implicit"

@@ -13,7 +13,7 @@ from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
 from drysim.core.motion import Samples
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant, State, Stopped
 from drysim.errors import UsageError
 
 
@@ -29,6 +29,10 @@ def simulate(
     x_r: float = 0.0,
     v_r: float = 0.0,
     approach: str = "stick-slip",
+    x_rM: float | None = None,
+    k_s: float | None = None,
+    b_s: float = 0.0,
+    e: float | None = None,
 ) -> Response:
     """Give the motion of the oscillator on a base that moves by sampled acceleration.
 
@@ -47,11 +51,18 @@ def simulate(
         State at the first sample [m, m/s].
     approach : str
         Name on the shelf of approaches.
+    x_rM : float or None
+        Where end stops are [m], at |x_r| = x_rM; default: there are none.
+    k_s, b_s : float
+        Stiffness [N/m] and damping [N·s/m] of the stops, where they are bumpers.
+    e : float or None
+        Restitution [-], 0 to 1, where they are rigid.
 
     Returns
     -------
     Response
-        Arrays of shape (n,): t, x_r, v_r, x_dd, F_f, stuck; and the events.
+        Arrays of shape (n,): t, x_r, v_r, x_dd, F_f, stuck, and F_stop of end stops; and the
+        events.
 
     Raises
     ------
@@ -76,9 +87,35 @@ def simulate(
             "leave F_fs out, or choose `stick-slip` or `switch`",
         )
     motion = Samples(samples, float(dt))
+    if (x_rM, k_s, b_s, e) != (None, None, 0.0, None):
+        bounded = between(law, x_rM, k_s, b_s, e, start)
+        if not shelf[approach].use_stops:
+            raise UsageError(
+                f"{approach} knows no end stops", "leave x_rM out, or choose `stick-slip`"
+            )
+        return shelf[approach]().solve(plant, bounded, motion, start, motion.dt)
     if law.F_fs == 0.0 or not shelf[approach].use_friction:
         return linear(plant, motion, start)
     return shelf[approach]().solve(plant, law, motion, start, motion.dt)
+
+
+def between(
+    law: Law, x_rM: float | None, k_s: float | None, b_s: float, e: float | None, start: State
+) -> Stopped:
+    """Give friction between end stops; raise UsageError where the stops make no sense."""
+    if x_rM is None or (k_s is None) == (e is None):
+        raise UsageError("end stops need x_rM and one of both: k_s of bumpers, or e")
+    for name, value in (("x_rM", x_rM), ("k_s", 1.0 if k_s is None else k_s)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise UsageError(f"{name} must be a finite number above 0, not {value:g}")
+    if not (math.isfinite(b_s) and b_s >= 0.0 and (b_s == 0.0 or e is None)):
+        raise UsageError(f"b_s must be at least 0, and 0 beside e, not {b_s:g}")
+    if e is not None and not 0.0 <= e <= 1.0:
+        raise UsageError(f"e must lie between 0 and 1, not {e:g}")
+    if e is not None and abs(start.x_r) > x_rM:
+        raise UsageError(f"x_r = {start.x_r:g} m is beyond the rigid stops at {x_rM:g} m")
+    F_fk, F_fs = law.F_fk, law.F_fs
+    return Stopped(F_fk, F_fs, float(x_rM), float(k_s or 0.0), float(b_s), float(e or 0.0))
 
 
 def linear(plant: Plant, motion: Samples, start: State) -> Response:

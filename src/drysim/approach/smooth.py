@@ -35,6 +35,7 @@ class Smooth(Block):
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
     use_dynamic: ClassVar[bool] = False
+    use_stops: ClassVar[bool] = False
 
     approach: Literal["smooth"] = "smooth"
     form: Literal["arctan", "tanh", "erf", "rational"] = "tanh"

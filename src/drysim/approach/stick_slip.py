@@ -21,6 +21,7 @@ class StickSlip(Block):
     use_static: ClassVar[bool] = True
     use_variation: ClassVar[bool] = True
     use_dynamic: ClassVar[bool] = True
+    use_stops: ClassVar[bool] = True
 
     approach: Literal["stick-slip"] = "stick-slip"
 

@@ -21,6 +21,7 @@ class Switch(Block):
     use_static: ClassVar[bool] = True
     use_variation: ClassVar[bool] = False
     use_dynamic: ClassVar[bool] = False
+    use_stops: ClassVar[bool] = False
 
     approach: Literal["switch"] = "switch"
     band: Annotated[float, Quantity("m/s", above=0)] | None = None

@@ -93,7 +93,12 @@ class Traced:
         x_r, v_r, z, F_f = map(np.asarray, columns)
         return x_r, v_r, z, F_f, np.asarray(d, dtype=np.int8)
 
-    def state(self, t: float) -> Deflected:
+    @property
+    def series(self) -> tuple[Floats, ...]:
+        """What each component of the state came to along the way."""
+        return self.trail[2:5]
+
+    def state(self, t: float) -> AnyState:
         """Give the state at time t [s]; its memory at the beginning and at the end alone."""
         x_r, v_r, z, _, _ = self.at(np.array([t]))
         turned = self.turned[t > 0.0] if t in (0.0, self.end) else ()
@@ -113,9 +118,7 @@ class Traced:
             return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2, *hits)
         length = end - begin
         u_dd2, u2 = mean_squares(self.waves, begin, end)
-        return Totals(
-            x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length, *hits
-        )
+        return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length, *hits)
 
     @property
     def scene(self) -> tuple[Any, ...]:
@@ -171,9 +174,20 @@ def follow(
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
-    made: type[Made] = Traced,  # type: ignore[assignment]
-) -> Made:
+) -> Traced:
     """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    return follow_as(Traced, plant, law, motion, start, duration)
+
+
+def follow_as(
+    made: type[Made],
+    plant: Plant,
+    law: ways.AnyOther,
+    motion: Sines | Samples,
+    start: AnyState,
+    duration: float | None,
+) -> Made:
+    """Solve a scene as `follow` does, and give it as a track of some kind."""
     if duration is None:
         assert isinstance(motion, Samples), "sines need a duration"
         duration = (len(motion.u_dd) - 1) * motion.dt
@@ -211,7 +225,7 @@ def follow(
 
 def solve(
     plant: Plant,
-    law: Dynamic | Slider,
+    law: ways.AnyOther,
     motion: Sines | Samples,
     start: AnyState,
     step: float,

@@ -7,10 +7,15 @@ from typing import ClassVar, Literal
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Law, Plant
+from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Stopped
 from drysim.quantity import Block
 
 NO_FRICTION = Law(0.0, 0.0)
+
+
+def without_friction(law: AnyLaw) -> AnyLaw:
+    """Give no dry friction, between the same end stops."""
+    return law._replace(F_fk=0.0, F_fs=0.0) if isinstance(law, Stopped) else NO_FRICTION
 
 
 class Viscous(Block):
@@ -23,6 +28,7 @@ class Viscous(Block):
     use_static: ClassVar[bool] = False
     use_variation: ClassVar[bool] = False
     use_dynamic: ClassVar[bool] = True
+    use_stops: ClassVar[bool] = True
 
     approach: Literal["viscous"] = "viscous"
 
@@ -36,7 +42,7 @@ class Viscous(Block):
         duration: float | None = None,
     ) -> Response:
         """Give the response without dry friction; parameters as in `StickSlip.solve`."""
-        return StickSlip().solve(plant, NO_FRICTION, motion, start, step, duration)
+        return StickSlip().solve(plant, without_friction(law), motion, start, step, duration)
 
     def by_parts(
         self,
@@ -48,7 +54,7 @@ class Viscous(Block):
         duration: float | None = None,
     ) -> Response:
         """Give the response part by part; parameters as in `StickSlip.by_parts`."""
-        return StickSlip().by_parts(plant, NO_FRICTION, motion, start, step, duration)
+        return StickSlip().by_parts(plant, without_friction(law), motion, start, step, duration)
 
     def track(
         self,
@@ -60,10 +66,10 @@ class Viscous(Block):
         duration: float | None = None,
     ) -> Track:
         """Give the solution without its grid; parameters as in `StickSlip.track`."""
-        return StickSlip().track(plant, NO_FRICTION, motion, start, step, duration)
+        return StickSlip().track(plant, without_friction(law), motion, start, step, duration)
 
     def orbit(
         self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
     ) -> Orbit:
         """Give the steady motion under excitation of this period [s]."""
-        return StickSlip().orbit(plant, NO_FRICTION, motion, start, period)
+        return StickSlip().orbit(plant, without_friction(law), motion, start, period)

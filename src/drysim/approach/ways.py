@@ -73,7 +73,7 @@ def first(
     slope: float,
     start: AnyState,
 ) -> tuple[Any, ...]:
-    """Give x_r, v_r, the state of the contact and its mode at t = 0, as its kernel wants them."""
+    """Give x_r, v_r, the state of the contact and its mode at t = 0, for its kernel."""
     x_r, v_r = start[:2]
     if isinstance(law, Stopped):
         anchor(waves, plant, law, 0.0, 0)

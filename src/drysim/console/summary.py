@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from drysim.console.parts import (
     show_warnings,
     steps,
 )
+from drysim.core.plant import Stopped
 from drysim.wording import millimetres, number, percent
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     defaulted = not scenario.static_given
     yield "oscillator", wording.scene(response.plant)
     yield "friction", wording.friction(response.law, defaulted, terms=scenario.terms)
+    if stops := wording.stops(response.law):
+        yield "end stops", stops
     yield "base", wording.excitation(scenario.excitation.kind, response.motion)
     yield from steps(wording.clean_up(response.motion))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
@@ -93,6 +96,21 @@ def _felt(outcome: Outcome) -> Iterator[Row]:
     )
 
 
+def _hits(metrics: Mapping[str, float | int | None]) -> Iterator[Row]:
+    """Give how often and how hard the mass came to its end stops."""
+    if not metrics["contacts"]:
+        yield Row("end stops", "not met")
+        return
+    times = "once" if metrics["contacts"] == 1 else f"{metrics['contacts']} times"
+    hardest = f"at up to {number(metrics['impact_speed'], 'm/s')}, "
+    if metrics["stop_force_peak"] is None:
+        hardest += f"{number(metrics['impulse_peak'], 'N·s')}"
+    else:
+        hardest += f"pushing with up to {number(metrics['stop_force_peak'], 'N')}"
+    lost = f"; they take {number(metrics['energy_stops'], 'J')}"
+    yield Row("stops met", times, hardest + lost, "bold red")
+
+
 def _rows(outcome: Outcome) -> Iterator[Row]:
     """Give the metrics that matter most, in the units of an engineer."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
@@ -109,7 +127,9 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     if metrics["stroke_once_an_hour"] is not None:
         hourly = millimetres(metrics["stroke_once_an_hour"])
         yield Row("in an hour", hourly, "met once, extrapolated from the greatest peaks")
-    if metrics["violations"]:
+    if isinstance(outcome.response.law, Stopped):
+        yield from _hits(metrics)
+    elif metrics["violations"]:
         times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
         first = number(metrics["t_first_violation"], "s")
         beyond = number(metrics["t_beyond"], "s")

@@ -91,6 +91,8 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     shared = _own(table).shared
     if friction := wording.friction(scenario.law(), defaulted, **shared, terms=scenario.terms):
         yield "friction", friction
+    if stops := wording.stops(scenario.law(), varied):
+        yield "end stops", stops
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
     yield from steps(wording.clean_up(table.motion) if fixed else ())

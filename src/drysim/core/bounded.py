@@ -21,6 +21,7 @@ from drysim.core.bumper import (
     wall_of,
     way_of,
 )
+from drysim.core.cease import leave_slip
 from drysim.core.compiled import compiled
 from drysim.core.contact import STALL
 from drysim.core.events import (
@@ -35,7 +36,7 @@ from drysim.core.events import (
     sign,
 )
 from drysim.core.impact import comes_to_rest
-from drysim.core.leave import leave_slip, leave_stick
+from drysim.core.leave import leave_stick
 from drysim.core.passage import pass_on
 from drysim.core.plant import Plant
 from drysim.core.slide import slide
@@ -120,9 +121,7 @@ def next_change(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
 
 
 @compiled
-def rebound(
-    plant, law, waves, slope, n, s, length, t, v_r, z, d, u_dd, load, log, count
-):
+def rebound(plant, law, waves, slope, n, s, length, t, v_r, z, d, u_dd, load, log, count):
     """Throw the mass back from a rigid stop, or lay it to rest; gives v_r and mode.
 
     Parameters
@@ -228,7 +227,7 @@ def bound(
             xi, v_r, _, _ = slide(c, w, waves, xi, v_r, g, -slope, step)
             v_r = 0.0 if step == turn else v_r
             mode = mode_of(touch, d, STEADY)
-            if step == change or step == turn:
+            if step in (change, turn):
                 ends = min(s + step, length)
                 u_then = base_motion(waves, u_0, slope, step)[0]
                 load = normal_force(law, waves, step)[0]
@@ -247,7 +246,9 @@ def bound(
                         )  # fmt: skip
                 elif step == change:
                     F_L = steady_pull(plant, law, touch, z, xi) + m * u_then
-                    xi, mode, count = let_go(law, touch, after, d, n, ends, z, xi, F_L, log, count)
+                    xi, mode, count = let_go(
+                        law, touch, after, d, n, ends, z, xi, F_L, log, count
+                    )
                 if way_of(mode) != 0 and (step == turn or (v_r == 0.0 and law.k_s == 0.0)):
                     mode, count = stand(
                         plant, law, n, ends, xi, z, mode, u_then, load, log, count

@@ -15,8 +15,8 @@ from drysim.core.stop import NEVER, RESOLUTION
 from drysim.core.yielding import bounds, off_zero
 
 APART, TOUCHING, AWAY = 0, 1, 2
-"""How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet apart,
-since a bumper that pushes only cannot follow a mass that leaves fast. Times the stop's side."""
+"""How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
+apart, as a bumper that only pushes cannot follow what leaves fast; times the side."""
 
 STEADY, BROKE, POISED = 0, 1, 2
 """How a stretch begins: on its way, breaking away just then, or with a bumper's force that is

@@ -81,6 +81,17 @@ def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float6
     return u_dd
 
 
+def acceleration_at(motion: Sines | Samples, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give ü of any base motion at times [s] within it, shape of `t` [m/s²]."""
+    if isinstance(motion, Sines):
+        return base_acceleration(motion, t)
+    n = np.minimum((t / motion.dt).astype(np.intp), len(motion.u_dd) - 2)
+    u_dd = motion.u_dd[:]
+    q = t / motion.dt - n
+    between: NDArray[np.float64] = (1.0 - q) * u_dd[n] + q * u_dd[n + 1]
+    return between
+
+
 def displacement_between(
     motion: Samples, n: NDArray[np.intp], q: NDArray[np.float64]
 ) -> NDArray[np.float64]:

@@ -33,6 +33,7 @@ class Quantity:
     at_least: float | None = None
     above: float | None = None
     below: float | None = None
+    at_most: float | None = None
 
     def read(self, given: object) -> float:
         """Give the number [unit]; a ValueError is a sentence without its subject."""
@@ -48,6 +49,7 @@ class Quantity:
             (self.at_least, "at least", operator.ge),
             (self.above, "above", operator.gt),
             (self.below, "below", operator.lt),
+            (self.at_most, "at most", operator.le),
         ):
             if limit is not None and not holds(value, limit):
                 bound = f"{limit:g} {self.unit}".strip()
@@ -75,6 +77,7 @@ class Quantity:
             "minimum": self.at_least,
             "exclusiveMinimum": self.above,
             "exclusiveMaximum": self.below,
+            "maximum": self.at_most,
         }
         number = {"type": "number"} | {k: v for k, v in bounds.items() if v is not None}
         return {"anyOf": [number, {"type": "string", "pattern": r"^\s*[-+−]?[.0-9]"}]}

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drysim.metrics import COMFORT, METRICS
+from drysim.metrics import BOUNDED, COMFORT, METRICS
 from drysim.report.cells import joined
 from drysim.report.rows import VIOLATION, known
 from drysim.report.sidecar import Fields, excitation, framed, software
@@ -33,10 +33,10 @@ def ensemble(made: Ensemble, folder: Path) -> None:
     folder : Path
         Where to write.
     """
-    felt = bool(made.scenario.measure.weights)
-    names = [
-        one for one in METRICS if one.name != "closure" and (felt or one.name not in COMFORT)
-    ]
+    left_out = {"closure"}
+    left_out |= set() if made.scenario.measure.weights else {*COMFORT}
+    left_out |= set() if made.scenario.stops else {*BOUNDED}
+    names = [one for one in METRICS if one.name not in left_out]
     headings = [SEED, *(f"{one.name} [{one.unit}]" for one in names), "status", "sha256"]
     columns = [
         map(str, made.seeds),

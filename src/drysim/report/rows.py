@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.metrics import COMFORT
+from drysim.metrics import BOUNDED, COMFORT
 from drysim.report.cells import Cases, Text, cases, joined
 from drysim.report.tables import STROKE, heading, write
 from drysim.study.batch import COUNTED, STATUSES
@@ -122,8 +122,9 @@ def _block(batch: Batch, keys: Sequence[str], felt: Sequence[str]) -> Cases:
 
 
 def felt_of(table: Table) -> tuple[str, ...]:
-    """Give the metrics that only a weighting adds, behind all other columns."""
-    return COMFORT if table.scenario.measure.weights else ()
+    """Give the metrics that only a weighting or end stops add, behind all other columns."""
+    felt = COMFORT if table.scenario.measure.weights else ()
+    return felt if table.scenario.stops is None else (*felt, *BOUNDED)
 
 
 def means_of(table: Table) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim.approach.events import EVENT_NAMES
+from drysim.core.plant import Stopped
 from drysim.core.signal import BLOCK
 from drysim.report.cells import Block, Text, joined, rows
 
@@ -24,6 +25,7 @@ UNITS = {
     "v_r": "m/s",
     "x_dd": "m/s2",
     "F_f": "N",
+    "F_stop": "N",
     "F_L": "N",
     "stuck": "-",
     "event": "",
@@ -65,6 +67,11 @@ UNITS = {
     "SEAT_VDV": "-",
     "MTVV": "m/s2",
     "crest_factor": "-",
+    "contacts": "-",
+    "impact_speed": "m/s",
+    "stop_force_peak": "N",
+    "impulse_peak": "N·s",
+    "energy_stops": "J",
 }
 """Every column of fixed name, with its unit; an empty one stands for words."""
 
@@ -72,10 +79,11 @@ RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
 EVENTS = ("t", "event", "x_r", "F_L")
 STROKE = ("t_first", "x_r_peak", "t_beyond", "violations")
 STUCK = ("0", "1")
+CODES = sorted(EVENT_NAMES)
 
 
 def response(outcome: Outcome, folder: Path) -> None:
-    """Write response.csv: the motion on its grid.
+    """Write response.csv: the motion on its grid; where there are end stops, their force too.
 
     Parameters
     ----------
@@ -84,14 +92,16 @@ def response(outcome: Outcome, folder: Path) -> None:
         Where to write.
     """
     motion = outcome.response
-    blocks = (_motion(motion, part) for part in motion.parts())
-    write(folder / "response.csv", [*map(heading, RESPONSE)], rows(blocks, STUCK, 6))
+    stops = isinstance(motion.law, Stopped)
+    blocks = (_motion(motion, part, stops) for part in motion.parts())
+    columns = (*RESPONSE, "F_stop") if stops else RESPONSE
+    write(folder / "response.csv", [*map(heading, columns)], rows(blocks, STUCK, 6))
 
 
 def events(outcome: Outcome, folder: Path) -> None:
     """Write events.csv: stops, break-aways, reversals; the first row is the state at t = 0."""
     found = outcome.response.events
-    names = [EVENT_NAMES[code] for code in sorted(EVENT_NAMES)]
+    names = [EVENT_NAMES[code] for code in CODES]
     starts = range(0, len(found), BLOCK)
     blocks = (_events(found, slice(start, start + BLOCK)) for start in starts)
     write(folder / "events.csv", [*map(heading, EVENTS)], rows(blocks, names, 1))
@@ -111,19 +121,18 @@ def stroke_violations(outcome: Outcome, folder: Path) -> None:
     write(folder / "stroke_violations.csv", [*map(heading, STROKE)], [joined(cells)])
 
 
-def _motion(motion: Response, part: slice) -> Block:
+def _motion(motion: Response, part: slice, stops: bool) -> Block:
     """Give one block of response.csv."""
-    u_dd, x_r, v_r, d, _ = motion.points(part)
+    u_dd, x_r, v_r, d, *_ = motion.points(part)
     t = np.arange(part.start, part.stop) * motion.dt
     series = (t, u_dd, x_r, v_r, motion.acceleration(part), motion.friction(part))
-    return Block(series, d == 0)
+    return Block((*series, motion.stop(part)) if stops else series, d == 0)
 
 
 def _events(found: Events, part: slice) -> Block:
     """Give one block of events.csv."""
-    return Block(
-        (found.t[part], found.x_r[part], found.F_L[part]), found.kind[part] - min(EVENT_NAMES)
-    )
+    words = np.searchsorted(CODES, found.kind[part])
+    return Block((found.t[part], found.x_r[part], found.F_L[part]), words)
 
 
 def write(file: Path, headings: Sequence[str], blocks: Iterable[Text]) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, create_model, field_validator, model_validator
 
 from drysim.approach import APPROACHES, Approach
-from drysim.core.plant import Plant, State
+from drysim.core.plant import Law, Plant, State, Stopped
 from drysim.quantity import (
     Block,
     Damping,
@@ -53,11 +53,43 @@ class Oscillator(Block):
         return Plant(self.mass, self.stiffness, self.damping_ratio * critical)
 
 
+class Stops(Block):
+    """End stops at both ends of the stroke: bumpers that give way, or rigid ones.
+
+    Notes
+    -----
+    A bumper is a spring and a damper that push and never pull: with xi how far x_r is beyond
+    the limit, F_stop = stiffness xi + damping v_r while both xi and that force point outwards,
+    else 0. Contact is lost where the force falls to zero, which with damping is before x_r is
+    back at the limit. A rigid stop turns v_r into -restitution v_r; rebounds too low to be seen
+    in x_r end in rest against it.
+    """
+
+    stiffness: Annotated[float, Quantity("N/m", above=0)] | None = None
+    """Stiffness of a bumper [N/m], above 0."""
+    damping: Damping | None = None
+    """Damping of a bumper [N·s/m]; default 0."""
+    restitution: Annotated[float, Quantity("", at_least=0, at_most=1)] | None = None
+    """Speed after an impact on a rigid stop over that before [-], 0 to 1, in place of
+    `stiffness`."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("stiffness", "restitution"),)
+    needs: ClassVar[dict[str, str]] = {"damping": "stiffness"}
+
+    def between(self, law: Law, limit: float) -> Stopped:
+        """Give these stops, `limit` m from the middle, with the friction between them."""
+        F_fk, F_fs, *varied = law
+        k_s, b_s, e = self.stiffness or 0.0, self.damping or 0.0, self.restitution or 0.0
+        return Stopped(F_fk, F_fs, limit, k_s, b_s, e, *varied)
+
+
 class Stroke(Block):
     """How far the mass may move on its base."""
 
     limit: Annotated[float, Quantity("m", above=0)]
-    """Stroke limit x_rM [m]: |x_r| must stay below it. Checked, not modelled."""
+    """Stroke limit x_rM [m]: |x_r| must stay below it. Checked, and modelled beside `stops`."""
+    stops: Stops | None = None
+    """What the mass meets at the limit; without this block it moves on beyond it."""
 
 
 class Start(Block):

@@ -14,7 +14,7 @@ from drysim.excitation.generated import Generated
 from drysim.friction.terms import terms
 from drysim.quantity import shown
 from drysim.scenario import laws, under_law
-from drysim.scenario.blocks import Oscillator, Solver, Start, Stroke
+from drysim.scenario.blocks import Oscillator, Solver, Start, Stops, Stroke
 from drysim.scenario.fields import (
     ApproachName,
     Checks,
@@ -108,9 +108,13 @@ class Scenario(FromFile):
         return in_seconds(given, frequencies(excitation, friction) if known else None, steady)
 
     def law(self) -> AnyLaw:
-        """Give the friction as forces; none without a friction block."""
+        """Give the friction as forces, none without a friction block; and the end stops."""
         friction = self.acting
-        return friction.limits(self.oscillator.mass) if friction else Law(0.0, 0.0)
+        law = friction.limits(self.oscillator.mass) if friction else Law(0.0, 0.0)
+        # Other laws beside stops are a fault, which is told once all is read.
+        if self.stops is None or self.stroke is None or not isinstance(law, Law):
+            return law
+        return self.stops.between(law, self.stroke.limit)
 
     @property
     def acting(self) -> Friction | None:
@@ -129,6 +133,11 @@ class Scenario(FromFile):
     def word(self) -> str:
         """What a table calls the scenario by: its approach, or the law of a comparison."""
         return self.named_law or self.solver.approach
+
+    @property
+    def stops(self) -> Stops | None:
+        """The end stops, if they are modelled."""
+        return None if self.stroke is None else self.stroke.stops
 
     @property
     def static_given(self) -> bool:

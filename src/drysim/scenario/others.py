@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _STATIC = tuple(f"friction.{key}" for key in STATIC)
 _VARIATION = "friction.normal_variation."
+_STOPS = "stroke.stops."
 EQUAL = {"static": None, "mu_static": None, "static_ratio": 1.0}
 """A static limit as an approach takes it that knows none above kinetic friction."""
 
@@ -41,12 +42,14 @@ def solved_by(scenario: Scenario, name: str) -> Scenario:
         if isinstance(friction, Coulomb) and not member.use_variation:
             less["normal_variation"] = None
         friction = friction.model_copy(update=less)
-    changed = {
+    changed: dict[str, Any] = {
         "solver": scenario.solver.model_copy(update={"approach": name}),
         "friction": friction,
         "sweep": tuple(axis for axis in scenario.axes if has_use(name, axis.key)),
         "reference": None,
     }
+    if scenario.stroke is not None and not member.use_stops:
+        changed["stroke"] = scenario.stroke.model_copy(update={"stops": None})
     return scenario.copied(changed)
 
 
@@ -60,6 +63,8 @@ def has_use(name: str, key: str) -> bool:
     """Whether an approach has a use for a key of the scenario."""
     member = SHELF[name]
     if key.startswith("friction.") and not member.use_friction:
+        return False
+    if key.startswith(_STOPS) and not member.use_stops:
         return False
     if _is_option(key) or (key in _STATIC and not member.use_static):
         return False
@@ -86,6 +91,8 @@ def _is_option(key: str) -> bool:
 def left_out(scenario: Scenario, name: str) -> Iterator[str]:
     """Give a sentence for everything in the scene that an approach leaves out."""
     member, law = SHELF[on_the_shelf(name)], scenario.law()
+    if scenario.stops is not None and not member.use_stops:
+        yield f"{name} knows no end stops and lets the mass move on beyond the stroke limit"
     swept = {axis.key for axis in scenario.axes}
     rubs = law.F_fk > 0 or any(key.startswith("friction.") for key in swept)
     if not member.use_friction:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from drysim.core.plant import Law
+from drysim.core.plant import Law, Stopped
 from drysim.excitation import EXCITATIONS
-from drysim.scenario.blocks import SHELF, Solver
+from drysim.scenario.blocks import SHELF, Solver, Stops
 from drysim.scenario.seeds import unmeasured
 from drysim.scenario.shape import tag_of
 from drysim.source import Keys
@@ -57,6 +57,8 @@ def unused(scenario: Scenario) -> Iterator[Fault]:
     """Give the sentence for every value that the approach cannot use, and its keys."""
     name, law = scenario.solver.approach, scenario.law()
     member, friction = SHELF[name], scenario.friction
+    if scenario.stops is not None:
+        yield from _stops(scenario, scenario.stops)
     if not member.use_friction or friction is None:
         return
     if law.F_fs > law.F_fk and not member.use_static:
@@ -69,6 +71,24 @@ def unused(scenario: Scenario) -> Iterator[Fault]:
     if law.variation and not member.use_variation:
         sentence = f"approach {name} has no use for a varying normal force"
         yield ("friction", "normal_variation"), f"{sentence}; take it away or choose stick-slip"
+
+
+def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
+    """End stops want an approach and a law that know them, and a mass between them."""
+    name, stroke = scenario.solver.approach, scenario.stroke
+    assert stroke is not None, "stops are at the ends of a stroke"
+    if not SHELF[name].use_stops:
+        sentence = f"approach {name} has no use for end stops"
+        yield ("stroke", "stops"), f"{sentence}; take them away or choose stick-slip"
+    elif SHELF[name].use_friction and not isinstance(scenario.law(), Law | Stopped):
+        sentence = "end stops go with Coulomb's friction only"
+        yield ("stroke", "stops"), f"{sentence}; choose law coulomb, or take them away"
+    if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
+        sentence = (
+            f"start.x_r must be at most stroke.limit = {stroke.limit:.12g} m in size, as rigid "
+            f"stops let the mass no further, not {scenario.start.x_r:.12g}"
+        )
+        yield ("start", "x_r"), sentence
 
 
 def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from drysim.metrics import COMFORT, LIMITED, METRICS
+from drysim.metrics import BOUNDED, COMFORT, LIMITED, METRICS
 from drysim.quantity import near, shown
 from drysim.source import Keys
 
@@ -29,6 +29,8 @@ def unmeasured(words: Mapping[str, Any]) -> Iterator[tuple[Keys, str]]:
         yield METRIC, f"{at} for random base motion, which has no periodic orbit"
     elif name in LIMITED and "stroke" not in words:
         yield METRIC, f"{at} without a stroke limit; give stroke.limit"
+    elif name in BOUNDED and "stops" not in _block(words, "stroke"):
+        yield METRIC, f"{at} without end stops; give stroke.stops"
     elif name in COMFORT and not {"direction", "weighting"} & measure.keys():
         yield METRIC, f"{at} without a weighting; give measure.direction or measure.weighting"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from drysim.errors import Problem, ScenarioError
 from drysim.scenario import laws, others
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 EXACT = "stick-slip"
 """The approach that solves every law as well as it can be solved."""
+
+COULOMB = "coulomb"
+"""The law beside which a mass may have end stops."""
 
 LOAD = "normal_"
 """Beginning of the keys about a normal force that varies: of the scene, whatever the law."""
@@ -34,7 +37,9 @@ def acted_by(scenario: Scenario, name: str) -> Scenario:
     if not found:
         solver = scenario.solver.model_copy(update={"approach": EXACT})
         axes = tuple(axis for axis in scenario.axes if has_use(scenario, name, axis.key))
-        changed = {"solver": solver, "sweep": axes, "reference": None}
+        changed: dict[str, Any] = {"solver": solver, "sweep": axes, "reference": None}
+        if scenario.stroke is not None and name != COULOMB:
+            changed["stroke"] = scenario.stroke.model_copy(update={"stops": None})
         scene = scenario.copied(changed, law=name)
         found = in_conflict(scene)
         if not found:
@@ -58,6 +63,8 @@ def has_use(scenario: Scenario, name: str, key: str) -> bool:
     """Whether a law has a use for a key of the scenario."""
     block, option, *_ = key.split(".")
     friction = scenario.friction
+    if key.startswith("stroke.stops.") and name != COULOMB:
+        return False
     if block != "friction" or friction is None or friction.law == name:
         return others.has_use(EXACT, key)
     return option == name or laws.has_use(friction, name, option)
@@ -69,6 +76,8 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
     The keys that make another law what it is are not meant: nobody expects them to count.
     """
     friction = scenario.friction
+    if scenario.stops is not None and name != COULOMB:
+        yield f"{name} knows no end stops and lets the mass move on beyond the stroke limit"
     if friction is None or friction.law == name:
         return
     known = laws.LAWS[name].model_fields

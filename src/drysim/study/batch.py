@@ -15,7 +15,7 @@ from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, OverSeeds, R
 STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
 """What a case may come to, by its code."""
 
-COUNTED = frozenset({"violations"})
+COUNTED = frozenset({"violations", "contacts"})
 """Metrics that are whole numbers, unless they are means over many seeds."""
 
 NAMES = tuple(metric.name for metric in METRICS)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
+from drysim.core.plant import AnyLaw, Stopped
 from drysim.errors import Caution
 from drysim.study.table import FAILED
 from drysim.wording import millimetres, number
@@ -41,7 +42,9 @@ def found(response: Response, metrics: Metrics, limit: float | None) -> Iterator
     Caution
     """
     if limit is not None and metrics["violations"]:
-        yield stroke_violated(metrics, limit)
+        yield stroke_violated(metrics, limit, response.law)
+    if isinstance(response.law, Stopped) and response.law.rigid and metrics["contacts"]:
+        yield impacts_left_out()
     residual = metrics["energy_residual"]
     # Fixed steps leave an open balance by nature: a measure then, not an alarm.
     exact = response.numerics.core != FIXED_STEP
@@ -52,10 +55,17 @@ def found(response: Response, metrics: Metrics, limit: float | None) -> Iterator
         yield close_decision(closest)
 
 
-def stroke_violated(metrics: Metrics, limit: float) -> Caution:
-    """Say where the stroke limit was met, and by how much."""
+def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw) -> Caution:
+    """Say where the stroke limit was met, and by how much or how hard."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
     times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
+    if isinstance(law, Stopped):
+        sentence = (
+            f"the mass comes to its end stops, first at t = {number(t_first, 's')} and with up "
+            f"to {number(metrics['impact_speed'], 'm/s')}"
+        )
+        numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
+        return Caution("stroke-violated", sentence, numbers)
     sentence = (
         f"the stroke limit of {millimetres(limit)} is met {times}, first at t = "
         f"{number(t_first, 's')}; |x_r| reaches {millimetres(peak)}, "
@@ -63,6 +73,15 @@ def stroke_violated(metrics: Metrics, limit: float) -> Caution:
     )
     numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
     return Caution("stroke-violated", sentence, numbers)
+
+
+def impacts_left_out() -> Caution:
+    """Say that an impact has no finite acceleration."""
+    sentence = (
+        "an impact on a rigid stop is an instant of infinite force: a_x and T_a are of the "
+        "motion between impacts; bumpers give them a force and a length"
+    )
+    return Caution("impacts-left-out", sentence)
 
 
 def energy_open(residual: float) -> Caution:

@@ -31,6 +31,7 @@ def together(scenario: Scenario) -> bool:
     return (
         measure.steady
         and measure.weights is None
+        and scenario.stops is None
         and hasattr(scenario.solver.member(), "orbit")
         and isinstance(scenario.excitation, Harmonic | SineSum)
         and (friction is None or isinstance(friction, Coulomb))

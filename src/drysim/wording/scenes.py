@@ -7,8 +7,8 @@ from collections.abc import Collection, Sequence
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, Dynamic, Law, Plant
-from drysim.wording.numbers import clean, number, percent
+from drysim.core.plant import AnyLaw, Dynamic, Plant, Slider, Stopped
+from drysim.wording.numbers import clean, millimetres, number, percent
 
 
 def scene(plant: Plant, swept: Collection[str] = ()) -> str:
@@ -64,8 +64,21 @@ def friction(
     text = ", ".join(filter(None, (text, *terms[1:])))
     if not isinstance(law, Dynamic) and law.variation and kinetic and static:
         varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
-        text += f", {'both' if isinstance(law, Law) else 'load'} {varied}"
+        text += f", {'load' if isinstance(law, Slider) else 'both'} {varied}"
     return text
+
+
+def stops(law: AnyLaw, swept: Collection[str] = ()) -> str:
+    """Give the end stops, empty where there are none; `swept` as in `scene`."""
+    if not isinstance(law, Stopped):
+        return ""
+    parts = [("limit", f"at ±{millimetres(law.x_rM)}")]
+    if law.rigid:
+        parts += [("stops", "rigid"), ("restitution", f"restitution {number(law.e)}")]
+    else:
+        parts += [("stiffness", number(law.k_s, "N/m")), ("damping", number(law.b_s, "N·s/m"))]
+    varied = {key.rpartition(".")[2] for key in swept if key.startswith("stroke.")}
+    return ", ".join(words for key, words in parts if key not in varied)
 
 
 def excitation(kind: str, motion: Sines | Samples) -> str:

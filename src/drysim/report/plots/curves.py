@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from drysim.core.plant import Law
+from drysim.core.motion import acceleration_at
+from drysim.core.plant import Law, Stopped
 
 if TYPE_CHECKING:
+    from drysim.approach.bounded import Bounded
     from drysim.approach.events import Floats
     from drysim.approach.response import Response
 
@@ -73,6 +75,8 @@ def curve(response: Response, part: slice) -> Curve:
 
 def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
     """Give the events of a stretch twice: as they were met and as they were left."""
+    if response.points(slice(0, 1)).stop is not None:
+        return _sides_of_track(response, begin, end)
     events = response.events
     directions = np.sign(events.kind)
     # The first event is the state at t = 0: nothing jumps there.
@@ -80,7 +84,7 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
     inside = inside[(inside > 0) & response.law.sticks]
     t, x_r, F_L = events.t[inside], events.x_r[inside], events.F_L[inside]
     plant, law = response.plant, response.law
-    if isinstance(law, Law):
+    if isinstance(law, Law | Stopped):
         limit = law.F_fk * (1 + law.variation * np.sin(law.omega * t + law.phase))
     else:
         limit = np.full_like(t, law.F_fs)
@@ -92,6 +96,31 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
         return Curve(t, u_dd, x_dd, x_r, np.zeros_like(t), F_f)
 
     return side(directions[inside - 1]), side(directions[inside])
+
+
+def _sides_of_track(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
+    """Give what `_event_sides` does where the mass may be moving at an event: at end stops."""
+    track = cast("Bounded", response.track)
+    t = track.events.t[1:]
+    t = t[(t >= begin) & (t <= end)]
+    m, k_x, b = response.plant
+
+    def side(at: Floats) -> Curve:
+        x_r, v_r, F_stop, F_f, d = track.at(at)
+        u_dd = acceleration_at(response.motion, at)
+        x_dd = np.where(d == 0, u_dd, -(k_x * x_r + b * v_r + F_f + F_stop) / m)
+        return Curve(t, u_dd, x_dd, x_r, v_r, F_f)
+
+    return side(np.nextafter(t, 0.0)), side(t)
+
+
+def hits(response: Response) -> list[tuple[float, float]]:
+    """Give time [s] and x_r [m] of every hit of an end stop."""
+    law, track = response.law, cast("Bounded", response.track)
+    if not isinstance(law, Stopped):
+        return []
+    t, v_r = track.hits()
+    return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
 
 
 def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Floats, Floats]:

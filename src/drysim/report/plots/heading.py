@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 from drysim import wording
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from matplotlib.figure import Figure
 
+    from drysim.core.plant import AnyLaw
     from drysim.scenario import Scenario
     from drysim.study.comparison import Comparison
     from drysim.study.outcome import Outcome
@@ -35,9 +38,9 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
     base += f": {wording.excitation(scenario.excitation.kind, motion.motion)}"
-    scene = (
-        f"{wording.scene(motion.plant)}; {wording.friction(motion.law, terms=scenario.terms)}"
-    )
+    friction = wording.friction(motion.law, terms=scenario.terms)
+    parts = wording.scene(motion.plant), friction, _stops(motion.law)
+    scene = "; ".join(filter(None, parts))
     words = [*_about(scenario), textwrap.shorten(base, WRAP, placeholder=" …")]
     return _title(scenario), [*words, seeds] if seeds else words, [scene, _found(outcome)]
 
@@ -61,6 +64,7 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
     parts = (
         wording.scene(scenario.oscillator.plant(), varied),
         wording.friction(scenario.law(), **shared, terms=scenario.terms),
+        _stops(scenario.law(), varied),
     )
     scene = "; ".join(part for part in parts if part)
     words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
@@ -98,13 +102,21 @@ def _found(outcome: Outcome) -> str:
     ]
     parts.append(f"peak |x_r| {wording.millimetres(metrics['x_r_peak'])}{limit}")
     parts.append(f"stuck {wording.percent(metrics['stuck_share'])}")
-    if metrics["violations"]:
+    if metrics["contacts"]:
+        parts.append(f"stops met {metrics['contacts']}×")
+    elif metrics["violations"]:
         parts.append(f"limit met {metrics['violations']}×")
     multiple = outcome.response.numerics.period_multiple
     if multiple:
         periods = "one period" if multiple == 1 else f"{multiple} periods"
         parts.append(f"steady orbit over {periods}")
     return ", ".join(parts)
+
+
+def _stops(law: AnyLaw, varied: Collection[str] = ()) -> str:
+    """Give the end stops, if there are any."""
+    words = wording.stops(law, varied)
+    return f"end stops {words}" if words else ""
 
 
 def height(head: Lines) -> float:

@@ -108,15 +108,23 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
     peak = curves.greatest(motion, "x_r").value
     if limit > far * peak > 0:
         return
+    hits = curves.hits(motion)
     axes.autoscale(axis="y")
     for side in (-1, 1):
-        label = f"stroke limit ±{wording.millimetres(limit)}"
+        what = "end stops" if hits else "stroke limit"
+        label = f"{what} ±{wording.millimetres(limit)}"
         axes.axhline(side * limit * MM, **LIMIT, label=label)
     begin, end = axes.get_xlim()
-    met = np.array(curves.excursions(motion, limit), dtype=float).reshape(-1, 2)
+    met = np.array(hits or curves.excursions(motion, limit), dtype=float).reshape(-1, 2)
     met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, MM)
     if len(met):
-        axes.plot(*met.T, **BEYOND, linestyle="none", clip_on=False, label="limit met")
+        axes.plot(
+            *met.T,
+            **BEYOND,
+            linestyle="none",
+            clip_on=False,
+            label="stop met" if hits else "limit met",
+        )
 
 
 def loop(axes: Axes, shown: Curve, motion: Response) -> None:

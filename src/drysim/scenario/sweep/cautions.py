@@ -20,16 +20,21 @@ def needless(scenario: Scenario) -> Iterator[Caution]:
             sentence = f"sweep of {axis.key} {why}"
             yield Caution("sweep-changes-nothing", sentence, {"values": len(axis.values)})
     reference = scenario.reference
-    if reference is not None and scenario.with_approach(reference).friction is not None:
+    if reference is not None and errs(scenario, scenario.with_approach(reference)):
         for sentence in scenario.losses(reference):
             yield Caution("left-out", f"reference: {sentence}")
+
+
+def errs(scenario: Scenario, reference: Scenario) -> bool:
+    """Tell whether a reference has friction of its own to leave out, or no end stops."""
+    return reference.friction is not None or reference.stops != scenario.stops
 
 
 def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     """Say why a swept key changes nothing; None when it changes something."""
     if len(axis.values) == 1:
         return "has one value only; set it in the scenario instead"
-    if axis.key == "stroke.limit":
+    if axis.key == "stroke.limit" and scenario.stops is None:
         return "changes no motion and no transmissibility, only which stroke counts as too much"
     approach = scenario.solver.approach
     block, option, *rest = axis.key.split(".")

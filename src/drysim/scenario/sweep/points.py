@@ -30,6 +30,7 @@ TOGETHER = (
     ("oscillator.",),
     ("friction.",),
     ("excitation.", "solver.", "measure.", "friction.normal_variation."),
+    ("stroke.", "start."),
 )
 """Keys between which there are rules; from group to group there are none."""
 
@@ -98,7 +99,7 @@ def _case(scenario: Scenario, point: Point) -> Scenario:
         _step_suits(case)
     if touched.keys() & {"measure", "excitation", "friction"}:
         case = _measured(case, touched.get("measure", ()))
-    if "friction" in touched:
+    if touched.keys() & {"friction", "stroke", "start"}:
         for keys, sentence in unused(case):
             raise Odd(".".join(map(str, keys)), sentence)
         for key, sentence in faults(case.friction, case.named_law):

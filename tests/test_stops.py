@@ -1,0 +1,342 @@
+"""End stops, bumpers and rigid ones: against a state machine, closed forms, invariants."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import drysim
+from contacts import at
+from drysim.approach.stick_slip import StickSlip
+from drysim.approach.viscous import Viscous
+from drysim.core.motion import Samples, Sines
+from drysim.core.plant import Law, Plant, State, Stopped
+from drysim.errors import SolverError, UsageError
+from drysim.metrics import measure
+from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
+from stops import march_stops
+
+LIMIT = 0.004
+STILL = Sines((), (), ())
+NOISE = noise(1200, 4.0, seed=3)
+STOPS = {
+    "undamped bumper": Stopped(45.0, 54.0, LIMIT, k_s=2e5),
+    "damped bumper": Stopped(45.0, 54.0, LIMIT, k_s=2e5, b_s=300.0),
+    "dead bumper": Stopped(45.0, 45.0, LIMIT, k_s=5e4, b_s=8e3),
+    "rebound": Stopped(45.0, 54.0, LIMIT, e=0.6),
+    "no rebound": Stopped(45.0, 54.0, LIMIT),
+    "no friction": Stopped(0.0, 0.0, LIMIT, e=0.8),
+    "varying": Stopped(30.0, 36.0, LIMIT, 2e5, 300.0, 0.0, 0.5, 2 * math.pi * 2.3, 0.4),
+}
+
+
+def drawn(seed: int) -> tuple[Plant, Stopped, State]:
+    """Give a scene of either kind of stop, the start inside the stroke or beyond a bumper."""
+    draw = np.random.default_rng(seed)
+    plant = Plant(75.0, float(draw.choice([0.0, 2e3, 7.5e3])), float(draw.choice([0.0, 400.0])))
+    F_fk = float(draw.uniform(0.0, 60.0))
+    law = Stopped(F_fk, F_fk * float(draw.choice([1.0, 1.3])), LIMIT)
+    if seed % 2:
+        law = law._replace(k_s=2e5, b_s=float(draw.choice([0.0, 300.0, 3e3, 8e3])))
+    else:
+        law = law._replace(e=float(draw.choice([0.0, draw.uniform(0.2, 0.9)])))
+    reach = 1.5 * LIMIT if seed % 2 else 0.9 * LIMIT
+    return plant, law, State(float(draw.uniform(-reach, reach)), float(draw.uniform(-0.3, 0.3)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_sines_agree_with_a_state_machine(seed):
+    plant, law, start = drawn(seed)
+    A, f, phase = (3.0, 1.0), (1.6, 2.9), (0.3, 1.0)
+
+    def base(t):
+        return sum(
+            a * math.sin(2 * math.pi * g * t + p) for a, g, p in zip(A, f, phase, strict=True)
+        )
+
+    response = StickSlip().solve(plant, law, Sines(A, f, phase), start, 2e-3, 0.8)
+    agrees(response, *march_stops(plant, law, base, 0.8, start))
+
+
+@pytest.mark.parametrize("seed", range(8, 14))
+def test_samples_agree_with_a_state_machine(seed):
+    plant, law, start = drawn(seed)
+    dt, u_dd = 0.01, noise(61, 4.0, seed).u_dd
+    knots = [n * dt for n in range(61)]
+
+    def base(t):
+        return float(np.interp(t, knots, u_dd))
+
+    response = StickSlip().solve(plant, law, Samples(u_dd, dt), start, dt)
+    agrees(response, *march_stops(plant, law, base, 0.6, start, knots))
+
+
+def agrees(response, pieces, hits):
+    """Compare x_r, v_r, and every hit that is more than a chatter's last."""
+    inner = response.t[:-1]
+    x_r, v_r = at(pieces, inner)
+    assert np.abs(x_r - response.x_r[:-1]).max() < 1e-12
+    assert np.abs(v_r - response.v_r[:-1]).max() < 1e-10
+    t, v = response.track.hits()
+    told = np.abs(v) > 1e-6
+    wanted = np.array([(when, speed) for when, speed in hits if abs(speed) > 1e-6])
+    assert t[told] == pytest.approx(wanted[:, 0], abs=1e-11)
+    assert v[told] == pytest.approx(wanted[:, 1], rel=1e-6)
+
+
+@pytest.mark.parametrize("law", STOPS.values(), ids=STOPS)
+@pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
+class TestInvariants:
+    def test_energy_closes(self, law, motion):
+        metrics = measure(solved(law, motion, duration=2.9).track, (0.7, 2.9), LIMIT)
+        assert metrics["energy_residual"] < 1e-13
+        assert metrics["contacts"] > 1
+        assert metrics["energy_stops"] > -1e-12
+
+    def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, law, motion):
+        one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
+        assert (one.x_r == -two.x_r).all()
+        assert (one.F_stop == -two.F_stop).all()
+
+    def test_stops_push_and_never_pull(self, law, motion):
+        response = solved(law, motion, duration=2.9)
+        assert (response.F_stop * response.x_r >= 0.0).all()
+        within = np.abs(response.x_r) < LIMIT
+        assert (response.F_stop[within] == 0.0).all()
+        if law.rigid:
+            assert np.abs(response.x_r).max() <= LIMIT
+
+    def test_friction_holds_and_rubs_as_ever(self, law, motion):
+        response = solved(law, motion, duration=2.9)
+        load = 1.0 + law.variation * np.sin(law.omega * response.t + law.phase)
+        stuck = response.stuck
+        assert (response.v_r[stuck] == 0.0).all()
+        assert (np.abs(response.F_f) <= law.F_fs * load * (1 + 1e-9) + 1e-12).all()
+        assert (response.F_f * response.v_r >= 0.0).all()
+        assert (response.x_dd[stuck] == response.u_dd[stuck]).all()
+
+    def test_acceleration_is_what_the_forces_give(self, law, motion):
+        response = solved(law, motion, duration=2.9)
+        m, k_x, b = PAPER
+        pull = k_x * response.x_r + b * response.v_r + response.F_f + response.F_stop
+        assert np.abs(m * response.x_dd + pull).max() < 1e-11 * np.abs(pull).max()
+
+    def test_split_run_equals_the_whole(self, law, motion):
+        if isinstance(motion, Sines) or law.variation:
+            pytest.skip("only samples begin anew at any of them")
+        whole = solved(law, motion)
+        rest = Samples(motion.u_dd[400:], motion.dt)
+        part = solved(law, rest, start=whole.track.state(400 * STEP))
+        assert np.abs(part.x_r - whole.x_r[400:]).max() < 1e-12
+
+
+@pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
+def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
+    bare = solved(Law(45.0, 54.0), motion, duration=2.9)
+    law = Stopped(45.0, 54.0, 1.01 * float(np.abs(bare.x_r).max()), e=0.5)
+    far = solved(law, motion, duration=2.9)
+    assert (far.x_r == bare.x_r).all()
+    assert (far.x_dd == bare.x_dd).all()
+    assert far.numerics.core == bare.numerics.core
+    assert "never reached" in far.numerics.why
+    assert not far.F_stop.any()
+    assert measure(far.track, (0.0, 2.9), far.law.x_rM)["contacts"] == 0
+
+
+def test_orbit_that_never_reaches_its_stops_is_the_orbit_without_them():
+    scene = sine(1.0, 1.6), REST, 1 / 1.6
+    bare = StickSlip().orbit(PAPER, Law(45.0, 54.0), *scene)
+    assert StickSlip().orbit(PAPER, Stopped(45.0, 54.0, 0.5, e=0.5), *scene) == bare
+
+
+@pytest.mark.parametrize("name", ["damped bumper", "undamped bumper", "rebound", "no rebound"])
+def test_orbit_between_stops_closes(name):
+    motion, period = sine(2.5, 1.6), 1 / 1.6
+    orbit = StickSlip().orbit(PAPER, STOPS[name], motion, REST, period)
+    assert orbit.settled
+    length = orbit.periods * period
+    track = StickSlip().track(PAPER, STOPS[name], motion, orbit.state, STEP, length)
+    end = track.state(length)
+    assert end.x_r == pytest.approx(orbit.state.x_r, abs=1e-13)
+    assert end.v_r == pytest.approx(orbit.state.v_r, abs=1e-11)
+    assert len(track.hits().t) >= 2 * orbit.periods
+
+
+class TestClosedForms:
+    def test_free_mass_between_two_rigid_stops_conserves_its_energy(self):
+        """1e5 impacts of a mass that nothing but the stops acts on."""
+        law, v = Stopped(0.0, 0.0, 0.01, e=1.0), 1.0
+        track = StickSlip().track(
+            Plant(1.0, 0.0, 0.0), law, STILL, State(0.0, v), 1.0, 0.02 * 100_000 - 0.005
+        )
+        t, v_r = track.hits()
+        assert len(t) == 100_000
+        assert (np.abs(v_r) == 1.0).all()
+        assert t == pytest.approx(0.01 + 0.02 * np.arange(len(t)), rel=1e-11)
+
+    def test_sprung_mass_between_rigid_stops_conserves_its_energy(self):
+        plant, law = Plant(1.0, 100.0, 0.0), Stopped(0.0, 0.0, 0.01, e=1.0)
+        track = StickSlip().track(plant, law, STILL, State(0.003, 0.4), 1.0, 5_500.0)
+        held = 100.0 * 0.003**2 + 0.4**2
+        _, v_r = track.hits()
+        assert len(v_r) > 100_000
+        assert np.abs(np.square(v_r) + 100.0 * 0.01**2 - held).max() < 1e-10 * held
+
+    def test_ball_comes_to_rest_when_the_series_of_its_bounces_ends(self):
+        """Thrown up from the stop by v against a steady pull g: 2 v/(g (1 - e)) in all."""
+        g, v, e = 2.0, 0.3, 0.6
+        law = Stopped(0.0, 0.0, 0.1, e=e)
+        pull = Samples(np.full(200, -g), 0.01)
+        track = StickSlip().track(Plant(3.0, 0.0, 0.0), law, pull, State(0.1, -v), 1.0, None)
+        t, v_r = track.hits()
+        flights = 2 * v / g * e ** np.arange(len(t))
+        assert t == pytest.approx(np.cumsum(flights), abs=1e-14)
+        assert v_r == pytest.approx(v * e ** np.arange(len(t)), rel=1e-9)
+        rests = track.events.t[track.events.kind == 0]
+        assert rests == pytest.approx([2 * v / (g * (1 - e))], abs=1e-13)
+        assert 20 < len(t) < 60
+        assert track.state(1.0) == State(0.1, 0.0)
+        assert track.totals(0.0, 1.99).hits == pytest.approx(0.5 * 3.0 * v**2, rel=1e-14)
+
+    def test_mass_at_rest_leaves_its_stop_as_the_force_turns(self):
+        """Pressed, then pulled away: it leaves as |F_L| exceeds F_fs on that side."""
+        u_dd = np.interp(np.arange(201) * 0.01, [0.0, 1.0, 2.0], [-3.0, 0.0, 3.0])
+        law = Stopped(30.0, 60.0, 0.1, e=0.4)
+        track = StickSlip().track(
+            Plant(75.0, 0.0, 100.0), law, Samples(u_dd, 0.01), State(0.1, 0.0), 1.0
+        )
+        leaves = track.events.t[track.events.kind == -1]
+        assert leaves == pytest.approx([1.0 + 60.0 / 75.0 / 3.0], rel=1e-14)
+        pressed = track.at(np.array([0.2]))
+        assert pressed[2] == pytest.approx(75.0 * 2.4 - 60.0)
+        assert pressed[3] == pytest.approx(60.0)
+
+    def test_bumper_catches_a_mass_for_half_a_swing(self):
+        plant, law = Plant(2.0, 0.0, 0.0), Stopped(0.0, 0.0, 0.01, k_s=5e3)
+        track = StickSlip().track(plant, law, STILL, State(0.0, 0.5), 1.0, 0.2)
+        omega = 50.0
+        metrics = measure(track, (0.0, 0.1), 0.01)
+        assert metrics["stop_force_peak"] == pytest.approx(5e3 * 0.5 / omega, rel=1e-13)
+        assert metrics["contacts"] == 1
+        ends = track.events.t[track.events.kind == -5]
+        assert ends[0] == pytest.approx(0.02 + math.pi / omega, rel=1e-13)
+
+    def test_damped_bumper_gives_the_restitution_of_its_closed_form(self):
+        """Contact ends as k_s xi + b_s v_r is zero: at tan ω_d t = 2 ξ q/(2 ξ² - 1)."""
+        m, k_s, b_s, v = 2.0, 5e3, 40.0, 0.5
+        law = Stopped(0.0, 0.0, 0.01, k_s=k_s, b_s=b_s)
+        track = StickSlip().track(Plant(m, 0.0, 0.0), law, STILL, State(0.01, v), 1.0, 0.2)
+        omega, xi = math.sqrt(k_s / m), b_s / (2 * math.sqrt(k_s * m))
+        q = math.sqrt(1 - xi**2)
+        ends = math.atan2(2 * xi * q, 2 * xi**2 - 1) % math.pi / (omega * q)
+        after = (
+            v
+            * math.exp(-xi * omega * ends)
+            * (math.cos(q * omega * ends) - xi / q * math.sin(q * omega * ends))
+        )
+        assert track.events.t[track.events.kind == -5][0] == pytest.approx(ends, rel=1e-12)
+        assert track.state(ends + 1e-4).v_r == pytest.approx(after, rel=1e-12)
+
+
+def restitution_of(xi: float) -> float:
+    """Give the restitution of a bumper of damping ratio xi that does not pull."""
+    q = math.sqrt(1 - xi**2)
+    angle = math.atan2(2 * xi * q, 2 * xi**2 - 1) % math.pi
+    return -math.exp(-xi / q * angle) * (math.cos(angle) - xi / q * math.sin(angle))
+
+
+def test_stiff_bumpers_come_to_restitution_as_one_over_the_root_of_their_stiffness():
+    xi, motion = 0.3, sine(2.5, 1.6)
+    rigid = Stopped(20.0, 20.0, LIMIT, e=restitution_of(xi))
+    exact = solved(rigid, motion, duration=0.5).x_r
+    errors = []
+    for k_s in (1e9, 1e11, 1e13):
+        law = rigid._replace(k_s=k_s, b_s=2 * xi * math.sqrt(k_s * PAPER.m), e=0.0)
+        errors.append(np.abs(solved(law, motion, duration=0.5).x_r - exact).max())
+    assert errors[2] < 1e-6
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.2)
+    assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.1)
+
+
+class TestStarts:
+    @pytest.mark.parametrize("side", [1, -1])
+    def test_on_a_rigid_stop_and_moving_out_the_mass_is_thrown_back_at_once(self, side):
+        law = Stopped(0.0, 0.0, LIMIT, e=0.5)
+        start = State(side * LIMIT, side * 0.2)
+        track = StickSlip().track(PAPER, law, STILL, start, STEP, 0.02)
+        assert track.state(0.0) == State(side * LIMIT, -side * 0.1)
+        assert measure(track, (0.0, 0.02), LIMIT)["contacts"] == 1
+
+    def test_on_a_rigid_stop_at_rest_the_spring_pulls_the_mass_away(self):
+        law = Stopped(10.0, 10.0, LIMIT, e=0.5)
+        response = solved(law, STILL, State(LIMIT, 0.0), 1.0)
+        free = solved(Law(10.0, 10.0), STILL, State(LIMIT, 0.0), 1.0)
+        assert np.abs(response.x_r - free.x_r).max() < 1e-16
+
+    @pytest.mark.parametrize("v_r", [0.5, 0.0, -0.05, -2.0])
+    def test_beyond_a_bumper_the_mass_is_pressed_or_apart_as_its_speed_says(self, v_r):
+        law = STOPS["dead bumper"]
+        response = solved(law, STILL, State(1.5 * LIMIT, v_r), 0.1)
+        push = law.k_s * 0.5 * LIMIT + law.b_s * v_r
+        assert response.F_stop[0] == pytest.approx(max(push, 0.0), rel=1e-12)
+
+    def test_bumper_is_felt_again_where_the_mass_slows_down_beyond_the_limit(self):
+        """A dead bumper, and friction that brakes harder than the bumper relaxes."""
+        law = Stopped(3000.0, 3000.0, LIMIT, k_s=5e4, b_s=8e3)
+        response = solved(law, STILL, State(3 * LIMIT, -0.3), 0.1)
+        assert response.events.names[:2] == ["slip-", "contact-"]
+        pieces, _ = march_stops(PAPER, law, lambda t: 0.0, 0.1, (3 * LIMIT, -0.3))
+        x_r, _ = at(pieces, response.t[:-1])
+        assert np.abs(x_r - response.x_r[:-1]).max() < 1e-12
+
+
+def test_without_friction_turning_points_are_no_events():
+    response = Viscous().solve(PAPER, STOPS["damped bumper"], sine(2.5, 1.6), REST, STEP, 2.0)
+    assert response.numerics.approach == "viscous"
+    assert not response.F_f.any()
+    assert {name[:-1] for name in response.events.names[1:]} == {"contact", "release"}
+
+
+def test_elastic_chatter_without_end_is_an_error_that_names_its_time(monkeypatch):
+    """Pressed for long and braked by nothing but the damper, it hits the stop ever faster."""
+    from drysim.approach import scene
+
+    monkeypatch.setattr(scene, "MOST_EVENTS", 2_000)
+    law = Stopped(0.0, 0.0, 0.01, e=1.0)
+    pressed = Samples(np.full(101, -5.0), 1.0)
+    with pytest.raises(SolverError, match="events, ever closer"):
+        StickSlip().track(Plant(1.0, 0.0, 1.0), law, pressed, State(0.01, -0.1), 1.0)
+
+
+SEAT = {**PAPER._asdict(), "u_dd": NOISE.u_dd, "dt": STEP}
+
+
+class TestSimulate:
+    def test_arrays_in_give_the_motion_between_stops(self):
+        response = drysim.simulate(**SEAT, F_fk=45.0, F_fs=54.0, x_rM=LIMIT, e=0.6)
+        assert (response.x_r == solved(STOPS["rebound"], NOISE).x_r).all()
+        bumper = drysim.simulate(**SEAT, x_rM=LIMIT, k_s=2e5, b_s=300.0)
+        assert bumper.F_stop.max() > 0.0
+        assert not bumper.F_f.any()
+
+    @pytest.mark.parametrize(
+        ("words", "sentence"),
+        [
+            ({"x_rM": 0.01}, "one of both"),
+            ({"k_s": 1e5}, "one of both"),
+            ({"x_rM": 0.01, "k_s": 1e5, "e": 0.5}, "one of both"),
+            ({"x_rM": 0.0, "e": 0.5}, "x_rM must be"),
+            ({"x_rM": 0.01, "k_s": 0.0}, "k_s must be"),
+            ({"x_rM": 0.01, "k_s": math.nan}, "k_s must be"),
+            ({"x_rM": 0.01, "k_s": 1e5, "b_s": -1.0}, "b_s must be"),
+            ({"x_rM": 0.01, "e": 0.5, "b_s": 1.0}, "b_s must be"),
+            ({"x_rM": 0.01, "e": 1.5}, "e must lie"),
+            ({"x_rM": 0.01, "e": 0.5, "x_r": 0.02}, "beyond the rigid stops"),
+            ({"x_rM": 0.01, "e": 0.5, "approach": "signum"}, "knows no end stops"),
+        ],
+    )
+    def test_stops_that_make_no_sense_are_told(self, words, sentence):
+        with pytest.raises(UsageError, match=sentence):
+            drysim.simulate(**SEAT, **words)
