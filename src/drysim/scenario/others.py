@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from drysim.core.plant import Law
+from drysim.core.plant import Law, Stopped
 from drysim.friction.coulomb import Coulomb
 from drysim.scenario.blocks import SHELF, on_the_shelf
 from drysim.scenario.laws import LAWS
@@ -101,7 +101,7 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
         return
     if not member.use_static and (law.F_fs > law.F_fk or swept & set(_STATIC)):
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
-    if not isinstance(law, Law) and not member.use_dynamic:
+    if not isinstance(law, Law | Stopped) and not member.use_dynamic:
         yield f"{name} knows Coulomb's friction only and takes the forces of the law as such"
     varies = law.variation or any(key.startswith(_VARIATION) for key in swept)
     if not member.use_variation and varies:

@@ -65,7 +65,7 @@ def unused(scenario: Scenario) -> Iterator[Fault]:
         key = next(key for key in STATIC if getattr(friction, key, None) is not None)
         sentence = f"approach {name} has no use for a static limit above kinetic friction"
         yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
-    if not isinstance(law, Law) and not member.use_dynamic:
+    if not isinstance(law, Law | Stopped) and not member.use_dynamic:
         sentence = f"approach {name} knows Coulomb's friction only"
         yield ("friction", "law"), f"{sentence}; choose law coulomb, or stick-slip"
     if law.variation and not member.use_variation:
