@@ -18,12 +18,13 @@ LUGRE = Dynamic(
     45.0, 54.0, BRISTLE, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4
 )  # fmt: skip
 SMOOTH_STRIBECK = Dynamic(15.0, 18.0, STRIBECK, v_s=5e-3)
-SHARP_STRIBECK = Dynamic(15.0, 24.0, STRIBECK, v_s=2e-2, exponent=1)
+SHARP_STRIBECK = Dynamic(15.0, 24.0, STRIBECK, v_s=2e-2, exponent=1.0)
 LAWS = {
     "dahl": DAHL,
     "lugre": LUGRE,
     "stribeck": SMOOTH_STRIBECK,
     "stribeck-1": SHARP_STRIBECK,
+    "stribeck-1.5": SHARP_STRIBECK._replace(exponent=1.5),
 }
 
 
@@ -66,10 +67,10 @@ def test_bristles_over_samples_agree_with_an_integrator_restarted_at_each(law):
     assert np.abs(np.array(path) - response.x_r).max() < 1e-9 * np.abs(response.x_r).max()
 
 
-@pytest.mark.parametrize("law", [SMOOTH_STRIBECK, SHARP_STRIBECK], ids=["exponent-2", "1"])
+@pytest.mark.parametrize("exponent", [0.75, 1.0, 1.5, 2.0, 3.0, 7.0])
 @pytest.mark.parametrize(("a_u", "f"), [(1.0, 1.6), (0.5, 0.7)])
-def test_stribeck_agrees_with_an_integrator_restarted_at_its_events(law, a_u, f):
-    motion = sine(a_u, f)
+def test_stribeck_agrees_with_an_integrator_restarted_at_its_events(exponent, a_u, f):
+    motion, law = sine(a_u, f), SHARP_STRIBECK._replace(exponent=exponent)
     response = solved(law, motion, duration=6.0)
     m, k_x, b = PAPER
     events = response.events
@@ -94,6 +95,18 @@ def test_stribeck_agrees_with_an_integrator_restarted_at_its_events(law, a_u, f)
             abs(response.track.state(end).v_r), abs=1e-9
         )
     assert len(events) > 6
+
+
+@pytest.mark.parametrize("exponent", [0.5, 0.75, 1.25, 5.0, 19.0])
+@pytest.mark.parametrize("motion", [sine(0.5, 0.7), noise(1601, 0.8)], ids=["sine", "noise"])
+def test_error_that_a_fractional_exponent_states_is_the_error(exponent, motion):
+    law = SHARP_STRIBECK._replace(exponent=exponent)
+    fine = solved(law, motion, duration=4.0)
+    coarse = solved(law._replace(tolerance=1e-9), motion, duration=4.0)
+    off = np.abs(fine.x_r - coarse.x_r).max() / np.abs(fine.x_r).max()
+    assert fine.numerics.error < 1e-6
+    assert off < 2.0 * fine.numerics.error + 1e-12
+    assert off < 2.0 * coarse.numerics.error
 
 
 @pytest.mark.parametrize("motion", [sine(0.75, 2.0), noise(4000, 0.67)], ids=["sine", "noise"])

@@ -116,3 +116,14 @@ def test_a_law_that_yields_at_a_force_of_zero_is_refused(law, zero):
         words.pop("normal")
     with pytest.raises(ValidationError, match=f"must be above 0 under law `{words['law']}`"):
         law.model_validate(words)
+
+
+@pytest.mark.parametrize(("exponent", "sentence"), [(0.4, "at least 0.5"), (20, "below 20")])
+def test_exponent_that_no_step_resolves_is_refused_with_what_is_allowed(exponent, sentence):
+    with pytest.raises(ValidationError, match=sentence):
+        Stribeck.model_validate({**WORDS[Stribeck], "exponent": exponent})
+
+
+def test_exponent_between_is_taken():
+    law = Stribeck.model_validate({**WORDS[Stribeck], "exponent": 0.75}).limits(M)
+    assert law.exponent == 0.75

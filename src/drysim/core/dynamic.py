@@ -4,8 +4,41 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.plant import LEUVEN, STRIBECK
+
+FLAT = 37.0
+"""Exponent from which on the Stribeck curve is flat to double precision."""
+
+
+@inlined
+def fractional(law):
+    """Tell whether the Stribeck curve is a series in the speed away from rest alone."""
+    return law.exponent != 1 and law.exponent != 2
+
+
+SLOWNESS = 100.0
+"""Tolerances of a speed that it takes to tell a fractional power of it from its series: at a
+few tolerances the terms of the series are beyond the numbers."""
+
+
+@inlined
+def slow_speed(law, jet):
+    """Give the speed [m/s] at which a fractional power of it counts as none; 0 for the others.
+
+    What this neglects is the share of a tolerance by which friction has fallen.
+    """
+    if not fractional(law):
+        return 0.0
+    return SLOWNESS * law.tolerance * max(jet.scale[0], law.v_s)
+
+
+@inlined
+def flat_from(law):
+    """Give the speed [m/s] from which on the Stribeck curve is flat."""
+    if law.exponent == 1:
+        return FLAT * law.v_s
+    return (math.sqrt(FLAT) if law.exponent == 2 else FLAT ** (1.0 / law.exponent)) * law.v_s
 
 
 @compiled
@@ -14,7 +47,8 @@ def sliding_limit(law, v):
     if law.F_fs == law.F_fk:
         return law.F_fk
     q = abs(v) / law.v_s
-    return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-(q if law.exponent == 1 else q * q))
+    share = q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
+    return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-share)
 
 
 @compiled

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 from drysim.core.compiled import compiled
-from drysim.core.dynamic import sliding_limit
-from drysim.core.jet import value
+from drysim.core.dynamic import flat_from, fractional, sliding_limit
+from drysim.core.jet import BEYOND
 from drysim.core.leave import parabola
 from drysim.core.stop import NEVER, RESOLUTION
-
-FLAT = 37.0
-"""Exponent from which on the Stribeck curve is flat to double precision."""
-
-BEYOND = 1.05
-"""A series that begins nearer than this to the edge of the flat part foresees the rise."""
-
 
 CURVE_SLACK = 10.0
 """Tolerances of F_fs that the curve at the end of a series may be off; roundings add up."""
@@ -62,35 +53,55 @@ def first_zero(series, n, d, h):
 
 
 @compiled
-def foreseen(law, jet, n, d, h):
+def foreseen(law, jet, n, d, h, slow):
     """Give the length [s], at most h, over which a series foresees the Stribeck curve.
 
     Where the speed is far above v_s the rise of the curve lies beyond the last term, so a
-    series ends where the rise begins to count.
-    """
-    edge = (FLAT if law.exponent == 1 else math.sqrt(FLAT)) * law.v_s
-    v = jet.v[0]
-    if law.F_fs == law.F_fk or d * v <= BEYOND * edge:
-        return h
-    jet.v[0] = v - d * edge
-    arrives = first_zero(jet.v, n, d, h)
-    jet.v[0] = v
-    return min(arrives, h)
-
-
-@compiled
-def followed(law, jet, n, h):
-    """Give the length [s], at most h, at whose end the series still is the Stribeck curve.
-
-    Near the edge of the flat part the terms of the rise grow for long before they fall, so
-    small terms alone do not tell that a series is complete.
+    series ends where the rise begins to count; and where it is too slow for friction to have
+    fallen, at `slow` [m/s].
     """
     if law.F_fs == law.F_fk:
         return h
-    slack = CURVE_SLACK * law.tolerance * law.F_fs
-    while (
-        abs(law.F_fk + value(jet.g, n - 1, h) - sliding_limit(law, value(jet.v, n, h))) > slack
-        and h > 0.0
-    ):
+    edge = flat_from(law)
+    v = jet.v[0]
+    if d * v > BEYOND * edge:
+        return min(passes(jet, n, d, edge, h), h)
+    if slow > 0.0 and d * v <= slow:
+        return min(passes(jet, n, -d, -2.0 * slow, h), h)
+    return h
+
+
+@compiled
+def passes(jet, n, d, level, h):
+    """Give when within h [s] the velocity in direction d comes down to a level [m/s]."""
+    v = jet.v[0]
+    jet.v[0] = v - d * level
+    arrives = first_zero(jet.v, n, d, h)
+    jet.v[0] = v
+    return arrives
+
+
+@compiled
+def followed(plant, law, jet, n, d, h, v_least):
+    """Give the length [s], at most h, at whose end the series still is the Stribeck curve.
+
+    Near rest a curve that is steep there may be off by what changes the speed by
+    `v_least` [m/s].
+
+    Near the edge of the flat part the terms of the rise grow for long before they fall, so
+    small terms alone do not tell that a series is complete. One that begins on the flat part
+    is `foreseen` to stay there.
+    """
+    if law.F_fs == law.F_fk or d * jet.v[0] > BEYOND * flat_from(law):
+        return h
+    steep = 1.0 if fractional(law) else 0.0
+    while h > 0.0:
+        slack = max(CURVE_SLACK * law.tolerance * law.F_fs, steep * plant.m * v_least / h)
+        v, excess = jet.v[n], 0.0
+        for k in range(n - 1, -1, -1):
+            v = v * h + jet.v[k]
+            excess = excess * h + jet.g[k]
+        if abs(law.F_fk + excess - sliding_limit(law, v)) <= slack:
+            return h
         h *= 0.5
     return h

@@ -9,13 +9,17 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
+from drysim.core.dynamic import flat_from
 from drysim.core.plant import STRIBECK
-from drysim.core.terms import force_term
+from drysim.core.terms import excess_start, force_term
 from drysim.core.waves import FREQUENCY, OMEGA, PHASE, STRIDE, A
 
 ORDER = 20
 """Terms of a series at most: near the least work for errors of rounding size."""
+
+BEYOND = 1.05
+"""A series that begins nearer than this to the edge of the flat part foresees the rise."""
 
 
 class Jet(NamedTuple):
@@ -30,8 +34,8 @@ class Jet(NamedTuple):
     F : array of float
         Of the friction force [N].
     s, g, p : array of float
-        Work: exponent of the Stribeck curve, its excess over F_fk, and |v| z over the curve;
-        in place of it under `LEUVEN` the deflecting force over the curve, and its powers.
+        Work: exponent of the Stribeck curve, its terms n times each; its excess over F_fk; and
+        |v| z over the curve, or under `LEUVEN` the deflecting force over the curve.
         The excess is held apart: far above v_s it is below the rounding of the curve.
     w : array of float
         Rate of the bristles' travel [m/s]; `LEUVEN` alone.
@@ -84,7 +88,7 @@ def drive(jet, waves, u_0, slope, t):
 
 
 @compiled
-def grow(plant, law, jet, d, x, v, z, poised, h, v_least, z_least):
+def grow(plant, law, jet, d, x, v, z, poised, slow, h, v_least, z_least):
     """Set the series of the motion from one state on, as far as they are needed.
 
     Parameters
@@ -98,6 +102,8 @@ def grow(plant, law, jet, d, x, v, z, poised, h, v_least, z_least):
         The state [m, m/s, m].
     poised : bool
         Whether the mass breaks away just now: its relative acceleration is exactly zero.
+    slow : bool
+        Whether the mass is too slow for friction to have fallen.
     h : float
         Length that is wished for [s].
     v_least, z_least : float
@@ -109,15 +115,19 @@ def grow(plant, law, jet, d, x, v, z, poised, h, v_least, z_least):
         The last term, and the length for which the series holds [s], at most that asked for.
     """
     m, k_x, b = plant
+    per_m = 1.0 / m
     jet.x[0] = x
     jet.v[0] = v
     jet.z[0] = z
+    falls = start_curve(law, jet, d, v, slow)
+    per_curve = 1.0 / (law.F_fk + jet.g[0])
     power = 1.0
     small = 0
     for n in range(ORDER):
-        force_term(law, jet, d, n)
-        jet.x[n + 1] = jet.v[n] / (n + 1)
-        a = -(jet.u[n] + (k_x * jet.x[n] + b * jet.v[n] + jet.F[n]) / m) / (n + 1)
+        force_term(law, jet, d, n, falls, per_curve)
+        per_n = 1.0 / (n + 1)
+        jet.x[n + 1] = jet.v[n] * per_n
+        a = -(jet.u[n] + (k_x * jet.x[n] + b * jet.v[n] + jet.F[n]) * per_m) * per_n
         jet.v[n + 1] = 0.0 if poised and n == 0 else a
         power *= h
         tiny = abs(jet.v[n + 1]) * power <= v_least
@@ -128,6 +138,20 @@ def grow(plant, law, jet, d, x, v, z, poised, h, v_least, z_least):
         if small == 3:
             return n + 1, h
     return ORDER, min(h, reach(law, jet, v_least, z_least))
+
+
+@inlined
+def start_curve(law, jet, d, v, slow):
+    """Begin the series of the Stribeck curve; tells whether it changes with the speed here."""
+    falls = not slow and law.F_fs != law.F_fk and d * v <= BEYOND * flat_from(law)
+    if falls:
+        excess_start(law, jet, d, v)
+    else:
+        for n in range(ORDER + 1):
+            jet.g[n] = 0.0
+        if slow:
+            jet.g[0] = law.F_fs - law.F_fk
+    return falls
 
 
 @compiled
@@ -150,3 +174,14 @@ def value(series, n, s):
     for k in range(n - 1, -1, -1):
         total = total * s + series[k]
     return total
+
+
+@compiled
+def state_at(jet, n, s):
+    """Give x, v and z [m, m/s, m] at s from terms up to n: three at the price of one."""
+    x, v, z = jet.x[n], jet.v[n], jet.z[n]
+    for k in range(n - 1, -1, -1):
+        x = x * s + jet.x[k]
+        v = v * s + jet.v[k]
+        z = z * s + jet.z[k]
+    return x, v, z

@@ -69,8 +69,8 @@ class Dynamic(NamedTuple):
         `STRIBECK`, `BRISTLE` or `LEUVEN`.
     v_s : float
         Stribeck velocity [m/s], above 0; of no account where F_fs = F_fk.
-    exponent : int
-        Of |v/v_s| in the Stribeck curve, 1 or 2.
+    exponent : float
+        Of |v/v_s| in the Stribeck curve, above 0; 2 for all kinds but `STRIBECK`.
     sigma_0, sigma_1, sigma_2 : float
         Stiffness [N/m] and damping [N·s/m] of the bristles, viscous friction [N·s/m].
     F_h : float
@@ -87,7 +87,7 @@ class Dynamic(NamedTuple):
     F_fs: float
     kind: int
     v_s: float = 1.0
-    exponent: int = 2
+    exponent: float = 2.0
     sigma_0: float = 0.0
     sigma_1: float = 0.0
     sigma_2: float = 0.0

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from drysim.core.compiled import compiled
-from drysim.core.dynamic import dynamic_force
+from drysim.core.dynamic import dynamic_force, fractional
 from drysim.core.events import limit_force
 from drysim.core.integrals import NODES, WEIGHTS
-from drysim.core.jet import ORDER, drive, grow, value
-from drysim.core.plant import LEUVEN
+from drysim.core.jet import ORDER, drive, grow, state_at, value
+from drysim.core.plant import LEUVEN, STRIBECK
 from drysim.core.settled import SETTLED, settle_again
 
 TINY = 1e-300
@@ -30,11 +30,12 @@ def revive(plant, law, waves, u_dd, dt, jet, trail, i):
     way = 1 if d > 0 else -1
     if law.kind == LEUVEN:
         jet.slope[0], jet.slope[1] = trail.rise[i], trail.bend[i]
-    if abs(d) > SETTLED:
+    if law.kind != STRIBECK and abs(d) > SETTLED:
         settle_again(plant, law, jet, way, trail.x_r[i], trail.v_r[i], abs(d) - SETTLED)
         return trail.terms[i]
+    slow = fractional(law) and abs(d) > 1
     state = trail.x_r[i], trail.v_r[i], trail.z[i]
-    grow(plant, law, jet, way, *state, abs(d) == 2, 1.0, TINY, TINY)
+    grow(plant, law, jet, way, *state, abs(d) == 2, slow, 1.0, TINY, TINY)
     return trail.terms[i]
 
 
@@ -74,9 +75,7 @@ def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out,
         if s == 0.0:
             v_out[k] = trail.v_r[i]
         else:
-            x_out[k] = value(jet.x, last, s)
-            v_out[k] = value(jet.v, last, s)
-            z_out[k] = value(jet.z, last, s)
+            x_out[k], v_out[k], z_out[k] = state_at(jet, last, s)
         F_out[k] = dynamic_force(law, d, v_out[k], z_out[k])
 
 
@@ -111,9 +110,8 @@ def integrate_series(plant, law, waves, u_dd, dt, jet, trail, begin, end):
             if d == 0:
                 x_dd2 += weight * push * push
                 continue
-            x = value(jet.x, last, s)
-            v = value(jet.v, last, s)
-            F = dynamic_force(law, d, v, value(jet.z, last, s))
+            x, v, z = state_at(jet, last, s)
+            F = dynamic_force(law, d, v, z)
             x_dd = (k_x * x + b * v + F) / m
             x2 += weight * x * x
             v2 += weight * v * v

@@ -12,7 +12,7 @@ import math
 
 from drysim.core.compiled import compiled, inlined
 from drysim.core.dynamic import sliding_limit
-from drysim.core.jet import ORDER, reach
+from drysim.core.jet import ORDER, reach, start_curve
 from drysim.core.plant import LEUVEN
 from drysim.core.stop import NEVER
 from drysim.core.terms import excess_term, product_term
@@ -84,10 +84,11 @@ def settled_round(plant, law, jet, d, x, v, h, v_least, z_least):
     m, k_x, b = plant
     jet.x[0] = x
     jet.v[0] = v
+    falls = start_curve(law, jet, d, v, False)
     power = 1.0
     small = 0
     for n in range(ORDER + 1):
-        deflection = settled_term(law, jet, d, n)
+        deflection = settled_term(law, jet, d, n, falls)
         jet.z[n] = deflection
         tiny = abs(deflection) * power <= z_least
         jet.F[n] = law.sigma_0 * deflection + law.sigma_1 * jet.w[n] + law.sigma_2 * jet.v[n]
@@ -103,20 +104,19 @@ def settled_round(plant, law, jet, d, x, v, h, v_least, z_least):
 
 
 @inlined
-def settled_term(law, jet, d, n):
+def settled_term(law, jet, d, n, falls):
     """Give term n of z = d g(v) (1 - w/v)^(1/power)/σ_0 [m]."""
-    if law.F_fs != law.F_fk:
-        vv, sg = 0.0, 0.0
-        for k in range(1, n):
-            vv += jet.v[k] * jet.v[n - k]
-            sg += k * jet.s[k] * jet.g[n - k]
-        excess_term(law, jet, d, n, vv, sg)
+    if falls and n > 0:
+        excess_term(law, jet, d, n)
     lag = jet.w[n]
     for k in range(1, n + 1):
         lag -= jet.v[k] * jet.p[n - k]
     jet.p[n] = lag / jet.v[0]
     jet.share[n] = root_term(law, jet, n)
-    return d * (law.F_fk * jet.share[n] + product_term(jet.g, jet.share, n)) / law.sigma_0
+    limit = law.F_fk * jet.share[n]
+    if falls:
+        limit += product_term(jet.g, jet.share, n)
+    return d * limit / law.sigma_0
 
 
 @inlined

@@ -9,58 +9,77 @@ from drysim.core.plant import LEUVEN, STRIBECK
 
 
 @inlined
-def inner_sums(jet, n):
-    """Give the inner part of term n of the products v v, v z, s' g and g p.
+def force_term(law, jet, d, n, falls, per_curve):
+    """Set term n of the friction force [N] and, for bristles, term n + 1 of z.
 
-    One loop for all: the sums do not wait for each other.
+    Parameters
+    ----------
+    law, jet, d
+        As in `grow`.
+    n : int
+        All terms before it are set.
+    falls : bool
+        Whether friction changes with the speed here.
+    per_curve : float
+        One over the Stribeck curve at the beginning [1/N].
     """
-    vv, vz, sg, gp = 0.0, 0.0, 0.0, 0.0
-    for k in range(1, n):
-        vv += jet.v[k] * jet.v[n - k]
-        vz += jet.v[k] * jet.z[n - k]
-        sg += k * jet.s[k] * jet.g[n - k]
-        gp += jet.g[k] * jet.p[n - k]
-    return vv, vz, sg, gp
-
-
-@inlined
-def excess_term(law, jet, d, n, vv, sg):
-    """Set term n of the Stribeck curve's excess over F_fk [N]: its rate is -s' times it."""
-    if law.exponent == 1:
-        jet.s[n] = d * jet.v[n] / law.v_s
-    else:
-        square = vv + (2.0 if n > 0 else 1.0) * jet.v[0] * jet.v[n]
-        jet.s[n] = square / (law.v_s * law.v_s)
-    if n == 0:
-        jet.g[0] = (law.F_fs - law.F_fk) * math.exp(-jet.s[0])
-    else:
-        jet.g[n] = -(sg + n * jet.s[n] * jet.g[0]) / n
-
-
-@inlined
-def force_term(law, jet, d, n):
-    """Set term n of the friction force [N] and, for bristles, term n + 1 of z."""
-    vv, vz, sg, gp = inner_sums(jet, n)
-    if law.F_fs != law.F_fk:
-        excess_term(law, jet, d, n, vv, sg)
+    if falls and n > 0:
+        excess_term(law, jet, d, n)
     if law.kind == STRIBECK:
         jet.F[n] = d * ((law.F_fk if n == 0 else 0.0) + jet.g[n])
         return
-    if n > 0:
-        gp += jet.g[n] * jet.p[0]
-    curve = law.F_fk + jet.g[0]
     if law.kind == LEUVEN:
-        jet.p[n] = (d * law.sigma_0 * jet.z[n] - gp) / curve
+        jet.p[n] = (d * law.sigma_0 * jet.z[n] - curve_sum(jet, n, falls)) * per_curve
         z_d = travel_term(law, jet, d, n)
         jet.z[n + 1] = deflection_term(jet, n) / (n + 1)
     else:
-        product = vz + jet.v[0] * jet.z[n]
-        if n > 0:
-            product += jet.v[n] * jet.z[0]
-        jet.p[n] = (d * product - gp) / curve
+        product = product_term(jet.v, jet.z, n)
+        jet.p[n] = (d * product - curve_sum(jet, n, falls)) * per_curve
         z_d = jet.v[n] - law.sigma_0 * jet.p[n]
         jet.z[n + 1] = z_d / (n + 1)
     jet.F[n] = law.sigma_0 * jet.z[n] + law.sigma_1 * z_d + law.sigma_2 * jet.v[n]
+
+
+@inlined
+def excess_start(law, jet, d, v):
+    """Set the beginning of the Stribeck curve's excess over F_fk [N], and of its exponent."""
+    q = d * v / law.v_s
+    jet.s[0] = q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
+    jet.g[0] = (law.F_fs - law.F_fk) * math.exp(-jet.s[0])
+
+
+@inlined
+def excess_term(law, jet, d, n):
+    """Set term n, above 0, of the excess: its rate is -s' times it.
+
+    `jet.s` holds n times the terms of the exponent, but for the first.
+    """
+    if law.exponent == 1:
+        jet.s[n] = n * d * jet.v[n] / law.v_s
+    elif law.exponent == 2:
+        square = 0.0
+        for k in range(1, n):
+            square += jet.v[k] * jet.v[n - k]
+        jet.s[n] = n * (square + 2.0 * jet.v[0] * jet.v[n]) / (law.v_s * law.v_s)
+    else:
+        total = law.exponent * n * jet.v[n] * jet.s[0]
+        for k in range(1, n):
+            total += (law.exponent * k / (n - k) - 1.0) * jet.v[k] * jet.s[n - k]
+        jet.s[n] = total / jet.v[0]
+    total = 0.0
+    for k in range(1, n + 1):
+        total += jet.s[k] * jet.g[n - k]
+    jet.g[n] = -total / n
+
+
+@inlined
+def curve_sum(jet, n, falls):
+    """Give the part of term n of the curve times p that is known before p's own."""
+    total = 0.0
+    if falls:
+        for k in range(1, n + 1):
+            total += jet.g[k] * jet.p[n - k]
+    return total
 
 
 @inlined

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from drysim.core.compiled import compiled
+from drysim.core.dynamic import slow_speed
 from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, note, sign
 from drysim.core.foresight import first_zero, followed, foreseen
-from drysim.core.jet import ORDER, drive, grow, value
+from drysim.core.jet import ORDER, drive, grow, state_at, value
 from drysim.core.memory import EVEN, branch_end, end_branch, head, set_slope
 from drysim.core.plant import LEUVEN, STRIBECK
 from drysim.core.settled import SETTLED, STIFF, calm_plant, settle, settling_rate
 from drysim.core.stay import break_away, calm_length
 from drysim.core.stop import NEVER, RESOLUTION
 from drysim.core.trail import ENOUGH, mark
+
+SLOW = 3
+"""Besides the sign, the direction in a trail of a mass too slow for friction to have fallen."""
 
 STALL = 100
 """Changes in a row without progress in time that put a scene at the end of double precision."""
@@ -122,14 +126,19 @@ def trace(
                     pause = wait
                 else:
                     pause -= 1
+            slow = slow_speed(law, jet)
+            creeps = slow > 0.0 and way * v_r <= slow
             if rounds == 0:
                 last, step = grow(
-                    plant, law, jet, way, x_r, v_r, z, poised, min(left, wish), v_least, z_least
-                )
+                    plant, law, jet, way, x_r, v_r, z, poised, creeps, min(left, wish),
+                    v_least, z_least,
+                )  # fmt: skip
+                if creeps and not poised:
+                    trail.d[at - 1] = way * SLOW
             else:
                 trail.d[at - 1] = way * (SETTLED + rounds)
             trail.terms[at - 1] = last
-            step = foreseen(law, jet, last, way, step)
+            step = foreseen(law, jet, last, way, step, slow)
             stop = first_zero(jet.v, last, way, step)
             if rounds > 0 and stop != NEVER:
                 step, stop = 0.5 * stop, NEVER
@@ -137,20 +146,21 @@ def trace(
             if law.kind == LEUVEN:
                 end_of_branch, what = branch_end(law, jet, last, way, min(stop, step))
             event = min(stop, end_of_branch)
-            seen = followed(law, jet, last, min(event, step))
+            seen = min(event, step)
+            if not creeps:
+                seen = followed(plant, law, jet, last, way, seen, v_least)
             if seen < event:
                 step = min(seen, step)
                 stop, end_of_branch, event = NEVER, NEVER, NEVER
+            if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
+                event = stop = step
             stalled = stalled + 1 if min(event, step) <= RESOLUTION * (t + step) else 0
             if stalled > (0 if event == NEVER else STALL):
                 return n, s, x_r, v_r, z, d, at, -1
             wish = 4.0 * step if step < left else NEVER
             step = min(event, step)
             s = length if step == left else min(s + step, length)
-            x_r = value(jet.x, last, step)
-            v_r = value(jet.v, last, step)
-            if law.kind != STRIBECK:
-                z = value(jet.z, last, step)
+            x_r, v_r, z = state_at(jet, last, step)
             jet.scale[0] = max(jet.scale[0], abs(v_r))
             d = way
             if end_of_branch < stop:
