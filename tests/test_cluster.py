@@ -7,9 +7,9 @@ import subprocess
 import sys
 from contextlib import nullcontext
 
-import numpy as np
 import pytest
 
+from cluster_scenes import ALL, QUIET, table, written
 from drysim import console
 from drysim.scenario import load
 from drysim.study.cluster import alike, link, parcel
@@ -17,63 +17,6 @@ from drysim.study.cluster import alike, link, parcel
 pytest.importorskip("dask")
 link.require()
 distributed = pytest.importorskip("distributed")
-
-ORBITS = """\
-drysim: 1
-name: orbits
-oscillator: {mass: 75, stiffness: 7500, damping: 500}
-friction: {law: coulomb, kinetic: 15}
-stroke: {limit: 25 mm}
-excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
-solver: {approach: stick-slip, step: 2.5e-3}
-reference: viscous
-checks: [T_a < 5]
-sweep:
-  excitation.frequency: {from: 0.5, to: 10, count: 300}
-  friction.kinetic: [5, 15, 45]
-"""
-
-SEEDS = """\
-drysim: 1
-name: seeds
-oscillator: {mass: 75, stiffness: 7500, damping: 500}
-friction: {law: coulomb, kinetic: 15}
-excitation:
-  {kind: psd, points: [[1, 0.1], [10, 0.1]], duration: 4, seed: 1, seeds: 20,
-   until: {metric: T_a, half_width: 20 %}}
-solver: {approach: stick-slip, step: 5e-3}
-measure: {settle: 0, duration: 4}
-reference: viscous
-sweep: {friction.kinetic: [5, 15, 45], oscillator.damping: [100, 500]}
-"""
-
-RECORD = """\
-drysim: 1
-name: record
-oscillator: {mass: 75, stiffness: 7500, damping: 500}
-friction: {law: coulomb, kinetic: 15}
-excitation: {kind: record, file: data/road.csv, rate: 200 Hz}
-solver: {approach: stick-slip}
-sweep: {excitation.scale: [1, 2], friction.kinetic: [5, 45]}
-"""
-
-SAMPLE = (
-    ORBITS.replace("name: orbits", "name: sample").partition("sweep:")[0]
-    + """\
-sweep:
-  sample:
-    kind: sobol
-    count: 600
-    seed: 3
-    over:
-      oscillator.mass: {distribution: normal, mean: 75, sd: 5, from: 50}
-      excitation.frequency: {from: 1, to: 5}
-"""
-)
-
-ALL = {"orbits": ORBITS, "seeds": SEEDS, "record": RECORD, "sample": SAMPLE}
-
-QUIET = ("--no-plots", "--quiet")
 
 
 @pytest.fixture(scope="module")
@@ -88,18 +31,7 @@ def address():
 @pytest.fixture
 def swept(tmp_path):
     """Write every scenario, and the record of one of them."""
-    (tmp_path / "data").mkdir()
-    values = np.random.Generator(np.random.PCG64(5)).normal(size=800)
-    lines = "".join(f"{value}\n" for value in values.tolist())
-    (tmp_path / "data/road.csv").write_text("u_dd [m/s2]\n" + lines)
-    for name, words in ALL.items():
-        (tmp_path / f"{name}.yaml").write_text(words)
-    return tmp_path
-
-
-def table(folder):
-    """Give the bytes of a table."""
-    return (folder / "transmissibility.csv").read_bytes()
+    return written(tmp_path)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Callable, Iterator
@@ -10,6 +11,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from drysim.errors import ClusterError, UsageError
+from drysim.study.cluster import deaf
 from drysim.study.cluster.alike import refuse_others, teller
 
 LOCAL = "local"
@@ -151,7 +153,9 @@ def own(workers: int | None) -> Iterator[Any]:
             threads_per_worker=1,
             processes=True,
             memory_limit=0,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+            preload=[deaf.__name__],
         ) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):

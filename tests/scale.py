@@ -1,0 +1,151 @@
+"""What a case of a large sweep costs, in threads and on a cluster: `make scale` prints it.
+
+README.md's plan for 1e6, 1e9 and 1e12 cases stands on these figures.
+"""
+
+from __future__ import annotations
+
+import resource
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from drysim.report import parquet, rows
+from drysim.scenario import load
+from drysim.study.case import prepare
+from drysim.study.cluster.link import joined
+from drysim.study.journal import identity
+from drysim.study.packing import packed
+from drysim.study.pieces import Pieces
+from drysim.study.plan import Plan
+from drysim.study.store import Store
+from drysim.study.sweep import approaches_of, solve, solve_far
+
+SWEEP = """\
+drysim: 1
+name: large
+oscillator: {{mass: 75, stiffness: 7500, damping: 500}}
+friction: {{law: coulomb, kinetic: 15}}
+stroke: {{limit: 25 mm}}
+excitation: {{kind: harmonic, frequency: 1.6, rms: 1.0}}
+solver: {{approach: stick-slip, step: 2.5e-3}}
+sweep:
+  excitation.frequency: {{from: 0.5, to: 10, count: {count}}}
+  friction.kinetic: {{from: 1, to: 45, count: {forces}}}
+"""
+
+SMALL, LARGE = (50, 20), (1000, 1000)
+"""Values of the two keys: the same range of scenes by 1,000 and by 1,000,000 cases."""
+
+REPEATS = 15
+
+
+class Clock:
+    """Wall time, processor time of this process, and that of its main thread [s]."""
+
+    def __init__(self) -> None:
+        self._began = self._now()
+
+    @staticmethod
+    def _now() -> tuple[float, float, float]:
+        return time.perf_counter(), time.process_time(), time.thread_time()
+
+    def read(self) -> tuple[float, float, float]:
+        """Give what has passed."""
+        wall, cpu, main = (b - a for a, b in zip(self._began, self._now(), strict=True))
+        return wall, cpu, main
+
+
+class Bench:
+    """A sweep of so many cases in a folder of its own."""
+
+    def __init__(self, folder: Path, sizes: tuple[int, int]) -> None:
+        count, forces = sizes
+        file = folder / "large.yaml"
+        file.write_text(SWEEP.format(count=count, forces=forces))
+        self.folder, self.cases = folder, count * forces
+        self.case = prepare(load(file))
+
+    def store(self) -> Store:
+        """Give an empty store."""
+        return Store(self.folder / "cases", identity(self.case.scenario), resume=False)
+
+    def threads(self, workers: int) -> tuple[float, float, float]:
+        """Compute it by threads."""
+        store, clock = self.store(), Clock()
+        solve(self.case, workers=workers, store=store)
+        return clock.read()
+
+
+def main(words: list[str]) -> None:
+    """Measure what is asked for, everything by default."""
+    asked = words or ["bytes", "threads", "cluster"]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        Bench(folder, (2000, 200)).threads(2)  # compiles, where nobody has yet
+        for word in asked:
+            globals()[f"of_{word}"](folder)
+
+
+def of_bytes(folder: Path) -> None:
+    """Print what a case takes on the disk and on the way."""
+    bench = Bench(folder, LARGE)
+    plan = Plan(Pieces(approaches_of(bench.case.scenario)))
+    piece, batch = plan.pieces[100], plan.block(100)
+    print(f"bytes a case, packed: {len(packed(batch)) / len(batch):.0f}")
+    table = solve(Bench(folder, (2000, 20)).case)
+    for name, write in (("csv", rows.transmissibility), ("parquet", parquet.transmissibility)):
+        write(table, folder)
+        files = [file for file in folder.rglob(f"*.{name}") if file.is_file()]
+        size = sum(file.stat().st_size for file in files)
+        clock = Clock()
+        write(table, folder)
+        takes = 1e6 * clock.read()[0] / len(table)
+        print(f"bytes a case, {name}: {size / len(table):.0f}, written in {takes:.1f} µs")
+    clock = Clock()
+    for number in range(20):
+        plan.pieces[number * 7 % len(plan.pieces)]
+    print(f"cases a block: {piece.end - piece.begin}, of 1e9 {65_536}")
+
+
+def of_threads(folder: Path) -> None:
+    """Print cases a second a core of few cases and of many, side by side."""
+    small, large = Bench(folder, SMALL), Bench(folder, LARGE)
+    before = [small.threads(1) for _ in range(REPEATS)]
+    many = large.threads(2)
+    after = [small.threads(1) for _ in range(REPEATS)]
+    cpu = statistics.median(one[1] for one in before + after)
+    print(f"1,000 cases, a thread: {small.cases / cpu:.0f} a second of processor time")
+    print(
+        f"1,000,000 cases, two threads: {large.cases / many[1]:.0f} a second of processor time"
+    )
+    print(f"wall {many[0]:.1f} s, {large.cases / many[0]:.0f} cases a second")
+    print(f"main thread (told, kept): {1e6 * many[2] / large.cases:.2f} µs a case")
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    print(f"memory at most: {most:.0f} MB")
+
+
+def of_cluster(folder: Path) -> None:
+    """Print the same of two worker processes, beside two threads."""
+    large = Bench(folder, LARGE)
+    with joined("local", 2, print) as link:
+        warm = Bench(folder, (2000, 200))
+        solve_far(warm.case, link, warm.store())
+        large = Bench(folder, LARGE)
+        busy = sum(link.client.run(time.process_time).values())
+        store, clock = large.store(), Clock()
+        solve_far(large.case, link, store)
+        wall, cpu, main = clock.read()
+        busy = sum(link.client.run(time.process_time).values()) - busy
+    blocks = len(Pieces(approaches_of(large.case.scenario)))
+    print(f"two workers: wall {wall:.1f} s, {large.cases / wall:.0f} cases a second")
+    print(f"workers: {large.cases / busy:.0f} a second of their processor time")
+    print(f"with the client: {large.cases / (busy + cpu):.0f} a second of processor time")
+    print(f"client, main thread: {1e6 * main / large.cases:.2f} µs a case")
+    print(f"scheduler and transport: {1e3 * (cpu - main) / blocks:.1f} ms a block")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
