@@ -12,7 +12,7 @@ import pytest
 from cluster_scenes import ALL, QUIET, table, written
 from drysim import console
 from drysim.scenario import load
-from drysim.study.cluster import alike, link, parcel
+from drysim.study.cluster import alike, flight, link, parcel
 
 pytest.importorskip("dask")
 link.require()
@@ -162,3 +162,20 @@ def test_sweep_of_threads_loads_neither_dask_nor_pyarrow(swept):
         "assert not {'dask', 'distributed', 'pyarrow', 'drysim.study.cluster'} & {*sys.modules}"
     )
     subprocess.run([sys.executable, "-c", code], cwd=swept, check=True)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (ModuleNotFoundError("No module named 'drysim'"), "cannot compute with this drysim"),
+        (OSError(28, "No space left on device"), "cannot go on: [Errno 28] No space left"),
+        (MemoryError(), "it has run out of memory"),
+    ],
+)
+def test_worker_in_trouble_is_told_in_a_sentence(fault, words):
+    told = flight.told(fault)
+    assert told.exit_code == 3
+    assert words in str(told)
+    assert "--resume" in told.hint
+    bug = ZeroDivisionError("a bug")
+    assert flight.told(bug) is bug

@@ -97,9 +97,7 @@ class Flight:
         if future.status == "error":
             fault = future.exception()
             if not isinstance(fault, KilledWorker):
-                raise (
-                    unlike(fault) if isinstance(fault, ImportError | AttributeError) else fault
-                )
+                raise told(fault)
             self._suspects.append(number)
             return
         try:
@@ -114,9 +112,16 @@ def handed(parcel: Parcel) -> Parcel:
     return parcel
 
 
-def unlike(fault: BaseException) -> ClusterError:
-    """Give the error for a worker that came late and runs something else."""
-    return ClusterError(
-        f"a worker that came late cannot compute with this drysim: {fault}",
-        "install the same on all machines, start the workers anew, and go on by --resume",
-    )
+def told(fault: BaseException) -> BaseException:
+    """Give what a worker has met as an error of ours; a bug stays what it is."""
+    if isinstance(fault, ImportError | AttributeError):
+        return ClusterError(
+            f"a worker that came late cannot compute with this drysim: {fault}",
+            "install the same on all machines, start the workers anew, and go on by --resume",
+        )
+    if isinstance(fault, OSError | MemoryError):
+        return ClusterError(
+            f"a worker cannot go on: {str(fault) or 'it has run out of memory'}",
+            "see to its disk and memory, and go on by --resume",
+        )
+    return fault
