@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.events import Floats
-from drysim.approach.scene import LOG_LENGTH, empty_log, waves_of
+from drysim.approach.room import empty_log
+from drysim.approach.scene import LOG_LENGTH, waves_of
 from drysim.core import records
 from drysim.core.forms import step_forms
 from drysim.core.march import STRETCH

@@ -11,18 +11,15 @@ import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.points import Points
+from drysim.approach.room import empty_log, larger
 from drysim.approach.scene import (
-    LOG_LENGTH,
-    empty_log,
-    first_entry,
-    joined,
     margin_at_start,
     mode_at_start,
     refuse_storm,
     waves_of,
 )
 from drysim.core.compiled import held
-from drysim.core.events import Log
+from drysim.core.events import ROOM, Log
 from drysim.core.leap import leap_steps
 from drysim.core.march import march
 from drysim.core.motion import Samples
@@ -33,6 +30,9 @@ from drysim.core.waves import Waves
 STRIDE = 4_000_000
 """Samples that a kernel may march before it hands over, so that an interrupt is heard."""
 
+PER_EVENT = 16
+"""Samples for which room is made for one event at first; what is not written costs nothing."""
+
 Mark = tuple[float, float, int]
 """x_r [m], v_r [m/s] and direction at the first sample of a block."""
 
@@ -40,7 +40,8 @@ Mark = tuple[float, float, int]
 class Block(NamedTuple):
     """The solution from sample `first` on: one value a sample, shape (n,), and its events.
 
-    The last sample is the first one of the next block. `log` counts from `first`.
+    The last sample is the first one of the next block. `log` counts from `first` and begins
+    with the state there.
     """
 
     first: int
@@ -94,10 +95,16 @@ class March:
         x_r, v_r = held(np.empty((2, last + 1)))
         d = held(np.empty(last + 1, dtype=np.int8))
         x_r[0], v_r[0], d[0] = state
-        given, logs, log, n = held(u_dd), [empty_log(0)], empty_log(LOG_LENGTH), 0
+        given, n, count = held(u_dd), 0, 1
+        log = empty_log(4 * ROOM + last // PER_EVENT)
+        F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state[0]
+        for column, value in zip(log, (0, 0.0, state[2], state[0], F_L), strict=True):
+            column[0] = value
         while n < last:
-            until = min(n + STRIDE, last)
-            rest: tuple[Any, ...] = (n, until, *state, x_r, v_r, d, log, 0, LOG_LENGTH)
+            if count > len(log.n) - ROOM:
+                log = larger(log, 2 * len(log.n))
+            until, capacity = min(n + STRIDE, last), len(log.n)
+            rest: tuple[Any, ...] = (n, until, *state, x_r, v_r, d, log, count, capacity)
             if self.law.variation:
                 waves = self.waves, first
                 out = leap_steps(self.plant, self.law, *waves, given, self.motion.dt, *rest)
@@ -105,10 +112,11 @@ class March:
                 out = march(self.plant, self.law, given, self.motion.dt, *rest)
             n, state, count, closest = out[0], out[1:4], out[4], min(closest, out[5])
             refuse_storm(count, (first + n) * self.motion.dt, state, self.motion.dt)
-            logs.append(Log(*(column[:count].copy() for column in log)))
         series = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
         self.latest.clear()
-        self.latest[number] = Block(first, u_dd, *series, joined(logs))
+        self.latest[number] = Block(
+            first, u_dd, *series, Log(*(np.asarray(column[:count]) for column in log))
+        )
         return state, closest
 
 
@@ -124,16 +132,19 @@ def march_samples(
     size = max(last, 1) if whole or last <= KEPT else BLOCK
     mark = (start.x_r, start.v_r, mode)
     made = March(plant, law, motion, waves_of(motion, law), last, size, [])
-    _, *begin = first_entry(plant, motion, start, mode)
-    turns = [tuple(map(np.array, begin))]
+    turns = []
     for number in range(max(1, -(-last // size))):
         made.marks.append(mark)
         mark, tight = made.go(number)
         closest = min(closest, tight)
         block = made.latest[number]
-        n, s, *rest = block.log
-        turns.append(((n + block.first) * motion.dt + s, *rest))
-    t, kind, x_r, F_L = (np.concatenate(column) for column in zip(*turns, strict=True))
+        n, s, *rest = (column[number > 0 :] for column in block.log)
+        t = np.add(n, float(block.first))
+        t *= motion.dt
+        t += s
+        turns.append((t, *rest))
+    joined = (np.concatenate(column) for column in zip(*turns, strict=True))
+    t, kind, x_r, F_L = joined if len(turns) > 1 else turns[0]
     return made, Events(t, kind.astype(np.int8), x_r, F_L), closest
 
 

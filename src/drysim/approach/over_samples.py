@@ -85,7 +85,8 @@ class StepTrack:
 
     def _steps(self, block: Block, lo: int, hi: int, begin: float, end: float) -> Floats:
         """Integrate the steps from sample lo to sample hi of a block, within a window [s]."""
-        dt, plant, log = self.march.motion.dt, self.plant, block.log
+        dt, plant = self.march.motion.dt, self.plant
+        log = Log(*(column[1:] for column in block.log))
         whole = np.full(hi - lo, not self.law.variation)
         numbers = log.n[(log.n >= lo) & (log.n < hi)]
         whole[numbers - lo] = False

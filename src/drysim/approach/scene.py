@@ -65,27 +65,10 @@ def first_u_dd(motion: Sines | Samples) -> float:
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 
-def empty_log(length: int = LOG_LENGTH) -> Log:
-    """Give an empty log with room for so many events."""
-    kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
-    return Log(*(held(np.empty(length, dtype=kind)) for kind in kinds))
-
-
-def joined(logs: list[Log]) -> Log:
-    """Give several logs as one log of arrays."""
-    kinds = (np.int64, np.float64, np.int8, np.float64, np.float64)
-    return Log(
-        *(
-            np.concatenate([np.asarray(column, dtype=kind) for column in columns])
-            for kind, columns in zip(kinds, zip(*logs, strict=True), strict=True)
-        )
-    )
-
-
 def first_entry(plant: Plant, motion: Sines | Samples, start: State, d: int) -> Log:
-    """Give the log of the state at t = 0."""
+    """Give the state at t = 0 as an entry of a log."""
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
-    return Log([0], [0.0], [d], [start.x_r], [F_L])
+    return Log(0, 0.0, d, start.x_r, F_L)
 
 
 def grid_points(duration: float, step: float) -> int:

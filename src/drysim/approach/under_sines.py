@@ -10,13 +10,12 @@ import numpy as np
 from drysim.approach.events import Events, Floats
 from drysim.approach.points import Points
 from drysim.approach.response import Orbit, Response
+from drysim.approach.room import empty_log, larger
 from drysim.approach.scene import (
     LOG_LENGTH,
     core_of,
-    empty_log,
     first_entry,
     grid_points,
-    joined,
     margin_at_start,
     mode_at_start,
     numerics,
@@ -26,7 +25,7 @@ from drysim.approach.scene import (
 from drysim.core import orbit, orbits
 from drysim.core.base import sample_base
 from drysim.core.compiled import held
-from drysim.core.events import Log, direction
+from drysim.core.events import ROOM, direction
 from drysim.core.grid import sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.leap import leap
@@ -35,6 +34,9 @@ from drysim.core.motion import Sines
 from drysim.core.plant import Law, Plant, State, Totals
 from drysim.core.table import room
 from drysim.core.waves import STRIDE, Waves
+
+LEAPS = 1_000_000
+"""Events that a kernel may find before it hands over, so that an interrupt is heard."""
 
 MOST_PERIODS = 5_000
 """Periods after which a scene counts as not settled."""
@@ -86,18 +88,22 @@ def follow_sines(
     """Solve a scene under sines from event to event; no grid takes part."""
     waves = waves_of(motion, law)
     d = mode_at_start(plant, law, motion, start)
-    logs, log = [first_entry(plant, motion, start, d)], empty_log()
+    log, count = empty_log(LOG_LENGTH), 1
+    for column, value in zip(log, first_entry(plant, motion, start, d), strict=True):
+        column[0] = value
     begin, state = 0.0, (start.x_r, start.v_r, d)
     closest = margin_at_start(plant, law, motion, start)
     while begin < duration:
+        if count > len(log.n) - ROOM:
+            log = larger(log, 2 * len(log.n))
+        capacity = min(len(log.n), count + LEAPS)
         begin, *now, count, tight = leap(
-            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, *state, log, 0, LOG_LENGTH
+            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, *state, log, count, capacity
         )
         refuse_storm(count, begin, now)
         state, closest = (now[0], now[1], now[2]), min(closest, tight)
-        logs.append(Log(*(column[:count].copy() for column in log)))
-    found = joined(logs)
-    turns = Events(found.s, found.kind, found.x_r, found.F_L)
+    _, t, kind, x_r, F_L = (np.array(column[:count]) for column in log)
+    turns = Events(t, kind.astype(np.int8), x_r, F_L)
     return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
 
 
@@ -144,8 +150,8 @@ def on_grid(track: LeapTrack, step: float) -> Response:
 def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: float) -> Orbit:
     """Follow a start to its periodic orbit."""
     x_r, v_r, multiple, closure, periods, peak, unique = orbit.find(
-        plant, law, waves_of(motion, law), period, *start, MOST_PERIODS, *pasts(), empty_log(),
-        LOG_LENGTH,
+        plant, law, waves_of(motion, law), period, *start, MOST_PERIODS, *pasts(),
+        empty_log(LOG_LENGTH), LOG_LENGTH,
     )  # fmt: skip
     refuse_storm(multiple, periods * period, (x_r, v_r))
     return Orbit(
@@ -171,7 +177,7 @@ def solve_orbits(scenes: Floats) -> Floats:
     room = (scenes.shape[1] - orbits.SINES) // 3 + 1
     orbits.solve_orbits(
         held(np.ascontiguousarray(scenes)), answers, held(np.zeros(STRIDE * room)), *pasts(),
-        MOST_PERIODS, empty_log(), LOG_LENGTH,
+        MOST_PERIODS, empty_log(LOG_LENGTH), LOG_LENGTH,
     )  # fmt: skip
     return np.asarray(answers)
 
