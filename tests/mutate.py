@@ -4,7 +4,8 @@
 
 COUNT changes are drawn in each file of the core (default 10), always the same; each is made in
 a copy of the source, on which the tests of the core run that need no compiler, in a fork of a
-process that has loaded what they need. What they do not notice is printed, with the counts.
+process that has loaded what they need. What they do not notice is printed, with the counts;
+what nothing can notice stands with its reason in survivors.py.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from random import Random
 import mpmath  # noqa: F401
 import numpy  # noqa: F401
 import pytest
+
+from survivors import EXPLAINED
 
 HOME = Path(__file__).parents[1]
 CORE = HOME / "src" / "drysim" / "core"
@@ -139,7 +142,7 @@ def main(count: int, names: list[str]) -> None:
         for part in ("src", "tests", "scenarios"):
             shutil.copytree(HOME / part, folder.parent / part, ignore=without)
         shutil.copy(HOME / "pyproject.toml", home)
-        tried, lived = 0, 0
+        tried, lived, told = 0, 0, 0
         for file in files:
             text, copy = file.read_text(), folder / "drysim" / "core" / file.name
             assert not noticed(folder, file.stem), "the tests fail without any change"
@@ -147,11 +150,14 @@ def main(count: int, names: list[str]) -> None:
             for row, line, source in Random(1).sample(every, min(count, len(every))):
                 copy.write_text(source)
                 tried += 1
-                if not noticed(folder, file.stem):
-                    lived += 1
-                    print(f"{file.name}:{row}: {line}", flush=True)
+                if noticed(folder, file.stem):
+                    continue
+                why = EXPLAINED.get((file.name, line))
+                lived, told = lived + (why is None), told + (why is not None)
+                print(f"{file.name}:{row}: {line}" + (f" ({why})" if why else ""), flush=True)
             copy.write_text(text)
-            print(f"{file.name}: {tried} changes so far, {lived} not noticed", flush=True)
+            so_far = f"{tried} changes so far, {lived} not noticed"
+            print(f"{file.name}: {so_far}, and {told} that nothing can notice", flush=True)
 
 
 if __name__ == "__main__":

@@ -24,10 +24,12 @@ PROGRAMS = [(program, told) for _, program, told in PYTHON.findall(README)]
 
 ROUNDING = (
     (r"\d+\.\d+\.\d+", "version"),
+    (r"(?<=  energy {6})0 +", "tiny "),
     (r"\d+(?:\.\d+)?e-\d+ *", "tiny "),
     (r"\d+\.\d+", lambda number: f"{float(number[0]):.9g}"),
 )
-"""What may differ between machines: versions, residuals, and digits behind the ninth."""
+"""What may differ between machines: versions, residuals (0 with luck), and digits behind the
+ninth."""
 
 
 def rounded(text):

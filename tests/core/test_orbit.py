@@ -155,3 +155,16 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
         ]
     assert state[1:] == (0.0, 0)
     assert found.state == state[:2]
+
+
+def test_steady_start_without_friction_is_the_impedance_of_every_sine(
+    kernel: SimpleNamespace,
+) -> None:
+    plant, law = kernel.plant.Plant(75.0, 7500.0, 500.0), kernel.plant.Law(0.0, 0.0)
+    sines = [(1.2, 0.7, 0.3), (0.4, 2.1, -1.1), (2.0, 1.6, 2.0)]
+    x_r, v_r = kernel.orbit.steady_start(plant, waves_of(kernel, sines, law))
+    omega = 2 * math.pi * np.array([f for _, f, _ in sines])
+    swings = -75.0 * np.array([A * np.exp(1j * phase) for A, _, phase in sines])
+    swings /= 7500.0 - 75.0 * omega**2 + 500.0j * omega
+    assert x_r == pytest.approx(swings.imag.sum(), rel=1e-13)
+    assert v_r == pytest.approx((1j * omega * swings).imag.sum(), rel=1e-13)
