@@ -63,6 +63,9 @@ def test_records_in_one_call_come_to_what_each_comes_to_alone(
         assert many.closest[i] == pytest.approx(alone.closest)
 
 
+# Plain Python tells of numbers that a kernel takes in silence.
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
 def test_record_whose_motion_leaves_the_numbers_spoils_no_other() -> None:
     u_dd = noise(3, 2500)
     scene = Plant(75.0, 7500.0, 500.0), Law(15.0, 15.0)
