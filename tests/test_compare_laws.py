@@ -185,6 +185,20 @@ class TestComparison:
         T_a = {row.metrics["T_a"] for row in found.table.of("lugre")}
         assert len(T_a) == 4
 
+    def test_key_that_only_the_yardstick_has_use_for_leaves_no_gap_in_the_verdict(self, scene):
+        scene.write_text(SCENE + "sweep: {friction.lugre.bristle_stiffness: [1e4, 1e5, 1e6]}")
+        found = compare(load(scene), ("coulomb", "stick-slip", "lugre"))
+        verdict = " ".join(found.verdict)
+        assert "coulomb differs from lugre: T_a" in verdict
+        assert "coulomb agrees within 5 % nowhere in this sweep" in verdict
+        assert found.shown.keys() == {"friction.lugre.bristle_stiffness"}
+
+    def test_case_shown_is_one_at_which_a_word_is_off(self, scene):
+        scene.write_text(SCENE + "sweep: {excitation.frequency: [0.5, 2, 8]}")
+        found = compare(load(scene), ("coulomb", "jenkins", "stick-slip"))
+        worst = max(found.table.of("jenkins"), key=lambda row: abs(found.deviation(row)))
+        assert found.shown == worst.point
+
     def test_point_at_which_a_law_breaks_its_rules_is_found_before_the_work(self, scene):
         scene.write_text(SCENE + "sweep: {friction.kinetic: [30, 60]}")
         with pytest.raises(ScenarioError) as fault:

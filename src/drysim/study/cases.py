@@ -139,6 +139,12 @@ def track_of(case: Case, start: AnyState, step: float, duration: float) -> Track
     return track
 
 
+def case_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
+    """Give the case of a scenario at a point of another, whose axes it may not have."""
+    keys = {axis.key for axis in scenario.axes}
+    return scenario.at({key: value for key, value in point.items() if key in keys})
+
+
 def response_of(scenario: Scenario) -> Response:
     """Give the response of one case, on its grid."""
     from drysim.study.run import solve as solve_case

@@ -10,9 +10,9 @@ from drysim.errors import Caution, SolverError, UsageError
 from drysim.quantity import near
 from drysim.scenario.blocks import SHELF
 from drysim.scenario.laws import LAWS
-from drysim.study import over_seeds
+from drysim.study import over_seeds, survey
 from drysim.study.case import prepare
-from drysim.study.cases import response_of
+from drysim.study.cases import case_at, response_of
 from drysim.study.cautions import statuses, strokes
 from drysim.study.comparison import Comparison
 from drysim.study.diagnosis import diagnose
@@ -142,11 +142,14 @@ def scenarios_of(scenario: Scenario, names: Sequence[str]) -> dict[str, Scenario
 
 
 def telling(table: Table, names: Sequence[str], yardstick: str) -> Row:
-    """Give the yardstick's row at the case that tells most: the worst of the first named."""
+    """Give the yardstick's row at the worst case of the first word that is off it."""
     scale = Comparison(table, yardstick, {}, {}, ())
-    rows = list(table.of(names[0]))
-    worst = max(rows, key=lambda row: abs(scale.deviation(row) or 0.0))
-    return scale.counterpart(worst) or worst
+    for name in names:
+        worst = survey.worst(survey.deviations(scale, name))
+        if worst is not None and worst.value:
+            return scale.counterpart(worst.row) or worst.row
+    first = next(iter(table.of(names[0])))
+    return scale.counterpart(first) or first
 
 
 def responses_at(
@@ -165,9 +168,3 @@ def responses_at(
         except SolverError:
             if name == yardstick:
                 raise
-
-
-def case_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
-    """Give the case of a scenario at a point of another, whose axes it may not have."""
-    keys = {axis.key for axis in scenario.axes}
-    return scenario.at({key: value for key, value in point.items() if key in keys})

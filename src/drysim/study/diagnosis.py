@@ -11,10 +11,10 @@ import numpy as np
 from drysim.approach.numerics import FIXED_STEP
 from drysim.errors import SolverError
 from drysim.study.case import assemble
-from drysim.study.cases import Motions, measured, response_of
+from drysim.study.cases import Motions, case_at, measured, response_of
 from drysim.study.cautions import where
 from drysim.study.comparison import Comparison
-from drysim.study.survey import AGREE
+from drysim.study.survey import AGREE, compared, deviations, worst
 from drysim.study.table import Row
 from drysim.wording import number, percent
 
@@ -35,22 +35,12 @@ WANTED = 0.01
 def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
     """Give the verdict on every approach that is not the yardstick, the worst first."""
     names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
-    verdicts = sorted(
-        ((worst_of(comparison, name), name) for name in names),
-        key=lambda pair: -abs(pair[0][1]),
-    )
+    found = [(worst(deviations(comparison, name)), name) for name in names]
+    known = [(deviation, name) for deviation, name in found if deviation is not None]
     said: list[str] = []
-    for (row, deviation), name in verdicts:
-        if row is not None:
-            said += sentences(comparison, scenarios, name, row, deviation)
+    for deviation, name in sorted(known, key=lambda pair: -abs(pair[0].value)):
+        said += sentences(comparison, scenarios, name, deviation.row, deviation.value)
     return (*said, *without_friction(comparison))
-
-
-def worst_of(comparison: Comparison, name: str) -> tuple[Row | None, float]:
-    """Give the row of an approach that deviates most, and its deviation [-]."""
-    found = [(row, comparison.deviation(row)) for row in comparison.table.of(name)]
-    known = [(row, deviation) for row, deviation in found if deviation is not None]
-    return max(known, key=lambda pair: abs(pair[1]), default=(None, 0.0))
 
 
 def sentences(
@@ -77,7 +67,7 @@ def sentences(
         yield from range_of_agreement(comparison, name)
     if exact is None:
         return
-    case = scenarios[name].at(row.point)
+    case = case_at(scenarios[name], row.point)
     response = response_of(case)
     if response.numerics.core != FIXED_STEP:
         return
@@ -106,8 +96,9 @@ def told(comparison: Comparison) -> str:
 
 def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
     """Say where an approach agrees with the yardstick."""
-    rows = list(comparison.table.of(name))
-    good = [row for row in rows if agrees(comparison.deviation(row))]
+    found = list(compared(comparison, name))
+    rows = [row for row, _ in found]
+    good = [row for row, off in found if agrees(off and off[0])]
     if len(rows) < 2:
         return
     if not good:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from drysim.study.comparison import Comparison, off_by
@@ -59,14 +59,21 @@ def _begin(curve: Sequence[Row]) -> float | None:
     return begin
 
 
+def compared(
+    comparison: Comparison, approach: str
+) -> Iterator[tuple[Row, tuple[float, float | None] | None]]:
+    """Give what an approach is off by, with half of its interval, at every point.
+
+    Each row is the one of the approach or of the yardstick that tells the point in full.
+    """
+    for row, other in comparison.pairs(approach):
+        yield row if len(row.point) >= len(other.point) else other, off_by(row, other)
+
+
 def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
     """Give by how much an approach is off its yardstick, wherever both know T_a."""
-    found = []
-    for row, other in comparison.pairs(approach):
-        if (off := off_by(row, other)) is not None:
-            finer = row if len(row.point) >= len(other.point) else other
-            found.append(Deviation(off[0], finer, off[1]))
-    return found
+    found = compared(comparison, approach)
+    return [Deviation(off[0], row, off[1]) for row, off in found if off is not None]
 
 
 def worst(found: Sequence[Deviation]) -> Deviation | None:
