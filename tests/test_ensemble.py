@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 import drysim as package
+from drysim.core.compiled import COMPILED
 from drysim.errors import ScenarioError, SolverError
 from drysim.scenario import load
-from drysim.study import ensemble
+from drysim.study import blocks, by_seed
+from drysim.study.case import prepare
 from drysim.study.run import run
 from drysim.study.seeds import LOOK
 from drysim.study.statistics import interval
@@ -290,19 +292,19 @@ def test_what_only_seeds_can_use_is_refused_without_them(drysim, noisy, option):
 def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
     assert drysim(*words, "whole").code == 0
-    one_seed = ensemble.row_of_seed
+    one_seed = by_seed.row_of_seed
 
     def stopped(scenario, seed, *words):
-        if seed == 6:
+        if seed == 9:
             raise KeyboardInterrupt
         return one_seed(scenario, seed, *words)
 
-    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
+    monkeypatch.setattr(by_seed, "row_of_seed", stopped)
     answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
-    assert "5 finished seeds are kept in part.partial" in answer.err
+    assert "8 finished seeds are kept in part.partial" in answer.err
     told = json.loads((tmp_path / "part.partial" / "drysim.json").read_text())
-    assert (told["complete"], told["ensemble"]["seeds"]) == (False, 5)
+    assert (told["complete"], told["ensemble"]["seeds"]) == (False, 8)
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     assert drysim(*words, "part", "--resume").code == 0
@@ -311,6 +313,38 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
         assert (tmp_path / "part" / name).read_bytes() == (
             tmp_path / "whole" / name
         ).read_bytes()
+
+
+def test_seeds_measured_in_blocks_come_to_what_each_comes_to_alone(noisy, monkeypatch):
+    monkeypatch.setattr(blocks, "engine", lambda: COMPILED)
+    scenario = load(noisy, {SEEDS: 19, "stroke.limit": 0.004})
+    every = list(by_seed.rows_of(scenario, 1))
+    assert every == list(by_seed.rows_of(scenario, 3))
+    assert sum(row.metrics["violations"] for row in every) > 0
+    for row in every:
+        alone = by_seed.row_of_seed(scenario, row.point["excitation.seed"])
+        assert row.sha256 == alone.sha256
+        for name, value in alone.metrics.items():
+            near = None if value is None else pytest.approx(value, rel=1e-11, abs=1e-13)
+            assert row.metrics[name] == near, name
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"friction.law": "stribeck", "friction.stribeck_velocity": 0.01},
+        {"friction.normal_variation": {"amplitude": 0.4, "frequency": 1.7}},
+        {"measure.direction": "vertical"},
+        {"measure.settle": 0.0021},
+        {"solver.approach": "switch"},
+        {"oscillator.stiffness": 1e8},
+    ],
+    ids=["dynamic", "varying", "weighted", "off the grid", "fixed steps", "coarse"],
+)
+def test_seeds_of_other_scenes_are_solved_one_by_one(noisy, monkeypatch, changes):
+    monkeypatch.setattr(blocks, "engine", lambda: COMPILED)
+    assert blocks.length_of(prepare(load(noisy, {SEEDS: 40})), 40) == 16
+    assert blocks.length_of(prepare(load(noisy, {SEEDS: 40} | changes)), 40) == 1
 
 
 def test_an_ensemble_is_a_public_name(noisy):

@@ -9,7 +9,7 @@ import numpy as np
 from drysim.approach.response import Track
 from drysim.averages import energies, means
 from drysim.core.plant import Stopped
-from drysim.peaks import stroke_statistics
+from drysim.peaks import path_of, stroke_statistics
 from drysim.stroke import bounces, excursions, sprung
 
 
@@ -114,7 +114,8 @@ def measure(
     values |= {"x_r_peak": peak, "closure": closure}
     values["chatter_share"] = track.chatter(*window)
     values["stroke_suffices"] = greatest(track, (0.0, window[1])) if window[0] else peak
-    values |= stroke_statistics(track, window, x_rM, goes_on)
+    length = window[1] - window[0]
+    values |= stroke_statistics(path_of(track, window), length, x_rM, goes_on)
     ends = track.state(window[0]), track.state(window[1])
     held = sprung(track.law, ends[0]), sprung(track.law, ends[1])
     values |= energies(track.plant, track.law.F_fk, totals, *ends, held)

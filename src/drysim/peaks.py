@@ -20,16 +20,15 @@ TOP, SHARE = 30, 0.1
 Values = dict[str, float | int | None]
 
 
-def stroke_statistics(
-    track: Track, window: tuple[float, float], x_rM: float | None, goes_on: bool
-) -> Values:
+def stroke_statistics(path: Floats, length: float, x_rM: float | None, goes_on: bool) -> Values:
     """Give crossing_rate, limit_rate and stroke_once_an_hour; None where unknown.
 
     Parameters
     ----------
-    track : Track
-    window : tuple of float
-        Begin and end [s].
+    path : ndarray
+        x_r [m] at both ends of the window and at every zero of v_r in it, in order.
+    length : float
+        Of the window [s].
     x_rM : float or None
         Stroke limit [m].
     goes_on : bool
@@ -39,7 +38,6 @@ def stroke_statistics(
     -----
     Counted in the continuous solution: between zeros of v_r the displacement is monotone.
     """
-    path, length = path_of(track, window), window[1] - window[0]
     values: Values = {"crossing_rate": upcrossings(path) / length}
     if x_rM is not None:
         values["limit_rate"] = entries(path, x_rM) / length

@@ -12,8 +12,8 @@ PARTS = (
     "plant", "motion", "compiled", "flow", "wave", "series", "steps", "stop", "events", "glide",
     "eventful", "march", "waves", "fade", "slide", "cease", "leave", "leap", "table", "grid",
     "integrals", "means", "turns", "period_map", "orbit", "orbits", "forms", "recursion", "law",
-    "stepping", "decimal", "digits", "pieces", "stretches", "records", "trail",
-    "joint",
+    "stepping", "decimal", "digits", "stretches", "lanes", "products",
+    "abreast", "lockstep", "records", "trail", "joint",
 )  # fmt: skip
 
 

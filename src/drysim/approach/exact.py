@@ -18,11 +18,14 @@ from drysim.errors import UsageError
 from drysim.late import late
 
 if TYPE_CHECKING:
+    from drysim.approach.many import measurable as measurable
     from drysim.approach.many import measure_many as measure_many
 
-__all__ = ["find_orbit", "follow", "frictionless", "measure_many", "solve"]
+__all__ = ["find_orbit", "follow", "frictionless", "measurable", "measure_many", "solve"]
 
-__getattr__ = late(__name__, {"measure_many": "drysim.approach.many"})
+MANY = "drysim.approach.many"
+
+__getattr__ = late(__name__, {"measurable": MANY, "measure_many": MANY})
 
 
 def solve(

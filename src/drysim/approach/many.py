@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,13 @@ from numpy.typing import NDArray
 from drysim.approach.events import Floats
 from drysim.approach.room import empty_log
 from drysim.approach.scene import LOG_LENGTH, waves_of
-from drysim.core import records
-from drysim.core.forms import step_forms
-from drysim.core.march import STRETCH
-from drysim.core.motion import Sines
-from drysim.core.pieces import PIECE, Forms, Piece
+from drysim.core import abreast, records
+from drysim.core.forms import integrals, step_forms
+from drysim.core.lanes import FETCHED, LANES, SIZE
+from drysim.core.lockstep import KEPT, Side
+from drysim.core.motion import Samples, Sines, sample_squares
 from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.products import STUCK, STUCK_U2, WAY
 from drysim.core.steps import steps_of
 
 
@@ -25,46 +27,47 @@ class Measured(NamedTuple):
     Attributes
     ----------
     found : ndarray of bool
-        Whether the record was measured. Where not, the numerics fail or events are too many
+        Whether the record was measured. Where not, the numerics fail or stops are too many
         for a batch: solved by itself, the record says which. The rest holds nothing then.
     totals : Totals
-        Integrals over the window; `u2` holds 0 where the base displacement is not known.
+        Integrals over the window; `u2` is None where the base displacement is not known.
     first, last : State
         At both ends of the window.
-    peak, suffices : ndarray
-        Greatest |x_r| in the window, and from the start to its end [m].
-    upcrossings, entries : ndarray
-        How often x_r passes zero upwards, and |x_r| reaches the stroke limit anew.
+    paths : tuple of ndarray
+        Of every record: x_r at both ends of the window and at every stop in it, in order [m].
+    suffices : ndarray
+        Greatest |x_r| from the start to the end of the window [m].
     events : ndarray
         Events from the start to the end of the window.
     closest : ndarray
         Tightest stop decision [-]; infinite for none.
-    heights : tuple of ndarray
-        Of every record: the greatest |x_r| between every two passages of zero [m].
     """
 
     found: NDArray[np.bool_]
     totals: Totals
     first: State
     last: State
-    peak: Floats
+    paths: tuple[Floats, ...]
     suffices: Floats
-    upcrossings: Floats
-    entries: Floats
     events: Floats
     closest: Floats
-    heights: tuple[Floats, ...]
+
+
+def measurable(plant: Plant, law: object, dt: float) -> bool:
+    """Tell whether many records of one scene can be marched in lockstep.
+
+    They can where friction is Coulomb's with limits that do not vary, and a step so short that
+    it holds one extremum of v_r at most.
+    """
+    return type(law) is Law and law.variation == 0.0 and bool(steps_of(plant, law, dt).fine)
 
 
 def measure_many(
     plant: Plant,
     law: Law,
-    u_dd: Floats,
-    dt: float,
+    motions: Sequence[Samples],
     start: State,
     window: tuple[int, int],
-    x_rM: float | None = None,
-    u: Floats | None = None,
 ) -> Measured:
     """March many records and measure them, keeping nothing of the motion.
 
@@ -72,19 +75,13 @@ def measure_many(
     ----------
     plant : Plant
     law : Law
-        Constant limits only.
-    u_dd : ndarray, shape (records, samples)
-        Base acceleration [m/s²], linear between samples.
-    dt : float
-        Distance of the samples [s].
+        With `plant` and the distance of the samples as `measurable` wants them.
+    motions : sequence of Samples
+        Of one length and one distance.
     start : State
         Of every record, at its first sample.
     window : tuple of int
         Samples at which the window begins and ends.
-    x_rM : float or None
-        Stroke limit [m].
-    u : ndarray, shape (records, samples), or None
-        Base displacement [m], where it is known.
 
     Returns
     -------
@@ -92,60 +89,70 @@ def measure_many(
 
     Notes
     -----
-    One call runs in one thread and lets others run: batches may be given to several. Memory
-    does not grow with the length of the records.
+    One call runs in one thread and lets others run: batches may be given to several. What a
+    record comes to does not depend on the others.
     """
-    limit = np.inf if x_rM is None else x_rM
+    u_dd, dt = np.array([motion.u_dd[:] for motion in motions]), motions[0].dt
     answers = np.empty((len(u_dd), records.FOUND))
-    heights: Floats = np.empty(u_dd.shape)
+    turns: Floats = np.empty(u_dd.shape)
     records.measure_records(
-        plant, law, steps_of(plant, law, dt), forms_of(plant, dt), waves_of(Sines((), (), ())),
-        rows(u_dd), np.empty((len(u_dd), 0)) if u is None else rows(u), *window, start, limit,
-        empty_piece(), empty_log(LOG_LENGTH), LOG_LENGTH, heights, answers,
+        plant, law, steps_of(plant, law, dt), waves_of(Sines((), (), ())), u_dd, *window, start,
+        empty_side(), turns, answers,
     )  # fmt: skip
-    column = answers.T
-    cycles = column[records.HEIGHTS].astype(int)
+    with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
+        return answered(plant, motions, start, window, turns, answers)
+
+
+def answered(
+    plant: Plant,
+    motions: Sequence[Samples],
+    start: State,
+    window: tuple[int, int],
+    turns: Floats,
+    answers: Floats,
+) -> Measured:
+    """Give what the kernel has answered by name."""
+    column, dt = answers.T, motions[0].dt
+    first = State(column[records.X_BEGIN], column[records.V_BEGIN])
+    last = State(column[records.X_END], column[records.V_END])
+    begins, ends = column[[records.BEGIN, records.TURNS]].astype(int)
+    squares = [sample_squares(motion, *(n * dt for n in window)) for motion in motions]
+    u_dd2: Any = np.array([one for one, _ in squares])
+    u2: Any = None if motions[0].u is None else np.array([other for _, other in squares])
+    x2, v2, x_dd2, power, rub, stuck = integrated(plant, dt, column)
+    ends_of = column[[records.X_BEGIN, records.X_END]].T
+    paths = [
+        np.concatenate((at[:1], row[b:e], at[1:]))
+        for at, row, b, e in zip(ends_of, turns, begins, ends, strict=True)
+    ]
+    before = [np.abs(row[:b]).max(initial=0.0) for row, b in zip(turns, begins, strict=True)]
+    within = [np.abs(path).max() for path in paths]
     return Measured(
-        (column[records.STATUS] == records.MEASURED) & (cycles <= u_dd.shape[1]),
-        Totals(*column[records.X2 : records.U2 + 1]),
-        State(column[records.X_BEGIN], column[records.V_BEGIN]),
-        State(column[records.X_END], column[records.V_END]),
-        column[records.PEAK],
-        column[records.SUFFICES],
-        column[records.UPCROSSINGS],
-        column[records.ENTRIES],
-        column[records.EVENTS],
-        column[records.CLOSEST],
-        tuple(row[:n] for row, n in zip(heights, cycles.tolist(), strict=True)),
+        np.isfinite(last.x_r + last.v_r) & (ends <= turns.shape[1]),
+        Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2),
+        first,
+        last,
+        tuple(paths),
+        np.maximum(np.maximum(before, within), abs(start.x_r)),
+        column[records.COUNT],
+        column[records.TIGHT],
     )
 
 
-def rows(values: Floats) -> Floats:
-    """Give rows of numbers as the kernel reads them."""
-    return np.ascontiguousarray(values, dtype=float)
+def integrated(plant: Plant, dt: float, column: Floats) -> Floats:
+    """Give the integrals, those over whole steps from their products, as in `Totals`."""
+    forms = step_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
+    sums: Floats = integrals(forms, column[:WAY], column[WAY : WAY + 3])
+    sums[2] += dt / 3.0 * column[STUCK_U2]
+    sums[5] = dt * column[STUCK]
+    sums += column[records.X2 : records.STUCK_TIME + 1]
+    return sums
 
 
-def forms_of(plant: Plant, dt: float) -> Forms:
-    """Give the forms of whole steps, the terms that are not zero."""
-    squares, way = step_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
-    x2, v2, x_dd2, power = squares
-
-    def terms(square: Floats, used: list[int]) -> Floats:
-        part = square[np.ix_(used, used)]
-        both = part + np.triu(part.T, 1)
-        found: Floats = both[np.triu_indices(len(used))]
-        return found
-
-    return Forms(
-        terms(x2, [0, 1, 2, 3]), terms(v2, [1, 2, 3]), terms(x_dd2, [1, 3, 4, 5]),
-        power[np.ix_([3, 4], [1, 2, 3])].ravel(), way[1:4].copy(),
-    )  # fmt: skip
-
-
-def empty_piece() -> Piece:
-    """Give room for one piece of a march."""
-    x_r, v_r = np.zeros((2, PIECE + 1))
-    return Piece(
-        x_r, v_r, np.zeros(PIECE + 1, dtype=np.int8), *np.zeros((4, PIECE)),
-        *np.zeros((2, STRETCH)),
+def empty_side() -> Side:
+    """Give the scratch of a march in lockstep."""
+    return Side(
+        np.zeros(SIZE), np.zeros((FETCHED + 1) * LANES), np.zeros(abreast.ROWS * LANES),
+        np.zeros(LANES), np.zeros(LANES, dtype=np.int64), np.zeros((LANES, KEPT)),
+        np.zeros(LANES, dtype=np.int64), empty_log(LOG_LENGTH), LOG_LENGTH,
     )  # fmt: skip

@@ -14,7 +14,7 @@ from drysim.approach.response import Response
 from drysim.approach.scene import core_of, grid_points, numerics
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
-from drysim.core.forms import step_forms, step_rows
+from drysim.core.forms import PAIRS, integrals, step_forms, step_rows
 from drysim.core.grid import state_within
 from drysim.core.integrals import integrate_steps
 from drysim.core.motion import Samples, sample_squares
@@ -100,31 +100,29 @@ class StepTrack:
                 begin, end,
             )
         )  # fmt: skip
-        forms = step_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
-        for at in range(lo, hi, PIECE):
-            n = np.flatnonzero(whole[at - lo : at - lo + PIECE]) + at
-            sums += self._whole_steps(block, n, forms)
+        parts = [
+            self._whole_steps(block, np.flatnonzero(whole[at - lo : at - lo + PIECE]) + at)
+            for at in range(lo, hi, PIECE)
+        ]
+        products, way, stuck = (np.sum(part, axis=0) for part in zip(*parts, strict=True))
+        sums += integrals(step_forms(plant.b / plant.m, plant.k_x / plant.m, dt), products, way)
+        sums[[0, 2, 5]] += dt * stuck
         return sums
 
-    def _whole_steps(self, block: Block, n: Numbers, forms: tuple[Floats, Floats]) -> Floats:
-        """Integrate whole steps: those of sliding by their forms."""
-        (m, k_x, b), dt, u_dd = self.plant, self.march.motion.dt, block.u_dd
+    def _whole_steps(self, block: Block, n: Numbers) -> tuple[Floats, Floats, Floats]:
+        """Sum up whole steps: products and way of sliding; x_r², ü² and number of the rest."""
+        (m, k_x, b), u_dd = self.plant, block.u_dd
         stuck, slip = n[block.d[n] == 0], n[block.d[n] != 0]
         d = block.d[slip]
         rows = step_rows(
             b / m, k_x / m, d * (self.law.F_fk / m), block.x_r[slip], block.v_r[slip],
             u_dd[slip], u_dd[slip + 1],
         )  # fmt: skip
-        squares, way = forms
-        sums = np.zeros(6)
-        sums[:4] = np.einsum("kij,ij->k", squares, rows @ rows.T)
-        sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
-        sums[4] = d @ (way @ rows)
+        first, second = zip(*PAIRS, strict=True)
         u_0, u_1 = u_dd[stuck], u_dd[stuck + 1]
-        sums[0] += dt * np.square(block.x_r[stuck]).sum()
-        sums[2] += dt / 3.0 * (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum()
-        sums[5] = dt * len(stuck)
-        return sums
+        x2, u2 = np.square(block.x_r[stuck]).sum(), (u_0 * u_0 + u_0 * u_1 + u_1 * u_1).sum()
+        still = np.array([x2, u2 / 3.0, len(stuck)])
+        return (rows @ rows.T)[first, second], np.einsum("ij,j->i", rows[1:4], d), still
 
 
 def solve_samples(

@@ -7,6 +7,12 @@ import numpy as np
 from drysim.core.flow import flow
 from drysim.core.integrals import NODES, PANEL, WEIGHTS, own_rate
 
+PAIRS = (
+    (0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3), (1, 4),
+    (1, 5), (3, 4), (3, 5), (4, 4), (4, 5), (5, 5), (2, 4),
+)  # fmt: skip
+"""Two of the `step_rows` of every product that a form asks for."""
+
 
 def step_rows(c, w, f, x_r, v_r, u_0, u_1):
     """Give what a step of sliding is made of, such that no integral is a small difference.
@@ -79,3 +85,36 @@ def step_forms(c, w, dt):
         begin = begin + length if length < dt - begin else dt
     y, _, Y, YY = flow(c, w, dt)
     return squares, np.array([0.0, y, -Y, -YY / dt, 0.0, 0.0])
+
+
+def integrals(forms, products, way):
+    """Give the integrals over steps of sliding from sums over these steps.
+
+    Parameters
+    ----------
+    forms : tuple
+        As `step_forms` gives them.
+    products : sequence of float, or of arrays of one shape
+        Sums of the products of two `step_rows`, in the order of `PAIRS`.
+    way : sequence likewise
+        Sums of rows 1 to 3 times the direction of sliding.
+
+    Returns
+    -------
+    ndarray, shape (6,) or (6, n)
+        x2, v2, x_dd2, power, rub and a last row of zeros, as in `Totals`.
+
+    Notes
+    -----
+    Term by term: what a column comes to does not depend on the others.
+    """
+    squares, distance = forms
+    sums = np.zeros((6, *np.shape(way[0])))
+    for (i, j), product in zip(PAIRS, products, strict=True):
+        terms = squares[:, i, j] + (squares[:, j, i] if i != j else 0.0)
+        for k in np.flatnonzero(terms):
+            sums[k] += terms[k] * product
+    sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
+    for i, part in enumerate(way, 1):
+        sums[4] += distance[i] * part
+    return sums

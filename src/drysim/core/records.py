@@ -4,177 +4,179 @@ from __future__ import annotations
 
 import math
 
+from drysim.core.abreast import through_abreast
 from drysim.core.compiled import compiled, inlined
-from drysim.core.events import first_mode, sign
-from drysim.core.march import march_on
-from drysim.core.pieces import (
-    PIECE,
-    acceleration_squared,
-    base_squared,
-    displacement_squared,
-    mark,
-    path_squared,
-    power_given,
-    speed_squared,
-    way_slid,
+from drysim.core.events import first_mode
+from drysim.core.lanes import (
+    EVENTFUL,
+    FETCHED,
+    KINDS,
+    LANES,
+    PRODUCTS,
+    TILE,
+    WIDTH,
+    D,
+    U,
+    V,
+    X,
+    fetch,
+    go_round,
+    take,
 )
-from drysim.core.stretches import eventful_steps
+from drysim.core.lockstep import CLOSEST, E_X2, EVENTS, KEPT, gather, settle, step_all
+from drysim.core.products import add_products
+from drysim.core.steps import parts_of, steps_of
 
 (
-    STATUS, TIME, X_BEGIN, V_BEGIN, X_END, V_END, X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, U2,
-    PEAK, SUFFICES, UPCROSSINGS, ENTRIES, EVENTS, CLOSEST, HEIGHTS, FOUND,
-) = range(22)  # fmt: skip
-"""Columns of an answer: status; the time that a failure is told with [s]; the states at both
-ends of the window; its integrals as in `Totals`; greatest |x_r| in the window and up to its end
-[m]; upcrossings of zero and entries beyond the limit; events; tightest stop decision; number of
-half cycles. FOUND is their number."""
+    X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, COUNT, TIGHT, X2, V2, X_DD2, POWER, RUB,
+    STUCK_TIME, FOUND,
+) = range(KINDS, KINDS + 15)  # fmt: skip
+"""Columns of an answer, after the sums of products over the whole steps of the window: the
+states at both ends of the window; stops before the window, and in all; events; tightest stop
+decision; the integrals over the steps of the window that hold events, as in `Totals`. FOUND is
+their number."""
 
-MEASURED, STORM, OVERFLOW, CROWDED = range(4)
-"""What became of a record; the rest: events without end, a motion beyond the numbers, and more
-events in a piece than the log holds."""
+GATHERED = 1024
+"""Samples after which sums are added to those of longer stretches: so rounding does not grow
+with the length of a record."""
 
 
 @compiled
 def measure_records(
-    plant, law, steps, forms, waves, records, paths, begin, end, start, x_rM, piece, log,
-    capacity, heights, answers,
+    plant, law, steps, waves, records, begin, end, start, side, turns, answers
 ):  # fmt: skip
     """March and measure every record.
 
     Parameters
     ----------
-    plant, law, steps, forms
+    plant, law, steps
+        Steps that are `fine`.
     waves : Waves
         None of them.
     records : array, shape (records, samples)
         Base acceleration [m/s²].
-    paths : array, shape (records, samples) or (records, 0)
-        Base displacement [m], where it is known.
     begin, end : int
         Samples at which the window begins and ends.
     start : State
-    x_rM : float
-        Stroke limit [m]; infinite for none.
-    piece : Piece
-        Scratch, as is the log, which has `capacity` places.
-    heights : array, shape (records, places)
-        Written: the greatest |x_r| of every half cycle in the window [m].
+    side : Side
+        Scratch.
+    turns : array, shape (records, places)
+        Written: x_r at every stop up to the end of the window [m], as far as there are places.
     answers : array, shape (records, FOUND)
-        Written: the columns named above.
+        Written: the columns named above; no numbers where the numerics fail.
     """
-    for r in range(len(records)):
-        measure_record(
-            plant, law, steps, forms, waves, records[r], paths[r], begin, end, start, x_rM,
-            piece, log, capacity, heights[r], answers[r],
-        )  # fmt: skip
-
-
-@compiled
-def measure_record(
-    plant, law, steps, forms, waves, u_dd, u, begin, end, start, x_rM, piece, log, capacity,
-    heights, answer,
-):  # fmt: skip
-    """March and measure one record; parameters as in `measure_records`."""
-    for i in range(FOUND):
-        answer[i] = 0.0
-    answer[CLOSEST] = math.inf
-    x_r, v_r = start
-    d = first_mode(plant, law, x_r, v_r, u_dd[0])
-    path = set_out(x_r, x_rM)
-    answer[SUFFICES] = abs(x_r)
-    for at in range(0, end, PIECE):
-        last = min(PIECE, end - at)
-        given = u_dd[at : at + last + 1]
-        piece.x_r[0], piece.v_r[0], piece.d[0] = x_r, v_r, d
-        n, x_r, v_r, d, count, closest = march_on(
-            plant, law, steps, given, 0, last, x_r, v_r, d, piece.x_r, piece.v_r, piece.d,
-            log, 0, capacity, piece.x_ahead, piece.v_ahead,
-        )  # fmt: skip
-        answer[CLOSEST] = min(answer[CLOSEST], closest)
-        answer[TIME] = (at + n) * steps.dt
-        if count < 0 or n < last or not math.isfinite(x_r + v_r):
-            answer[STATUS] = STORM if count < 0 else (CROWDED if n < last else OVERFLOW)
-            return
-        answer[EVENTS] += count
-        first = max(begin - at, 0)
-        if first < last:
-            if begin >= at:
-                answer[X_BEGIN], answer[V_BEGIN] = piece.x_r[first], piece.v_r[first]
-                path = set_out(piece.x_r[first], x_rM)
-                answer[PEAK] = abs(piece.x_r[first])
-            if len(u) > 0:
-                beneath = u[at : at + last + 1]
-                answer[U2] += path_squared(steps.dt, beneath, given, first, last, piece.part)
-            add(plant, law, steps, forms, waves, given, first, last, piece, log, count, answer)
-        path = follow(
-            steps.dt, first, last, at + last == end, x_rM, log, count, path, heights, answer
+    for first in range(0, len(records), LANES):
+        count = min(LANES, len(records) - first)
+        set_out(plant, law, records, first, count, start, side)
+        march_abreast(
+            plant, law, steps, waves, records, first, count, 0, begin, side, turns, answers
         )
-    answer[X_END], answer[V_END] = x_r, v_r
-    answer[SUFFICES] = max(answer[SUFFICES], abs(x_r))
-    path = visit(x_r, x_rM, path, heights, answer)
-    finish(path, heights, answer)
+        note_begin(side, answers, first, count)
+        march_abreast(
+            plant, law, steps, waves, records, first, count, begin, end, side, turns, answers
+        )
+        note_end(side, answers, first, count)
+
+
+@inlined
+def lanes_of(count):
+    """Give how many lanes so many records take: whole registers."""
+    return (count + WIDTH - 1) // WIDTH * WIDTH
 
 
 @compiled
-def add(plant, law, steps, forms, waves, u_dd, first, last, piece, log, count, answer):
-    """Add the integrals over the steps of a piece from sample `first` to sample `last`."""
-    mark(piece, log, count, first, last)
-    x2, v2, x_dd2, power, rub, stuck = eventful_steps(
-        plant, law, steps, waves, u_dd, piece, log, count, first, last
-    )
-    answer[X2] += x2 + max(displacement_squared(steps, forms.x2, u_dd, piece, last), 0.0)
-    answer[V2] += v2 + max(speed_squared(steps, forms.v2, u_dd, piece, last), 0.0)
-    whole = acceleration_squared(steps, forms.x_dd2, u_dd, piece, last)
-    answer[X_DD2] += x_dd2 + max(whole, 0.0)
-    answer[POWER] += power + power_given(steps, forms.power, u_dd, piece, last)
-    answer[RUB] += rub + way_slid(steps, forms.rub, u_dd, piece, last)
-    answer[U_DD2] += base_squared(steps.dt, u_dd, first, last, piece.part)
-    whole_stuck = 0.0
-    for i in range(last):
-        whole_stuck += piece.stuck[i]
-    answer[STUCK] += stuck + steps.dt * whole_stuck
+def set_out(plant, law, records, first, count, start, side):
+    """Begin with every record; lanes that are left over follow the last one."""
+    at = side.at
+    for lane in range(lanes_of(count)):
+        u_dd = records[first + min(lane, count - 1), 0]
+        at[X + lane], at[V + lane] = start.x_r, start.v_r
+        at[D + lane] = first_mode(plant, law, start.x_r, start.v_r, u_dd)
+        side.turns[lane] = 0
+        for i in range(KEPT):
+            side.kept[lane, i] = 0.0
+        side.kept[lane, CLOSEST] = math.inf
 
 
 @compiled
-def set_out(x, x_rM):
-    """Give a path that begins at x [m]: its side, its side beyond the limit, and height."""
-    return sign(x), sign(x) if abs(x) >= x_rM else 0, abs(x)
+def note_begin(side, answers, first, count):
+    """Note the beginning of the window, and sum from there on."""
+    at = side.at
+    for lane in range(count):
+        answer = answers[first + lane]
+        for i in range(KINDS):
+            answer[i] = 0.0
+        answer[X_BEGIN], answer[V_BEGIN] = at[X + lane], at[V + lane]
+        answer[BEGIN] = side.turns[lane]
+        for i in range(6):
+            side.kept[lane, E_X2 + i] = 0.0
+    for i in range(KINDS * LANES):
+        at[PRODUCTS + i] = 0.0
 
 
-@inlined
-def visit(x, x_rM, path, heights, answer):
-    """Go on to the next turn of x_r [m], or to the end of the window; gives the path."""
-    side, beyond, height = path
-    answer[PEAK] = max(answer[PEAK], abs(x))
-    now = sign(x) if abs(x) >= x_rM else 0
-    answer[ENTRIES] += 1.0 if now != 0 and now != beyond else 0.0
-    if x == 0.0:
-        return side, now, height
-    if side * x < 0.0:
-        answer[UPCROSSINGS] += 1.0 if x > 0.0 else 0.0
-        finish(path, heights, answer)
-        height = 0.0
-    return sign(x), now, max(height, abs(x))
+@compiled
+def note_end(side, answers, first, count):
+    """Note the end of the window and what has been found."""
+    at = side.at
+    for lane in range(count):
+        answer, kept = answers[first + lane], side.kept[lane]
+        answer[X_END], answer[V_END] = at[X + lane], at[V + lane]
+        answer[TURNS], answer[COUNT] = side.turns[lane], kept[EVENTS]
+        answer[TIGHT] = kept[CLOSEST]
+        for i in range(6):
+            answer[X2 + i] = kept[E_X2 + i]
 
 
-@inlined
-def finish(path, heights, answer):
-    """Write the height of a half cycle, unless nothing has moved."""
-    if path[0] != 0:
-        n = int(answer[HEIGHTS])
-        if n < len(heights):
-            heights[n] = path[2]
-        answer[HEIGHTS] += 1.0
+@compiled
+def march_abreast(
+    plant, law, steps, waves, records, first, count, n, end, side, turns, answers
+):
+    """March records from sample n to sample `end`, and sum."""
+    parts, lanes, at = parts_of(steps), lanes_of(count), side.at
+    inner = steps_of(plant, law, steps.dt / parts)
+    gathered = n + GATHERED
+    fetched, until = n, n
+    while n < end:
+        if n >= until:
+            fetched, until = n, min(n + FETCHED, end)
+            fetch(side.base, records, first, count, n, until - n)
+        here = min(TILE, until - n)
+        take(at, side.base, lanes, n - fetched, here)
+        for k in range(here):
+            tile = at[k * LANES :]
+            step_all(plant, law, steps, tile, lanes)
+            some = gather(tile, lanes, side.some, side.events, side.lane)
+            if parts == 1:
+                through_abreast(plant, law, steps, side.events, some)
+            settle(plant, law, steps, inner, parts, waves, side, tile, some, turns, first)
+        for k in range(here, TILE):
+            leave_out(at, lanes, k)
+        add_products(steps, at, lanes)
+        go_round(at, lanes)
+        n += here
+        if n >= gathered or n >= end:
+            gathered = n + GATHERED
+            gather_sums(at, answers, first, count)
 
 
-@inlined
-def follow(dt, first, last, ends, x_rM, log, count, path, heights, answer):
-    """Follow the turns of a piece; `ends` tells whether the window ends with it."""
-    for k in range(count):
-        n, s, x = log.n[k], log.s[k], log.x_r[k]
-        answer[SUFFICES] = max(answer[SUFFICES], abs(x))
-        if n < first or (n == first and s == 0.0):
-            continue
-        if not (ends and n == last - 1 and s >= dt):
-            path = visit(x, x_rM, path, heights, answer)
-    return path
+@compiled
+def leave_out(at, lanes, k):
+    """Let a step of a tile count for nothing, and lead to where it begins."""
+    for lane in range(lanes):
+        at[X + (k + 1) * LANES + lane] = at[X + k * LANES + lane]
+        at[V + (k + 1) * LANES + lane] = at[V + k * LANES + lane]
+        at[D + (k + 1) * LANES + lane] = at[D + k * LANES + lane]
+        at[X + k * LANES + lane], at[V + k * LANES + lane] = 0.0, 0.0
+        at[D + k * LANES + lane] = EVENTFUL
+        at[U + (k + 1) * LANES + lane] = 0.0
+
+
+@compiled
+def gather_sums(at, answers, first, count):
+    """Add the sums of products to those of a whole window."""
+    for lane in range(count):
+        answer = answers[first + lane]
+        for i in range(KINDS):
+            answer[i] += at[PRODUCTS + i * LANES + lane]
+    for i in range(KINDS * LANES):
+        at[PRODUCTS + i] = 0.0

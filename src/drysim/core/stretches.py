@@ -1,9 +1,8 @@
-"""Exact integrals over the steps of a piece of a march that hold events, stretch by stretch."""
+"""Exact integrals over a stretch between two events of a step."""
 
 from __future__ import annotations
 
-from drysim.core.compiled import compiled, inlined
-from drysim.core.events import direction
+from drysim.core.compiled import inlined
 from drysim.core.integrals import integrate
 from drysim.core.series import distance, series, speed
 
@@ -45,32 +44,3 @@ def short_stretch(steps, u_0, slope, x_r, v_r, d, h):
         x_dd2 += WEIGHTS[i] * x_dd * x_dd
         power += WEIGHTS[i] * (u_0 + slope * s) * v
     return h * x2, h * v2, h * x_dd2, h * power, d * distance(q, h)
-
-
-@compiled
-def eventful_steps(plant, law, steps, waves, u_dd, piece, log, count, begin, last):
-    """Give x2, v2, x_dd2, power, rub and stuck of the steps of a piece that hold events."""
-    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    before, start, x, v, d = -1, 0.0, 0.0, 0.0, 0
-    for k in range(count):
-        n = log.n[k]
-        if not begin <= n < last:
-            continue
-        if n != before:
-            before, start, x, v, d = n, 0.0, piece.x_r[n], piece.v_r[n], piece.d[n] * 1
-        slope = (u_dd[n + 1] - u_dd[n]) / steps.dt
-        final = k + 1 == count or log.n[k + 1] != n
-        for end in (log.s[k], steps.dt):
-            part = stretch(
-                plant, law, steps, waves, u_dd[n] + slope * start, slope, x, v, d, end - start
-            )
-            x2 += part[0]
-            v2 += part[1]
-            x_dd2 += part[2]
-            power += part[3]
-            rub += part[4]
-            stuck += end - start if d == 0 else 0.0
-            start, x, v, d = log.s[k], log.x_r[k], 0.0, direction(log.kind[k])
-            if not final:
-                break
-    return x2, v2, x_dd2, power, rub, stuck

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from drysim.core import compiled
-from drysim.core.motion import Samples
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, SolverError
-from drysim.study import memory
+from drysim.study.by_seed import rows_of, threads
 from drysim.study.case import Case, assemble, base_motion
-from drysim.study.cases import measured
-from drysim.study.hashes import sha256_of
-from drysim.study.in_order import Finished, in_order, nothing
-from drysim.study.seeds import KEY, asked, enough, most, of_seed
+from drysim.study.in_order import Finished, nothing
+from drysim.study.seeds import KEY, most, of_seed
 from drysim.study.statistics import Statistic, statistics
 from drysim.study.table import FAILED, OK, Row
 
@@ -24,12 +19,9 @@ if TYPE_CHECKING:
     from drysim.approach.events import Events
     from drysim.approach.response import Response
     from drysim.checks import Verdict
-    from drysim.core.motion import Sines
     from drysim.errors import Caution
     from drysim.scenario import Scenario
     from drysim.study.outcome import Outcome
-
-    MotionOf = Callable[[Scenario], Sines | Samples]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,52 +113,6 @@ def solve(
             finished(len(rows), row)
         rows.append(row)
     return ensemble_of(case, rows)
-
-
-def rows_of(
-    scenario: Scenario,
-    threads: int,
-    done: Mapping[int, Row] | None = None,
-    motion_of: MotionOf = base_motion,
-) -> Iterator[Row]:
-    """Give the row of every seed that a scenario needs, in order."""
-    seeds, kept = asked(scenario), done or {}
-
-    def row(seed: int) -> Row:
-        return kept.get(seed - seeds[0]) or row_of_seed(scenario, seed, motion_of)
-
-    rows: list[Row] = []
-    with closing(in_order(row, seeds, threads)) as found:
-        for one in found:
-            rows.append(one)
-            yield one
-            if enough(scenario, rows):
-                return
-
-
-def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
-    """Give the row of one seed; a failure of the numerics is a status, not an end."""
-    alone, law = of_seed(scenario, seed), scenario.law()
-    motion = motion_of(alone)
-    assert isinstance(motion, Samples), "what is drawn is samples"
-    try:
-        metrics, status, note = measured(assemble(alone, motion))
-    except SolverError as fault:
-        metrics, status, note = {}, FAILED, str(fault)
-    approach = scenario.word
-    return Row(
-        {KEY: seed}, approach, law.F_fk, law.F_fs, metrics, status, note, sha256_of(motion.u_dd)
-    )
-
-
-def threads(case: Case, workers: int | None) -> int:
-    """Give how many seeds may be under way at a time: as many as fit into the memory."""
-    if compiled.engine() == compiled.PLAIN:
-        return 1  # plain Python does one thing at a time
-    room = int(
-        memory.machine() // memory.bytes_of(case.steps, bool(case.scenario.measure.weights))
-    )
-    return max(1, min(workers or os.cpu_count() or 1, room))
 
 
 def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.errors import Caution
 from drysim.study import cases
-from drysim.study.ensemble import rows_of, threads
+from drysim.study.by_seed import rows_of, threads
 from drysim.study.hashes import sha256_together
 from drysim.study.seeds import KEY, most, narrow
 from drysim.study.statistics import statistics

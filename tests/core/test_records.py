@@ -1,0 +1,62 @@
+"""Many records in lockstep: alike under both engines, and mirrored."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+DT, SAMPLES = 2.5e-3, 600
+
+
+def answers(
+    kernel: SimpleNamespace,
+    u_dd: np.ndarray,
+    F: tuple[float, float],
+    dt: float = DT,
+    x_r: float = 0.001,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Give what the kernel answers for a window from sample 101 on, and the stops."""
+    plant, law = kernel.plant.Plant(75.0, 7500.0, 500.0), kernel.plant.Law(*F)
+    lanes, length = kernel.lanes, 4 * kernel.events.ROOM
+    kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
+    side = kernel.lockstep.Side(
+        np.zeros(lanes.SIZE), np.zeros((lanes.FETCHED + 1) * lanes.LANES),
+        np.zeros(kernel.abreast.ROWS * lanes.LANES), np.zeros(lanes.LANES),
+        np.zeros(lanes.LANES, dtype=np.int64), np.zeros((lanes.LANES, kernel.lockstep.KEPT)),
+        np.zeros(lanes.LANES, dtype=np.int64),
+        kernel.events.Log(*(np.zeros(length, dtype=kind) for kind in kinds)), length,
+    )  # fmt: skip
+    found, turns = np.zeros((len(u_dd), kernel.records.FOUND)), np.zeros(u_dd.shape)
+    waves = kernel.waves.Waves(np.zeros(0), 0, 0)
+    kernel.records.measure_records(
+        plant, law, kernel.steps.steps_of(plant, law, dt), waves, u_dd, 101, SAMPLES - 1,
+        kernel.plant.State(x_r, 0.0), side, turns, found,
+    )  # fmt: skip
+    return found, turns
+
+
+def noise(records: int) -> np.ndarray:
+    """Give rows of smooth noise."""
+    rows = np.random.Generator(np.random.PCG64(4)).normal(size=(records, SAMPLES))
+    window = np.hanning(31)
+    return 0.4 * np.array([np.convolve(row, window, mode="same") for row in rows])
+
+
+@pytest.mark.parametrize("F", [(15.0, 15.0), (30.0, 36.0), (0.0, 0.0)])
+@pytest.mark.parametrize("dt", [DT, 4.0 * DT], ids=["short", "in parts"])
+def test_engines_agree_on_records_in_lockstep(plain, fast, F, dt):
+    u_dd = noise(5)
+    for one, other in zip(answers(plain, u_dd, F, dt), answers(fast, u_dd, F, dt), strict=True):
+        assert other == pytest.approx(one, rel=1e-12, abs=1e-20)
+
+
+def test_mirrored_records_give_mirrored_stops(kernel):
+    u_dd, r = noise(9), kernel.records
+    found, turns = answers(kernel, u_dd, (20.0, 24.0))
+    mirrored, back = answers(kernel, -u_dd, (20.0, 24.0), x_r=-0.001)
+    assert (found[:, r.COUNT] > 0).all()
+    assert np.array_equal(turns, -back)
+    alike = [*range(kernel.lanes.KINDS), *range(r.BEGIN, r.FOUND)]
+    assert np.array_equal(found[:, alike], mirrored[:, alike])
