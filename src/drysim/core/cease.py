@@ -61,21 +61,35 @@ def safe_slip(v, a, j, snap, growth, cap):
 
     Notes
     -----
-    v stays above v + a h - B h²/2 up to any H, where B = (snap/3 + growth H/12) H - j: the
-    best H is a little short of where that parabola is zero.
+    v stays above P = v + a h + j h²/2 - snap h³/6 - growth h⁴/24. Where the jerk is not above
+    zero P bends downwards: Newton from behind its zero stays behind it, and a chord from before
+    it ends before it.
     """
-    third, twelfth = snap / 3.0, growth / 12.0
+    third, twelfth = snap * (1.0 / 3.0), growth * (1.0 / 12.0)
     if j > 0.0:
-        # Up to here the velocity bends upwards.
+        # Up to here P is above v + a h.
         divisor = third + math.sqrt(third * third + 4.0 * twelfth * j)
-        guess = min(2.0 * j / divisor, cap) if divisor > 0.0 else cap
-        safe = guess if a >= 0.0 else min(guess, above_zero(v, a, 0.0))
-    else:
-        guess = min(above_zero(v, a, -j), cap)
-        safe = min(guess, above_zero(v, a, (third + twelfth * guess) * guess - j))
-    far = min(above_zero(v, a, (third + twelfth * safe) * safe - j), cap)
-    middle = 0.5 * (safe + far)
-    return max(safe, min(middle, above_zero(v, a, (third + twelfth * middle) * middle - j)))
+        rises = min(2.0 * j / divisor, cap) if divisor > 0.0 else cap
+        return rises if a >= 0.0 else min(rises, -v / a)
+    behind = min(above_zero(v, a, -j), cap)
+    low = below_slip(v, a, j, third, twelfth, behind)
+    if low > 0.0:
+        return behind
+    slope = a + behind * (j - behind * (1.5 * third + 2.0 * twelfth * behind))
+    if slope < 0.0:
+        behind -= low / slope
+        low = below_slip(v, a, j, third, twelfth, behind)
+    before = 0.5 * behind
+    high = below_slip(v, a, j, third, twelfth, before)
+    if high > 0.0:
+        return before + (behind - before) * high / (high - min(low, 0.0))
+    return min(behind, above_zero(v, a, (third + twelfth * behind) * behind - j))
+
+
+@compiled
+def below_slip(v, a, j, third, twelfth, h):
+    """Give what a velocity is above after a time h, see `safe_slip`."""
+    return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
 
 
 @compiled

@@ -52,9 +52,8 @@ def sample_leaps(
 
     Notes
     -----
-    Between two events the points are sums of a few columns of the table, from the event on and
-    anew from every point that is a multiple of `ROWS`: always the same ones, so that blocks
-    change no number.
+    Between two events the points are sums of a few columns of the table, anew from the first of
+    every `ROWS` behind the event: always the same ones, so that blocks change no number.
     """
     last = first + len(x_out)
     filled = 0
@@ -77,8 +76,8 @@ def sample_leaps(
         begin = point_before(t[event], dt) + 1
         v_r = v_first if event == 0 else 0.0
         while n < until:
-            start = max(begin, n - n % ROWS)
-            end = min(until, n - n % ROWS + ROWS)
+            start = n - (n - begin) % ROWS
+            end = min(until, start + ROWS)
             filled = fill(plant, waves, dt, table, filled, end - start)
             sample_stretch(
                 plant, law, waves, table, t[event], x_r[event], v_r, d, start, n, end, first,
