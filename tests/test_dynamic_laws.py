@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 
+from drysim.approach import legs
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Law, Plant
@@ -186,3 +187,27 @@ def test_steady_orbit_of_bristles_closes_and_repeats():
     response = solved(LUGRE, motion, start=orbit.state, duration=2 / 1.6)
     half = len(response.x_r) // 2
     assert np.abs(response.x_r[half:] - response.x_r[: len(response.x_r) - half]).max() < 1e-9
+
+
+@pytest.mark.parametrize("law", [LUGRE, SMOOTH_STRIBECK], ids=["lugre", "stribeck"])
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(2000, 0.8)], ids=["sine", "noise"])
+def test_a_long_motion_is_followed_anew_leg_by_leg_to_the_last_bit(law, motion, monkeypatch):
+    monkeypatch.setattr(legs, "FIRST_LEG", 50)
+    monkeypatch.setattr(legs, "LEG", 70)
+    t = np.linspace(0.0, 4.0, 1601)
+
+    def seen(kept):
+        monkeypatch.setattr(legs, "MOST_KEPT", kept)
+        track = StickSlip().track(PAPER, law, motion, REST, STEP, 4.0)
+        found = track.at(t), track.totals(0.3, 3.7), track.state(1.234), len(track.course.marks)
+        assert len(track.course.kept) <= kept
+        return found
+
+    few, all_of_them = seen(2), seen(1000)
+    assert few[3] > 5
+    for one, two in zip(few[0], all_of_them[0], strict=True):
+        assert (one == two).all()
+    assert few[1:] == all_of_them[1:]
+    monkeypatch.undo()
+    whole = StickSlip().track(PAPER, law, motion, REST, STEP, 4.0)
+    assert np.abs(few[0][0] - whole.at(t)[0]).max() < 1e-11 * np.abs(few[0][0]).max()

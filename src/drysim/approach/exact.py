@@ -49,7 +49,11 @@ def solve(
         from drysim.approach import over_joints
 
         response = over_joints.solve(plant, law, motion, start, duration)
-    elif isinstance(law, Dynamic | Slider):
+    elif isinstance(law, Dynamic):
+        from drysim.approach import by_series
+
+        response = by_series.solve(plant, law, motion, start, step, duration)
+    elif isinstance(law, Slider):
         from drysim.approach import traced
 
         response = traced.solve(plant, law, motion, start, step, duration)
@@ -79,7 +83,11 @@ def follow(
         from drysim.approach import over_joints
 
         return over_joints.follow(plant, law, motion, start, duration)
-    if isinstance(law, Dynamic | Slider):
+    if isinstance(law, Dynamic):
+        from drysim.approach import by_series
+
+        return by_series.follow(plant, law, motion, start, duration)
+    if isinstance(law, Slider):
         from drysim.approach import traced
 
         return traced.follow(plant, law, motion, start, duration)

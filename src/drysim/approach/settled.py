@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
+from drysim.approach import by_series
 from drysim.approach.bounded import march
+from drysim.approach.by_series import Series
 from drysim.approach.response import Orbit
 from drysim.approach.traced import Traced, follow
 from drysim.approach.ways import AnyOther
@@ -24,9 +26,20 @@ CLOSED = {Slider: 1e-12, Stopped: 1e-12, Dynamic: 1e-9}
 series of the loosest tolerance that makes sense."""
 
 
+def once(
+    plant: Plant, law: AnyOther | Dynamic, motion: Sines, state: AnyState, period: float
+) -> Traced | Series:
+    """Follow a state for one period."""
+    if isinstance(law, Stopped):
+        return march(plant, law, motion, state, period)
+    if isinstance(law, Dynamic):
+        return by_series.follow(plant, law, motion, state, period)
+    return follow(plant, law, motion, state, period)
+
+
 def find_orbit(
     plant: Plant,
-    law: AnyOther,
+    law: AnyOther | Dynamic,
     motion: Sines,
     start: AnyState,
     period: float,
@@ -36,10 +49,7 @@ def find_orbit(
     past: list[AnyState] = []
     peak, scale, closure = 0.0, [0.0] * 3, math.inf
     for periods in range(1, MOST_PERIODS + 1):
-        if isinstance(law, Stopped):
-            track: Traced = march(plant, law, motion, state, period)
-        else:
-            track = follow(plant, law, motion, state, period)
+        track = once(plant, law, motion, state, period)
         state = track.state(period)
         peak = max(peak, float(np.abs(track.turns.x_r).max()))
         largest = [float(np.abs(c).max()) for c in track.series]

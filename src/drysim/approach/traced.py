@@ -1,4 +1,4 @@
-"""Motions that are followed step by step: laws beyond Coulomb's, on any grid and to orbits."""
+"""Motions that are followed step by step: contacts and end stops, on any grid."""
 
 from __future__ import annotations
 
@@ -23,12 +23,11 @@ from drysim.approach.scene import (
     refuse_storm,
     waves_of,
 )
+from drysim.approach.spans import last_interval, squares_of_base
 from drysim.core.compiled import engine, held
 from drysim.core.events import Log
-from drysim.core.means import mean_squares
-from drysim.core.motion import Samples, Sines, base_acceleration, sample_squares
-from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Totals
-from drysim.core.signal import largest
+from drysim.core.motion import Samples, Sines, base_acceleration
+from drysim.core.plant import AnyState, Deflected, Plant, Totals
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves
 
@@ -37,15 +36,6 @@ CAPACITY = 16_384
 
 FEW_EVENTS = 1.2
 """Steps that a sample takes, its events included, where these are few."""
-
-LADDER = 1e3
-"""How much coarser the second solution is from whose distance the error is stated."""
-
-COARSEST = 1e-3
-"""Greatest tolerance that a series makes sense with [-]."""
-
-FAINT = 1e-9
-"""Share of the speed that the scene may give, from which on a motion is measured."""
 
 Made = TypeVar("Made", bound="Traced")
 
@@ -57,8 +47,7 @@ IN_FLIGHT = (1, -1, 3)
 class Traced:
     """A solution that is known from each step to the next.
 
-    `events` holds every change of mode, `turns` those at which v_r is zero. `turned` is what
-    the contact remembers at the beginning and at the end.
+    `events` holds every change of mode, `turns` those at which v_r is zero.
     """
 
     plant: Plant
@@ -69,7 +58,6 @@ class Traced:
     trail: Trail
     events: Events
     end: float
-    turned: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
     closest: float = math.inf
 
     @property
@@ -99,10 +87,9 @@ class Traced:
         return self.trail[2:5]
 
     def state(self, t: float) -> AnyState:
-        """Give the state at time t [s]; its memory at the beginning and at the end alone."""
+        """Give the state at time t [s]."""
         x_r, v_r, z, _, _ = self.at(np.array([t]))
-        turned = self.turned[t > 0.0] if t in (0.0, self.end) else ()
-        return Deflected(float(x_r[0]), float(v_r[0]), float(z[0]), turned)
+        return Deflected(float(x_r[0]), float(v_r[0]), float(z[0]))
 
     def chatter(self, begin: float, end: float) -> float:
         """Give 0: zeros of the velocity are located."""
@@ -113,26 +100,14 @@ class Traced:
         x2, v2, x_dd2, power, rub, stuck, *hits = ways.integrate(self.law)(
             *self.scene, begin, end
         )
-        if isinstance(self.motion, Samples):
-            u_dd2, u2 = sample_squares(self.motion, begin, end)
-            return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2, *hits)
-        length = end - begin
-        u_dd2, u2 = mean_squares(self.waves, begin, end)
-        return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length, *hits)
+        squares = squares_of_base(self.motion, self.waves, begin, end)
+        return Totals(x2, v2, x_dd2, power, rub, stuck, *squares, *hits)
 
     @property
     def scene(self) -> tuple[Any, ...]:
         """What every kernel wants first."""
-        work = ways.work(self.law, 0.0)
-        return (
-            self.plant,
-            self.law,
-            self.waves,
-            self._held[0],
-            self.base[1],
-            *work,
-            self._held[1],
-        )
+        base, trail = self._held
+        return self.plant, self.law, self.waves, base, self.base[1], trail
 
     @cached_property
     def _held(self) -> tuple[Any, Trail]:
@@ -143,29 +118,6 @@ class Traced:
     def _begins(self) -> Floats:
         """Where the pieces begin [s], as the kernel works it out."""
         return np.asarray(self.trail.n * self.base[1] + self.trail.s)
-
-
-def base_of(motion: Sines | Samples, duration: float) -> tuple[Floats, float, int, float]:
-    """Give ü besides the waves, its step, the number of the last interval and its length."""
-    if isinstance(motion, Sines):
-        return np.zeros(2), duration, 0, duration
-    dt = motion.dt
-    last = min(grid_points(duration, dt), len(motion.u_dd)) - 2
-    beyond = duration - (last + 1) * dt
-    if beyond > dt * 1e-9 and last + 2 < len(motion.u_dd):
-        return motion.u_dd[:], dt, last + 1, beyond
-    return motion.u_dd[:], dt, last, dt
-
-
-def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
-    """Give a speed [m/s] far below what the scene will show, but above nothing."""
-    if isinstance(motion, Sines):
-        swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
-        base = max(swings, default=0.0)
-    else:
-        base = largest(motion.u_dd) * motion.dt
-    free = math.sqrt(plant.k_x / plant.m) * abs(start.x_r)
-    return max(FAINT * base, FAINT * free, abs(start.v_r), np.finfo(float).tiny)
 
 
 def follow(
@@ -191,12 +143,11 @@ def follow_as(
     if duration is None:
         assert isinstance(motion, Samples), "sines need a duration"
         duration = (len(motion.u_dd) - 1) * motion.dt
-    u_dd, dt, last, length = base_of(motion, duration)
+    dt, last, length = last_interval(motion, duration)
+    u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
     waves, base = waves_of(motion, ways.waving(law)), held(u_dd)
-    work = ways.work(law, faint_speed(plant, motion, start))
     slope = float(u_dd[1] - u_dd[0]) / dt
-    state = ways.first(plant, law, waves, work, float(u_dd[0]), slope, start)
-    turned = ways.remembered(work)
+    state = ways.first(plant, law, waves, float(u_dd[0]), slope, start)
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
     log, count = empty_log(CAPACITY), 1
     opening = (0, 0.0, ways.heading(law, state[3]), start.x_r, F_L)
@@ -209,7 +160,7 @@ def follow_as(
         if len(trail.n) < full:
             size = max(2 * full, int(FEW_EVENTS * last) + CAPACITY)
             trail, log = larger(trail, size), larger(log, size)
-        room = (*work, trail, used, log, count, full)
+        room = (trail, used, log, count, full)
         out = ways.walk(law)(plant, law, waves, base, dt, *at, length, last, *state, *room)
         n, s, *moved, used, count = out
         at, state = (n, s), tuple(moved)
@@ -219,8 +170,7 @@ def follow_as(
     found = Log(*(np.asarray(column[:count]) for column in log))
     t = found.n * dt + found.s
     events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L)
-    memory = turned, ways.remembered(work)
-    return made(plant, law, motion, waves, (u_dd, dt), trail, events, duration, memory)
+    return made(plant, law, motion, waves, (u_dd, dt), trail, events, duration)
 
 
 def solve(
@@ -231,21 +181,14 @@ def solve(
     step: float,
     duration: float | None,
 ) -> Response:
-    """Solve a scene and write it on its grid; the error is stated from a coarser solution."""
+    """Solve a scene and write it on its grid."""
     track = follow(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     points = grid_points(track.end, dt)
     t = np.arange(points, dtype=np.float64) * dt
     x_r, v_r, _, F_f, d = track.at(t)
-    error = None
-    if isinstance(law, Dynamic):
-        coarser = law._replace(
-            tolerance=min(LADDER * law.tolerance, COARSEST), depth=law.depth // 2
-        )
-        coarse = follow(plant, coarser, motion, start, duration).at(t)[0]
-        error = float(np.abs(coarse - x_r).max() / (np.abs(x_r).max() or 1.0))
     u_dd = motion.u_dd[:points] if isinstance(motion, Samples) else base_acceleration(motion, t)
     core, events = core_of(law, motion), len(track.events)
-    how = Numerics("stick-slip", *core, engine(), points - 1, events, error=error)
+    how = Numerics("stick-slip", *core, engine(), points - 1, events)
     grid = Held(dt, Points(u_dd, x_r, v_r, d, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)

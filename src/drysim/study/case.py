@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, Law, Plant, State
+from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, State
 from drysim.errors import Caution, ScenarioError, UsageError
 from drysim.excitation.generated import Drawn, Generated
 from drysim.excitation.record import Record
@@ -148,7 +148,7 @@ def assemble(
 
 def by_parts(case: Case) -> bool:
     """Tell whether a long response of a case is never held whole."""
-    return hasattr(case.approach, "by_parts") and isinstance(case.law, Law)
+    return hasattr(case.approach, "by_parts") and isinstance(case.law, Law | Dynamic)
 
 
 def pieces(case: Case) -> int:

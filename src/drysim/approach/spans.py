@@ -1,0 +1,50 @@
+"""What is asked of a base motion before a scene is followed: how long, how fast."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drysim.approach.scene import grid_points
+from drysim.core.means import mean_squares
+from drysim.core.motion import Samples, Sines, sample_squares
+from drysim.core.plant import AnyState, Plant
+from drysim.core.signal import largest
+from drysim.core.waves import Waves
+
+FAINT = 1e-9
+"""Share of the speed that the scene may give, from which on a motion is measured."""
+
+
+def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int, float]:
+    """Give the intervals of ü [s], the number of the last one and its length [s]."""
+    if isinstance(motion, Sines):
+        return duration, 0, duration
+    dt = motion.dt
+    last = min(grid_points(duration, dt), len(motion.u_dd)) - 2
+    beyond = duration - (last + 1) * dt
+    if beyond > dt * 1e-9 and last + 2 < len(motion.u_dd):
+        return dt, last + 1, beyond
+    return dt, last, dt
+
+
+def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
+    """Give a speed [m/s] far below what the scene will show, but above nothing."""
+    if isinstance(motion, Sines):
+        swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
+        base = max(swings, default=0.0)
+    else:
+        base = largest(motion.u_dd) * motion.dt
+    free = math.sqrt(plant.k_x / plant.m) * abs(start.x_r)
+    return max(FAINT * base, FAINT * free, abs(start.v_r), np.finfo(float).tiny)
+
+
+def squares_of_base(
+    motion: Sines | Samples, waves: Waves, begin: float, end: float
+) -> tuple[float, float | None]:
+    """Give the integrals of ü² and of u² over a window [s]; None where u is not known."""
+    if isinstance(motion, Samples):
+        return sample_squares(motion, begin, end)
+    u_dd2, u2 = mean_squares(waves, begin, end)
+    return u_dd2 * (end - begin), u2 * (end - begin)
