@@ -340,3 +340,13 @@ class TestSimulate:
     def test_stops_that_make_no_sense_are_told(self, words, sentence):
         with pytest.raises(UsageError, match=sentence):
             drysim.simulate(**SEAT, **words)
+
+
+def test_force_that_only_touches_zero_on_a_sample_does_not_pull_the_mass_away():
+    """A record of few levels presses the mass to its stop, lets go and presses, on samples."""
+    levels = np.random.default_rng(7).integers(-2, 3, 2000) * 2.0
+    law, dt = Stopped(0.0, 0.0, 0.002, e=0.3), 0.004544964648018394
+    track = StickSlip().track(Plant(1.0, 0.0, 0.5), law, Samples(levels, dt), REST, STEP)
+    assert len(track.events) > 100
+    assert (np.diff(track.events.t) >= 0.0).all()
+    assert (track.hits().v_r != 0.0).all()

@@ -34,6 +34,9 @@ from drysim.core.waves import Waves
 CAPACITY = 16_384
 """Steps that a kernel may take before it hands over, so that an interrupt is heard."""
 
+FEWEST = 256
+"""Steps that there is room for to begin with under sines; room is doubled as it fills."""
+
 FEW_EVENTS = 1.2
 """Steps that a sample takes, its events included, where these are few."""
 
@@ -149,16 +152,18 @@ def follow_as(
     slope = float(u_dd[1] - u_dd[0]) / dt
     state = ways.first(plant, law, waves, float(u_dd[0]), slope, start)
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
-    log, count = empty_log(CAPACITY), 1
+    # Samples fill much room at once, and sines often little, as a period of many for an orbit.
+    least = CAPACITY if last else FEWEST
+    log, count = empty_log(least), 1
     opening = (0, 0.0, ways.heading(law, state[3]), start.x_r, F_L)
     for column, value in zip(log, opening, strict=True):
         column[0] = value
-    trail, used = empty_trail(CAPACITY), 0
+    trail, used = empty_trail(least), 0
     at: tuple[Any, ...] = (0, 0.0)
     while at[0] <= last:
-        full = used + CAPACITY
+        full = used + min(max(used, least), CAPACITY)
         if len(trail.n) < full:
-            size = max(2 * full, int(FEW_EVENTS * last) + CAPACITY)
+            size = max(2 * full, int(FEW_EVENTS * last) + least)
             trail, log = larger(trail, size), larger(log, size)
         room = (trail, used, log, count, full)
         out = ways.walk(law)(plant, law, waves, base, dt, *at, length, last, *state, *room)

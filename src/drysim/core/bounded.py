@@ -49,6 +49,14 @@ ENOUGH = 4
 
 
 @compiled
+def moment(n, s, length, end):
+    """Give interval and time in it of an instant, of the next one where an interval ends."""
+    if s < length:
+        return n, s
+    return (n + 1, 0.0) if n < end else (n, length)
+
+
+@compiled
 def begin_stretch(plant, law, waves, mode, z, u_0, t):
     """Set the waves for a stretch from time t [s]; gives b/m, k/m and the force per mass."""
     touch, d = touch_of(mode), way_of(mode)
@@ -203,11 +211,12 @@ def bound(
         c, w, g = begin_stretch(plant, law, waves, mode, z, u_0, t)
         if d == 0:
             step, way = leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left)
-            if step <= left:
+            # At the very end of an interval the next one decides.
+            if step < left:
                 touch = touch if pushes(law, touch) else APART
                 mode = mode_of(touch, way, BROKE)
                 F_L = -way * law.F_fs * normal_force(law, waves, step)[0]
-                count = note(log, count, n, min(s + step, length), way * SLIP, z + xi, F_L)
+                count = note(log, count, n, s + step, way * SLIP, z + xi, F_L)
         else:
             _, _, a, j = slide(c, w, waves, xi, v_r, g, -slope, 0.0)
             if fresh == BROKE:
@@ -228,30 +237,30 @@ def bound(
             v_r = 0.0 if step == turn else v_r
             mode = mode_of(touch, d, STEADY)
             if step in (change, turn):
-                ends = min(s + step, length)
+                then, ends = moment(n, s + step, length, end)
                 u_then = base_motion(waves, u_0, slope, step)[0]
                 load = normal_force(law, waves, step)[0]
                 if step == change and touch == APART:
-                    at = mark(trail, at, n, ends, xi, max(d * v_r, 0.0) * d, z, MEET)
+                    at = mark(trail, at, then, ends, xi, max(d * v_r, 0.0) * d, z, MEET)
                     z = d * law.x_rM
                     xi = 0.0
                     mode = mode_of(after, d, STEADY)
                     if law.k_s > 0.0:
                         F_L = steady_pull(plant, law, APART, z, xi) + m * u_then
-                        count = note(log, count, n, ends, d * CONTACT, z, F_L)
+                        count = note(log, count, then, ends, d * CONTACT, z, F_L)
                     else:
                         v_r, mode, count = rebound(
-                            plant, law, waves, slope, n, ends, length, t + step, v_r, z, d,
-                            u_then, load, log, count,
+                            plant, law, waves, slope, then, ends, h if then == end else dt,
+                            t + step, v_r, z, d, u_then, load, log, count,
                         )  # fmt: skip
                 elif step == change:
                     F_L = steady_pull(plant, law, touch, z, xi) + m * u_then
                     xi, mode, count = let_go(
-                        law, touch, after, d, n, ends, z, xi, F_L, log, count
+                        law, touch, after, d, then, ends, z, xi, F_L, log, count
                     )
                 if way_of(mode) != 0 and (step == turn or (v_r == 0.0 and law.k_s == 0.0)):
                     mode, count = stand(
-                        plant, law, n, ends, xi, z, mode, u_then, load, log, count
+                        plant, law, then, ends, xi, z, mode, u_then, load, log, count
                     )
         step = min(step, left)
         stalled = 0 if t + step > t else stalled + 1

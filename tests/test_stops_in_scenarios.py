@@ -1,0 +1,158 @@
+"""End stops from the scenario to its files: words, columns, metrics, warnings, comparisons."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drysim as package
+from drysim.report.plots import curves
+
+SEAT = """\
+name: seat
+oscillator: {mass: 75, stiffness: 7500, damping: 150}
+friction: {law: coulomb, kinetic: 45, static_ratio: 1.2}
+stroke: {limit: 15 mm, stops: STOPS}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.5}
+solver: {step: 2.5e-3}
+"""
+BUMPERS = "{stiffness: 2e5, damping: 300}"
+RIGID = "{restitution: 0.4}"
+
+
+def loaded(folder: Path, stops: str, *overrides: str) -> package.Scenario:
+    """Give the seat between some stops, from a file."""
+    file = folder / "seat.yaml"
+    file.write_text(SEAT.replace("STOPS", stops))
+    return package.load(file, list(overrides))
+
+
+@pytest.mark.parametrize("stops", [BUMPERS, RIGID])
+def test_run_tells_its_stops_in_every_file(tmp_path, drysim, stops):
+    (tmp_path / "seat.yaml").write_text(SEAT.replace("STOPS", stops))
+    answer = drysim("run", "seat.yaml")
+    assert answer.code == 0
+    assert "end stops   at ±15 mm" in answer.out
+    assert "stops met   2 times" in answer.out
+    assert "the mass comes to its end stops" in answer.err
+    out = tmp_path / "out/seat"
+    told = json.loads((out / "drysim.json").read_text())
+    assert told["numerics"]["core"] == "bounded"
+    assert told["metrics"]["contacts"] == 2
+    header, *rows = (out / "response.csv").read_text().splitlines()
+    assert header.endswith("stuck [-],F_stop [N]")
+    forces = np.array([float(row.rpartition(",")[2]) for row in rows])
+    assert (np.abs(forces).max() > 0) == (stops == BUMPERS)
+    words = {row.split(",")[1] for row in (out / "events.csv").read_text().splitlines()[1:]}
+    own = {"contact+", "contact-", "release+", "release-"}
+    assert words >= (own if stops == BUMPERS else {"impact+", "impact-"})
+    assert drysim("run", out / "scenario.yaml", "-o", "again").code == 0
+    again = json.loads((tmp_path / "again/drysim.json").read_text())
+    assert again["metrics"] == told["metrics"]
+
+
+def test_scene_without_stops_has_none_of_it(tmp_path, drysim):
+    (tmp_path / "seat.yaml").write_text(SEAT.replace(", stops: STOPS", ""))
+    answer = drysim("run", "seat.yaml", "--json")
+    told = json.loads(answer.out)
+    assert told["numerics"]["core"] == "leap"
+    assert told["metrics"]["contacts"] is None
+    header = (tmp_path / "out/seat/response.csv").read_text().splitlines()[0]
+    assert header.endswith("stuck [-]")
+
+
+def test_rigid_impacts_are_told_to_stand_in_no_acceleration(tmp_path):
+    outcome = package.run(loaded(tmp_path, RIGID))
+    assert "impacts-left-out" in {caution.slug for caution in outcome.warnings}
+    assert outcome.metrics["stop_force_peak"] is None
+    speed = outcome.metrics["impact_speed"]
+    assert outcome.metrics["impulse_peak"] == pytest.approx(75 * 1.4 * speed, rel=1e-15)
+
+
+def test_bumper_tells_its_greatest_force(tmp_path):
+    outcome = package.run(loaded(tmp_path, BUMPERS, "solver.step=1e-5"))
+    peak = outcome.metrics["stop_force_peak"]
+    assert np.abs(outcome.response.F_stop).max() == pytest.approx(peak, rel=1e-6)
+    assert np.abs(outcome.response.F_stop).max() <= peak * (1 + 1e-14)
+    assert outcome.metrics["impulse_peak"] is None
+
+
+@pytest.mark.parametrize("stops", [BUMPERS, RIGID])
+def test_energies_of_an_orbit_add_up(tmp_path, stops):
+    metrics = package.run(loaded(tmp_path, stops)).metrics
+    lost = sum(metrics[f"energy_{way}"] for way in ("friction", "viscous", "stops"))
+    assert metrics["energy_stops"] > 0
+    assert metrics["energy_input"] == pytest.approx(lost, rel=1e-9)
+
+
+def test_sweep_over_the_stops_has_their_columns(tmp_path, drysim):
+    text = SEAT.replace("STOPS", RIGID) + "sweep: {stroke.stops.restitution: [0.2, 0.8]}\n"
+    (tmp_path / "seat.yaml").write_text(text)
+    assert drysim("sweep", "seat.yaml").code == 0
+    header, *rows = (tmp_path / "out/seat/transmissibility.csv").read_text().splitlines()
+    columns = header.split(",")
+    taken = [float(row.split(",")[columns.index("energy_stops [J]")]) for row in rows]
+    assert taken[0] > taken[1] > 0
+
+
+def test_sweep_of_a_start_beyond_rigid_stops_is_a_fault_at_its_value(tmp_path):
+    with pytest.raises(package.ScenarioError) as fault:
+        loaded(tmp_path, RIGID, "sweep={start.x_r: [0, 0.02]}")
+    (problem,) = fault.value.problems
+    assert "rigid stops let the mass no further" in problem.sentence
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("signum", "stick-slip"), "signum knows no end stops"),
+        (("lugre", "coulomb"), "lugre knows no end stops"),
+    ],
+)
+def test_compare_says_who_knows_no_stops(tmp_path, words, sentence):
+    lugre = (
+        "friction.lugre={bristle_stiffness: 1e5, bristle_damping: 300, stribeck_velocity: 0.01}"
+    )
+    scenario = loaded(tmp_path, BUMPERS, "friction.static_ratio=1", lugre)
+    found = package.compare(scenario, words)
+    told = [caution.sentence for caution in found.table.warnings if caution.slug == "left-out"]
+    assert any(one.startswith(sentence) for one in told)
+    assert not any(one.startswith(("stick-slip", "coulomb", "viscous knows")) for one in told)
+    peaks = {row.approach: row.metrics["x_r_peak"] for row in found.table.rows}
+    assert peaks[words[1]] < 0.02 < peaks[words[0]]
+    assert peaks["viscous"] < 0.02
+
+
+def test_seeds_count_their_contacts(tmp_path, drysim):
+    noise = "excitation: {kind: psd, points: [[0.8, 1], [4, 1]], duration: 8 s, seeds: 3}"
+    old = "excitation: {kind: harmonic, frequency: 1.6, rms: 1.5}"
+    (tmp_path / "seat.yaml").write_text(SEAT.replace("STOPS", BUMPERS).replace(old, noise))
+    assert drysim("run", "seat.yaml", "--no-plots").code == 0
+    header, *rows = (tmp_path / "out/seat/ensemble.csv").read_text().splitlines()
+    at = header.split(",").index("contacts [-]")
+    assert all(int(float(row.split(",")[at])) > 0 for row in rows)
+
+
+def test_picture_marks_every_hit(tmp_path):
+    response = package.run(loaded(tmp_path, BUMPERS)).response
+    assert [x_r for _, x_r in curves.hits(response)] == [-0.015, 0.015]
+    shown = curves.curve(response, slice(None))
+    assert (np.diff(shown.t) >= 0).all()
+    jumps = np.abs(np.diff(shown.x_dd))[np.diff(shown.t) < 1e-12]
+    assert jumps.max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "needs"), [("contacts", "give stroke.stops"), ("stop_force_peak", "end stops")]
+)
+def test_until_cannot_ask_for_stops_that_are_not_there(tmp_path, name, needs):
+    noise = (
+        "excitation={kind: psd, points: [[0.8, 1], [4, 1]], duration: 8 s, "
+        f"until: {{metric: {name}, half_width: 5 %}}}}"
+    )
+    with pytest.raises(package.ScenarioError) as fault:
+        loaded(tmp_path, BUMPERS, "stroke.stops=null", noise)
+    assert needs in fault.value.problems[0].sentence
