@@ -106,6 +106,13 @@ class TestOptions:
             "friction.dahl.bristle_stiffness must be above 0 N/m"
         )
 
+    def test_option_of_the_own_law_is_swept_by_its_key_in_the_block(self, scene):
+        swept = {"friction.law": "lugre", "sweep": {"friction.lugre.bristle_damping": [1, 2]}}
+        with pytest.raises(ScenarioError) as fault:
+            load(scene, swept)
+        (problem,) = fault.value.problems
+        assert problem.sentence.endswith("did you mean `friction.bristle_damping`?")
+
     def test_missing_keys_of_a_law_are_named_with_their_units(self, scene):
         with pytest.raises(ScenarioError) as fault:
             load(scene).with_law("petrov-ewins")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from drysim.quantity import Block, Misfit
+from drysim.quantity import Misfit
 from drysim.scenario.laws import BY_NAME, LAWS, own_options, words_for
 from drysim.scenario.sentences import worded
 from drysim.scenario.shape import Model, keys_of
@@ -44,12 +44,8 @@ def faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
         keys = f"{', '.join(needed)} and {last}" if needed else last
         yield "friction", f"law {name} needs {keys}: give them in a block `{name}` of friction"
         return
-    words = {
-        key: value.model_dump(exclude_none=True) if isinstance(value, Block) else value
-        for key, value in words_for(friction, name).items()
-    }
     try:
-        LAWS[name].model_validate(words | {BY_NAME: name})
+        LAWS[name].model_validate(words_for(friction, name) | {BY_NAME: name})
     except ValidationError as fault:
         for error in fault.errors(include_url=False):
             cause = error.get("ctx", {}).get("error")

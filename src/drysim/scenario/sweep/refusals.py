@@ -8,6 +8,7 @@ from typing import Any
 
 from drysim.excitation import EXCITATIONS
 from drysim.quantity import near, shown
+from drysim.scenario.laws import LAWS
 from drysim.scenario.rules import broken
 from drysim.scenario.seeds import beside_seeds
 from drysim.scenario.shape import keys_of, tag_of
@@ -67,7 +68,11 @@ def _no_number(key: str, known: Known) -> str:
 
 def _instead(top: str, known: Known) -> str:
     """Give the keys that a block has, and the member of a shelf that it is."""
-    inside = {k: numeral for k, numeral in known.items() if numeral and k.startswith(f"{top}.")}
+    inside = {
+        key: numeral
+        for key, numeral in known.items()
+        if numeral and key.startswith(f"{top}.") and key.split(".")[1] not in LAWS
+    }
     if not inside:
         return ""
     model = next(iter(inside.values())).model
@@ -79,6 +84,8 @@ def _instead(top: str, known: Known) -> str:
 def _meant(key: str, known: Known) -> str | None:
     """Give the numeric key that was probably meant by one that is not there."""
     steps, best, found = key.split("."), (0, False, 0), None
+    if len(steps) == 3 and steps[1] in LAWS and known.get(without := f"{steps[0]}.{steps[2]}"):
+        return without  # an option of the file's own law, which is a key of the block
     for candidate, numeral in known.items():
         parts = candidate.split(".")
         ours = parts[-1:] if len(steps) == 1 else parts
