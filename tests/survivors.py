@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+GUESS = "a first guess only: the guarded method behind it arrives all the same, or says so"
+EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on its very edge"
+
 EXPLAINED = {
+    ("eventful.py", "if abs(F_L) < holding_force(plant, law, x_r):"): EDGE,
     ("flow.py", "if rate > -0.0625:"): "more terms of a series than double precision shows",
     ("orbit.py", "if events <= 0 or events + ROOM >= capacity:"): (
         "a log that is full to the last line stands for one that is too small"
@@ -10,5 +14,11 @@ EXPLAINED = {
     ("orbit.py", "scale = peak if peak > 0.0 else -1.0"): (
         "a mass that has not moved changes by nothing, whatever that is compared to"
     ),
+    ("series.py", "square = q[1] * q[1] + 4.0 * q[0] * q[2]"): GUESS,
+    ("steps.py", "bend * dt, bend * (0.25 * c - w * dt) * dt,"): (
+        "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
+        "and dips come of bends upwards"
+    ),
+    ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
 }
 """By file and line as changed."""

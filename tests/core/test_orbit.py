@@ -168,3 +168,15 @@ def test_steady_start_without_friction_is_the_impedance_of_every_sine(
     swings /= 7500.0 - 75.0 * omega**2 + 500.0j * omega
     assert x_r == pytest.approx(swings.imag.sum(), rel=1e-13)
     assert v_r == pytest.approx((1j * omega * swings).imag.sum(), rel=1e-13)
+
+
+def test_orbit_that_rounding_keeps_from_closing_is_settled_where_it_comes_no_closer(
+    plain: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    closed = orbit(plain, 0.8, 0.05, 0.3)
+    monkeypatch.setattr(plain.orbit, "CLOSED", -1.0)
+    found = orbit(plain, 0.8, 0.05, 0.3)
+    assert found.multiple == 1
+    assert closed.periods + plain.orbit.PATIENCE <= found.periods < 200
+    assert found.closure <= plain.orbit.NOISE
+    assert found.state == pytest.approx(closed.state, rel=1e-10)
