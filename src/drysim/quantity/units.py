@@ -28,6 +28,7 @@ KINDS = {
     "N/m": "stiffness",
     "N·s/m": "damping",
     "N": "force",
+    "N·s": "impulse",
     "m": "length",
     "m/s": "velocity",
     "m/s²": "acceleration",
@@ -44,7 +45,15 @@ KINDS = {
 }
 """The units of a scenario and what they measure."""
 
-_ASCII = {"m/s2": "m/s²", "m/s^2": "m/s²", "N*s/m": "N·s/m", "1/s": "Hz", "-": "", "–": ""}
+_ASCII = {
+    "m/s2": "m/s²",
+    "m/s^2": "m/s²",
+    "N*s/m": "N·s/m",
+    "N*s": "N·s",
+    "1/s": "Hz",
+    "-": "",
+    "–": "",
+}
 
 # The everyday spellings need no units library. `g` depends on what is asked for. The first of
 # each row is the unit itself.
@@ -53,6 +62,7 @@ _PLAIN: dict[str, dict[str, float]] = {
     "N/m": {"N/m": 1, "kN/m": 1e3, "N/mm": 1e3},
     "N·s/m": {"N*s/m": 1, "Ns/m": 1, "kg/s": 1, "kN*s/m": 1e3, "kNs/m": 1e3},
     "N": {"N": 1, "kN": 1e3},
+    "N·s": {"N*s": 1, "Ns": 1, "kN*s": 1e3, "kNs": 1e3, "kg*m/s": 1},
     "m": {"m": 1, "cm": 1e-2, "mm": 1e-3},
     "m/s": {"m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3},
     "m/s²": {"m/s^2": 1, "g": 9.80665, "cm/s^2": 1e-2, "mm/s^2": 1e-3},
