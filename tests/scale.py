@@ -18,7 +18,7 @@ from drysim.study.case import prepare
 from drysim.study.cluster.link import joined
 from drysim.study.journal import identity
 from drysim.study.packing import packed
-from drysim.study.pieces import Pieces
+from drysim.study.pieces import Pieces, length_of
 from drysim.study.plan import Plan
 from drysim.study.store import Store
 from drysim.study.sweep import approaches_of, solve, solve_far
@@ -36,8 +36,8 @@ sweep:
   friction.kinetic: {{from: 1, to: 45, count: {forces}}}
 """
 
-SMALL, LARGE = (50, 20), (1000, 1000)
-"""Values of the two keys: the same range of scenes by 1,000 and by 1,000,000 cases."""
+SMALL, MIDDLE, LARGE = (50, 20), (1000, 200), (1000, 1000)
+"""Values of the two keys: the same range of scenes by 1,000, 200,000 and 1,000,000 cases."""
 
 REPEATS = 15
 
@@ -84,7 +84,7 @@ def main(words: list[str]) -> None:
     asked = words or ["bytes", "threads", "cluster"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        Bench(folder, (2000, 200)).threads(2)  # compiles, where nobody has yet
+        Bench(folder, MIDDLE).threads(2)  # compiles, where nobody has yet
         for word in asked:
             globals()[f"of_{word}"](folder)
 
@@ -95,7 +95,7 @@ def of_bytes(folder: Path) -> None:
     plan = Plan(Pieces(approaches_of(bench.case.scenario)))
     piece, batch = plan.pieces[100], plan.block(100)
     print(f"bytes a case, packed: {len(packed(batch)) / len(batch):.0f}")
-    table = solve(Bench(folder, (2000, 20)).case)
+    table = solve(Bench(folder, MIDDLE).case)
     for name, write in (("csv", rows.transmissibility), ("parquet", parquet.transmissibility)):
         write(table, folder)
         files = [file for file in folder.rglob(f"*.{name}") if file.is_file()]
@@ -104,10 +104,7 @@ def of_bytes(folder: Path) -> None:
         write(table, folder)
         takes = 1e6 * clock.read()[0] / len(table)
         print(f"bytes a case, {name}: {size / len(table):.0f}, written in {takes:.1f} µs")
-    clock = Clock()
-    for number in range(20):
-        plan.pieces[number * 7 % len(plan.pieces)]
-    print(f"cases a block: {piece.end - piece.begin}, of 1e9 {65_536}")
+    print(f"cases a block: {piece.end - piece.begin}, of 1e9 {length_of(10**9, True)}")
 
 
 def of_threads(folder: Path) -> None:
@@ -131,7 +128,7 @@ def of_cluster(folder: Path) -> None:
     """Print the same of two worker processes, beside two threads."""
     large = Bench(folder, LARGE)
     with joined("local", 2, print) as link:
-        warm = Bench(folder, (2000, 200))
+        warm = Bench(folder, MIDDLE)
         solve_far(warm.case, link, warm.store())
         large = Bench(folder, LARGE)
         busy = sum(link.client.run(time.process_time).values())

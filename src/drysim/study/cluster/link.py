@@ -157,6 +157,6 @@ def own(workers: int | None) -> Iterator[Any]:
             silence_logs=logging.CRITICAL,
             preload=[deaf.__name__],
         ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
+        distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as client,
     ):
         yield client
