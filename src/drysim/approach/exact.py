@@ -13,7 +13,7 @@ from drysim.approach.points import Sliding
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Dynamic, Plant, Slider, State, Stopped
+from drysim.core.plant import AnyLaw, AnyState, Dynamic, Law, Plant, Slider, State, Stopped
 from drysim.errors import UsageError
 from drysim.late import late
 
@@ -53,7 +53,7 @@ def solve(
         from drysim.approach import by_series
 
         response = by_series.solve(plant, law, motion, start, step, duration)
-    elif isinstance(law, Slider):
+    elif not isinstance(law, Law):
         from drysim.approach import traced
 
         response = traced.solve(plant, law, motion, start, step, duration)
@@ -87,7 +87,7 @@ def follow(
         from drysim.approach import by_series
 
         return by_series.follow(plant, law, motion, start, duration)
-    if isinstance(law, Slider):
+    if not isinstance(law, Law):
         from drysim.approach import traced
 
         return traced.follow(plant, law, motion, start, duration)
@@ -127,7 +127,7 @@ def find_orbit(
         from drysim.approach import bounded
 
         return bounded.find_orbit(plant, law, motion, start, period)
-    if isinstance(law, Dynamic | Slider):
+    if not isinstance(law, Law):
         from drysim.approach import settled
 
         return settled.find_orbit(plant, law, motion, start, period)

@@ -12,6 +12,7 @@ from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, first_mode, tightness
 from drysim.core.motion import Samples, Sines
+from drysim.core.normal import Pressed
 from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, State, Stopped
 from drysim.core.waves import STRIDE, Waves, set_wave
 from drysim.errors import SolverError
@@ -140,6 +141,9 @@ def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
             "contact",
             "the contact is a spring until it yields: closed form by modes",
         )
+    if isinstance(law, Pressed):
+        kind = "is recorded" if law.pressure else "lifts off"
+        return "pressed", f"the normal force {kind}: closed form from change to change"
     if isinstance(law, Dynamic):
         kind = "a force that depends on the speed" if law.sticks else "bristles with a state"
         kind = "bristles with a memory" if law.kind == LEUVEN else kind

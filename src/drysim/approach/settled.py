@@ -13,6 +13,7 @@ from drysim.approach.response import Orbit
 from drysim.approach.traced import Traced, follow
 from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
+from drysim.core.normal import Pressed
 from drysim.core.plant import AnyState, Dynamic, Plant, Slider, Stopped
 
 MOST_PERIODS = 2_000
@@ -21,7 +22,7 @@ MOST_PERIODS = 2_000
 MOST_MULTIPLE = 8
 """Longest repetition that is looked for, in periods of the excitation."""
 
-CLOSED = {Slider: 1e-12, Stopped: 1e-12, Dynamic: 1e-9}
+CLOSED = {Slider: 1e-12, Stopped: 1e-12, Pressed: 1e-12, Dynamic: 1e-9}
 """Scaled change of the state over a repetition that counts as none [-]: in closed form, and by
 series of the loosest tolerance that makes sense."""
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from drysim.approach import ways
 from drysim.approach.events import Codes, Events, Floats
-from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
 from drysim.approach.room import empty_log, empty_trail, larger
@@ -19,12 +18,13 @@ from drysim.approach.scene import (
     core_of,
     first_u_dd,
     grid_points,
+    numerics,
     refuse_crowd,
     refuse_storm,
     waves_of,
 )
 from drysim.approach.spans import last_interval, squares_of_base
-from drysim.core.compiled import engine, held
+from drysim.core.compiled import held
 from drysim.core.events import Log
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.core.plant import AnyState, Deflected, Plant, Totals
@@ -66,8 +66,6 @@ class Traced:
     @property
     def turns(self) -> Events:
         """The start and every zero of v_r: between two of them x_r is monotone."""
-        if self.law.sticks:
-            return self.events
         stays = ~np.isin(self.events.kind, IN_FLIGHT)
         stays[0] = True
         every = self.events
@@ -110,7 +108,7 @@ class Traced:
     def scene(self) -> tuple[Any, ...]:
         """What every kernel wants first."""
         base, trail = self._held
-        return self.plant, self.law, self.waves, base, self.base[1], trail
+        return self.plant, ways.numbers(self.law), self.waves, base, self.base[1], trail
 
     @cached_property
     def _held(self) -> tuple[Any, Trail]:
@@ -149,6 +147,7 @@ def follow_as(
     dt, last, length = last_interval(motion, duration)
     u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
     waves, base = waves_of(motion, ways.waving(law)), held(u_dd)
+    walk, plain = ways.walk(law), ways.numbers(law)
     slope = float(u_dd[1] - u_dd[0]) / dt
     state = ways.first(plant, law, waves, float(u_dd[0]), slope, start)
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
@@ -166,7 +165,7 @@ def follow_as(
             size = max(2 * full, int(FEW_EVENTS * last) + least)
             trail, log = larger(trail, size), larger(log, size)
         room = (trail, used, log, count, full)
-        out = ways.walk(law)(plant, law, waves, base, dt, *at, length, last, *state, *room)
+        out = walk(plant, plain, waves, base, dt, *at, length, last, *state, *room)
         n, s, *moved, used, count = out
         at, state = (n, s), tuple(moved)
         refuse_storm(count, n * dt + s, state)
@@ -175,7 +174,8 @@ def follow_as(
     found = Log(*(np.asarray(column[:count]) for column in log))
     t = found.n * dt + found.s
     events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L)
-    return made(plant, law, motion, waves, (u_dd, dt), trail, events, duration)
+    closest = ways.tightest(law, events)
+    return made(plant, law, motion, waves, (u_dd, dt), trail, events, duration, closest)
 
 
 def solve(
@@ -193,7 +193,6 @@ def solve(
     t = np.arange(points, dtype=np.float64) * dt
     x_r, v_r, _, F_f, d = track.at(t)
     u_dd = motion.u_dd[:points] if isinstance(motion, Samples) else base_acceleration(motion, t)
-    core, events = core_of(law, motion), len(track.events)
-    how = Numerics("stick-slip", *core, engine(), points - 1, events)
+    how = numerics(*core_of(law, motion), points, track.events, track.closest)
     grid = Held(dt, Points(u_dd, x_r, v_r, d, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)

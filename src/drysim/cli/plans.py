@@ -40,7 +40,10 @@ def sentences(case: Case, folder: Path) -> list[str]:
     return [
         f"{case.scenario.name}: {many}{case.steps} steps of {number(case.step, 's')} by "
         f"{case.approach.approach}, metrics over {over}",
-        *(f"{case.scenario.excitation.kind}: {step}" for step in clean_up(case.motion)),
+        *(
+            f"{case.scenario.excitation.kind}: {step}"
+            for step in clean_up(case.motion, case.law)
+        ),
         f"would be written to {folder}",
         "dry run: nothing was computed, nothing was written",
     ]
@@ -64,7 +67,7 @@ def plan(case: Case, folder: Path) -> dict[str, object]:
         "seeds": most(case.scenario),
         "window": list(case.window),
         "steady": case.period is not None,
-        "clean_up": clean_up(case.motion),
+        "clean_up": clean_up(case.motion, case.law),
         "folder": folder.as_posix(),
         "warnings": [caution.sentence for caution in case.cautions],
     }

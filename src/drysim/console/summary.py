@@ -60,7 +60,7 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     if stops := wording.stops(response.law):
         yield "end stops", stops
     yield "base", wording.excitation(scenario.excitation.kind, response.motion)
-    yield from steps(wording.clean_up(response.motion))
+    yield from steps(wording.clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:
         times = (

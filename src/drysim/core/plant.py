@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from drysim.core.normal import Pressed
+
 STRIBECK, BRISTLE, LEUVEN = 0, 1, 2
 """Kinds of dynamic law; that of bristles serves Dahl's, too."""
 
@@ -187,7 +189,7 @@ class Stopped(NamedTuple):
         return Law(self.F_fk, self.F_fs, self.variation, self.omega, self.phase)
 
 
-AnyLaw = Law | Dynamic | Slider | Stopped
+AnyLaw = Law | Dynamic | Slider | Stopped | Pressed
 """What a scene may rub with, and run against."""
 
 

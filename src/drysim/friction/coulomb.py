@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
+from drysim.core.normal import Pressed
 from drysim.core.plant import Law
 from drysim.friction.forces import Limits
+from drysim.friction.normal_record import NormalRecord
 from drysim.quantity import Angle, Block, Frequency, Quantity
 
 
 class NormalVariation(Block):
     """A varying normal force: both limits times 1 + amplitude·sin(2πft + phase)."""
 
-    amplitude: Annotated[float, Quantity("", at_least=0, below=1)]
-    """Relative amplitude [-], 0 to below 1: the surfaces never part."""
+    amplitude: Annotated[float, Quantity("", at_least=0)]
+    """Relative amplitude [-]; above 1 the surfaces part for a while in each period, and there
+    is no friction then."""
     frequency: Frequency
     """Frequency [Hz]."""
     phase: Angle = 0.0
@@ -38,16 +41,49 @@ class Coulomb(Limits):
     normal_variation: NormalVariation | None = None
     """Normal force that varies as a sine; default: it is constant."""
 
+    normal_record: NormalRecord | None = None
+    """Normal force [N] as it was recorded, in place of `normal`; with it F_fk and F_fs stand
+    for its mean. Needs `mu_kinetic`."""
+
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
+        *Limits.at_most_one_of,
+        ("normal", "normal_record"),
+        ("normal_variation", "normal_record"),
+    )
+    needs: ClassVar[dict[str, str]] = {**Limits.needs, "normal_record": "mu_kinetic"}
+
     @property
     def frequencies(self) -> tuple[float, ...]:
         """The frequencies of a normal force that varies periodically [Hz]."""
         varied = self.normal_variation
         return (varied.frequency,) if varied and varied.amplitude else ()
 
-    def limits(self, m: float) -> Law:
+    @property
+    def repeats(self) -> bool:
+        """Whether the normal force is constant or periodic."""
+        return self.normal_record is None
+
+    def forced(self, mu: float, m: float) -> float:
+        """Give the force [N] behind a coefficient; of a recorded one the mean counts."""
+        record = self.normal_record
+        return super().forced(mu, m) if record is None else mu * record.pressure().mean
+
+    def spelled_out(self, m: float) -> dict[str, Any]:
+        """Give the words of the block with every default in them."""
+        words = super().spelled_out(m)
+        if self.normal_record is not None:
+            words.pop("normal", None)
+        return words
+
+    def limits(self, m: float) -> Law | Pressed:
         """Give the law in forces; the mass [kg] is the normal force's default."""
         F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
         varied = self.normal_variation
+        if self.normal_record is not None:
+            return Pressed(F_fk, F_fs, pressure=self.normal_record.pressure())
         if varied is None:
             return Law(F_fk, F_fs)
-        return Law(F_fk, F_fs, varied.amplitude, 2 * pi * varied.frequency, varied.phase)
+        wave = varied.amplitude, 2 * pi * varied.frequency, varied.phase
+        # Of many cases at once the amplitudes are a column, all of them below 1.
+        lifts = isinstance(varied.amplitude, float) and varied.amplitude >= 1.0
+        return Pressed(F_fk, F_fs, *wave) if lifts else Law(F_fk, F_fs, *wave)

@@ -12,7 +12,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 import drysim
-from drysim.core.motion import Samples, Sines
+from drysim.core.motion import Input, Samples, Sines
+from drysim.core.normal import Pressed
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.report.bare import bare_command, bare_name, plain
 from drysim.report.spectrum import told
@@ -97,7 +98,7 @@ def framed(
         "scenario": {"name": scenario.name, **origin(scenario.origin)},
         "inputs": [
             {"file": bare_name(file), "sha256": sha256, "size": size}
-            for file, sha256, size in getattr(motion, "inputs", ())
+            for file, sha256, size in (*getattr(motion, "inputs", ()), *_forces(scenario))
         ],
         "excitation": excitation(scenario, motion),
         **found,
@@ -106,6 +107,13 @@ def framed(
         "files": files,
     }
     return {key: plain(value) for key, value in fields.items()}
+
+
+def _forces(scenario: Scenario) -> tuple[Input, ...]:
+    """Give the file behind a recorded normal force."""
+    law = scenario.law()
+    pressure = law.pressure if isinstance(law, Pressed) else None
+    return pressure.inputs if pressure else ()
 
 
 def text(fields: Mapping[str, Any]) -> str:

@@ -7,6 +7,8 @@ from math import inf, pi, sqrt
 from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples, Sines
+from drysim.core.normal import Pressed
+from drysim.core.plant import AnyLaw
 from drysim.core.signal import largest
 from drysim.errors import Caution
 from drysim.scenario.sweep.cautions import needless
@@ -153,7 +155,7 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
     """
     law, start = scenario.law(), scenario.start.state()
     m, k_x, _ = scenario.oscillator.plant()
-    load, hold = m * _peak(motion) + k_x * abs(start.x_r), law.F_fs * (1 - law.variation)
+    load, hold = m * _peak(motion) + k_x * abs(start.x_r), law.F_fs * _least(law)
     if start.v_r == 0 and load <= hold and law.sticks:
         yield Caution(
             "will-not-move",
@@ -168,6 +170,12 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
             f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
             {"F_L": load, "F_fk": law.F_fk, "ratio": ratio},
         )
+
+
+def _least(law: AnyLaw) -> float:
+    """Give the least normal force relative to its mean [-]."""
+    pressure = law.pressure if isinstance(law, Pressed) else None
+    return 1.0 - law.variation if pressure is None else float(pressure.relative.min())
 
 
 def _peak(motion: Sines | Samples) -> float:

@@ -87,4 +87,7 @@ def acting(friction: Friction, name: str) -> Friction:
     if friction.law == name:
         return friction
     words: dict[str, Any] = words_for(friction, name) | {BY_NAME: name}
+    record = getattr(friction, "normal_record", None)
+    if record is not None and "mu_kinetic" in words and "normal" in LAWS[name].model_fields:
+        words.setdefault("normal", record.pressure().mean)
     return LAWS[name].model_construct(**words)

@@ -70,6 +70,12 @@ class Measure(Block):
         return (self.weighting, 1.0) if self.weighting else None
 
 
+def steady_by_default(excitation: Excitation | None, friction: Friction | None) -> bool:
+    """Tell whether a block without times means the steady state; a record never repeats."""
+    recorded = getattr(friction, "normal_record", None) is not None
+    return getattr(excitation, "steady_by_default", False) and not recorded
+
+
 def in_periods(given: Mapping[str, Any]) -> bool:
     """Whether the words of the block count any time in periods."""
     times = (given.get("settle"), given.get("duration"))

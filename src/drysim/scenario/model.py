@@ -24,7 +24,7 @@ from drysim.scenario.fields import (
     Sweep,
 )
 from drysim.scenario.from_file import FromFile
-from drysim.scenario.measure import Measure, frequencies, in_seconds
+from drysim.scenario.measure import Measure, frequencies, in_seconds, steady_by_default
 from drysim.scenario.others import left_out, solved_by
 from drysim.scenario.resolved import spelled_out
 from drysim.scenario.sweep.axis import Axis
@@ -104,17 +104,32 @@ class Scenario(FromFile):
             return given
         excitation, friction = info.data.get("excitation"), info.data.get("friction")
         known = excitation is not None and "friction" in info.data
-        steady = getattr(excitation, "steady_by_default", False)
+        steady = steady_by_default(excitation, friction)
         return in_seconds(given, frequencies(excitation, friction) if known else None, steady)
 
     def law(self) -> AnyLaw:
-        """Give the friction as forces, none without a friction block; and the end stops."""
+        """Give the friction as forces; none without a friction block; and the end stops.
+
+        Raises
+        ------
+        RecordError
+            When the normal force was recorded, and its record cannot be used.
+        """
         friction = self.acting
         law = friction.limits(self.oscillator.mass) if friction else Law(0.0, 0.0)
         # Other laws beside stops are a fault, which is told once all is read.
         if self.stops is None or self.stroke is None or not isinstance(law, Law):
             return law
         return self.stops.between(law, self.stroke.limit)
+
+    def outline(self) -> AnyLaw:
+        """Give the friction as forces without reading a record: its force is the default."""
+        friction = self.acting
+        if getattr(friction, "normal_record", None) is None:
+            return self.law()
+        assert friction is not None
+        bare = friction.model_copy(update={"normal_record": None})
+        return bare.limits(self.oscillator.mass)
 
     @property
     def acting(self) -> Friction | None:

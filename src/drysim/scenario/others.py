@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from drysim.core.normal import Pressed
 from drysim.core.plant import Law, Stopped
 from drysim.friction.coulomb import Coulomb
 from drysim.scenario.blocks import SHELF, on_the_shelf
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
 
 _STATIC = tuple(f"friction.{key}" for key in STATIC)
-_VARIATION = "friction.normal_variation."
+_VARIATIONS = ("friction.normal_variation.", "friction.normal_record.")
 _STOPS = "stroke.stops."
 EQUAL = {"static": None, "mu_static": None, "static_ratio": 1.0}
 """A static limit as an approach takes it that knows none above kinetic friction."""
@@ -40,7 +41,7 @@ def solved_by(scenario: Scenario, name: str) -> Scenario:
         if not member.use_static and friction.static_given:
             less |= EQUAL
         if isinstance(friction, Coulomb) and not member.use_variation:
-            less["normal_variation"] = None
+            less |= steady_load(friction)
         friction = friction.model_copy(update=less)
     changed: dict[str, Any] = {
         "solver": scenario.solver.model_copy(update={"approach": name}),
@@ -51,6 +52,13 @@ def solved_by(scenario: Scenario, name: str) -> Scenario:
     if scenario.stroke is not None and not member.use_stops:
         changed["stroke"] = scenario.stroke.model_copy(update={"stops": None})
     return scenario.copied(changed)
+
+
+def steady_load(friction: Coulomb) -> dict[str, Any]:
+    """Give what makes the normal force constant, at its mean."""
+    record = friction.normal_record
+    mean = {} if record is None else {"normal": record.pressure().mean, "normal_record": None}
+    return {"normal_variation": None, **mean}
 
 
 def as_coulomb(friction: Friction) -> Coulomb:
@@ -70,7 +78,7 @@ def has_use(name: str, key: str) -> bool:
         return False
     if _is_of_law(key) and not member.use_dynamic:
         return False
-    if key.startswith(_VARIATION) and not member.use_variation:
+    if key.startswith(_VARIATIONS) and not member.use_variation:
         return False
     block, option, *rest = key.split(".")
     return not (block == "solver" and rest) or option == name
@@ -101,8 +109,9 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
         return
     if not member.use_static and (law.F_fs > law.F_fk or swept & set(_STATIC)):
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
-    if not isinstance(law, Law | Stopped) and not member.use_dynamic:
+    if not isinstance(law, Law | Stopped | Pressed) and not member.use_dynamic:
         yield f"{name} knows Coulomb's friction only and takes the forces of the law as such"
-    varies = law.variation or any(key.startswith(_VARIATION) for key in swept)
+    varies = isinstance(law, Pressed) or law.variation
+    varies = varies or any(key.startswith(_VARIATIONS) for key in swept)
     if not member.use_variation and varies:
         yield f"{name} knows no varying normal force and takes it as constant"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from drysim.core.normal import Pressed
 from drysim.core.plant import Law, Stopped
 from drysim.excitation import EXCITATIONS
 from drysim.scenario.blocks import SHELF, Solver, Stops
@@ -30,7 +31,8 @@ def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
     kind = _block(words, "excitation").get("kind")
     if kind in _KINDS:
         yield from _step(_block(words, "solver"), kind)
-        yield from _measure(_block(words, "measure"), kind)
+        recorded = "normal_record" in _block(words, "friction")
+        yield from _measure(_block(words, "measure"), kind, recorded)
         yield from unmeasured(words)
     yield from _reference(words)
     approach = _block(words, "solver").get("approach")
@@ -55,7 +57,7 @@ def _reference(words: Mapping[str, Any]) -> Iterator[Fault]:
 
 def unused(scenario: Scenario) -> Iterator[Fault]:
     """Give the sentence for every value that the approach cannot use, and its keys."""
-    name, law = scenario.solver.approach, scenario.law()
+    name, law = scenario.solver.approach, scenario.outline()
     member, friction = SHELF[name], scenario.friction
     if scenario.stops is not None:
         yield from _stops(scenario, scenario.stops)
@@ -65,12 +67,14 @@ def unused(scenario: Scenario) -> Iterator[Fault]:
         key = next(key for key in STATIC if getattr(friction, key, None) is not None)
         sentence = f"approach {name} has no use for a static limit above kinetic friction"
         yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
-    if not isinstance(law, Law | Stopped) and not member.use_dynamic:
+    if not isinstance(law, Law | Stopped | Pressed) and not member.use_dynamic:
         sentence = f"approach {name} knows Coulomb's friction only"
         yield ("friction", "law"), f"{sentence}; choose law coulomb, or stick-slip"
-    if law.variation and not member.use_variation:
+    recorded = getattr(friction, "normal_record", None) is not None
+    if (law.variation or recorded) and not member.use_variation:
+        key = "normal_record" if recorded else "normal_variation"
         sentence = f"approach {name} has no use for a varying normal force"
-        yield ("friction", "normal_variation"), f"{sentence}; take it away or choose stick-slip"
+        yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
 
 
 def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
@@ -80,6 +84,9 @@ def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
     if not SHELF[name].use_stops:
         sentence = f"approach {name} has no use for end stops"
         yield ("stroke", "stops"), f"{sentence}; take them away or choose stick-slip"
+    elif SHELF[name].use_friction and _parts(scenario):
+        sentence = "end stops go with a normal force that stays above zero and is no record"
+        yield ("stroke", "stops"), f"{sentence}; mend that, or take them away"
     elif SHELF[name].use_friction and not isinstance(scenario.law(), Law | Stopped):
         sentence = "end stops go with Coulomb's friction only"
         yield ("stroke", "stops"), f"{sentence}; choose law coulomb, or take them away"
@@ -89,6 +96,12 @@ def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
             f"stops let the mass no further, not {scenario.start.x_r:.12g}"
         )
         yield ("start", "x_r"), sentence
+
+
+def _parts(scenario: Scenario) -> bool:
+    """Tell whether surfaces may part, or follow a recorded normal force."""
+    recorded = getattr(scenario.acting, "normal_record", None) is not None
+    return recorded or isinstance(scenario.law(), Pressed)
 
 
 def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -109,20 +122,23 @@ def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
         )
 
 
-def _measure(measure: Mapping[str, Any], kind: str) -> Iterator[Fault]:
-    """Either one repetition of an orbit, or a window."""
+def _measure(measure: Mapping[str, Any], kind: str, recorded: bool) -> Iterator[Fault]:
+    """Either one repetition of an orbit, or a window; under a recorded normal force that."""
     steady, times = measure.get("steady"), {"settle", "duration"} & measure.keys()
     periodic = hasattr(_KINDS[kind], "frequencies")
     if steady is True and not periodic:
         others = [name for name, member in _KINDS.items() if hasattr(member, "frequencies")]
         sentence = f"measure.steady needs {' or '.join(others)} excitation, not {kind}"
         yield ("measure", "steady"), sentence
+    elif steady is True and recorded:
+        sentence = "measure.steady needs a normal force that repeats, and a record does not"
+        yield ("measure", "steady"), f"{sentence}; give measure.duration"
     elif steady is True:
         for key in ("settle", "duration"):
             if key in times:
                 yield ("measure", key), f"measure.{key} has no use beside `steady: true`"
     elif not getattr(_KINDS[kind], "own_end", False) and "duration" not in times:
-        by_default = getattr(_KINDS[kind], "steady_by_default", False)
+        by_default = getattr(_KINDS[kind], "steady_by_default", False) and not recorded
         if not by_default or times or steady is False:
-            other = ", or `steady: true`" if periodic else ""
+            other = ", or `steady: true`" if periodic and not recorded else ""
             yield ("measure", "duration"), f"measure.duration is required for {kind}{other}"

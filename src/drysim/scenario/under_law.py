@@ -83,7 +83,8 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
     known = laws.LAWS[name].model_fields
     for key in sorted(_said(scenario, friction)):
         if key.startswith(LOAD) and key not in known:
-            yield f"{name} has no use for friction.{key} and leaves it out"
+            way = "takes its mean" if key == "normal_record" else "leaves it out"
+            yield f"{name} has no use for friction.{key} and {way}"
     law, acting = scenario.law(), scenario.with_law(name).law()
     if not known.keys() & {*STATIC} and law.F_fs > law.F_fk and acting.F_fs == acting.F_fk:
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"

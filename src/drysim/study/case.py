@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
+from drysim.core.normal import Pressed
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, State
 from drysim.errors import Caution, ScenarioError, UsageError
 from drysim.excitation.generated import Drawn, Generated
@@ -96,7 +97,7 @@ def prepare(scenario: Scenario) -> Case:
     Raises
     ------
     RecordError
-        When the record of the excitation cannot be used.
+        When the record of the excitation, or of the normal force, cannot be used.
     ScenarioError
         When the window of the metrics lies beyond the end of the motion, the spectra cannot be
         had, or the case needs more memory than the machine has.
@@ -107,9 +108,10 @@ def prepare(scenario: Scenario) -> Case:
     if shortage := memory.shortage_of_seeds(seeds.most(scenario)):
         raise misfit(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
     motion = base_motion(scenario)
-    case = assemble(
-        scenario, motion, (*cautions(scenario, motion), *getattr(motion, "cautions", ()))
-    )
+    law = scenario.law()
+    force = law.pressure.cautions if isinstance(law, Pressed) and law.pressure else ()
+    known = (*cautions(scenario, motion), *getattr(motion, "cautions", ()), *force)
+    case = assemble(scenario, motion, known)
     if refused := refusal(case):
         raise misfit(scenario, *refused)
     return case
@@ -135,6 +137,8 @@ def assemble(
         remarks,
     )
     weighed = bool(scenario.measure.weights or scenario.measure.spectra)
+    if sentence := too_short(case):
+        raise misfit(scenario, sentence, "friction.normal_record")
     if shortage := memory.shortage(case.steps, weighed, by_parts(case)):
         sentence = f"solver.step and measure.duration: {shortage}"
         raise misfit(scenario, sentence, "measure.duration")
@@ -144,6 +148,18 @@ def assemble(
     if excess := effort.excess(case):
         raise misfit(scenario, *excess)
     return replace(case, cautions=(*remarks, *effort.cautions(case)))
+
+
+def too_short(case: Case) -> str:
+    """Say when a recorded normal force ends before the run; nothing where it does not."""
+    pressure = case.law.pressure if isinstance(case.law, Pressed) else None
+    if pressure is None or case.window[1] <= pressure.end * (1.0 + ON_THE_END):
+        return ""
+    ends = f"ends at {number(pressure.end, 's')}"
+    return (
+        f"friction.normal_record {ends}, before the run, which ends at "
+        f"{number(case.window[1], 's')}; give a longer record or a shorter measure.duration"
+    )
 
 
 def by_parts(case: Case) -> bool:

@@ -7,6 +7,7 @@ from math import inf, pi, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.core.motion import Sines
+from drysim.core.normal import Pressed
 from drysim.core.plant import Dynamic, Law, Slider, Stopped
 from drysim.errors import Caution
 from drysim.wording import number
@@ -68,7 +69,7 @@ def _turns(case: Case) -> Iterator[Turns]:
         fastest = max(case.motion.f, default=0.0)
         radians = 2.0 * pi * fastest * span
         yield Turns("excitation", "base", radians, radians)
-    if isinstance(law, Law | Stopped) and law.variation:
+    if isinstance(law, Law | Stopped | Pressed) and law.variation:
         fastest = max(fastest, law.omega / (2.0 * pi))
         radians = law.omega * span
         yield Turns("friction.normal_variation", "normal force", radians, radians)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+AMPLITUDE = "friction.normal_variation.amplitude"
+
 
 def together(scenario: Scenario) -> bool:
     """Tell whether the cases of a sweep are orbits that one call of the kernel can solve."""
@@ -34,8 +36,16 @@ def together(scenario: Scenario) -> bool:
         and scenario.stops is None
         and hasattr(scenario.solver.member(), "orbit")
         and isinstance(scenario.excitation, Harmonic | SineSum)
-        and (friction is None or isinstance(friction, Coulomb))
+        and (friction is None or (isinstance(friction, Coulomb) and not _lifts(scenario)))
     )
+
+
+def _lifts(scenario: Scenario) -> bool:
+    """Tell whether the normal force of any case may be zero; a recorded one has no orbits."""
+    varied = getattr(scenario.acting, "normal_variation", None)
+    swept = (axis for axis in scenario.axes if axis.key == AMPLITUDE)
+    most = max((max(axis.values) for axis in swept), default=0.0)
+    return max(most, varied.amplitude if varied else 0.0) >= 1.0
 
 
 def solve(scenario: Scenario, first: int, begin: int, end: int) -> Batch:

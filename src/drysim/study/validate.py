@@ -33,6 +33,6 @@ def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
         return (fault.problem,)
     except UsageError as fault:
         return (Problem(str(fault), file),)
-    notes = [Problem(words, file, severity="note") for words in clean_up(case.motion)]
+    notes = [Problem(words, file, severity="note") for words in clean_up(case.motion, case.law)]
     warned = [Problem(known.sentence, file, severity="warning") for known in case.cautions]
     return (*notes, *warned)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
+from drysim.core.normal import Pressed, Pressure
 from drysim.core.plant import AnyLaw, Dynamic, Plant, Slider, Stopped
 from drysim.wording.numbers import clean, millimetres, number, percent
 
@@ -65,6 +66,8 @@ def friction(
     if not isinstance(law, Dynamic) and law.variation and kinetic and static:
         varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
         text += f", {'load' if isinstance(law, Slider) else 'both'} {varied}"
+    if isinstance(law, Pressed) and law.pressure is not None:
+        text += f", {_pressure(law.pressure)}"
     return text
 
 
@@ -79,6 +82,14 @@ def stops(law: AnyLaw, swept: Collection[str] = ()) -> str:
         parts += [("stiffness", number(law.k_s, "N/m")), ("damping", number(law.b_s, "N·s/m"))]
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("stroke.")}
     return ", ".join(words for key, words in parts if key not in varied)
+
+
+def _pressure(pressure: Pressure) -> str:
+    """Give a recorded normal force: what it lies between, and its file."""
+    ends = float(pressure.relative.min()), float(pressure.relative.max())
+    low, high = (number(pressure.mean * share, digits=3) for share in ends)
+    files = ", ".join(clean(source.file) for source in pressure.inputs)
+    return f"F_N {low} to {high} N ({files})"
 
 
 def excitation(kind: str, motion: Sines | Samples) -> str:
@@ -97,11 +108,14 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
     return f"{kind}{count} {band}, {number(_rms(motion), 'm/s² RMS')}"
 
 
-def clean_up(motion: Sines | Samples | None) -> list[str]:
-    """Give what was done to a record on request, step by step."""
+def clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
+    """Give what was done to a record, and to that of a normal force, step by step."""
     steps = motion.realised.get("clean_up", ()) if isinstance(motion, Samples) else ()
     assert isinstance(steps, list | tuple)
-    return [clean(step["sentence"]) for step in steps]
+    told = [clean(step["sentence"]) for step in steps]
+    pressure = law.pressure if isinstance(law, Pressed) else None
+    force = pressure.clean_up if pressure else ()
+    return told + [f"normal force: {clean(str(step['sentence']))}" for step in force]
 
 
 def _realised(motion: Samples) -> str:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.core.motion import Input, Samples
 from drysim.core.signal import Signal, blocks
+from drysim.errors import Caution
 from drysim.excitation.record.cautions import found
 from drysim.excitation.record.file import fault, read
 from drysim.excitation.record.filters import displacement
@@ -17,7 +20,31 @@ from drysim.excitation.record.shape import SPLINES, cut, span
 from drysim.quantity import GREATEST, LEAST
 
 if TYPE_CHECKING:
-    from drysim.excitation.record import Record
+    from drysim.excitation.record import Record, Recorded
+
+
+class Forces(NamedTuple):
+    """Forces as they were recorded.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        The samples [N].
+    dt : float
+        Their distance [s].
+    source : Input
+        The file behind them.
+    cautions : tuple of Caution
+        What a reader of the numbers should know.
+    clean_up : tuple of mapping
+        What was done on request, step by step.
+    """
+
+    values: NDArray[np.float64]
+    dt: float
+    source: Input
+    cautions: tuple[Caution, ...]
+    clean_up: tuple[Mapping[str, object], ...]
 
 
 def motion_of(record: Record) -> Samples:
@@ -38,7 +65,18 @@ def motion_of(record: Record) -> Samples:
     return motion._replace(inputs=(source,), cautions=cautions, realised=realised)
 
 
-def _read(record: Record) -> tuple[Cleaned, Input]:
+def force_of(record: Recorded) -> Forces:
+    """Give the samples of a record of forces, their distance and where they come from."""
+    shown = str(record.path)
+    with np.errstate(all="ignore"):
+        (series, _, reports, seen), source = _read(record)
+        _finite(series.values, series.dt, shown, "the force")
+        first, last = span(series, record.window, shown)
+    values = np.array(series.values[first : last + 1])
+    return Forces(values, series.dt, source, seen, tuple(one.told() for one in reports))
+
+
+def _read(record: Recorded) -> tuple[Cleaned, Input]:
     """The whole record; its bytes are let go before anything is made of the numbers."""
     file = read(record.path, SUFFIXES)
     source = Input(record.named, file.sha256, len(file.reader))
@@ -49,8 +87,8 @@ def _read(record: Record) -> tuple[Cleaned, Input]:
     return series_of(record, columns), source
 
 
-def _finite(values: Signal, dt: float, shown: str) -> None:
+def _finite(values: Signal, dt: float, shown: str, name: str = "ü") -> None:
     """Refuse numbers out of range; a NaN compares as false and is refused, too."""
     within = all(part.min() >= -GREATEST and part.max() <= GREATEST for part in blocks(values))
     if not (within and LEAST <= dt <= GREATEST):
-        raise fault(shown, "ü is out of range: check unit, `scale` and time step")
+        raise fault(shown, f"{name} is out of range: check unit, `scale` and time step")

@@ -24,7 +24,7 @@ from drysim.excitation.record.spoken import SI
 from drysim.excitation.record.stored import scaled
 
 if TYPE_CHECKING:
-    from drysim.excitation.record import Record
+    from drysim.excitation.record.recorded import Recorded
 
 
 class Cleaned(NamedTuple):
@@ -39,7 +39,7 @@ class Cleaned(NamedTuple):
     cautions: tuple[Caution, ...]
 
 
-def series_of(record: Record, columns: Columns) -> Cleaned:
+def series_of(record: Recorded, columns: Columns) -> Cleaned:
     """Give the samples that a record chooses in SI, on an even grid, cleaned as it asks for.
 
     Raises
@@ -49,7 +49,7 @@ def series_of(record: Record, columns: Columns) -> Cleaned:
         the record does not say what to do about that.
     """
     signal, grid, index = _read(record, columns)
-    unit, shown = SI[record.quantity], columns.shown
+    unit, shown = SI[record.measured], columns.shown
     cautions = list(clipped(record.named, signal, unit))
     if as_read(record, grid):
         return Cleaned(Series(signal, grid.dt, grid.first), None, (), tuple(cautions))
@@ -70,18 +70,18 @@ def series_of(record: Record, columns: Columns) -> Cleaned:
     return Cleaned(series, slow, reports, tuple(cautions))
 
 
-def as_read(record: Record, grid: Grid) -> bool:
+def as_read(record: Recorded, grid: Grid) -> bool:
     """Tell whether samples count as they are, so that they may stay in their file."""
     asked = record.gaps or record.resample or record.remove.any
-    return not asked and grid.at is None and record.quantity == "acceleration"
+    return not asked and grid.at is None and record.measured == "acceleration"
 
 
-def _read(record: Record, columns: Columns) -> tuple[Signal, Grid, int]:
+def _read(record: Recorded, columns: Columns) -> tuple[Signal, Grid, int]:
     """The samples in SI, NaN where one is missing; where they lie, and their 0-based column."""
     time = None if record.time is None else columns.find(record.time)
     index = data_column(columns, record.column or record.channel, time)
     time, own = _clock(record, columns, index, time)
-    unit = conversion(columns, index, record.unit, record.full_scale, record.quantity)
+    unit = conversion(columns, index, record.unit, record.full_scale, record.measured)
     second = 1.0 if time is None else seconds(columns, time)
     wanted = [index] if time is None else [time, index]
     *times, values = columns.numbers(wanted, None if record.gaps is None else index)
@@ -95,7 +95,7 @@ def _read(record: Record, columns: Columns) -> tuple[Signal, Grid, int]:
 
 
 def _clock(
-    record: Record, columns: Columns, index: int, time: int | None
+    record: Recorded, columns: Columns, index: int, time: int | None
 ) -> tuple[int | None, tuple[float, float]]:
     """The column of the times, or else the step and the first time [s]."""
     own = columns.own(index)

@@ -10,8 +10,8 @@ from pydantic_core import CoreSchema
 
 from drysim.quantity import NUMBER, Block, Frequency, Misfit, Quantity, Time, near, shown
 
-SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
-"""The unit of ü, u̇ and u."""
+SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "force": "N"}
+"""The unit of ü, u̇ and u, and of a normal force."""
 
 WORDS = ("nothing", "mean", "line")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 
 from drysim.core.motion import acceleration_at
+from drysim.core.normal import Pressed
 from drysim.core.plant import Law, Stopped
 
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ BINS = 1200
 
 WINDOW = 8.0
 """Natural periods in a zoomed view."""
+
+PARTED = 1e-9
+"""Share of the mean normal force that is none: what rounding leaves where surfaces part."""
 
 POINTS = (150, 4000)
 """Fewest and most grid points in a zoomed view."""
@@ -84,7 +88,12 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
     inside = inside[(inside > 0) & response.law.sticks]
     t, x_r, F_L = events.t[inside], events.x_r[inside], events.F_L[inside]
     plant, law = response.plant, response.law
-    if isinstance(law, Law | Stopped):
+    if isinstance(law, Pressed):
+        limit = law.F_fk * law.load(t)
+        # Where the surfaces part, meet or are apart, no force jumps, and v_r need not be 0.
+        rubs = limit > PARTED * law.F_fk
+        inside, t, x_r, F_L, limit = (each[rubs] for each in (inside, t, x_r, F_L, limit))
+    elif isinstance(law, Law | Stopped):
         limit = law.F_fk * (1 + law.variation * np.sin(law.omega * t + law.phase))
     else:
         limit = np.full_like(t, law.F_fs)

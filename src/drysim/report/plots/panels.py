@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim import wording
+from drysim.core.normal import Pressed
 from drysim.report.plots import curves
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ def loop(axes: Axes, shown: Curve, motion: Response) -> None:
     axes.set_title("friction force $F_f$ [N]", loc="left")
     axes.plot(shown.x_r * MM, shown.F_f, **MASS, marker="." if len(shown.t) < FEW else "")
     axes.set_xlim(*_room(shown))
-    if not motion.law.variation:
+    if not (motion.law.variation or isinstance(motion.law, Pressed)):
         for side in (-1, 1):
             axes.axhline(side * motion.law.F_fs, **STATIC, label="static limit ±$F_{fs}$")
 

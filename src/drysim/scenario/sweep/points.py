@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from drysim.errors import Problem, ScenarioError
 from drysim.excitation.generated import Generated
 from drysim.quantity import Block, Misfit
-from drysim.scenario.measure import in_periods, in_seconds
+from drysim.scenario.measure import in_periods, in_seconds, steady_by_default
 from drysim.scenario.misfits import faults
 from drysim.scenario.rules import unused
 from drysim.scenario.sentences import sentences
@@ -176,7 +176,7 @@ def _measured(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scenario
     if not values and len(frequencies) < 2 and not in_periods(spoken):
         return case
     words = {**spoken, **{key.partition(".")[2]: value for key, value in values}}
-    steady = getattr(case.excitation, "steady_by_default", False)
+    steady = steady_by_default(case.excitation, case.friction)
     try:
         window = in_seconds(words, frequencies, steady)
     except Misfit as fault:
