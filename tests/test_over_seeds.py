@@ -112,7 +112,7 @@ def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
     assert "at the worst: 0." in answer.out
     assert "with some seeds" in answer.err
     plan = drysim("sweep", noisy, "--dry-run").out
-    assert plan.startswith("noisy: 4 cases by 2 approaches, each 5 seeds;")
+    assert plan.startswith("noisy: 4 cases by stick-slip and viscous, each 5 seeds;")
 
 
 def test_the_number_of_seeds_may_be_swept(noisy):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -73,21 +74,24 @@ def plan(case: Case, folder: Path) -> dict[str, object]:
     }
 
 
-def show_grid(case: Case, folder: Path, approaches: int, as_json: bool, quiet: bool) -> int:
-    """Show what a sweep or a comparison would do."""
+def show_grid(
+    case: Case, folder: Path, words: Sequence[str], as_json: bool, quiet: bool
+) -> int:
+    """Show what a sweep or a comparison would do, by some approaches or laws."""
     from drysim import console
     from drysim.scenario.sweep.axis import size
 
     scenario = case.scenario
     cases = size(scenario.axes)
     swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.axes]
-    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": approaches}
+    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": len(words)}
     with reader_may_leave():
         if as_json:
             typer.echo(json.dumps(fields, indent=2))
         elif not quiet:
             count = "1 case" if cases == 1 else f"{cases} cases"
-            by = "1 approach" if approaches == 1 else f"{approaches} approaches"
+            *some, last = words
+            by = f"{', '.join(some)} and {last}" if some else last
             by += f", each {seeds}" if (seeds := many_seeds(case)) else ""
             console.say(f"{scenario.name}: {count} by {by}; {', '.join(swept) or 'no sweep'}")
             console.say("\n".join(sentences(case, folder)[1:]))

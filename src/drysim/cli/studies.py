@@ -62,7 +62,7 @@ def sweep(
     if dry_run:
         from drysim.cli import plans
 
-        return plans.show_grid(case, folder, len(wanted), as_json, quiet)
+        return plans.show_grid(case, folder, [one.word for one in wanted], as_json, quiet)
     from drysim import console, report
 
     command = shlex.join(["drysim", *context.obj])
@@ -145,7 +145,7 @@ def compare(
     if dry_run:
         from drysim.cli import plans
 
-        return plans.show_grid(case, folder, len(wanted), as_json, quiet)
+        return plans.show_grid(case, folder, [*wanted], as_json, quiet)
     from drysim import console, report
 
     total = count(list(wanted.values()))
