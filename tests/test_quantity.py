@@ -71,6 +71,12 @@ def test_an_exponent_beyond_all_numbers_costs_no_time():
     assert convert("1e999999999 mm", "m") == float("inf")
 
 
+def test_a_quantity_that_is_too_large_in_its_own_unit_alone_is_not_finite():
+    assert convert("-1e308 kN", "N") == float("-inf")
+    with pytest.raises(ValueError, match="must be a finite number"):
+        Quantity("N").read("1e308 kN")
+
+
 @pytest.mark.parametrize("unit", [unit for unit in KINDS if unit])
 def test_a_unit_is_one_of_itself(unit):
     assert factor(unit, unit) == 1.0

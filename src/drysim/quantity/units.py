@@ -115,7 +115,10 @@ def convert(text: str, unit: str) -> float:
     if scale == 1.0 or value == 0.0 or not math.isfinite(value):
         return value
     digits = number[0] if len(number[0]) <= LONGEST_NUMBER else repr(value)
-    return float(Fraction(digits) * _exact(scale))
+    try:
+        return float(Fraction(digits) * _exact(scale))
+    except OverflowError:
+        return math.copysign(math.inf, value)
 
 
 def _exact(scale: float) -> Fraction:

@@ -71,6 +71,8 @@ def _axes(reading: Reading, known: Known) -> Any:
 
 def _inner(block: Mapping[str, Any]) -> dict[str, Any]:
     """Give the keys that a sweep block holds within its groups."""
+    if not isinstance(block, Mapping):
+        return False  # the key `sweep` itself is mistyped, which is a problem of its own
     zips, sample = block.get(ZIP), block.get(SAMPLE)
     several = zips if isinstance(zips, list) else [zips]
     over = sample.get("over") if isinstance(sample, Mapping) else None
@@ -150,6 +152,8 @@ def _numeral(reading: Reading, known: Known, at: Keys, key: str) -> Numeral | No
 
 def _twice(block: Any, key: str) -> bool:
     """Whether a sweep block has a key more than once, in its groups or beside them."""
+    if not isinstance(block, Mapping):
+        return False  # the key `sweep` itself is mistyped, which is a problem of its own
     zips, sample = block.get(ZIP), block.get(SAMPLE)
     several = zips if isinstance(zips, list) else [zips]
     over = sample.get("over") if isinstance(sample, Mapping) else None
