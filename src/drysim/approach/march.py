@@ -13,8 +13,7 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.points import Points
 from drysim.approach.room import empty_log, larger
 from drysim.approach.scene import (
-    margin_at_start,
-    mode_at_start,
+    beginning,
     refuse_storm,
     waves_of,
 )
@@ -127,10 +126,9 @@ def march_samples(
 
     `whole` keeps all of a march however long it is.
     """
-    mode = mode_at_start(plant, law, motion, start)
-    closest = margin_at_start(plant, law, motion, start)
+    entry, closest = beginning(plant, law, motion, start)
     size = max(last, 1) if whole or last <= KEPT else BLOCK
-    mark = (start.x_r, start.v_r, mode)
+    mark = (start.x_r, start.v_r, entry.kind)
     made = March(plant, law, motion, waves_of(motion, law), last, size, [])
     turns = []
     for number in range(max(1, -(-last // size))):

@@ -10,7 +10,7 @@ import numpy as np
 from drysim.approach.events import Events
 from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
-from drysim.core.events import ROOM, Log, first_mode, tightness
+from drysim.core.events import ROOM, Log, opening
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal import Pressed
 from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, State, Stopped
@@ -42,23 +42,6 @@ def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
     return Waves(values, len(rows), base)
 
 
-def mode_at_start(plant: Plant, law: Law, motion: Sines | Samples, start: State) -> int:
-    """Give the direction of sliding at t = 0, 0 for stuck."""
-    load = 1.0 + law.variation * math.sin(law.phase)
-    limits = law._replace(F_fk=law.F_fk * load, F_fs=law.F_fs * load)
-    d: int = first_mode(plant, limits, start.x_r, start.v_r, first_u_dd(motion))
-    return d
-
-
-def margin_at_start(plant: Plant, law: Law, motion: Sines | Samples, start: State) -> float:
-    """Give how near the mode at t = 0 is to the other [-]; infinity where nothing pulls."""
-    F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
-    if start.v_r != 0.0 or F_L == 0.0:
-        return math.inf
-    margin: float = tightness(F_L, law.F_fs * (1.0 + law.variation * math.sin(law.phase)))
-    return margin
-
-
 def first_u_dd(motion: Sines | Samples) -> float:
     """Give ü at t = 0 [m/s²]."""
     if isinstance(motion, Samples):
@@ -66,10 +49,15 @@ def first_u_dd(motion: Sines | Samples) -> float:
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 
-def first_entry(plant: Plant, motion: Sines | Samples, start: State, d: int) -> Log:
-    """Give the state at t = 0 as an entry of a log."""
-    F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
-    return Log(0, 0.0, d, start.x_r, F_L)
+def beginning(
+    plant: Plant, law: Law, motion: Sines | Samples, start: State
+) -> tuple[Log, float]:
+    """Give the state at t = 0 as an entry of a log, and how near its mode is to the other [-].
+
+    The margin is infinite where nothing pulls.
+    """
+    d, F_L, margin = opening(plant, law, start.x_r, start.v_r, first_u_dd(motion))
+    return Log(0, 0.0, d, start.x_r, F_L), margin
 
 
 def grid_points(duration: float, step: float) -> int:

@@ -13,11 +13,9 @@ from drysim.approach.response import Orbit, Response
 from drysim.approach.room import empty_log, larger
 from drysim.approach.scene import (
     LOG_LENGTH,
+    beginning,
     core_of,
-    first_entry,
     grid_points,
-    margin_at_start,
-    mode_at_start,
     numerics,
     refuse_storm,
     waves_of,
@@ -87,12 +85,11 @@ def follow_sines(
 ) -> LeapTrack:
     """Solve a scene under sines from event to event; no grid takes part."""
     waves = waves_of(motion, law)
-    d = mode_at_start(plant, law, motion, start)
+    entry, closest = beginning(plant, law, motion, start)
     log, count = empty_log(LOG_LENGTH), 1
-    for column, value in zip(log, first_entry(plant, motion, start, d), strict=True):
+    for column, value in zip(log, entry, strict=True):
         column[0] = value
-    begin, state = 0.0, (start.x_r, start.v_r, d)
-    closest = margin_at_start(plant, law, motion, start)
+    begin, state = 0.0, (start.x_r, start.v_r, entry.kind)
     while begin < duration:
         if count > len(log.n) - ROOM:
             log = larger(log, 2 * len(log.n))
@@ -102,8 +99,8 @@ def follow_sines(
         )
         refuse_storm(count, begin, now)
         state, closest = (now[0], now[1], now[2]), min(closest, tight)
-    _, t, kind, x_r, F_L = (np.array(column[:count]) for column in log)
-    turns = Events(t, kind.astype(np.int8), x_r, F_L)
+    t, x_r, F_L = (np.array(column[:count]) for column in (log.s, log.x_r, log.F_L))
+    turns = Events(t, np.array(log.kind[:count], dtype=np.int8), x_r, F_L)
     return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
@@ -75,6 +76,22 @@ def first_mode(plant, law, x_r, v_r, u_dd):
         return sign(v_r)
     F_L = limit_force(plant, x_r, u_dd)
     return 0 if abs(F_L) <= holding_force(plant, law, x_r) else -sign(F_L)
+
+
+@compiled
+def opening(plant, law, x_r, v_r, u_dd):
+    """Give the mode at t = 0, F_L, and how near the mode is to the other [-].
+
+    The limits may vary; the margin is infinite where nothing pulls.
+    """
+    load = 1.0 + law.variation * math.sin(law.phase)
+    F_L = limit_force(plant, x_r, u_dd)
+    if v_r != 0.0:
+        return sign(v_r), F_L, math.inf
+    F_fs = law.F_fs * load
+    hold = F_fs + ROUNDING * (F_fs + abs(plant.k_x * x_r))
+    margin = tightness(F_L, F_fs) if F_L != 0.0 else math.inf
+    return 0 if abs(F_L) <= hold else -sign(F_L), F_L, margin
 
 
 @compiled
