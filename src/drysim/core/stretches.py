@@ -13,7 +13,7 @@ WEIGHTS = (
     0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692,
 )  # fmt: skip
 """Gauss-Legendre: on a stretch that is short enough for `series` four exhaust double
-precision, for the error is below (2·0.0625)⁸/10⁹."""
+precision, for the error is below (2·0.1)⁸/10⁹."""
 
 
 @inlined
