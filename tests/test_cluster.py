@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import subprocess
 import sys
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 
 import pytest
 
@@ -23,7 +23,7 @@ distributed = pytest.importorskip("distributed")
 def address():
     """Give the address of a scheduler with two workers, all in this process."""
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
     ) as cluster:
         yield cluster.scheduler_address
 
@@ -179,3 +179,39 @@ def test_worker_in_trouble_is_told_in_a_sentence(fault, words):
     assert "--resume" in told.hint
     bug = ZeroDivisionError("a bug")
     assert flight.told(bug) is bug
+
+
+def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
+    monkeypatch.setattr(flight, "compute", lambda parcel, number: b"%d" % number)
+    made, taken = parcel.Parcel.of(load(swept / "orbits.yaml")), []
+
+    def numbers():
+        for number in range(10**12):
+            taken.append(number)
+            yield number
+
+    with link.joined(address, None, print) as joined:
+        room = joined.room()
+        with closing(flight.computed(joined, made, numbers())) as found:
+            some = [next(found) for _ in range(20)]
+    assert sorted(words for _, words in some) == sorted(b"%d" % k for k, _ in some)
+    assert room == 4 * 2
+    assert len(taken) <= room + len(some)
+
+
+def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
+    monkeypatch.setattr(link, "LOOK", 0.1)
+    said = []
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+
+        def say(sentence):
+            said.append(sentence)
+            cluster.scale(1)
+
+        with link.joined(cluster.scheduler_address, None, say) as joined:
+            made = parcel.Parcel.of(load(swept / "orbits.yaml"))
+            assert [number for number, _ in flight.computed(joined, made, [1])] == [1]
+    assert len(said) == 1
+    assert "has no worker; waiting for one: dask worker inproc://" in said[0]

@@ -32,6 +32,12 @@ LEAST = 8
 QUIET = dict.fromkeys(("distributed", "distributed.client", "bokeh", "tornado"), "critical")
 """What Dask would log: whatever matters of it we say ourselves."""
 
+UNWATCHED = {
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.system-monitor.interval": "5s",
+}
+"""What workers of our own need not do beside their work: nobody looks at their profiles."""
+
 Say = Callable[[str], None]
 
 
@@ -147,7 +153,7 @@ def own(workers: int | None) -> Iterator[Any]:
     import distributed
 
     with (
-        dask.config.set(logging=QUIET),
+        dask.config.set({"logging": QUIET} | UNWATCHED),
         distributed.LocalCluster(
             n_workers=workers or os.cpu_count() or 1,
             threads_per_worker=1,
