@@ -4,10 +4,20 @@ from __future__ import annotations
 
 GUESS = "a first guess only: the guarded method behind it arrives all the same, or says so"
 EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on its very edge"
+NAME = "a number that stands for a word: any that no other word has will do"
 
 EXPLAINED = {
     ("eventful.py", "if abs(F_L) < holding_force(plant, law, x_r):"): EDGE,
     ("flow.py", "if rate > -0.0625:"): "more terms of a series than double precision shows",
+    (
+        "integrals.py",
+        "if until <= begin or until < t[i]:",
+    ): "a stretch without length adds nothing",
+    ("integrals.py", "length = min(panel_length(own[0], own[-1], waves, s), hi - s)"): (
+        "the last of two is the second"
+    ),
+    ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, -3, 4"): NAME,
+    ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, -4"): NAME,
     ("orbit.py", "if events <= 0 or events + ROOM >= capacity:"): (
         "a log that is full to the last line stands for one that is too small"
     ),
@@ -19,6 +29,7 @@ EXPLAINED = {
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
     ),
+    ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
 }
 """By file and line as changed."""

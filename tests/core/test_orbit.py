@@ -180,3 +180,38 @@ def test_orbit_that_rounding_keeps_from_closing_is_settled_where_it_comes_no_clo
     assert closed.periods + plain.orbit.PATIENCE <= found.periods < 200
     assert found.closure <= plain.orbit.NOISE
     assert found.state == pytest.approx(closed.state, rel=1e-10)
+
+
+def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> SimpleNamespace:
+    """Take a step of Newton's method from beside an orbit at β = 1/2 or 0.8."""
+    beta = 0.8 if zeta else 0.5
+    found, omega = orbit(kernel, beta, zeta, 0.3), beta * math.sqrt(K / M)
+    plant = kernel.plant.Plant(M, K, 2 * zeta * math.sqrt(K * M))
+    law, log = kernel.plant.Law(0.3 * M, 0.3 * M), log_of(kernel)
+    waves, period = (
+        waves_of(kernel, [(1.0, omega / (2 * math.pi), 0.0)], law),
+        2 * math.pi / omega,
+    )
+    x_r, v_r = found.state[0] + dx, found.state[1] + dv
+    d = 1 if v_r > 0 else -1
+    image = kernel.period_map.one_period(
+        plant, law, waves, period, x_r, v_r, d, log, len(log.n)
+    )
+    rate = kernel.orbit.rate_of(plant, period)
+    step = kernel.period_map.refine(plant, law, waves, period, rate, x_r, v_r, d, image, log)
+    return SimpleNamespace(good=step[0], state=step[1:], image=image[:2], orbit=found.state)
+
+
+def test_newtons_step_from_beside_an_orbit_lands_on_it(kernel: SimpleNamespace) -> None:
+    found = newton(kernel, 0.05, 1e-7, -1e-6)
+    assert found.good
+    assert found.state == pytest.approx(found.orbit, rel=1e-9)
+    assert found.image != pytest.approx(found.orbit, rel=1e-8)
+
+
+def test_newtons_method_leaves_an_orbit_alone_that_keeps_distances(
+    kernel: SimpleNamespace,
+) -> None:
+    found = newton(kernel, 0.0, 1e-7, -1e-6)
+    assert not found.good
+    assert found.state == found.image

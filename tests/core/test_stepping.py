@@ -82,3 +82,26 @@ def test_smooth_sign_is_odd_steep_and_at_most_one(kernel: SimpleNamespace, form:
     assert share(form, 1e3, 0.0) == 0.0
     assert share(form, 1e3, -0.02) == -share(form, 1e3, 0.02)
     assert 0.0 < share(form, 1e3, 1e-4) < share(form, 1e3, 1e-3) < share(form, 1e3, 10.0) <= 1.0
+
+
+def test_every_form_of_the_sign_is_its_formula(kernel: SimpleNamespace) -> None:
+    law, c = kernel.law, 3.0
+    for v in (-2.0, -1e-3, 0.0, 0.4):
+        forms = {
+            law.SIGN: float(np.sign(v)), law.TANH: math.tanh(c * v), law.ERF: math.erf(c * v),
+            law.ARCTAN: 2 / math.pi * math.atan(c * v), law.RATIONAL: c * v / (1 + c * abs(v)),
+        }  # fmt: skip
+        assert len(forms) == 5
+        for form, share in forms.items():
+            assert law.sliding_share(form, c, v) == pytest.approx(share, rel=1e-15)
+
+
+@pytest.mark.parametrize(("v", "d"), [(0.0, 0), (0.1, 1), (-0.1, -1)])
+def test_moreau_begins_in_the_direction_of_its_start(
+    kernel: SimpleNamespace, v: float, d: int
+) -> None:
+    x_r, v_r, F_f = np.zeros((3, len(BASE)))
+    v_r[0], way = v, np.full(len(BASE), 9, dtype=np.int64)
+    plant = kernel.plant.Plant(*PAPER)
+    kernel.stepping.moreau_march(plant, 15.0, BASE, DT, x_r, v_r, F_f, way)
+    assert (way[0], F_f[0]) == (d, 15.0 * d)
