@@ -16,9 +16,10 @@ from drysim.core.compiled import held
 from drysim.core.contact import first_contact, touch
 from drysim.core.contact_replay import integrate_contact, read_contact
 from drysim.core.events import REVERSAL, STICK
+from drysim.core.load import Limits
 from drysim.core.normal import Pressed
 from drysim.core.plant import AnyState, Law, Plant, Slider, Stopped
-from drysim.core.pressed import Limits, first_pressed, press
+from drysim.core.pressed import first_pressed, press
 from drysim.core.pressed_replay import integrate_pressed, read_pressed
 from drysim.core.waves import Waves, anchor, base_motion, normal_force
 

@@ -12,7 +12,7 @@ from drysim.core.slide import slide
 from drysim.core.stop import NEVER, locate_stop
 from drysim.core.trail import ENOUGH, mark
 from drysim.core.waves import anchor, base_motion, normal_force
-from drysim.core.yielding import cross, leave_hold, leave_yield, next_zero_load
+from drysim.core.yielding import cross, leave_hold, leave_yield, next_zero_load, starting
 
 HOLD, FREE, POISED = 0, 2, 4
 """Modes of the contact besides yielding in direction +1 or -1: it holds, it is lifted off, or,
@@ -89,7 +89,7 @@ def touch(
         left = length - s
         c, w, f = begin_stretch(plant, law, waves, mode, x_0, t)
         g = -u_0 - f
-        _, _, a, j = slide(c, w, waves, x_r, v_r, g, -slope, 0.0)
+        a, j = starting(c, w, waves, x_r, v_r, g, -slope)
         way = sign(v_r)
         if way == 0:
             way = sign(a) if a != 0.0 else sign(j)
@@ -106,18 +106,20 @@ def touch(
             after = way
         else:
             change, after = end_of_mode(
-                law, waves, mode, c, w, x_r, v_r, g, -slope, x_0, way, turn, left, t
+                law, waves, mode, c, w, x_r, v_r, a, j, g, -slope, x_0, way, turn, left, t
             )
         step = min(turn, change, left)
         stalled = 0 if t + step > t else stalled + 1
         if stalled > STALL:
             return n, s, x_r, v_r, x_0, mode, at, -1
-        load = normal_force(law, waves, step)[0]
         x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, g, -slope, step)
-        F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, step)[0])
+        F_L = 0.0
+        if min(turn, change) < NEVER:
+            F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, step)[0])
         if turn <= change and turn < NEVER:
             v_r = 0.0
         if change <= turn and change < NEVER:
+            load = normal_force(law, waves, step)[0]
             force = contact_force(law, mode, x_r, x_0, max(load, 0.0))
             mode, x_0 = next_mode(law, waves, mode, after, x_r, v_r, x_0, force, step)
             kind = LIFT if mode == FREE else (STICK if holds(mode) else mode * SLIP)
@@ -135,7 +137,7 @@ def touch(
 
 
 @compiled
-def end_of_mode(law, waves, mode, c, w, x_r, v_r, g, r, x_0, way, turn, left, t):
+def end_of_mode(law, waves, mode, c, w, x_r, v_r, a, j, g, r, x_0, way, turn, left, t):
     """Give when a mode ends within `left` s, or infinity, and the mode that follows."""
     if mode == FREE:
         lands = next_zero_load(law, waves, t, False)
@@ -148,12 +150,12 @@ def end_of_mode(law, waves, mode, c, w, x_r, v_r, g, r, x_0, way, turn, left, t)
             # With a constant limit only the side that the mass moves to can yield.
             if side == way or law.variation > 0.0:
                 found = leave_hold(
-                    c, w, waves, law, x_r, v_r, g, r, x_0, side, mode == side * POISED, until
+                    c, w, waves, law, x_r, v_r, a, g, r, x_0, side, mode == side * POISED, until
                 )
                 if found < change:
                     change, after = found, side
     elif law.variation > 0.0:
-        change, after = leave_yield(c, w, waves, law, x_r, v_r, g, r, mode, until), HOLD
+        change, after = leave_yield(c, w, waves, law, x_r, v_r, a, j, g, r, mode, until), HOLD
     else:
         change, after = turn if way == mode else 0.0, HOLD
     if lifts <= left and lifts <= change and lifts <= turn:

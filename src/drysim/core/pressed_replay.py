@@ -5,7 +5,8 @@ from __future__ import annotations
 from drysim.core.compiled import compiled
 from drysim.core.events import limit_force
 from drysim.core.integrals import NODES, WEIGHTS, panel_length
-from drysim.core.pressed import FREE, STUCK, heading, load_within, span_at
+from drysim.core.load import load_within, span_at
+from drysim.core.pressed import FREE, STUCK, heading
 from drysim.core.slide import slide
 from drysim.core.waves import anchor, base_motion
 

@@ -109,6 +109,10 @@ def normal_force(law, waves, s):
     """Give the normal force relative to its mean [-], and its first two rates, at time s."""
     if waves.size == waves.base:
         return 1.0, 0.0, 0.0
-    angle = law.omega * s + waves.values[STRIDE * waves.base + THETA]
-    swing = law.variation * math.sin(angle)
-    return 1.0 + swing, law.variation * law.omega * math.cos(angle), -swing * law.omega**2
+    at = STRIDE * waves.base
+    sine, cosine = waves.values[at + SINE], waves.values[at + COSINE]
+    if s != 0.0:
+        angle = law.omega * s + waves.values[at + THETA]
+        sine, cosine = math.sin(angle), math.cos(angle)
+    swing = law.variation * sine
+    return 1.0 + swing, law.variation * law.omega * cosine, -swing * law.omega**2
