@@ -7,12 +7,14 @@ import math
 from drysim.core.cease import leave_slip
 from drysim.core.compiled import compiled
 from drysim.core.events import LIFT, REVERSAL, SLIP, STICK, limit_force, note, sign
+from drysim.core.hit import cross
+from drysim.core.load import next_zero_load
 from drysim.core.plant import Plant
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER, locate_stop
 from drysim.core.trail import ENOUGH, mark
 from drysim.core.waves import anchor, base_motion, normal_force
-from drysim.core.yielding import cross, leave_hold, leave_yield, next_zero_load, starting
+from drysim.core.yielding import leave_hold, leave_yield, starting
 
 HOLD, FREE, POISED = 0, 2, 4
 """Modes of the contact besides yielding in direction +1 or -1: it holds, it is lifted off, or,

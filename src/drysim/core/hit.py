@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import inlined
+from drysim.core.compiled import compiled, inlined
+from drysim.core.flow import flow
 from drysim.core.skim import part_flow
-from drysim.core.stop import NEVER, locate_stop
-from drysim.core.yielding import cross
+from drysim.core.stop import NEVER, RESOLUTION, locate_stop
 
 NEAR = 2e-4
 """Radians from a point within which four terms of the series about it are exact: the next is
@@ -19,6 +19,40 @@ below 1e-16."""
 
 ROUNDS = 6
 """One round does mostly; what has not settled after some takes the general way."""
+
+BISECTIONS = 100
+"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
+
+
+@compiled
+def cross(c, w, v, a, r, gap, h):
+    """Give the time in (0, h] at which a mass has gone the way `gap` [m], or infinity.
+
+    Parameters
+    ----------
+    c, w, v, a, r
+        As in `locate_stop`; the velocity does not change its sign up to h.
+    """
+    y, _, Y, YY = flow(c, w, h)
+    p = a + c * v
+    if v * y + p * Y + r * YY <= gap:
+        return NEVER
+    low, high = 0.0, h
+    s = gap / v if 0.0 < gap < v * h else 0.5 * h
+    for _ in range(BISECTIONS):
+        y, y_d, Y, YY = flow(c, w, s)
+        beyond = v * y + p * Y + r * YY - gap
+        low, high = (low, s) if beyond > 0.0 else (s, high)
+        speed = v * y_d + p * y + r * Y
+        step = -beyond / speed if speed > 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s += step
+        if not low < s < high:
+            s = 0.5 * (low + high)
+            if s <= low or s >= high:
+                return high
+    return s
 
 
 @inlined

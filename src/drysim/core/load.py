@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled
 from drysim.core.stop import NEVER
 from drysim.core.waves import normal_force
-from drysim.core.yielding import next_zero_load
 
 
 class Limits(NamedTuple):
@@ -69,6 +69,24 @@ def load_within(law, waves, span, s):
     """Give the normal force relative to its mean [-] at time s of a stretch, and its rate."""
     swing, swing_d, _ = normal_force(law, waves, s)
     return span.load * swing + span.rate * s, swing_d + span.rate
+
+
+@compiled
+def next_zero_load(law, waves, t, falling):
+    """Give how long after t [s] the normal force is zero next, falling or rising; or infinity.
+
+    The stretch starts at t; the force is 1 + variation·sin(omega t + phase) of its mean.
+    """
+    if law.variation <= 1.0:
+        return NEVER
+    load, load_d, _ = normal_force(law, waves, 0.0)
+    if falling and load <= 0.0 and load_d < 0.0:
+        return 0.0
+    if not falling and load >= 0.0 and load_d > 0.0:
+        return 0.0
+    dip = math.asin(1.0 / law.variation)
+    angle = math.pi + dip if falling else 2.0 * math.pi - dip
+    return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega
 
 
 @compiled

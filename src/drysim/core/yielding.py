@@ -10,14 +10,10 @@ import math
 
 from drysim.core.cease import FALLS, to_zero
 from drysim.core.compiled import compiled, inlined
-from drysim.core.flow import flow
 from drysim.core.leave import first_step, safe_step
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER, RESOLUTION
 from drysim.core.waves import COSINE, OMEGA, SINE, STRIDE, A, normal_force
-
-BISECTIONS = 100
-"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
 
 
 @compiled
@@ -144,37 +140,6 @@ def leave_hold(c, w, waves, law, x_r, v_r, a, g, r, x_0, side, poised, h):
 
 
 @compiled
-def cross(c, w, v, a, r, gap, h):
-    """Give the time in (0, h] at which a mass has gone the way `gap` [m], or infinity.
-
-    Parameters
-    ----------
-    c, w, v, a, r
-        As in `locate_stop`; the velocity does not change its sign up to h.
-    """
-    y, _, Y, YY = flow(c, w, h)
-    p = a + c * v
-    if v * y + p * Y + r * YY <= gap:
-        return NEVER
-    low, high = 0.0, h
-    s = gap / v if 0.0 < gap < v * h else 0.5 * h
-    for _ in range(BISECTIONS):
-        y, y_d, Y, YY = flow(c, w, s)
-        beyond = v * y + p * Y + r * YY - gap
-        low, high = (low, s) if beyond > 0.0 else (s, high)
-        speed = v * y_d + p * y + r * Y
-        step = -beyond / speed if speed > 0.0 else NEVER
-        if abs(step) <= RESOLUTION * s:
-            return s
-        s += step
-        if not low < s < high:
-            s = 0.5 * (low + high)
-            if s <= low or s >= high:
-                return high
-    return s
-
-
-@compiled
 def leave_yield(c, w, waves, law, x_r, v_r, a, j, g, r, d, h):
     """Give the first time in (0, h] at which a contact that yields in direction d holds again.
 
@@ -218,21 +183,3 @@ def leave_yield(c, w, waves, law, x_r, v_r, a, j, g, r, d, h):
             return s
         s += step
         _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
-
-
-@compiled
-def next_zero_load(law, waves, t, falling):
-    """Give how long after t [s] the normal force is zero next, falling or rising; or infinity.
-
-    The stretch starts at t; the force is 1 + variation·sin(omega t + phase) of its mean.
-    """
-    if law.variation <= 1.0:
-        return NEVER
-    load, load_d, _ = normal_force(law, waves, 0.0)
-    if falling and load <= 0.0 and load_d < 0.0:
-        return 0.0
-    if not falling and load >= 0.0 and load_d > 0.0:
-        return 0.0
-    dip = math.asin(1.0 / law.variation)
-    angle = math.pi + dip if falling else 2.0 * math.pi - dip
-    return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega
