@@ -29,7 +29,8 @@ AHEAD = 4
 LEAST = 8
 """Blocks under way while there is no worker yet."""
 
-QUIET = dict.fromkeys(("distributed", "distributed.client", "bokeh", "tornado"), "critical")
+SPEAKERS = ("distributed", "distributed.client", "bokeh", "tornado", "tornado.application")
+QUIET = dict.fromkeys(SPEAKERS, "critical")
 """What Dask would log: whatever matters of it we say ourselves."""
 
 UNWATCHED = {
