@@ -16,6 +16,9 @@ from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, State, Stopped
 from drysim.errors import UsageError
 
+SHELF = {each.model_fields["approach"].default: each for each in APPROACHES}
+"""The approaches by name."""
+
 
 def simulate(
     *,
@@ -76,12 +79,11 @@ def simulate(
     law = Law(float(F_fk), float(F_fk if F_fs is None else F_fs))
     plant, start = Plant(float(m), float(k_x), float(b)), State(float(x_r), float(v_r))
     refuse_nonsense(plant, law, samples, float(dt), start)
-    shelf = {each.model_fields["approach"].default: each for each in APPROACHES}
-    if approach not in shelf:
+    if approach not in SHELF:
         raise UsageError(
-            f"there is no approach `{approach}`", f"choose from {', '.join(shelf)}"
+            f"there is no approach `{approach}`", f"choose from {', '.join(SHELF)}"
         )
-    if law.F_fs > law.F_fk and shelf[approach].use_friction and not shelf[approach].use_static:
+    if law.F_fs > law.F_fk and SHELF[approach].use_friction and not SHELF[approach].use_static:
         raise UsageError(
             f"{approach} knows no static limit: F_fs = {law.F_fs:g} N must equal F_fk",
             "leave F_fs out, or choose `stick-slip` or `switch`",
@@ -89,14 +91,14 @@ def simulate(
     motion = Samples(samples, float(dt))
     if (x_rM, k_s, b_s, e) != (None, None, 0.0, None):
         bounded = between(law, x_rM, k_s, b_s, e, start)
-        if not shelf[approach].use_stops:
+        if not SHELF[approach].use_stops:
             raise UsageError(
                 f"{approach} knows no end stops", "leave x_rM out, or choose `stick-slip`"
             )
-        return shelf[approach]().solve(plant, bounded, motion, start, motion.dt)
-    if law.F_fs == 0.0 or not shelf[approach].use_friction:
+        return SHELF[approach]().solve(plant, bounded, motion, start, motion.dt)
+    if law.F_fs == 0.0 or not SHELF[approach].use_friction:
         return linear(plant, motion, start)
-    return shelf[approach]().solve(plant, law, motion, start, motion.dt)
+    return SHELF[approach]().solve(plant, law, motion, start, motion.dt)
 
 
 def between(
