@@ -156,3 +156,13 @@ def test_until_cannot_ask_for_stops_that_are_not_there(tmp_path, name, needs):
     with pytest.raises(package.ScenarioError) as fault:
         loaded(tmp_path, BUMPERS, "stroke.stops=null", noise)
     assert needs in fault.value.problems[0].sentence
+
+
+def test_mass_that_a_squeezed_bumper_drives_is_not_said_to_stay(tmp_path):
+    rest = "excitation={kind: rest}", "measure.duration=1", "friction.kinetic=200"
+    inside = package.run(loaded(tmp_path, BUMPERS, *rest, "start.x_r=14 mm"))
+    beyond = package.run(loaded(tmp_path, BUMPERS, *rest, "start.x_r=20 mm"))
+    slugs = [{caution.slug for caution in made.warnings} for made in (inside, beyond)]
+    assert "will-not-move" in slugs[0]
+    assert "will-not-move" not in slugs[1]
+    assert len(beyond.events) > 1

@@ -139,7 +139,9 @@ def _stroke(table: study.Table, own: Tally) -> Iterator[Row]:
     peak = ends[1]
     used = f"{percent(peak.value / stroke.limit)} of the stroke limit, " if stroke else ""
     yield Row("peak |x_r|", millimetres(peak.value), f"{used}{_at(table, peak)}")
-    if own.beyond and own.seeds:
+    if own.beyond and table.scenario.stops is not None:
+        yield _hits(table, own)
+    elif own.beyond and own.seeds:
         cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
         yield Row("limit met", cases, f"of {own.cases}, with some of the seeds", "bold red")
     elif own.beyond and stroke:
@@ -149,6 +151,15 @@ def _stroke(table: study.Table, own: Tally) -> Iterator[Row]:
             f"{millimetres(far)} too far at the worst" if far >= 0 else "while it settles"
         )
         yield Row("limit met", cases, remark, "bold red")
+
+
+def _hits(table: study.Table, own: Tally) -> Row:
+    """Give in how many cases the mass comes to its end stops, and where it does so fastest."""
+    cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
+    remark = f"of {own.cases}"
+    if ends := own.extremes.get("impact_speed"):
+        remark += f", at up to {number(ends[1].value, 'm/s')}, {_at(table, ends[1])}"
+    return Row("stops met", cases, remark, "bold red")
 
 
 def _isolation(table: study.Table, found: Sequence[Isolation]) -> Row:

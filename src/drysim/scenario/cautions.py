@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal import Pressed
-from drysim.core.plant import AnyLaw
+from drysim.core.plant import AnyLaw, Stopped
 from drysim.core.signal import largest
 from drysim.errors import Caution
 from drysim.scenario.sweep.cautions import needless
@@ -156,6 +156,8 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
     law, start = scenario.law(), scenario.start.state()
     m, k_x, _ = scenario.oscillator.plant()
     load, hold = m * _peak(motion) + k_x * abs(start.x_r), law.F_fs * _least(law)
+    if isinstance(law, Stopped):  # a start beyond the limit squeezes a bumper
+        load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
     if start.v_r == 0 and load <= hold and law.sticks:
         yield Caution(
             "will-not-move",

@@ -143,17 +143,31 @@ def statuses(tallies: Iterable[Tally]) -> Iterator[Caution]:
 
 def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
     """Say in how many cases the stroke limit is met, and where the most."""
-    worst = tally.worst
-    if worst is not None and scenario.stroke is not None:
+    worst, hits = tally.worst, tally.extremes.get("impact_speed")
+    if hits is not None and hits[1].value and worst is not None:
+        # Where there are end stops, |x_r| hardly tells one case from another.
+        fastest, row = hits[1]
+        sentence = (
+            f"the mass comes to its end stops in {tally.beyond} of {tally.cases} cases, "
+            f"with up to {number(fastest, 'm/s')}{place(row)}"
+        )
+        numbers = {"impact_speed": fastest, "cases": tally.beyond}
+        yield Caution("stroke-violated", sentence, numbers)
+    elif worst is not None and scenario.stroke is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
-        some, mean = (", with some seeds", "in the mean ") if worst.over else ("", "")
+        some, mean = (", with some seeds", " in the mean") if worst.over else ("", "")
         sentence = (
             f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in "
-            f"{tally.beyond} of {tally.cases} cases{some}; |x_r| reaches {millimetres(peak)} "
-            f"{mean}at {where(worst)}"
+            f"{tally.beyond} of {tally.cases} cases{some}; |x_r| reaches {millimetres(peak)}"
+            f"{mean}{place(worst)}"
         )
         numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
+
+
+def place(row: Row) -> str:
+    """Give the point of a row as the end of a sentence, if there is more than one."""
+    return f" at {where(row)}" if row.point else ""
 
 
 def where(row: Row) -> str:
