@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import drysim as package
-from drysim.report.plots import curves
+from drysim.report.plots import curves, panels
 
 SEAT = """\
 name: seat
@@ -138,7 +138,7 @@ def test_seeds_count_their_contacts(tmp_path, drysim):
 
 def test_picture_marks_every_hit(tmp_path):
     response = package.run(loaded(tmp_path, BUMPERS)).response
-    assert [x_r for _, x_r in curves.hits(response)] == [-0.015, 0.015]
+    assert [x_r for _, x_r in panels.stops_met(response)] == [-0.015, 0.015]
     shown = curves.curve(response, slice(None))
     assert (np.diff(shown.t) >= 0).all()
     jumps = np.abs(np.diff(shown.x_dd))[np.diff(shown.t) < 1e-12]

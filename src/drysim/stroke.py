@@ -10,7 +10,8 @@ from drysim.approach.response import Track
 from drysim.core.plant import AnyLaw, AnyState, Stopped
 
 if TYPE_CHECKING:
-    from drysim.approach.bounded import Bounded, Unreached
+    from drysim.approach.bounded import Bounded
+    from drysim.approach.unreached import Unreached
 
 NEWTON_CAP = 100
 """Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
@@ -56,10 +57,13 @@ def excursions(track: Track, x_rM: float, repeats: bool = False) -> Excursions:
     leaves = []
     for i in np.flatnonzero(side[1:] != side[:-1]).tolist():
         bracket = float(t[i]), float(t[i + 1])
+        # A rigid stop is met at the limit itself: there is nothing to search for then.
         if side[i]:
-            leaves.append(reach(track, side[i] * x_rM, *bracket))
+            at = abs(x_r[i]) == x_rM
+            leaves.append(bracket[0] if at else reach(track, side[i] * x_rM, *bracket))
         if side[i + 1]:
-            enters.append(reach(track, side[i + 1] * x_rM, *bracket))
+            at = abs(x_r[i + 1]) == x_rM
+            enters.append(bracket[1] if at else reach(track, side[i + 1] * x_rM, *bracket))
     if len(leaves) < len(enters):
         leaves.append(track.end)
     # An excursion across the seam of an orbit is one, unless there is nothing else.

@@ -13,7 +13,7 @@ PARTS = (
     "eventful", "march", "waves", "fade", "slide", "cease", "leave", "leap", "table", "grid",
     "integrals", "means", "turns", "period_map", "orbit", "orbits", "forms", "recursion", "law",
     "stepping", "decimal", "digits", "stretches", "lanes", "products",
-    "abreast", "lockstep", "records", "trail", "joint", "bumper", "bounded",
+    "abreast", "lockstep", "records", "trail", "joint", "bumper", "bounded", "rest",
 )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05
         *(np.zeros(room, int if name in ("n", "kind") else float)
           for name in kernel.events.Log._fields)
     )  # fmt: skip
-    state = core.first_bounds(plant, law, *start, u_dd[0], 1.0)
+    state = kernel.rest.first_bounds(plant, law, *start, u_dd[0], 1.0)
     last = len(u_dd) - 2
     *_, at, count = core.bound(
         plant, law, waves, u_dd, DT, 0, 0.0, DT, last, *state, trail, 0, log, 0, room

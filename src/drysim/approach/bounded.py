@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Orbit, Response, Track
 from drysim.approach.scene import core_of, grid_points
+from drysim.approach.unreached import Hits, Unreached
 from drysim.core.bounded_replay import hardest_push
 from drysim.core.bumper import MEET
 from drysim.core.compiled import engine
@@ -31,69 +32,6 @@ WAY = 2_000
 
 DECAYS = 40.0
 """Decays after which what a start has left is below double precision."""
-
-
-class Hits(NamedTuple):
-    """When the mass came to a stop, and how fast: arrays of shape (hits,).
-
-    Attributes
-    ----------
-    t : ndarray
-        Time [s].
-    v_r : ndarray
-        Velocity just before [m/s]; its sign is the side of the stop.
-    """
-
-    t: Floats
-    v_r: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Unreached:
-    """A solution of a scene with end stops that never reaches one."""
-
-    law: Stopped
-    bare: Track
-
-    @property
-    def plant(self) -> Plant:
-        """The oscillator."""
-        return self.bare.plant
-
-    @property
-    def closest(self) -> float:
-        """Smallest relative margin of a stop decision; infinite for none."""
-        return self.bare.closest
-
-    @property
-    def turns(self) -> Events:
-        """The start and every zero of v_r."""
-        return self.bare.turns
-
-    @property
-    def end(self) -> float:
-        """Last instant [s]."""
-        return self.bare.end
-
-    def state(self, t: float) -> AnyState:
-        """Give the state at time t [s]."""
-        return self.bare.state(t)
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
-        return self.bare.totals(begin, end)
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give 0: stops are located."""
-        return 0.0
-
-    def hits(self) -> Hits:
-        """Give no hits."""
-        return Hits(np.empty(0), np.empty(0))
-
-    def hardest_push(self, begin: float, end: float) -> float:
-        """Give no force."""
-        return 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.events import Events
-from drysim.core.bounded import bound, first_bounds
+from drysim.core.bounded import bound
 from drysim.core.bounded_replay import integrate_bounded, read_bounded
 from drysim.core.bumper import way_of
 from drysim.core.compiled import held
@@ -21,6 +21,7 @@ from drysim.core.normal import Pressed
 from drysim.core.plant import AnyState, Law, Plant, Slider, Stopped
 from drysim.core.pressed import first_pressed, press
 from drysim.core.pressed_replay import integrate_pressed, read_pressed
+from drysim.core.rest import first_bounds
 from drysim.core.waves import Waves, anchor, base_motion, normal_force
 
 Kernel = Callable[..., Any]

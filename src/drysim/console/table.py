@@ -139,27 +139,22 @@ def _stroke(table: study.Table, own: Tally) -> Iterator[Row]:
     peak = ends[1]
     used = f"{percent(peak.value / stroke.limit)} of the stroke limit, " if stroke else ""
     yield Row("peak |x_r|", millimetres(peak.value), f"{used}{_at(table, peak)}")
-    if own.beyond and table.scenario.stops is not None:
-        yield _hits(table, own)
-    elif own.beyond and own.seeds:
+    if own.beyond:
         cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
-        yield Row("limit met", cases, f"of {own.cases}, with some of the seeds", "bold red")
-    elif own.beyond and stroke:
-        cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
-        far = peak.value - stroke.limit
-        remark = f"of {own.cases}, " + (
-            f"{millimetres(far)} too far at the worst" if far >= 0 else "while it settles"
-        )
-        yield Row("limit met", cases, remark, "bold red")
+        name, remark = _met(table, own, peak.value)
+        yield Row(name, cases, f"of {own.cases}, {remark}", "bold red")
 
 
-def _hits(table: study.Table, own: Tally) -> Row:
-    """Give in how many cases the mass comes to its end stops, and where it does so fastest."""
-    cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
-    remark = f"of {own.cases}"
-    if ends := own.extremes.get("impact_speed"):
-        remark += f", at up to {number(ends[1].value, 'm/s')}, {_at(table, ends[1])}"
-    return Row("stops met", cases, remark, "bold red")
+def _met(table: study.Table, own: Tally, peak: float) -> tuple[str, str]:
+    """Give what was met and how hard or how far, with the greatest stroke [m]."""
+    ends, stroke = own.extremes.get("impact_speed"), table.scenario.stroke
+    if ends and table.scenario.stops:
+        return "stops met", f"at up to {number(ends[1].value, 'm/s')}, {_at(table, ends[1])}"
+    if own.seeds or stroke is None:
+        return "limit met", "with some of the seeds"
+    if peak < stroke.limit:
+        return "limit met", "while it settles"
+    return "limit met", f"{millimetres(peak - stroke.limit)} too far at the worst"
 
 
 def _isolation(table: study.Table, found: Sequence[Isolation]) -> Row:

@@ -14,31 +14,19 @@ from drysim.core.bumper import (
     fresh_of,
     meet,
     mode_of,
-    place,
     pushes,
     steady_pull,
     touch_of,
-    wall_of,
     way_of,
 )
 from drysim.core.cease import leave_slip
 from drysim.core.compiled import compiled
 from drysim.core.contact import STALL
-from drysim.core.events import (
-    CONTACT,
-    IMPACT,
-    RELEASE,
-    REVERSAL,
-    ROUNDING,
-    SLIP,
-    STICK,
-    note,
-    sign,
-)
-from drysim.core.impact import comes_to_rest
-from drysim.core.leave import leave_stick
+from drysim.core.events import CONTACT, SLIP, note
+from drysim.core.impact import rebound
 from drysim.core.passage import pass_on
 from drysim.core.plant import Plant
+from drysim.core.rest import leave_rest, let_go, stand
 from drysim.core.slide import slide
 from drysim.core.stop import NEVER, locate_stop
 from drysim.core.trail import mark
@@ -70,44 +58,6 @@ def begin_stretch(plant, law, waves, mode, z, u_0, t):
 
 
 @compiled
-def at_rest(plant, law, touch, z, xi, u_dd, load):
-    """Give the direction in which a mass with v_r = 0 slides on, 0 where it sticks, and F_L.
-
-    Eq. (9) with the force of a bumper. A rigid stop bears what presses the mass against it.
-    """
-    pull = steady_pull(plant, law, touch, z, xi)
-    F_L = plant.m * u_dd + pull
-    hold = law.F_fs * load
-    d = -sign(F_L) if abs(F_L) > hold + ROUNDING * (hold + abs(pull)) else 0
-    return (0 if d != 0 and d == wall_of(law, z, xi) else d), F_L
-
-
-@compiled
-def first_bounds(plant, law, x_r, v_r, u_dd, load):
-    """Give xi, v_r, z and the mode at t = 0."""
-    z, xi, touch = place(law, x_r, v_r)
-    d = sign(v_r)
-    if d == 0:
-        d, _ = at_rest(plant, law, touch, z, xi, u_dd, load)
-    return xi, v_r, z, mode_of(touch, d, STEADY)
-
-
-@compiled
-def leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left):
-    """Give when a stuck mass breaks away, or infinity, and in which direction."""
-    # What springs pull with is constant: one spring of 1 N/m that is so many metres long.
-    pull = steady_pull(plant, law, touch, z, xi)
-    wall = wall_of(law, z, xi)
-    one = Plant(plant.m, 1.0, 0.0)
-    up, down = NEVER, NEVER
-    if wall >= 0:
-        up = leave_stick(one, law, waves, pull, u_0, slope, 1, left)
-    if wall <= 0:
-        down = leave_stick(one, law, waves, pull, u_0, slope, -1, min(up, left))
-    return (down, 1) if down < up else (up, -1)
-
-
-@compiled
 def next_change(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
     """Give when the mass meets a stop or a bumper lets go or is felt again, or infinity.
 
@@ -126,58 +76,6 @@ def next_change(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
     if law.b_s == 0.0:
         return meet(c, w, waves, xi, v_r, g, r, d, 0.0, until), APART
     return fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, until), side * AWAY
-
-
-@compiled
-def rebound(plant, law, waves, slope, n, s, length, t, v_r, z, d, u_dd, load, log, count):
-    """Throw the mass back from a rigid stop, or lay it to rest; gives v_r and mode.
-
-    Parameters
-    ----------
-    n, s, length, t : int, float, float, float
-        Interval, time in it, its length [s]; and time since the start of the motion [s].
-    v_r, d : float, int
-        Velocity [m/s] before the impact, and its direction: the side of the stop.
-    z : float
-        Where the stop is [m].
-    u_dd, load : float
-        ü [m/s²] and the relative normal force then.
-    """
-    F_L = plant.m * u_dd + plant.k_x * z
-    count = note(log, count, n, s, -d * IMPACT, z, F_L)
-    speed = law.e * max(d * v_r, 0.0)
-    if speed == 0.0:
-        return 0.0, mode_of(APART, -d, STEADY), count
-    lasts = comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed)
-    if lasts < 0.0:
-        return -d * speed, mode_of(APART, -d, STEADY), count
-    count = note(log, count, n, min(s + lasts, length), STICK, z, F_L)
-    return 0.0, mode_of(APART, 0, STEADY), count
-
-
-@compiled
-def let_go(law, touch, after, d, n, s, z, xi, F_L, log, count):
-    """Change how the mass is to a bumper on its way inwards; gives xi and mode."""
-    if abs(after) == AWAY and d * xi >= 0.0:
-        after = APART
-    if abs(touch) == TOUCHING:
-        count = note(log, count, n, s, d * RELEASE, z + xi, F_L)
-    elif after != APART:
-        count = note(log, count, n, s, d * CONTACT, z + xi, F_L)
-    if after == APART:
-        return 0.0, mode_of(APART, d, STEADY), count
-    return xi, mode_of(after, d, POISED), count
-
-
-@compiled
-def stand(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
-    """Decide what a mass does whose velocity is zero: stick, or slide on; gives its mode."""
-    touch = touch_of(mode)
-    if abs(touch) == AWAY:
-        touch = touch // AWAY
-    d, F_L = at_rest(plant, law, touch, z, xi, u_dd, load)
-    count = note(log, count, n, s, d * REVERSAL if d != 0 else STICK, z + xi, F_L)
-    return mode_of(touch, d, STEADY), count
 
 
 @compiled

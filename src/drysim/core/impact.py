@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
+from drysim.core.bumper import APART, STEADY, mode_of
 from drysim.core.compiled import compiled
+from drysim.core.events import IMPACT, STICK, note
 from drysim.core.yielding import bounds
 
 
@@ -62,3 +64,30 @@ def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
 def low_or_short(law, high, t, flight):
     """Tell whether a flight leaves no trace in the numbers for x_r or for t."""
     return law.x_rM - high == law.x_rM or t + flight == t
+
+
+@compiled
+def rebound(plant, law, waves, slope, n, s, length, t, v_r, z, d, u_dd, load, log, count):
+    """Throw the mass back from a rigid stop, or lay it to rest; gives v_r and mode.
+
+    Parameters
+    ----------
+    n, s, length, t : int, float, float, float
+        Interval, time in it, its length [s]; and time since the start of the motion [s].
+    v_r, d : float, int
+        Velocity [m/s] before the impact, and its direction: the side of the stop.
+    z : float
+        Where the stop is [m].
+    u_dd, load : float
+        ü [m/s²] and the relative normal force then.
+    """
+    F_L = plant.m * u_dd + plant.k_x * z
+    count = note(log, count, n, s, -d * IMPACT, z, F_L)
+    speed = law.e * max(d * v_r, 0.0)
+    if speed == 0.0:
+        return 0.0, mode_of(APART, -d, STEADY), count
+    lasts = comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed)
+    if lasts < 0.0:
+        return -d * speed, mode_of(APART, -d, STEADY), count
+    count = note(log, count, n, min(s + lasts, length), STICK, z, F_L)
+    return 0.0, mode_of(APART, 0, STEADY), count

@@ -123,15 +123,6 @@ def _sides_of_track(response: Response, begin: float, end: float) -> tuple[Curve
     return side(np.nextafter(t, 0.0)), side(t)
 
 
-def hits(response: Response) -> list[tuple[float, float]]:
-    """Give time [s] and x_r [m] of every hit of an end stop."""
-    law, track = response.law, cast("Bounded", response.track)
-    if not isinstance(law, Stopped):
-        return []
-    t, v_r = track.hits()
-    return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
-
-
 def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Floats, Floats]:
     """Give the middle [grid points], least and greatest value of each bin of a long series.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from drysim import wording
 from drysim.core.normal import Pressed
+from drysim.core.plant import Stopped
 from drysim.report.plots import curves
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
+    from drysim.approach.bounded import Bounded
     from drysim.approach.events import Floats
     from drysim.approach.response import Response
     from drysim.report.plots.curves import Curve
@@ -109,7 +111,7 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
     peak = curves.greatest(motion, "x_r").value
     if limit > far * peak > 0:
         return
-    hits = curves.hits(motion)
+    hits = stops_met(motion)
     axes.autoscale(axis="y")
     for side in (-1, 1):
         what = "end stops" if hits else "stroke limit"
@@ -126,6 +128,15 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
             clip_on=False,
             label="stop met" if hits else "limit met",
         )
+
+
+def stops_met(response: Response) -> list[tuple[float, float]]:
+    """Give time [s] and x_r [m] of every hit of an end stop."""
+    law, track = response.law, cast("Bounded", response.track)
+    if not isinstance(law, Stopped):
+        return []
+    t, v_r = track.hits()
+    return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
 
 
 def loop(axes: Axes, shown: Curve, motion: Response) -> None:
