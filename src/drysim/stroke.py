@@ -68,7 +68,7 @@ def excursions(track: Track, x_rM: float, repeats: bool = False) -> Excursions:
         leaves.append(track.end)
     # An excursion across the seam of an orbit is one, unless there is nothing else.
     joined = bool(repeats and side[0] and side[-1] == side[0] and len(enters) > 1)
-    beyond = float(sum(leaves) - sum(enters))
+    beyond = max(float(sum(leaves) - sum(enters)), 0.0)
     return Excursions(len(enters) - joined, min(enters, default=None), beyond)
 
 
