@@ -24,6 +24,10 @@ EXPLAINED = {
     ("orbit.py", "scale = peak if peak > 0.0 else -1.0"): (
         "a mass that has not moved changes by nothing, whatever that is compared to"
     ),
+    (
+        "orbits.py",
+        "answer[STATUS] = STORM if count < 0 else (CROWDED if reached <= length else OVERFLOW)",
+    ): ("a crowded case is solved once more by itself, and that says what it is"),
     ("series.py", "square = q[1] * q[1] + 4.0 * q[0] * q[2]"): GUESS,
     ("steps.py", "bend * dt, bend * (0.25 * c - w * dt) * dt,"): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "

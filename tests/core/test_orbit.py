@@ -173,9 +173,9 @@ def test_steady_start_without_friction_is_the_impedance_of_every_sine(
 def test_orbit_that_rounding_keeps_from_closing_is_settled_where_it_comes_no_closer(
     plain: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    closed = orbit(plain, 0.8, 0.05, 0.3)
+    closed = orbit(plain, 1.3, 0.02, 0.2)
     monkeypatch.setattr(plain.orbit, "CLOSED", -1.0)
-    found = orbit(plain, 0.8, 0.05, 0.3)
+    found = orbit(plain, 1.3, 0.02, 0.2)
     assert found.multiple == 1
     assert closed.periods + plain.orbit.PATIENCE <= found.periods < 200
     assert found.closure <= plain.orbit.NOISE

@@ -68,9 +68,9 @@ def test_excursions_are_where_the_displacement_says(fast: SimpleNamespace) -> No
     assert (free[o.TIMES], free[o.ENTRIES], free[o.T_BEYOND]) == (0, 0, 0)
 
 
-def test_more_events_than_the_log_holds_are_told_of(fast: SimpleNamespace) -> None:
-    found = solve(fast, np.array([scene(0.5, 15.0)]), capacity=4)
-    assert found[0, fast.orbits.STATUS] == fast.orbits.CROWDED
+def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> None:
+    found = solve(kernel, np.array([scene(0.5, 15.0)]), capacity=4)
+    assert found[0, kernel.orbits.STATUS] == kernel.orbits.CROWDED
 
 
 @pytest.mark.parametrize("law", [(15.0, 15.0), (30.0, 38.0), (30.0, 38.0, 0.3, 12.0, 0.2)])
