@@ -9,7 +9,7 @@ from __future__ import annotations
 from drysim.core.compiled import compiled, inlined
 from drysim.core.dynamic import sliding_limit
 from drysim.core.events import sign
-from drysim.core.foresight import first_zero
+from drysim.core.locate import locate
 from drysim.core.stop import NEVER
 
 COUNT, WAY, EVEN = 0, 1, 2
@@ -113,43 +113,53 @@ def head(law, jet, d, v, z):
 def branch_end(law, jet, n, d, h):
     """Give when within h [s] the present branch ends, and what ends it; infinity and 0 if not.
 
-    `jet.p` is left as the distance from the sliding limit [N].
+    `jet.share` is worked in.
     """
     first, what = NEVER, 0
     if h <= 0.0:
         return first, what
+    work = jet.share
     level = loop_end(jet)
     way = jet.branch[WAY]
-    z = jet.z[0]
     if abs(level) != NEVER:
-        jet.z[0] = z - level
-        first = first_zero(jet.z, n, -way, h)
-        jet.z[0] = z
+        for k in range(n + 1):
+            work[k] = -way * jet.z[k]
+        work[0] += way * level
+        first = locate(work, n, h)
         if first != NEVER:
             what = LOOP
-    if law.power == 2 and z * way < 0.0 and first > 0.0:
-        crossing = first_zero(jet.z, n, -way, min(h, first))
+    if law.power == 2 and jet.z[0] * way < 0.0 and first > 0.0:
+        for k in range(n + 1):
+            work[k] = -way * jet.z[k]
+        crossing = locate(work, n, min(h, first))
         if crossing < first:
             first, what = crossing, ZERO
-    if to_limit(law, jet, n, d, h) > NOISE * law.F_fs and first > 0.0:
-        even = first_zero(jet.p, n - 1, d * way, min(h, first))
+    if first > 0.0 and to_limit(law, jet, work, n, d, h) > NOISE * law.F_fs:
+        even = locate(work, n - 1, min(h, first))
         if even < first:
             first, what = even, LIMIT
     return first, what
 
 
 @inlined
-def to_limit(law, jet, n, d, h):
-    """Set the distance of the force from the sliding limit; gives its size at most [N]."""
-    size = 0.0
+def to_limit(law, jet, work, n, d, h):
+    """Set the distance of the force from the sliding limit; gives its size at most [N].
+
+    It is no more than that limit varies: bristles come to one that stays without ever turning.
+    """
+    side = d * jet.branch[WAY]
+    size, varies = 0.0, 0.0
     power = 1.0
     for k in range(n):
-        jet.p[k] = (law.F_fk if k == 0 else 0.0) + jet.g[k] - d * law.sigma_0 * jet.z[k]
-        if k == 0 and jet.branch[EVEN] != 0:
-            jet.p[0] = 0.0
-        size += abs(jet.p[k]) * power
+        gap = jet.g[k] - d * law.sigma_0 * jet.z[k]
+        if k == 0:
+            gap = 0.0 if jet.branch[EVEN] != 0 else gap + law.F_fk
+        else:
+            varies += abs(jet.g[k]) * power
+        work[k] = side * gap
+        size += abs(gap) * power
         power *= h
-    return size
+    return min(size, varies)
 
 
 @compiled
