@@ -10,7 +10,8 @@ import numpy as np
 
 from drysim.approach import Signum, Smooth, StickSlip, Switch, Viscous
 from drysim.core.motion import Sines
-from drysim.core.plant import Law, State
+from drysim.core.plant import Law
+from drysim.core.state import State
 from drysim.metrics import METRICS, measure
 from drysim.scenario import Axis
 from drysim.study.comparison import Comparison

@@ -8,7 +8,8 @@ import numpy as np
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Plant, State
+from drysim.core.plant import Plant
+from drysim.core.state import State
 
 PAPER = Plant(75.0, 7500.0, 500.0)
 REST = State(0.0, 0.0)

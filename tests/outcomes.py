@@ -9,7 +9,8 @@ import numpy as np
 from drysim.approach import StickSlip
 from drysim.checks import Check
 from drysim.core.motion import Input, Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.errors import Caution
 from drysim.metrics import measure
 from drysim.study.outcome import Outcome

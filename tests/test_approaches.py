@@ -17,7 +17,8 @@ from drysim.approach.smooth import Smooth
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.switch import Switch
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.errors import SolverError, UsageError
 from drysim.metrics import METRICS, measure
 

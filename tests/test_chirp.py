@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.errors import ScenarioError
 from drysim.excitation.chirp import Chirp
 from drysim.scenario import load

@@ -7,7 +7,8 @@ import pytest
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Sines, base_acceleration
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 
 PAPER = Plant(75.0, 7500.0, 500.0)
 ONE = Sines((1.06,), (2.0,), (0.3,))

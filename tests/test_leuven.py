@@ -10,7 +10,8 @@ import pytest
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples
-from drysim.core.plant import BRISTLE, LEUVEN, Deflected, Dynamic, Law, Plant
+from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Law, Plant
+from drysim.core.state import Deflected
 from drysim.metrics import measure
 from hysteresis import swing
 from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved

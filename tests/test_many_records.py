@@ -7,7 +7,8 @@ import pytest
 
 from drysim.approach import exact
 from drysim.core.motion import Samples
-from drysim.core.plant import STRIBECK, AnyLaw, Dynamic, Law, Plant, State
+from drysim.core.plant import STRIBECK, AnyLaw, Dynamic, Law, Plant
+from drysim.core.state import State
 from drysim.metrics import greatest
 from drysim.peaks import entries, half_cycles, path_of, upcrossings
 

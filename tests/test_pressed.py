@@ -11,7 +11,8 @@ from contacts import at
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal import Pressed, Pressure
-from drysim.core.plant import Law, State
+from drysim.core.plant import Law
+from drysim.core.state import State
 from drysim.metrics import measure
 from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
 from pressing import march_pressed

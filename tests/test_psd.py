@@ -11,7 +11,8 @@ from pydantic import ValidationError
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import sample_squares
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.errors import ScenarioError
 from drysim.excitation.psd import Psd, area
 from drysim.quantity import convert

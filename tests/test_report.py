@@ -17,7 +17,8 @@ import pytest
 
 from drysim import report
 from drysim.core.motion import Sines
-from drysim.core.plant import Law, State
+from drysim.core.plant import Law
+from drysim.core.state import State
 from drysim.errors import Caution, OutputError
 from drysim.report import swap, tables
 from drysim.report.plots import curves

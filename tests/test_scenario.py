@@ -9,7 +9,8 @@ from typing import ClassVar, Literal
 import pytest
 from pydantic import BaseModel
 
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.errors import ScenarioError
 from drysim.scenario import Scenario, load, period
 from drysim.scenario.blocks import SHELF, with_options

@@ -12,7 +12,8 @@ from contacts import at
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.viscous import Viscous
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, State, Stopped
+from drysim.core.plant import Law, Plant, Stopped
+from drysim.core.state import State
 from drysim.errors import SolverError, UsageError
 from drysim.metrics import measure
 from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from drysim.core.plant import AnyState, Plant, Totals
+from drysim.core.plant import Plant
+from drysim.core.state import AnyState, Totals
 from drysim.quantity.arithmetic import chosen, greatest, ratio, root
 
 Values = dict[str, Any]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 import numpy as np
 
 from drysim.approach.response import Track
-from drysim.core.plant import AnyLaw, AnyState, Stopped
+from drysim.core.plant import AnyLaw, Stopped
+from drysim.core.state import AnyState
 
 if TYPE_CHECKING:
     from drysim.approach.bounded import Bounded

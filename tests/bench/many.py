@@ -21,7 +21,8 @@ import numpy as np
 from drysim.approach.exact import measure_many
 from drysim.approach.under_sines import solve_orbits
 from drysim.core.motion import Samples
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.excitation.noise import lines, noise
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import columns_of, size

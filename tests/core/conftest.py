@@ -9,11 +9,12 @@ from types import SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "motion", "compiled", "flow", "wave", "series", "steps", "stop", "events", "glide",
-    "eventful", "march", "waves", "fade", "slide", "cease", "leave", "leap", "table", "grid",
-    "integrals", "means", "turns", "period_map", "orbit", "orbits", "forms", "recursion", "law",
-    "stepping", "decimal", "digits", "stretches", "lanes", "products",
-    "abreast", "lockstep", "records", "trail", "joint", "bumper", "bounded", "rest",
+    "plant", "state", "motion", "compiled", "flow", "wave", "series", "steps", "stop",
+    "events", "glide", "eventful", "march", "waves", "fade", "slide", "cease", "leave",
+    "leap", "table", "grid", "integrals", "means", "turns", "period_map", "orbit", "orbits",
+    "forms", "recursion", "law", "stepping", "decimal", "digits", "stretches", "lanes",
+    "products", "abreast", "lockstep", "records", "trail", "joint", "bumper", "bounded",
+    "rest",
 )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ def answers(
     waves = kernel.waves.Waves(np.zeros(0), 0, 0)
     kernel.records.measure_records(
         plant, law, kernel.steps.steps_of(plant, law, dt), waves, u_dd, 101, SAMPLES - 1,
-        kernel.plant.State(x_r, 0.0), side, turns, found,
+        kernel.state.State(x_r, 0.0), side, turns, found,
     )  # fmt: skip
     return found, turns
 

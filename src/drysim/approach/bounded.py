@@ -11,8 +11,9 @@ import numpy as np
 from drysim.approach import exact, traced
 from drysim.approach.events import Events, Floats
 from drysim.approach.numerics import Numerics
+from drysim.approach.orbit import Orbit
 from drysim.approach.points import Held, Points
-from drysim.approach.response import Orbit, Response, Track
+from drysim.approach.response import Response, Track
 from drysim.approach.scene import core_of, grid_points
 from drysim.approach.unreached import Hits, Unreached
 from drysim.core.bounded_replay import hardest_push
@@ -20,7 +21,8 @@ from drysim.core.bumper import MEET
 from drysim.core.compiled import engine
 from drysim.core.events import CONTACT, RELEASE, REVERSAL, SLIP, STICK, tightness
 from drysim.core.motion import Samples, Sines, base_acceleration
-from drysim.core.plant import AnyState, Plant, State, Stopped, Totals
+from drysim.core.plant import Plant, Stopped
+from drysim.core.state import AnyState, State, Totals
 
 NOT_REACHED = "the end stops are never reached"
 

@@ -16,8 +16,9 @@ from drysim.approach.scene import core_of, first_u_dd, grid_points, waves_of
 from drysim.approach.spans import faint_speed, last_interval, squares_of_base
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines, base_acceleration
-from drysim.core.plant import AnyState, Deflected, Dynamic, Plant, Totals
+from drysim.core.plant import Dynamic, Plant
 from drysim.core.signal import BLOCK, KEPT
+from drysim.core.state import AnyState, Deflected, Totals
 
 LADDER = 1e3
 """How much coarser the second solution is from whose distance the error is stated."""

@@ -9,11 +9,13 @@ import numpy as np
 
 from drysim.approach import under_sines
 from drysim.approach.events import Events
+from drysim.approach.orbit import Orbit
 from drysim.approach.points import Sliding
-from drysim.approach.response import Orbit, Response, Track
+from drysim.approach.response import Response, Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Dynamic, Law, Plant, Slider, State, Stopped
+from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
+from drysim.core.state import AnyState, State
 from drysim.errors import UsageError
 from drysim.late import late
 

@@ -17,7 +17,8 @@ from drysim.core.contact_replay import integrate_pieces, read_contact
 from drysim.core.events import SLIP
 from drysim.core.forms import step_forms, step_rows
 from drysim.core.motion import Samples, sample_squares
-from drysim.core.plant import Deflected, Plant, Slider, Totals
+from drysim.core.plant import Plant, Slider
+from drysim.core.state import Deflected, Totals
 from drysim.core.trail import Pieces
 
 PIECE = 16_384

@@ -16,8 +16,9 @@ from drysim.core.events import Log
 from drysim.core.jet import ORDER, Jet
 from drysim.core.memory import COUNT, head
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import LEUVEN, AnyState, Dynamic, Plant
+from drysim.core.plant import LEUVEN, Dynamic, Plant
 from drysim.core.replay import integrate_series, read
+from drysim.core.state import AnyState
 from drysim.core.trace import first_heading, trace
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves

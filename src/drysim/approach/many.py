@@ -16,8 +16,9 @@ from drysim.core.forms import integrals, step_forms
 from drysim.core.lanes import FETCHED, LANES, SIZE
 from drysim.core.lockstep import KEPT, Side
 from drysim.core.motion import Samples, Sines, sample_squares
-from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.plant import Law, Plant
 from drysim.core.products import STUCK, STUCK_U2, WAY
+from drysim.core.state import State, Totals
 from drysim.core.steps import steps_of
 
 

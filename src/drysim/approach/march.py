@@ -22,8 +22,9 @@ from drysim.core.events import ROOM, Log
 from drysim.core.leap import leap_steps
 from drysim.core.march import march
 from drysim.core.motion import Samples
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
 from drysim.core.signal import BLOCK, KEPT
+from drysim.core.state import State
 from drysim.core.waves import Waves
 
 STRIDE = 4_000_000

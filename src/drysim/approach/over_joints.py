@@ -18,7 +18,8 @@ from drysim.core.contact import first_contact
 from drysim.core.events import ROOM, Log
 from drysim.core.joint import march_joint
 from drysim.core.motion import Samples
-from drysim.core.plant import AnyState, Plant, Slider
+from drysim.core.plant import Plant, Slider
+from drysim.core.state import AnyState
 from drysim.core.trail import Pieces
 
 FEW_EVENTS = 0.1

@@ -18,7 +18,8 @@ from drysim.core.forms import PAIRS, integrals, step_forms, step_rows
 from drysim.core.grid import state_within
 from drysim.core.integrals import integrate_steps
 from drysim.core.motion import Samples, sample_squares
-from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State, Totals
 
 Numbers = NDArray[np.intp]
 

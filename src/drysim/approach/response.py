@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,9 @@ from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Grid, Points
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Stopped, Totals
+from drysim.core.plant import AnyLaw, Law, Plant, Stopped
 from drysim.core.signal import BLOCK, KEPT
+from drysim.core.state import AnyState, Totals
 
 
 class Track(Protocol):
@@ -181,33 +182,3 @@ class Response:
         """Give F_stop [N] on a part of the grid; 0 where there is no end stop."""
         u_dd, *_, stop = self.points(part)
         return np.zeros_like(u_dd) if stop is None else stop
-
-
-class Orbit(NamedTuple):
-    """The periodic orbit that a start leads to.
-
-    Attributes
-    ----------
-    state : State or Deflected
-        At the beginning of the repetition.
-    periods : int
-        Excitation periods in the repetition.
-    closure : float
-        Largest scaled change of the state over the repetition [-].
-    settled : bool
-        Whether the scene closed at all.
-    unique : bool
-        Whether neighbours are drawn to it; false for one of a continuum of orbits.
-    run_up : float
-        Time from the start to the beginning of the repetition [s].
-    run_up_peak : float
-        Largest |x_r| on the way [m].
-    """
-
-    state: AnyState
-    periods: int
-    closure: float
-    settled: bool
-    unique: bool
-    run_up: float
-    run_up_peak: float

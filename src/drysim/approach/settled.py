@@ -9,12 +9,13 @@ import numpy as np
 from drysim.approach import by_series
 from drysim.approach.bounded import march
 from drysim.approach.by_series import Series
-from drysim.approach.response import Orbit
+from drysim.approach.orbit import Orbit
 from drysim.approach.traced import Traced, follow
 from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
 from drysim.core.normal import Pressed
-from drysim.core.plant import AnyState, Dynamic, Plant, Slider, Stopped
+from drysim.core.plant import Dynamic, Plant, Slider, Stopped
+from drysim.core.state import AnyState
 
 MOST_PERIODS = 2_000
 """Periods after which a motion counts as not settled."""

@@ -6,7 +6,8 @@ from typing import ClassVar, Literal
 
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Plant
+from drysim.core.plant import AnyLaw, Plant
+from drysim.core.state import AnyState
 from drysim.quantity import Block
 
 METHODS = ("euler", "semi-implicit", "heun", "rk4")

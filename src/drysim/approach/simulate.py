@@ -13,7 +13,8 @@ from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
 from drysim.core.motion import Samples
-from drysim.core.plant import Law, Plant, State, Stopped
+from drysim.core.plant import Law, Plant, Stopped
+from drysim.core.state import State
 from drysim.errors import UsageError
 
 SHELF = {each.model_fields["approach"].default: each for each in APPROACHES}

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Plant
+from drysim.core.plant import AnyLaw, Plant
+from drysim.core.state import AnyState
 from drysim.quantity import Block, Quantity
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ import numpy as np
 from drysim.approach.scene import grid_points
 from drysim.core.means import mean_squares
 from drysim.core.motion import Samples, Sines, sample_squares
-from drysim.core.plant import AnyState, Plant
+from drysim.core.plant import Plant
 from drysim.core.signal import largest
+from drysim.core.state import AnyState
 from drysim.core.waves import Waves
 
 FAINT = 1e-9

@@ -15,13 +15,9 @@ from drysim.approach.response import Response
 from drysim.approach.scene import grid_points, waves_of
 from drysim.core.compiled import engine, held
 from drysim.core.means import mean_squares
-from drysim.core.motion import (
-    Samples,
-    Sines,
-    base_acceleration,
-    displacement_between,
-)
-from drysim.core.plant import AnyLaw, AnyState, Plant, State, Totals
+from drysim.core.motion import Samples, Sines, base_acceleration, displacement_between
+from drysim.core.plant import AnyLaw, Plant
+from drysim.core.state import AnyState, State, Totals
 from drysim.errors import SolverError
 
 LARGEST = 1e100

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from drysim.approach.response import Orbit, Response, Track
+from drysim.approach.orbit import Orbit
+from drysim.approach.response import Response, Track
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Plant
+from drysim.core.plant import AnyLaw, Plant
+from drysim.core.state import AnyState
 from drysim.quantity import Block
 
 

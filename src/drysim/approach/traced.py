@@ -27,7 +27,8 @@ from drysim.approach.spans import last_interval, squares_of_base
 from drysim.core.compiled import held
 from drysim.core.events import Log
 from drysim.core.motion import Samples, Sines, base_acceleration
-from drysim.core.plant import AnyState, Deflected, Plant, Totals
+from drysim.core.plant import Plant
+from drysim.core.state import AnyState, Deflected, Totals
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.events import Events, Floats
+from drysim.approach.orbit import Orbit
 from drysim.approach.points import Points
-from drysim.approach.response import Orbit, Response
+from drysim.approach.response import Response
 from drysim.approach.room import empty_log, larger
 from drysim.approach.scene import (
     LOG_LENGTH,
@@ -29,7 +30,8 @@ from drysim.core.integrals import integrate_leaps
 from drysim.core.leap import leap
 from drysim.core.means import mean_squares
 from drysim.core.motion import Sines
-from drysim.core.plant import Law, Plant, State, Totals
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State, Totals
 from drysim.core.table import room
 from drysim.core.waves import STRIDE, Waves
 

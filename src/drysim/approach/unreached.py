@@ -9,7 +9,8 @@ import numpy as np
 
 from drysim.approach.events import Events, Floats
 from drysim.approach.response import Track
-from drysim.core.plant import AnyState, Plant, Stopped, Totals
+from drysim.core.plant import Plant, Stopped
+from drysim.core.state import AnyState, Totals
 
 
 class Hits(NamedTuple):

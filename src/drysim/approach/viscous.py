@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from drysim.approach.response import Orbit, Response, Track
+from drysim.approach.orbit import Orbit
+from drysim.approach.response import Response, Track
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, AnyState, Law, Plant, Stopped
+from drysim.core.plant import AnyLaw, Law, Plant, Stopped
+from drysim.core.state import AnyState
 from drysim.quantity import Block
 
 NO_FRICTION = Law(0.0, 0.0)

@@ -18,10 +18,11 @@ from drysim.core.contact_replay import integrate_contact, read_contact
 from drysim.core.events import REVERSAL, STICK
 from drysim.core.load import Limits
 from drysim.core.normal import Pressed
-from drysim.core.plant import AnyState, Law, Plant, Slider, Stopped
+from drysim.core.plant import Law, Plant, Slider, Stopped
 from drysim.core.pressed import first_pressed, press
 from drysim.core.pressed_replay import integrate_pressed, read_pressed
 from drysim.core.rest import first_bounds
+from drysim.core.state import AnyState
 from drysim.core.waves import Waves, anchor, base_motion, normal_force
 
 Kernel = Callable[..., Any]

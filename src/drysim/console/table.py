@@ -82,10 +82,8 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     """Give in words what was swept, and what was not."""
     scenario, axes = table.scenario, table.axes
     varied = [axis.key for axis in axes if len(axis.values) > 1]
-    kind, defaulted = (
-        scenario.excitation.kind,
-        not {*varied} & STATIC and not scenario.static_given,
-    )
+    kind = scenario.excitation.kind
+    defaulted = not {*varied} & STATIC and not scenario.static_given
     if oscillator := wording.scene(scenario.oscillator.plant(), varied):
         yield "oscillator", oscillator
     shared = _own(table).shared

@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema, core_schema
 from drysim.quantity.block import Block as Block
 from drysim.quantity.block import Misfit as Misfit
 from drysim.quantity.block import texts_of as texts_of
-from drysim.quantity.units import KINDS as KINDS
+from drysim.quantity.kinds import KINDS as KINDS
 from drysim.quantity.units import NUMBER as NUMBER
 from drysim.quantity.units import convert as convert
 from drysim.quantity.units import factor as factor

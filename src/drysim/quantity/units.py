@@ -8,6 +8,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, NamedTuple
 
+from drysim.quantity.kinds import ASCII, KINDS, PLAIN
 from drysim.quantity.words import near, short
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
@@ -22,66 +23,6 @@ LONGEST_NUMBER = 300
 _UNIT = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
 _NUMBERED = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
 _SIGNS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
-
-KINDS = {
-    "kg": "mass",
-    "N/m": "stiffness",
-    "N·s/m": "damping",
-    "N": "force",
-    "N·s": "impulse",
-    "m": "length",
-    "m/s": "velocity",
-    "m/s²": "acceleration",
-    "s": "time",
-    "Hz": "frequency",
-    "J": "energy",
-    "rad": "angle",
-    "(m/s²)²/Hz": "acceleration PSD",
-    "m³": "PSD of height",
-    "1/m": "wave number",
-    "s/m": "sharpness",
-    "m/s^1.75": "vibration dose",
-    "": "plain number",
-}
-"""The units of a scenario and what they measure."""
-
-_ASCII = {
-    "m/s2": "m/s²",
-    "m/s^2": "m/s²",
-    "N*s/m": "N·s/m",
-    "N*s": "N·s",
-    "1/s": "Hz",
-    "-": "",
-    "–": "",
-}
-
-# The everyday spellings need no units library. `g` depends on what is asked for. The first of
-# each row is the unit itself.
-_PLAIN: dict[str, dict[str, float]] = {
-    "kg": {"kg": 1, "g": 1e-3, "t": 1e3},
-    "N/m": {"N/m": 1, "kN/m": 1e3, "N/mm": 1e3},
-    "N·s/m": {"N*s/m": 1, "Ns/m": 1, "kg/s": 1, "kN*s/m": 1e3, "kNs/m": 1e3},
-    "N": {"N": 1, "kN": 1e3},
-    "N·s": {"N*s": 1, "Ns": 1, "kN*s": 1e3, "kNs": 1e3, "kg*m/s": 1},
-    "m": {"m": 1, "cm": 1e-2, "mm": 1e-3},
-    "m/s": {"m/s": 1, "cm/s": 1e-2, "mm/s": 1e-3},
-    "m/s²": {"m/s^2": 1, "g": 9.80665, "cm/s^2": 1e-2, "mm/s^2": 1e-3},
-    "s": {"s": 1, "ms": 1e-3, "min": 60},
-    "Hz": {"Hz": 1, "1/s": 1, "kHz": 1e3},
-    "J": {"J": 1, "mJ": 1e-3, "kJ": 1e3},
-    "rad": {"rad": 1, "deg": math.pi / 180, "°": math.pi / 180},
-    "(m/s²)²/Hz": {
-        "m^2/s^3": 1,
-        "(m/s^2)^2/Hz": 1,
-        "(m/s^2)2/Hz": 1,
-        "g^2/Hz": 96.1703842225,
-    },
-    "m³": {"m^3": 1, "cm^3": 1e-6, "mm^3": 1e-9},
-    "s/m": {"s/m": 1, "s/mm": 1e3},
-    "m/s^1.75": {"m/s^1.75": 1},
-    "1/m": {"1/m": 1, "cycle/m": 1, "cycles/m": 1, "rad/m": 0.5 / math.pi},
-    "": {"-": 1, "–": 1, "%": 1e-2},
-}
 
 
 class _Found(NamedTuple):
@@ -103,7 +44,7 @@ def convert(text: str, unit: str) -> float:
     ValueError
         With a sentence, when the text is no number with a unit of the right kind.
     """
-    unit, words = _ASCII.get(unit, unit), text.translate(_SIGNS).strip()
+    unit, words = ASCII.get(unit, unit), text.translate(_SIGNS).strip()
     if re.match(r"[-+]?[0-9]+,[0-9]", words):
         raise ValueError(f"`{short(text)}` has a comma; write numbers with a decimal point")
     number = NUMBER.match(words)
@@ -136,12 +77,12 @@ def factor(unit_text: str, unit: str) -> float:
     ValueError
         With a sentence, when the unit is unknown or measures something else.
     """
-    unit = _ASCII.get(unit, unit)
+    unit = ASCII.get(unit, unit)
     if len(unit_text) > LONGEST_UNIT:
         raise ValueError(f"unknown unit `{short(unit_text)}`")
     spelt = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_SIGNS).strip())
     spelt = re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelt))
-    known = _PLAIN[unit].get(spelt)
+    known = PLAIN[unit].get(spelt)
     return float(known) if known is not None else _rare_factor(unit_text, spelt, unit)
 
 
@@ -149,7 +90,7 @@ def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
     """Give the factor by the units library, which is imported only for this."""
     found = _look_up(spelt)
     if found is None:
-        nearest = near(unit_text.strip(), _PLAIN[unit])
+        nearest = near(unit_text.strip(), PLAIN[unit])
         hint = f"; did you mean `{nearest.replace('^2', '²')}`?" if nearest else ""
         raise ValueError(f"unknown unit `{short(unit_text)}`{hint}")
     target = _target(unit)
@@ -157,7 +98,7 @@ def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
     if unit == "Hz" and found.angle and found.dimension == target.dimension:
         return found.factor / (2 * math.pi)
     if found[1:] != target[1:]:
-        same = next((u for u in _PLAIN[unit] if u.lower() == spelt.lower()), "")
+        same = next((u for u in PLAIN[unit] if u.lower() == spelt.lower()), "")
         hint = f"; did you mean `{same}`?" if same else ""
         wrong = _measured(found)
         raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {_named(unit)}{hint}")
@@ -168,7 +109,7 @@ def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
 
 def _measured(found: _Found) -> str:
     """Name what a unit measures, as far as drysim has a word for it."""
-    same = (KINDS[unit] for unit in _PLAIN if _target(unit)[1:] == found[1:])
+    same = (KINDS[unit] for unit in PLAIN if _target(unit)[1:] == found[1:])
     return next(same, "something else")
 
 
@@ -179,7 +120,7 @@ def _named(unit: str) -> str:
 
 def _target(unit: str) -> _Found:
     """Give a unit of `KINDS` as the units library knows it."""
-    found = _look_up(next(iter(_PLAIN[unit])) if unit else "m/m")
+    found = _look_up(next(iter(PLAIN[unit])) if unit else "m/m")
     assert found is not None
     return found
 

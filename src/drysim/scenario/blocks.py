@@ -7,7 +7,8 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Field, create_model, field_validator, model_validator
 
 from drysim.approach import APPROACHES, Approach
-from drysim.core.plant import Law, Plant, State, Stopped
+from drysim.core.plant import Law, Plant, Stopped
+from drysim.core.state import State
 from drysim.quantity import (
     Block,
     Damping,

@@ -8,8 +8,8 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from drysim.scenario.blocks import SHELF
+from drysim.scenario.heading import FORMAT
 from drysim.scenario.laws import BY_NAME, LAWS
-from drysim.scenario.model import FORMAT
 from drysim.scenario.options import with_options
 from drysim.scenario.seeds import NAMES
 

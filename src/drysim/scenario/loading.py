@@ -9,7 +9,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError
-from drysim.scenario.model import NAME, Scenario
+from drysim.scenario.heading import NAME
+from drysim.scenario.model import Scenario
 from drysim.scenario.options import model_for
 from drysim.scenario.reading import MOST_PROBLEMS, Enough, Reading
 from drysim.scenario.rules import broken, unused

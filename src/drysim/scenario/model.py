@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ from pydantic import Field, ValidationInfo, field_validator
 from drysim.core.plant import AnyLaw, Law
 from drysim.excitation.generated import Generated
 from drysim.friction.terms import terms
-from drysim.quantity import shown
 from drysim.scenario import laws, under_law
 from drysim.scenario.blocks import Oscillator, Solver, Start, Stops, Stroke
 from drysim.scenario.fields import (
@@ -24,25 +22,20 @@ from drysim.scenario.fields import (
     Sweep,
 )
 from drysim.scenario.from_file import FromFile
+from drysim.scenario.heading import FORMAT, FolderName, Format
 from drysim.scenario.measure import Measure, frequencies, in_seconds, steady_by_default
 from drysim.scenario.others import left_out, solved_by
 from drysim.scenario.resolved import spelled_out
 from drysim.scenario.sweep.axis import Axis
 from drysim.scenario.sweep.points import case_at
 
-FORMAT = 1
-"""Version of the file format."""
-
-NAME = re.compile(r"[^\W_][\w .-]{0,98}[\w-]|[^\W_]")
-"""A name that is a good name for a folder everywhere."""
-
 
 class Scenario(FromFile):
     """A vibration isolator, how its base moves, and what is asked about it."""
 
-    drysim: int = FORMAT
+    drysim: Format = FORMAT
     """Version of the file format."""
-    name: str = "scenario"
+    name: FolderName = "scenario"
     """Name of the scenario and of its output folder; default: the name of the file."""
     about: str = ""
     """What it is about, in a sentence."""
@@ -68,24 +61,6 @@ class Scenario(FromFile):
     checks: Checks = ()
     """Promises about the metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1.
     """
-
-    @field_validator("drysim", mode="before")
-    @classmethod
-    def _format_is_known(cls, version: object) -> object:
-        if version is True or version != FORMAT:
-            reads = f"must be {FORMAT}, the file format that this drysim reads"
-            raise ValueError(f"{reads}, not {shown(version)}")
-        return FORMAT
-
-    @field_validator("name", mode="after")
-    @classmethod
-    def _name_is_a_folder(cls, name: str) -> str:
-        if not NAME.fullmatch(name) or name.endswith(".partial"):
-            raise ValueError(
-                "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first, "
-                f"as the output folder is named after it; not {shown(name)}"
-            )
-        return name
 
     @field_validator("solver")
     @classmethod
@@ -214,9 +189,7 @@ class Scenario(FromFile):
         return tuple(whose(self, word))
 
     def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
-        """Give the plain words of a scenario that runs again as this one did.
-
-        Overrides and defaults are spelled out, every value is in SI.
+        """Give plain words, defaults and all, in SI: a scenario that runs as this one did.
 
         Parameters
         ----------

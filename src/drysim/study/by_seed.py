@@ -12,7 +12,8 @@ from drysim.core import compiled
 from drysim.core.motion import Samples
 from drysim.errors import SolverError
 from drysim.study import memory
-from drysim.study.case import Case, assemble, base_motion
+from drysim.study.base import base_motion
+from drysim.study.case import Case, assemble
 from drysim.study.cases import measured
 from drysim.study.hashes import sha256_of
 from drysim.study.in_order import in_order

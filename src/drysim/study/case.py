@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal import Pressed
-from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, State
-from drysim.errors import Caution, ScenarioError, UsageError
-from drysim.excitation.generated import Drawn, Generated
+from drysim.core.plant import AnyLaw, Dynamic, Law, Plant
+from drysim.core.state import State
+from drysim.errors import Caution, UsageError
+from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
 from drysim.study import effort, memory, seeds
+from drysim.study.base import ON_THE_END, base_motion, misfit, window
 from drysim.study.spectral import refusal
 from drysim.wording import number
 
@@ -22,9 +24,6 @@ if TYPE_CHECKING:
 
 WAVE_WORK = 5
 """What a wave adds to a grid point, in steps of sampled motion."""
-
-ON_THE_END = 1e-9
-"""A window that ends this close to the end of the record, relative to it, ends there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,41 +178,3 @@ def require_engine() -> None:
         engine()
     except ValueError as fault:
         raise UsageError(str(fault)) from fault
-
-
-def base_motion(scenario: Scenario) -> Sines | Samples:
-    """Give the motion of the base; a signal that would not fit into memory is not made."""
-    excitation, step, measure = scenario.excitation, scenario.solver.step, scenario.measure
-    end = None if measure.duration is None else measure.settle + measure.duration
-    span, block = end, "measure"
-    if getattr(excitation, "own_end", False):
-        span, block = getattr(excitation, "duration", None), "excitation"
-    steps = span / step if step and span and isinstance(excitation, Generated) else 0
-    if shortage := memory.shortage(round(steps)):
-        sentence = f"solver.step and {block}.duration: {shortage}"
-        raise misfit(scenario, sentence, f"{block}.duration")
-    return excitation.motion(step, end)
-
-
-def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
-    """Give begin and end of the metrics [s]; a record must reach to the end."""
-    settle, duration = scenario.measure.settle, scenario.measure.duration
-    if not isinstance(motion, Samples):
-        assert duration is not None, "a scenario has a duration unless its record ends it"
-        return settle, settle + duration
-    last = (len(motion.u_dd) - 1) * motion.dt
-    end = last if duration is None else settle + duration
-    if settle >= last or end > last * (1.0 + ON_THE_END):
-        key = "measure.settle" if settle >= last else "measure.duration"
-        sentence = (
-            f"{key} asks for motion beyond the end of the excitation at {number(last, 's')}"
-        )
-        raise misfit(scenario, sentence, key)
-    return settle, min(end, last)
-
-
-def misfit(scenario: Scenario, sentence: str, key: str) -> ScenarioError:
-    """Give the error for a key that only the whole case shows to be wrong."""
-    problem = scenario.problem(sentence, key)
-    name = scenario.origin["file"] or scenario.name
-    return ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))

@@ -8,11 +8,12 @@ from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyState
+from drysim.core.state import AnyState
 from drysim.errors import SolverError
 from drysim.scenario.sweep.axis import size
 from drysim.study import comfort
-from drysim.study.case import Case, assemble, base_motion
+from drysim.study.base import base_motion
+from drysim.study.case import Case, assemble
 from drysim.study.seeds import most
 from drysim.study.steady import orbit_of
 from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row

@@ -12,7 +12,8 @@ from drysim.study.table import FAILED
 from drysim.wording import millimetres, number
 
 if TYPE_CHECKING:
-    from drysim.approach.response import Orbit, Response
+    from drysim.approach.orbit import Orbit
+    from drysim.approach.response import Response
     from drysim.scenario import Scenario
     from drysim.study.table import Row
     from drysim.study.tally import Tally

@@ -9,7 +9,7 @@ from drysim.study.steady import fitted
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
-    from drysim.core.plant import AnyState
+    from drysim.core.state import AnyState
     from drysim.study.case import Case
 
 Values = dict[str, float | int | None]

@@ -16,9 +16,10 @@ from drysim.study.cases import case_at, response_of
 from drysim.study.cautions import statuses, strokes
 from drysim.study.comparison import Comparison
 from drysim.study.diagnosis import diagnose
+from drysim.study.gathering import how
 from drysim.study.rows import Rows
 from drysim.study.spectral import run_only
-from drysim.study.sweep import Finished, how, nothing, settle, solved
+from drysim.study.sweep import Finished, nothing, settle, solved
 from drysim.study.table import Row, Table
 from drysim.study.tally import Tally
 

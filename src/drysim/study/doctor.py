@@ -11,7 +11,8 @@ from math import pi
 
 import drysim
 from drysim.core.motion import Sines
-from drysim.core.plant import Law, Plant, State
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.errors import DrysimError
 
 PARTS = ("numpy", "scipy", "numba", "pydantic", "pyyaml", "typer", "rich", "matplotlib", "pint")

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from drysim.core import compiled
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, SolverError
+from drysim.study.base import base_motion
 from drysim.study.by_seed import rows_of, threads
-from drysim.study.case import Case, assemble, base_motion
+from drysim.study.case import Case, assemble
 from drysim.study.in_order import Finished, nothing
 from drysim.study.seeds import KEY, most, of_seed
 from drysim.study.statistics import Statistic, statistics

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from drysim.averages import energies, means
 from drysim.core.motion import Sines
-from drysim.core.plant import Plant, State, Totals
+from drysim.core.plant import Plant
+from drysim.core.state import State, Totals
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction.coulomb import Coulomb
 from drysim.scenario.measure import common_period

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.approach.response import Orbit
+from drysim.approach.orbit import Orbit
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Sines
-from drysim.core.plant import AnyState, State
+from drysim.core.state import AnyState, State
 
 if TYPE_CHECKING:
     from drysim.approach.events import Floats

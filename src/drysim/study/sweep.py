@@ -3,38 +3,30 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from threading import Event
 from typing import TYPE_CHECKING
 
-from drysim.approach.numerics import FIXED_STEP
 from drysim.core import compiled
 from drysim.errors import ScenarioError
-from drysim.study import over_seeds
 from drysim.study.batch import Batch
 from drysim.study.case import Case, prepare
 from drysim.study.cases import count
-from drysim.study.cautions import statuses, strokes
+from drysim.study.gathering import gathered
 from drysim.study.in_order import in_order
 from drysim.study.over_seeds import Crew
 from drysim.study.pieces import Piece, Pieces
 from drysim.study.plan import Plan
-from drysim.study.rows import HELD, Rows
 from drysim.study.seeds import most
-from drysim.study.spectral import run_only
-from drysim.study.store import Store, Stored
+from drysim.study.store import Store
 from drysim.study.table import Table
-from drysim.study.tally import Tally
 
 if TYPE_CHECKING:
-    from drysim.scenario import Axis, Scenario
+    from drysim.scenario import Scenario
     from drysim.study.cluster.link import Link
 
 STEPS_A_CASE = 2_000
 """What an orbit weighs against loading the compiler, in steps of a plain march."""
-
-MOVERS = ("excitation.", "solver.step", "measure.")
-"""Beginnings of the keys that change the base motion."""
 
 Finished = Callable[[Batch], None]
 
@@ -107,29 +99,6 @@ def leftover(case: Case, store: Store) -> Table:
     return gathered(case, found, store, complete=False)
 
 
-def gathered(
-    case: Case,
-    blocks: Iterator[tuple[Piece, Batch]],
-    store: Store | None,
-    complete: bool = True,
-) -> Table:
-    """Give the table of blocks as they come; few are held where a store has them."""
-    checks = case.scenario.checks
-    tallies: dict[str, Tally] = {}
-    held: list[Batch] = []
-    kept: list[Piece] = []
-    for piece, batch in blocks:
-        own = Tally(batch.approach, () if tallies else checks)
-        tallies.setdefault(batch.approach, own).add(batch)
-        kept.append(piece)
-        if store is None or kept[-1].first < HELD:
-            held.append(batch)
-    small = len(held) == len(kept)
-    batches: Sequence[Batch] = held if small or store is None else Stored(store, kept)
-    rows = Rows.of(batches, [piece.end - piece.begin for piece in kept])
-    return table_of(case, rows, tallies, complete)
-
-
 def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
     """Settle the engine for so many cases like this one."""
     steps = max(case.steps, STEPS_A_CASE)
@@ -175,33 +144,3 @@ def solved(
             yield piece, batch
     finally:
         given_up.set()
-
-
-def table_of(
-    case: Case, rows: Rows, tallies: Mapping[str, Tally], complete: bool = True
-) -> Table:
-    """Give the table of finished cases, with its verdicts and warnings."""
-    scenario = case.scenario
-    own = tallies.get(scenario.solver.approach, Tally("", scenario.checks))
-    lost, met = statuses(tallies.values()), strokes(own, scenario)
-    means = over_seeds.remarks(scenario, own.seeds)
-    warnings = (*case.cautions, *run_only(case), *lost, *met, *means)
-    motion = case.motion if shared(scenario.axes) else None
-    return Table(
-        scenario, scenario.axes, rows, own.verdicts, warnings, complete, motion, how(case),
-        tallies,
-    )  # fmt: skip
-
-
-def shared(axes: Sequence[Axis]) -> bool:
-    """Tell whether all cases have one base motion."""
-    return not any(axis.key.startswith(MOVERS) for axis in axes)
-
-
-def how(case: Case) -> dict[str, object]:
-    """Give how the cases are solved, as far as they share it."""
-    from drysim.approach.scene import core_of
-
-    exact = hasattr(case.approach, "track")
-    core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
-    return {"core": core, "why": why, "engine": compiled.engine(), "step": case.step}

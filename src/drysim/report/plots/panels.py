@@ -11,6 +11,7 @@ from drysim import wording
 from drysim.core.normal import Pressed
 from drysim.core.plant import Stopped
 from drysim.report.plots import curves
+from drysim.report.plots.limit import excursions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,7 +119,7 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
         label = f"{what} ±{wording.millimetres(limit)}"
         axes.axhline(side * limit * MM, **LIMIT, label=label)
     begin, end = axes.get_xlim()
-    met = np.array(hits or curves.excursions(motion, limit), dtype=float).reshape(-1, 2)
+    met = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
     met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, MM)
     if len(met):
         axes.plot(

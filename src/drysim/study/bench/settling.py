@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Sines
-from drysim.core.plant import State
+from drysim.core.state import State
 from drysim.errors import SolverError
 from drysim.scenario.sweep.axis import points
 from drysim.study import cases

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from drysim.approach.events import Floats
     from drysim.approach.response import Track
-    from drysim.core.plant import AnyLaw, Plant, State
+    from drysim.core.plant import AnyLaw, Plant
+    from drysim.core.state import State
     from drysim.errors import Caution
     from drysim.scenario import Scenario
 
