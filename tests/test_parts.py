@@ -16,6 +16,7 @@ from drysim.core.signal import BLOCK
 from drysim.core.state import State
 from drysim.metrics import measure
 from drysim.report.plots import curves
+from drysim.report.plots.limit import excursions
 
 PLANT, START = Plant(75.0, 7500.0, 500.0), State(0.001, 0.02)
 LAWS = {
@@ -117,7 +118,7 @@ def test_excursion_across_parts_is_one(motion, small):
     limit = 0.3 * curves.greatest(whole, "x_r").value
     over = np.abs(whole.x_r) >= limit
     begins = np.diff(over, prepend=False) & over
-    assert len(curves.excursions(parted, limit)) == np.count_nonzero(begins)
+    assert len(excursions(parted, limit)) == np.count_nonzero(begins)
     assert curves.greatest(parted, "x_r", 70) == (
         np.abs(whole.x_r[70:]).max(), 70 + np.abs(whole.x_r[70:]).argmax()
     )  # fmt: skip

@@ -22,6 +22,7 @@ from drysim.core.state import State
 from drysim.errors import Caution, OutputError
 from drysim.report import swap, tables
 from drysim.report.plots import curves
+from drysim.report.plots.limit import excursions
 from drysim.report.plots.response import draw
 from killing import kills
 from outcomes import SINE, outcome, record
@@ -171,7 +172,7 @@ def test_envelope_holds_every_value():
 
 def test_excursions_are_found_at_their_largest():
     made = outcome(limit=0.005)
-    peaks = curves.excursions(made.response, 0.005)
+    peaks = excursions(made.response, 0.005)
     assert len(peaks) == made.metrics["violations"]
     t, x_r = np.array(peaks).T
     assert np.array_equal(made.response.x_r[np.rint(t / made.response.dt).astype(int)], x_r)

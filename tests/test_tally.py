@@ -10,7 +10,7 @@ import pytest
 
 from drysim import report
 from drysim.scenario import load
-from drysim.study import rows, sweep
+from drysim.study import gathering, rows, sweep
 from drysim.study.batch import Batch
 from drysim.study.case import prepare
 from drysim.study.journal import identity
@@ -105,7 +105,7 @@ def test_large_table_is_written_as_a_small_one(many, tmp_path, monkeypatch):
 def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
     many, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(sweep, "HELD", 0)
+    monkeypatch.setattr(gathering, "HELD", 0)
     monkeypatch.setattr(rows, "HELD", 0)
     store = Store(tmp_path / "cases", identity(many), resume=False)
     table = sweep.solve(prepare(many), store=store)
