@@ -53,7 +53,12 @@ def steps(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
 
 
 def show_rows(paper: Paper, rows: Iterable[Row], width: int) -> None:
-    """Show numbers, each with its remark behind so many columns; long remarks are set below."""
+    """Show numbers, each with its remark behind so many columns, or more for a long number.
+
+    Long remarks are set below.
+    """
+    rows = list(rows)
+    width = max([width, *(len(row.value) + 1 for row in rows if row.remark)])
     line(paper)
     for row in rows:
         name, value = f"  {row.name}".ljust(HEAD), row.value.ljust(width)
