@@ -14,8 +14,8 @@ from drysim.core.plant import Law
 from drysim.core.state import State
 from drysim.metrics import METRICS, measure
 from drysim.scenario import Axis
-from drysim.study.comparison import Comparison
-from drysim.study.table import Row, Table
+from drysim.study.comparisons.comparison import Comparison
+from drysim.study.sweeps.table import Row, Table
 from outcomes import PAPER, record, stand_in
 
 FREQUENCY, RMS, FORCE = "excitation.frequency", "excitation.rms", "friction.kinetic"

@@ -135,7 +135,8 @@ def main(count: int, names: list[str]) -> None:
     # Two changes within a second may be alike in size and time: no byte code is kept.
     sys.dont_write_bytecode = True
     os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
-    files = [CORE / f"{name}.py" for name in names] or sorted(CORE.glob("[a-z]*.py"))
+    files = sorted(CORE.rglob("[a-z]*.py"))
+    files = [file for file in files if not names or file.stem in names]
     without = shutil.ignore_patterns("__pycache__", "pictures")
     with tempfile.TemporaryDirectory() as home:
         folder = Path(home) / "src"
@@ -144,7 +145,7 @@ def main(count: int, names: list[str]) -> None:
         shutil.copy(HOME / "pyproject.toml", home)
         tried, lived, told = 0, 0, 0
         for file in files:
-            text, copy = file.read_text(), folder / "drysim" / "core" / file.name
+            text, copy = file.read_text(), folder / file.relative_to(HOME / "src")
             assert not noticed(folder, file.stem), "the tests fail without any change"
             every = list(mutants(text))
             for row, line, source in Random(1).sample(every, min(count, len(every))):

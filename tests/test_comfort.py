@@ -12,7 +12,7 @@ import drysim
 from drysim.comfort import greatest_running, weighted
 from drysim.scenario.measure import Measure
 from drysim.study import memory
-from drysim.study.sweep import sweep
+from drysim.study.sweeps.sweep import sweep
 from drysim.weighting import DIRECTIONS, WEIGHTINGS, gain
 
 BANDS = (-4, -3, 0, 3, 6, 7, 8, 9, 10, 12, 15, 19)

@@ -9,8 +9,8 @@ import pytest
 
 from drysim.errors import UsageError
 from drysim.scenario import load
-from drysim.study.compare import compare, named
-from drysim.study.comparison import Comparison
+from drysim.study.comparisons.compare import compare, named
+from drysim.study.comparisons.comparison import Comparison
 
 SCENE = """\
 drysim: 1

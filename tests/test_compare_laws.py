@@ -15,7 +15,7 @@ from drysim.errors import ScenarioError, UsageError
 from drysim.scenario import Scenario, load
 from drysim.scenario.blocks import SHELF
 from drysim.scenario.laws import LAWS
-from drysim.study.compare import compare, named
+from drysim.study.comparisons.compare import compare, named
 from drysim.study.run import run
 
 LUGRE = "{stribeck_velocity: 5 mm/s, bristle_stiffness: 100 kN/m, bristle_damping: 300}"

@@ -18,7 +18,7 @@ from drysim.console.paper import result
 from drysim.console.parts import Row, show_rows
 from drysim.errors import Caution
 from drysim.scenario import Axis
-from drysim.study.table import FAILED, NOT_SETTLED, Table
+from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Table
 from grids import axes, comparison, orbits, spoil, sweep
 from outcomes import record, stand_in
 

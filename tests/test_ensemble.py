@@ -14,11 +14,11 @@ import drysim as package
 from drysim.core.compiled import COMPILED
 from drysim.errors import ScenarioError, SolverError
 from drysim.scenario import load
-from drysim.study import blocks, by_seed
 from drysim.study.case import prepare
+from drysim.study.ensembles import blocks, by_seed
+from drysim.study.ensembles.seeds import LOOK
+from drysim.study.ensembles.statistics import interval
 from drysim.study.run import run
-from drysim.study.seeds import LOOK
-from drysim.study.statistics import interval
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}

@@ -161,7 +161,7 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     monkeypatch.chdir(seat.parent)
     words = ["sweep", "seat.yaml", "--no-plots", "--quiet", "--workers", "3", "--out"]
     assert main([*words, "whole"]) == 0
-    from drysim.study import plan
+    from drysim.study.sweeps import plan
 
     whole = plan.solve_piece
 

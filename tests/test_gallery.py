@@ -9,7 +9,7 @@ import pytest
 import drysim
 from drysim.scenario.laws import LAWS
 from drysim.study import gallery
-from drysim.study.sweep import sweep
+from drysim.study.sweeps.sweep import sweep
 
 GALLERY = Path(__file__).parents[1] / "scenarios"
 SCENARIOS = sorted(GALLERY.glob("*.yaml"))

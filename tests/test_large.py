@@ -13,10 +13,10 @@ from drysim.report.plots import many, scatter
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import columns_of, size
 from drysim.scenario.sweep.spread import by_ratio
-from drysim.study.cases import Motions
-from drysim.study.pieces import Pieces, solve_piece
-from drysim.study.quantiles import Quantiles
-from drysim.study.sweep import approaches_of, sweep
+from drysim.study.sweeps.cases import Motions
+from drysim.study.sweeps.pieces import Pieces, solve_piece
+from drysim.study.sweeps.quantiles import Quantiles
+from drysim.study.sweeps.sweep import approaches_of, sweep
 
 HUGE = """\
 drysim: 1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.errors import RecordError, ScenarioError
 from drysim.scenario import load
 from drysim.study.validate import examine

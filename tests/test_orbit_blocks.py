@@ -8,8 +8,8 @@ from drysim.errors import ScenarioError
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import columns_of, points
 from drysim.scenario.sweep.columns import columned
-from drysim.study.cases import Job, Motions, row_of
-from drysim.study.sweep import sweep
+from drysim.study.sweeps.cases import Job, Motions, row_of
+from drysim.study.sweeps.sweep import sweep
 
 BASE = """\
 drysim: 1

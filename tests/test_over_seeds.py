@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from drysim.scenario import load
-from drysim.study import by_seed
-from drysim.study.cases import Motions
-from drysim.study.compare import compare
+from drysim.study.comparisons.compare import compare
+from drysim.study.ensembles import by_seed
+from drysim.study.ensembles.statistics import interval
 from drysim.study.run import run
-from drysim.study.statistics import interval
-from drysim.study.sweep import sweep
+from drysim.study.sweeps.cases import Motions
+from drysim.study.sweeps.sweep import sweep
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -197,7 +197,7 @@ def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_pat
 def test_base_motions_are_made_once_for_all_cases(noisy, monkeypatch):
     made = []
     monkeypatch.setattr(
-        "drysim.study.cases.base_motion", lambda one: made.append(one) or drawn(one)
+        "drysim.study.sweeps.cases.base_motion", lambda one: made.append(one) or drawn(one)
     )
     from drysim.study.case import base_motion as drawn
 

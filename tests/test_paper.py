@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from drysim.scenario import load
-from drysim.study.compare import compare
-from drysim.study.sweep import sweep
-from drysim.study.table import Row
+from drysim.study.comparisons.compare import compare
+from drysim.study.sweeps.sweep import sweep
+from drysim.study.sweeps.table import Row
 
 HARMONIC = """\
 drysim: 1

@@ -9,9 +9,9 @@ from drysim.approach import march as marching
 from drysim.approach import response as responses
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.viscous import Viscous
-from drysim.core.march import STRETCH
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant
+from drysim.core.samples.march import STRETCH
 from drysim.core.signal import BLOCK
 from drysim.core.state import State
 from drysim.metrics import measure

@@ -13,7 +13,7 @@ from drysim.report.plots import moment, views
 from drysim.report.plots.comparison import draw as draw_comparison
 from drysim.report.plots.transmissibility import draw, draw_stroke
 from drysim.scenario import Axis
-from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
+from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
 from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, spoil, sweep
 from outcomes import stand_in
 

@@ -10,7 +10,7 @@ import pytest
 from contacts import at
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.normal import Pressed, Pressure
+from drysim.core.normal_force.normal import Pressed, Pressure
 from drysim.core.plant import Law
 from drysim.core.state import State
 from drysim.metrics import measure

@@ -17,8 +17,8 @@ from drysim.checks import Check
 from drysim.errors import Caution, OutputError
 from drysim.metrics import METRICS
 from drysim.report.rows import transmissibility
-from drysim.study import survey
-from drysim.study.table import FAILED, NOT_SETTLED, Row, Table
+from drysim.study.sweeps import survey
+from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Row, Table
 from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
 from killing import kills
 from outcomes import record

@@ -14,7 +14,7 @@ from drysim.scenario.sweep.axis import columns_of, points, size
 from drysim.scenario.sweep.design import Design
 from drysim.scenario.sweep.drawn import LogNormal, Normal, Triangular, Uniform
 from drysim.source import dump
-from drysim.study.sweep import sweep
+from drysim.study.sweeps.sweep import sweep
 
 stats = pytest.importorskip("scipy.stats")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.study.statistics import interval, statistics
-from drysim.study.table import Row
+from drysim.study.ensembles.statistics import interval, statistics
+from drysim.study.sweeps.table import Row
 from drysim.wording import around
 
 KEY = "excitation.seed"

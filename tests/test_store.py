@@ -9,11 +9,11 @@ import pytest
 
 from drysim.errors import OutputError
 from drysim.scenario import load
-from drysim.study.cases import Motions
 from drysim.study.journal import identity
-from drysim.study.pieces import Piece, Pieces, solve_piece
-from drysim.study.store import Store, Stored
-from drysim.study.sweep import approaches_of
+from drysim.study.sweeps.cases import Motions
+from drysim.study.sweeps.pieces import Piece, Pieces, solve_piece
+from drysim.study.sweeps.store import Store, Stored
+from drysim.study.sweeps.sweep import approaches_of
 from fuzz.mutate import damaged
 from seat import SEAT
 

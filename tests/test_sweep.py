@@ -10,12 +10,12 @@ from drysim.errors import ScenarioError
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import points, size
 from drysim.study.case import prepare
-from drysim.study.cases import Motions, count
 from drysim.study.journal import identity
-from drysim.study.pieces import Pieces, solve_piece
-from drysim.study.store import Store
-from drysim.study.sweep import approaches_of, leftover, solve, sweep
-from drysim.study.table import Row, Table
+from drysim.study.sweeps.cases import Motions, count
+from drysim.study.sweeps.pieces import Pieces, solve_piece
+from drysim.study.sweeps.store import Store
+from drysim.study.sweeps.sweep import approaches_of, leftover, solve, sweep
+from drysim.study.sweeps.table import Row, Table
 
 GRID = """\
 drysim: 1

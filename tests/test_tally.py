@@ -10,15 +10,15 @@ import pytest
 
 from drysim import report
 from drysim.scenario import load
-from drysim.study import gathering, rows, sweep
-from drysim.study.batch import Batch
 from drysim.study.case import prepare
 from drysim.study.journal import identity
-from drysim.study.pieces import Pieces
-from drysim.study.plan import Plan
-from drysim.study.store import Store
-from drysim.study.table import FAILED, OK, Row
-from drysim.study.tally import Tally
+from drysim.study.sweeps import gathering, rows, sweep
+from drysim.study.sweeps.batch import Batch
+from drysim.study.sweeps.pieces import Pieces
+from drysim.study.sweeps.plan import Plan
+from drysim.study.sweeps.store import Store
+from drysim.study.sweeps.table import FAILED, OK, Row
+from drysim.study.sweeps.tally import Tally
 
 GRID = """\
 drysim: 1

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
         UsageError,
     )
     from drysim.scenario import Scenario, load
-    from drysim.study.compare import compare
-    from drysim.study.comparison import Comparison
-    from drysim.study.ensemble import Ensemble
+    from drysim.study.comparisons.compare import compare
+    from drysim.study.comparisons.comparison import Comparison
+    from drysim.study.ensembles.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.run import run
-    from drysim.study.sweep import sweep
-    from drysim.study.table import Table
+    from drysim.study.sweeps.sweep import sweep
+    from drysim.study.sweeps.table import Table
 
 __version__ = "0.1.0"
 
@@ -51,10 +51,10 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Comparison": "drysim.study.comparison",
-    "Table": "drysim.study.table",
+    "Comparison": "drysim.study.comparisons.comparison",
+    "Table": "drysim.study.sweeps.table",
     "DrysimError": "drysim.errors",
-    "Ensemble": "drysim.study.ensemble",
+    "Ensemble": "drysim.study.ensembles.ensemble",
     "Outcome": "drysim.study.outcome",
     "OutputError": "drysim.errors",
     "RecordError": "drysim.errors",
@@ -64,8 +64,8 @@ _HOMES = {
     "UsageError": "drysim.errors",
     "load": "drysim.scenario",
     "run": "drysim.study.run",
-    "compare": "drysim.study.compare",
-    "sweep": "drysim.study.sweep",
+    "compare": "drysim.study.comparisons.compare",
+    "sweep": "drysim.study.sweeps.sweep",
     "simulate": "drysim.approach.simulate",
 }
 

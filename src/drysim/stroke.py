@@ -126,7 +126,7 @@ def sprung(law: AnyLaw, state: AnyState) -> float:
     """Give the energy that a bumper holds in a state [J]; 0 where there is none."""
     if not isinstance(law, Stopped) or abs(state.x_r) < law.x_rM:
         return 0.0
-    from drysim.core.bumper import TOUCHING, place
+    from drysim.core.stops.bumper import TOUCHING, place
 
     _, xi, touch = place(law, state.x_r, state.v_r)
     return 0.5 * law.k_s * float(xi) ** 2 if abs(touch) == TOUCHING else 0.0

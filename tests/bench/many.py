@@ -26,8 +26,8 @@ from drysim.core.state import State
 from drysim.excitation.noise import lines, noise
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import columns_of, size
-from drysim.study import orbits
-from drysim.study.blocks import MOST
+from drysim.study.ensembles.blocks import MOST
+from drysim.study.sweeps import orbits
 
 DT = 2.5e-3
 PLANT, REST = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0)

@@ -9,12 +9,13 @@ from types import SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "state", "motion", "compiled", "flow", "wave", "series", "steps", "stop",
-    "events", "glide", "eventful", "march", "waves", "fade", "slide", "cease", "leave",
-    "leap", "table", "grid", "integrals", "means", "turns", "period_map", "orbit", "orbits",
-    "forms", "recursion", "law", "stepping", "decimal", "digits", "stretches", "lanes",
-    "products", "abreast", "lockstep", "records", "trail", "joint", "bumper", "bounded",
-    "rest",
+    "plant", "state", "motion", "compiled", "flow", "wave", "events", "waves", "fade",
+    "table", "grid", "integrals", "means", "turns", "forms", "recursion", "law", "stepping",
+    "stretches", "trail", "samples.series", "samples.steps", "samples.stop", "samples.glide",
+    "samples.eventful", "samples.march", "sines.slide", "sines.cease", "sines.leave",
+    "sines.leap", "sines.period_map", "sines.orbit", "sines.orbits", "text.decimal",
+    "text.digits", "many.lanes", "many.products", "many.abreast", "many.lockstep",
+    "many.records", "contacts.joint", "stops.bumper", "stops.bounded", "stops.rest",
 )  # fmt: skip
 
 
@@ -30,7 +31,7 @@ def private_core(engine: str) -> SimpleNamespace:
     package = sys.modules["drysim"]
     attribute = vars(package).get("core")
     try:
-        parts = {name: importlib.import_module(f"drysim.core.{name}") for name in PARTS}
+        found = [importlib.import_module(f"drysim.core.{name}") for name in PARTS]
     finally:
         for name in [name for name in sys.modules if name.startswith("drysim.core")]:
             del sys.modules[name]
@@ -38,6 +39,7 @@ def private_core(engine: str) -> SimpleNamespace:
         if attribute is not None:
             vars(package)["core"] = attribute
         patch.undo()
+    parts = {module.__name__.rpartition(".")[2]: module for module in found}
     return SimpleNamespace(engine=engine, **parts)
 
 

@@ -16,13 +16,13 @@ from drysim.approach.points import Held, Points
 from drysim.approach.response import Response, Track
 from drysim.approach.scene import core_of, grid_points
 from drysim.approach.unreached import Hits, Unreached
-from drysim.core.bounded_replay import hardest_push
-from drysim.core.bumper import MEET
 from drysim.core.compiled import engine
 from drysim.core.events import CONTACT, RELEASE, REVERSAL, SLIP, STICK, tightness
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.core.plant import Plant, Stopped
 from drysim.core.state import AnyState, State, Totals
+from drysim.core.stops.bounded_replay import hardest_push
+from drysim.core.stops.bumper import MEET
 
 NOT_REACHED = "the end stops are never reached"
 

@@ -12,8 +12,8 @@ import numpy as np
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.scene import CONSTANT, waves_of
 from drysim.core.compiled import held
-from drysim.core.contact import HOLD
-from drysim.core.contact_replay import integrate_pieces, read_contact
+from drysim.core.contacts.contact import HOLD
+from drysim.core.contacts.contact_replay import integrate_pieces, read_contact
 from drysim.core.events import SLIP
 from drysim.core.forms import step_forms, step_rows
 from drysim.core.motion import Samples, sample_squares

@@ -12,14 +12,14 @@ from drysim.approach.events import Floats
 from drysim.approach.room import empty_log, empty_trail
 from drysim.approach.scene import refuse_storm
 from drysim.core.compiled import held
+from drysim.core.dynamic_laws.jet import ORDER, Jet
+from drysim.core.dynamic_laws.memory import COUNT, head
+from drysim.core.dynamic_laws.trace import first_heading, trace
 from drysim.core.events import Log
-from drysim.core.jet import ORDER, Jet
-from drysim.core.memory import COUNT, head
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import LEUVEN, Dynamic, Plant
 from drysim.core.replay import integrate_series, read
 from drysim.core.state import AnyState
-from drysim.core.trace import first_heading, trace
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves
 

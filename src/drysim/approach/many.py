@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from drysim.approach.events import Floats
 from drysim.approach.room import empty_log
 from drysim.approach.scene import LOG_LENGTH, waves_of
-from drysim.core import abreast, records
 from drysim.core.forms import integrals, step_forms
-from drysim.core.lanes import FETCHED, LANES, SIZE
-from drysim.core.lockstep import KEPT, Side
+from drysim.core.many import abreast, records
+from drysim.core.many.lanes import FETCHED, LANES, SIZE
+from drysim.core.many.lockstep import KEPT, Side
+from drysim.core.many.products import STUCK, STUCK_U2, WAY
 from drysim.core.motion import Samples, Sines, sample_squares
 from drysim.core.plant import Law, Plant
-from drysim.core.products import STUCK, STUCK_U2, WAY
+from drysim.core.samples.steps import steps_of
 from drysim.core.state import State, Totals
-from drysim.core.steps import steps_of
 
 
 class Measured(NamedTuple):

@@ -19,11 +19,11 @@ from drysim.approach.scene import (
 )
 from drysim.core.compiled import held
 from drysim.core.events import ROOM, Log
-from drysim.core.leap import leap_steps
-from drysim.core.march import march
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant
+from drysim.core.samples.march import march
 from drysim.core.signal import BLOCK, KEPT
+from drysim.core.sines.leap import leap_steps
 from drysim.core.state import State
 from drysim.core.waves import Waves
 

@@ -14,9 +14,9 @@ from drysim.approach.response import Response
 from drysim.approach.room import empty, empty_log, larger
 from drysim.approach.scene import core_of, grid_points, refuse_storm
 from drysim.core.compiled import engine, held
-from drysim.core.contact import first_contact
+from drysim.core.contacts.contact import first_contact
+from drysim.core.contacts.joint import march_joint
 from drysim.core.events import ROOM, Log
-from drysim.core.joint import march_joint
 from drysim.core.motion import Samples
 from drysim.core.plant import Plant, Slider
 from drysim.core.state import AnyState

@@ -12,7 +12,7 @@ from drysim.approach.numerics import Numerics
 from drysim.core.compiled import engine, held
 from drysim.core.events import ROOM, Log, opening
 from drysim.core.motion import Samples, Sines
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.core.state import State
 from drysim.core.waves import STRIDE, Waves, set_wave

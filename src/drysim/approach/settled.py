@@ -13,7 +13,7 @@ from drysim.approach.orbit import Orbit
 from drysim.approach.traced import Traced, follow
 from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Dynamic, Plant, Slider, Stopped
 from drysim.core.state import AnyState
 

@@ -21,16 +21,16 @@ from drysim.approach.scene import (
     refuse_storm,
     waves_of,
 )
-from drysim.core import orbit, orbits
 from drysim.core.base import sample_base
 from drysim.core.compiled import held
 from drysim.core.events import ROOM, direction
 from drysim.core.grid import sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
-from drysim.core.leap import leap
 from drysim.core.means import mean_squares
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, Plant
+from drysim.core.sines import orbit, orbits
+from drysim.core.sines.leap import leap
 from drysim.core.state import State, Totals
 from drysim.core.table import room
 from drysim.core.waves import STRIDE, Waves
@@ -165,7 +165,7 @@ def solve_orbits(scenes: Floats) -> Floats:
     Parameters
     ----------
     scenes : ndarray, shape (n, SINES + 3 sines)
-        The columns that `drysim.core.orbits` names.
+        The columns that `drysim.core.sines.orbits` names.
 
     Returns
     -------

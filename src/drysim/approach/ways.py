@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.events import Events
-from drysim.core.bounded import bound
-from drysim.core.bounded_replay import integrate_bounded, read_bounded
-from drysim.core.bumper import way_of
 from drysim.core.compiled import held
-from drysim.core.contact import first_contact, touch
-from drysim.core.contact_replay import integrate_contact, read_contact
+from drysim.core.contacts.contact import first_contact, touch
+from drysim.core.contacts.contact_replay import integrate_contact, read_contact
 from drysim.core.events import REVERSAL, STICK
-from drysim.core.load import Limits
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.load import Limits
+from drysim.core.normal_force.normal import Pressed
+from drysim.core.normal_force.pressed import first_pressed, press
+from drysim.core.normal_force.pressed_replay import integrate_pressed, read_pressed
 from drysim.core.plant import Law, Plant, Slider, Stopped
-from drysim.core.pressed import first_pressed, press
-from drysim.core.pressed_replay import integrate_pressed, read_pressed
-from drysim.core.rest import first_bounds
 from drysim.core.state import AnyState
+from drysim.core.stops.bounded import bound
+from drysim.core.stops.bounded_replay import integrate_bounded, read_bounded
+from drysim.core.stops.bumper import way_of
+from drysim.core.stops.rest import first_bounds
 from drysim.core.waves import Waves, anchor, base_motion, normal_force
 
 Kernel = Callable[..., Any]

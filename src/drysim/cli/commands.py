@@ -75,7 +75,7 @@ def run(
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare
-    from drysim.study.seeds import most
+    from drysim.study.ensembles.seeds import most
 
     case = prepare(load(scenario, options.overrides(changes, approach)))
     if most(case.scenario) == 1:

@@ -12,7 +12,7 @@ from drysim.errors import EXIT_INTERRUPTED, UsageError
 
 if TYPE_CHECKING:
     from drysim.study.case import Case
-    from drysim.study.ensemble import Ensemble
+    from drysim.study.ensembles.ensemble import Ensemble
 
 ONLY = "has a meaning only with many seeds"
 HINT = "ask for them by --set excitation.seeds=20, or leave it out"
@@ -67,10 +67,10 @@ def run(
 def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: bool) -> Ensemble:
     """Give the ensemble of a case; incomplete when it was interrupted on the way."""
     from drysim import console
-    from drysim.study.ensemble import ensemble_of, solve
+    from drysim.study.ensembles.ensemble import ensemble_of, solve
+    from drysim.study.ensembles.seeds import most
     from drysim.study.journal import Journal, identity
-    from drysim.study.seeds import most
-    from drysim.study.table import Row
+    from drysim.study.sweeps.table import Row
 
     what = identity(case.scenario) | {"of": "seeds"}
     with Journal(file, what, resume) as journal:

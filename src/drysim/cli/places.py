@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from drysim.errors import UsageError
 
 if TYPE_CHECKING:
-    from drysim.study.batch import Batch
     from drysim.study.case import Case
-    from drysim.study.store import Store
-    from drysim.study.table import Table
+    from drysim.study.sweeps.batch import Batch
+    from drysim.study.sweeps.store import Store
+    from drysim.study.sweeps.table import Table
 
     Compute = Callable[[Case, Store, Callable[[Batch], None]], Table]
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @contextmanager
 def place(cluster: str | None, workers: int | None, quiet: bool) -> Iterator[Compute]:
     """Give the function that computes a sweep where it is wanted, as long as it is there."""
-    from drysim.study.sweep import solve, solve_far
+    from drysim.study.sweeps.sweep import solve, solve_far
 
     if cluster is None:
         yield lambda case, store, finished: solve(

@@ -11,7 +11,7 @@ import typer
 
 from drysim.cli.streams import reader_may_leave
 from drysim.errors import EXIT_OK
-from drysim.study.seeds import most
+from drysim.study.ensembles.seeds import most
 from drysim.wording import clean_up, number
 
 if TYPE_CHECKING:

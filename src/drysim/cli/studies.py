@@ -22,9 +22,9 @@ FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
 
 if TYPE_CHECKING:
     from drysim.cli.places import Compute
-    from drysim.study.batch import Batch
     from drysim.study.case import Case
-    from drysim.study.table import Table
+    from drysim.study.sweeps.batch import Batch
+    from drysim.study.sweeps.table import Table
 
 
 @app.command()
@@ -49,7 +49,7 @@ def sweep(
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare
-    from drysim.study.sweep import approaches_of
+    from drysim.study.sweeps.sweep import approaches_of
 
     case = prepare(load(scenario, options.overrides(changes, approach)))
     wanted = approaches_of(case.scenario)
@@ -96,9 +96,9 @@ def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool)
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim import console
     from drysim.study.journal import identity
-    from drysim.study.pieces import Pieces
-    from drysim.study.store import Store
-    from drysim.study.sweep import approaches_of, leftover
+    from drysim.study.sweeps.pieces import Pieces
+    from drysim.study.sweeps.store import Store
+    from drysim.study.sweeps.sweep import approaches_of, leftover
 
     store = Store(folder, identity(case.scenario), resume)
     every = Pieces(approaches_of(case.scenario))
@@ -133,8 +133,8 @@ def compare(
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare
-    from drysim.study.cases import count
-    from drysim.study.compare import named, scenarios_of, solve
+    from drysim.study.comparisons.compare import named, scenarios_of, solve
+    from drysim.study.sweeps.cases import count
 
     names = named(approaches)
     loaded = load(scenario_or_default(scenario, names, quiet), changes or [])

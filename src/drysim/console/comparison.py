@@ -19,13 +19,13 @@ from drysim.console.parts import (
     show_warnings,
 )
 from drysim.console.table import scene
-from drysim.study import survey
+from drysim.study.sweeps import survey
 from drysim.wording import number, percent
 
 if TYPE_CHECKING:
-    from drysim.study.comparison import Comparison
-    from drysim.study.survey import Deviation
-    from drysim.study.tally import Tally
+    from drysim.study.comparisons.comparison import Comparison
+    from drysim.study.sweeps.survey import Deviation
+    from drysim.study.sweeps.tally import Tally
 
 VALUE = 11
 """Least width of the words before the places of the worst deviations."""

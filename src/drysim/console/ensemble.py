@@ -17,12 +17,12 @@ from drysim.console.parts import (
     show_warnings,
 )
 from drysim.console.summary import scene
-from drysim.study.table import OK
+from drysim.study.sweeps.table import OK
 from drysim.wording import around, number, percent, seeds
 
 if TYPE_CHECKING:
-    from drysim.study.ensemble import Ensemble
-    from drysim.study.statistics import Statistic
+    from drysim.study.ensembles.ensemble import Ensemble
+    from drysim.study.ensembles.statistics import Statistic
 
 VALUE = 22
 """Columns of the values beside the names."""

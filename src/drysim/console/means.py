@@ -10,7 +10,7 @@ from drysim.console.parts import Row
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis, Scenario
-    from drysim.study.known import Seeds
+    from drysim.study.sweeps.known import Seeds
 
 
 def seeds(scenario: Scenario, found: Seeds | None) -> str:

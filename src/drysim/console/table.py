@@ -20,15 +20,15 @@ from drysim.console.parts import (
     show_warnings,
     steps,
 )
-from drysim.study import survey
-from drysim.study.rows import HELD
-from drysim.study.tally import Tally
+from drysim.study.sweeps import survey
+from drysim.study.sweeps.rows import HELD
+from drysim.study.sweeps.tally import Tally
 from drysim.wording import millimetres, number, percent
 
 if TYPE_CHECKING:
-    from drysim.study import table as study
-    from drysim.study.survey import Isolation
-    from drysim.study.tally import Extreme
+    from drysim.study.sweeps import table as study
+    from drysim.study.sweeps.survey import Isolation
+    from drysim.study.sweeps.tally import Extreme
 
 VALUE = 20
 """Columns of the values beside the names."""

@@ -124,6 +124,6 @@ def source_key() -> str:
 def source_digest() -> str:
     """Give the SHA-256 of the core's source (hex): what makes two tables of numbers alike."""
     digest = hashlib.sha256()
-    for file in sorted(Path(__file__).parent.glob("*.py")):
+    for file in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drysim.core.compiled import compiled
 from drysim.core.events import direction
-from drysim.core.slide import slide
+from drysim.core.sines.slide import slide
 from drysim.core.table import ROWS, add_free, add_wave, fill, set_mode
 from drysim.core.waves import COSINE, OMEGA, SINE, STRIDE, A, anchor
 

@@ -10,7 +10,7 @@ import math
 
 from drysim.core.compiled import compiled
 from drysim.core.events import direction
-from drysim.core.slide import slide
+from drysim.core.sines.slide import slide
 from drysim.core.waves import OMEGA, STRIDE, anchor, base_motion, normal_force
 
 PANEL = 4.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 
 STRIBECK, BRISTLE, LEUVEN = 0, 1, 2
 """Kinds of dynamic law; that of bristles serves Dahl's, too."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from drysim.core.compiled import compiled
-from drysim.core.dynamic import dynamic_force, fractional
+from drysim.core.dynamic_laws.dynamic import dynamic_force, fractional
+from drysim.core.dynamic_laws.jet import ORDER, drive, grow, state_at, value
+from drysim.core.dynamic_laws.settled import SETTLED, settle_again
 from drysim.core.events import limit_force
 from drysim.core.integrals import NODES, WEIGHTS
-from drysim.core.jet import ORDER, drive, grow, state_at, value
 from drysim.core.plant import LEUVEN, STRIBECK
-from drysim.core.settled import SETTLED, settle_again
 
 TINY = 1e-300
 """Nothing that a series has may be neglected where it is read."""

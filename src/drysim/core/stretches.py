@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drysim.core.compiled import inlined
 from drysim.core.integrals import integrate
-from drysim.core.series import distance, series, speed
+from drysim.core.samples.series import distance, series, speed
 
 NODES = (
     0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal
 
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Law
 from drysim.friction.forces import Limits
 from drysim.friction.normal_record import NormalRecord

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from drysim.core.normal import Pressure
+from drysim.core.normal_force.normal import Pressure
 from drysim.excitation.record.recorded import Recorded
 from drysim.excitation.record.spoken import SI
 

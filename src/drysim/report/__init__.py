@@ -21,10 +21,10 @@ from drysim.source import dump
 if TYPE_CHECKING:
     from drysim.study.bench.hard import Ordeals
     from drysim.study.bench.scores import Bench
-    from drysim.study.comparison import Comparison
-    from drysim.study.ensemble import Ensemble
+    from drysim.study.comparisons.comparison import Comparison
+    from drysim.study.ensembles.ensemble import Ensemble
     from drysim.study.outcome import Outcome
-    from drysim.study.table import Table
+    from drysim.study.sweeps.table import Table
 
 
 def resolved_scenario(made: Outcome | Ensemble | Table, folder: Path) -> None:

@@ -75,7 +75,7 @@ def _spoken(words: Sequence[str], place: int, block: Block) -> bytes:
 
 def _printed(words: Sequence[str], place: int, block: Block) -> memoryview:
     """Give the rows of a block by the kernel."""
-    from drysim.core.digits import WIDTH, put_rows
+    from drysim.core.text.digits import WIDTH, put_rows
 
     numbers, letters = np.stack(block.numbers), np.array([word.encode() for word in words])
     table = letters.view(np.uint8).reshape(len(words), -1)
@@ -104,8 +104,8 @@ def _listed(words: Sequence[str], place: int, block: Cases) -> bytes:
 
 def _put(words: Sequence[str], place: int, block: Cases) -> memoryview:
     """Give the rows of a block of cases by the kernel."""
-    from drysim.core.cells import put_cases
-    from drysim.core.digits import WIDTH
+    from drysim.core.text.cells import put_cases
+    from drysim.core.text.digits import WIDTH
 
     letters = np.array([word.encode() for word in words])
     table = letters.view(np.uint8).reshape(len(words), -1)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from drysim.metrics import METRICS
 from drysim.report.sidecar import Fields, framed, software
-from drysim.study import survey
-from drysim.study.table import OK
+from drysim.study.sweeps import survey
+from drysim.study.sweeps.table import OK
 
 if TYPE_CHECKING:
-    from drysim.study.comparison import Comparison
-    from drysim.study.table import Table
-    from drysim.study.tally import Extreme, Tally
+    from drysim.study.comparisons.comparison import Comparison
+    from drysim.study.sweeps.table import Table
+    from drysim.study.sweeps.tally import Extreme, Tally
 
 
 def of_table(table: Table, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:

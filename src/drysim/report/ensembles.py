@@ -12,14 +12,14 @@ from drysim.report.cells import joined
 from drysim.report.rows import VIOLATION, known
 from drysim.report.sidecar import Fields, excitation, framed, software
 from drysim.report.tables import STROKE, heading, write
+from drysim.study.ensembles.statistics import CONFIDENCE, QUANTILES
 from drysim.study.hashes import sha256_together
-from drysim.study.statistics import CONFIDENCE, QUANTILES
-from drysim.study.table import OK
+from drysim.study.sweeps.table import OK
 
 if TYPE_CHECKING:
-    from drysim.study.ensemble import Ensemble
+    from drysim.study.ensembles.ensemble import Ensemble
     from drysim.study.hashes import sha256_together
-from drysim.study.statistics import Statistic
+from drysim.study.ensembles.statistics import Statistic
 
 SEED = "excitation.seed [-]"
 

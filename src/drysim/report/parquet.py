@@ -10,12 +10,12 @@ import numpy as np
 from drysim.errors import UsageError
 from drysim.report.rows import FORCES, METRICS, felt_of, means_of
 from drysim.report.tables import UNITS
-from drysim.study.batch import COUNTED, STATUSES
-from drysim.study.rows import batches_of
+from drysim.study.sweeps.batch import COUNTED, STATUSES
+from drysim.study.sweeps.rows import batches_of
 
 if TYPE_CHECKING:
-    from drysim.study.batch import Batch
-    from drysim.study.table import Table
+    from drysim.study.sweeps.batch import Batch
+    from drysim.study.sweeps.table import Table
 
 Names = tuple[str, ...]
 

@@ -11,13 +11,13 @@ import numpy as np
 from drysim.metrics import BOUNDED, COMFORT
 from drysim.report.cells import Cases, Text, cases, joined
 from drysim.report.tables import STROKE, heading, write
-from drysim.study.batch import COUNTED, STATUSES
-from drysim.study.rows import HELD, batches_of
+from drysim.study.sweeps.batch import COUNTED, STATUSES
+from drysim.study.sweeps.rows import HELD, batches_of
 
 if TYPE_CHECKING:
-    from drysim.study.batch import Batch
-    from drysim.study.comparison import Comparison
-    from drysim.study.table import Row, Table
+    from drysim.study.comparisons.comparison import Comparison
+    from drysim.study.sweeps.batch import Batch
+    from drysim.study.sweeps.table import Row, Table
 
 FORCES = ("F_fk", "F_fs")
 METRICS = (

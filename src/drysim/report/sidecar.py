@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import drysim
 from drysim.core.motion import Input, Samples, Sines
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.report.bare import bare_command, bare_name, plain
 from drysim.report.spectrum import told
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from drysim.checks import Verdict
     from drysim.scenario import Scenario
     from drysim.study.bench.scores import Panel
-    from drysim.study.ensemble import Ensemble
+    from drysim.study.ensembles.ensemble import Ensemble
     from drysim.study.outcome import Outcome
-    from drysim.study.table import Table
+    from drysim.study.sweeps.table import Table
 
 FORMAT = 1
 """Version of the layout of drysim.json."""

@@ -7,7 +7,7 @@ from math import inf, pi, sqrt
 from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.core.signal import largest
 from drysim.errors import Caution

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Law, Stopped
 from drysim.excitation import EXCITATIONS
 from drysim.scenario.blocks import SHELF, Solver, Stops

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant
 from drysim.core.state import State
 from drysim.errors import Caution, UsageError
 from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
-from drysim.study import effort, memory, seeds
+from drysim.study import effort, memory
 from drysim.study.base import ON_THE_END, base_motion, misfit, window
+from drysim.study.ensembles import seeds
 from drysim.study.spectral import refusal
 from drysim.wording import number
 

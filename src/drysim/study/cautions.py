@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.errors import Caution
-from drysim.study.table import FAILED
+from drysim.study.sweeps.table import FAILED
 from drysim.wording import millimetres, number
 
 if TYPE_CHECKING:
     from drysim.approach.orbit import Orbit
     from drysim.approach.response import Response
     from drysim.scenario import Scenario
-    from drysim.study.table import Row
-    from drysim.study.tally import Tally
+    from drysim.study.sweeps.table import Row
+    from drysim.study.sweeps.tally import Tally
 
 Metrics = Mapping[str, float | int | None]
 

@@ -7,7 +7,7 @@ from math import inf, pi, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.core.motion import Sines
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Dynamic, Law, Slider, Stopped
 from drysim.errors import Caution
 from drysim.wording import number

@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-from drysim.study.table import Row
+from drysim.study.sweeps.table import Row
 
 Asked = TypeVar("Asked")
 Given = TypeVar("Given")

@@ -9,8 +9,8 @@ from drysim.core.compiled import settle
 from drysim.study import comfort
 from drysim.study.case import Case, prepare
 from drysim.study.cautions import found, orbit_doubtful
+from drysim.study.ensembles.seeds import most
 from drysim.study.outcome import Outcome
-from drysim.study.seeds import most
 from drysim.study.spectral import spectra_of
 from drysim.study.steady import orbit_of
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.errors import Caution
     from drysim.scenario import Scenario
-    from drysim.study.ensemble import Ensemble
+    from drysim.study.ensembles.ensemble import Ensemble
 
     Solved = tuple[Response, tuple[float, float], tuple[Caution, ...]]
 
@@ -50,7 +50,7 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
     case = prepare(scenario)
     if most(scenario) == 1:
         return solve(case)
-    from drysim.study import ensemble
+    from drysim.study.ensembles import ensemble
 
     return ensemble.solve(case, workers=workers)
 

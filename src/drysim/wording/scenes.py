@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
-from drysim.core.normal import Pressed, Pressure
+from drysim.core.normal_force.normal import Pressed, Pressure
 from drysim.core.plant import AnyLaw, Dynamic, Plant, Slider, Stopped
 from drysim.wording.numbers import clean, millimetres, number, percent
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from drysim import wording
 from drysim.report.plots import bands, ink, scales
-from drysim.study import survey
-from drysim.study.table import OK
+from drysim.study.sweeps import survey
+from drysim.study.sweeps.table import OK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from drysim.report.plots.ink import Style
     from drysim.report.plots.views import Panel, View
-    from drysim.study.comparison import Comparison
-    from drysim.study.table import Row
+    from drysim.study.comparisons.comparison import Comparison
+    from drysim.study.sweeps.table import Row
 
 AGREE = 100.0 * survey.AGREE
 """Deviation of T_a up to which two approaches agree [%]."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from drysim.approach.response import Response
     from drysim.report.plots.ink import Style
-    from drysim.study.comparison import Comparison
+    from drysim.study.comparisons.comparison import Comparison
 
 # Told apart in grey as well: by width, lightness, dashes and marks.
 YARDSTICK: dict[str, Any] = {"color": "#86aed6", "linewidth": 3.4, "marker": "o", "zorder": 1.8}

@@ -10,15 +10,15 @@ import numpy as np
 
 from drysim import wording
 from drysim.report.plots import canvas, heading, ink, layout, panels
-from drysim.study.statistics import QUANTILES, student
+from drysim.study.ensembles.statistics import QUANTILES, student
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from drysim.approach.events import Floats
-    from drysim.study.ensemble import Ensemble
-    from drysim.study.statistics import Statistic
+    from drysim.study.ensembles.ensemble import Ensemble
+    from drysim.study.ensembles.statistics import Statistic
 
 FEW = 60
 """Seeds up to which each is marked."""

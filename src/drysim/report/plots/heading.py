@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from drysim.core.plant import AnyLaw
     from drysim.scenario import Scenario
-    from drysim.study.comparison import Comparison
+    from drysim.study.comparisons.comparison import Comparison
     from drysim.study.outcome import Outcome
-    from drysim.study.table import Table
+    from drysim.study.sweeps.table import Table
 
 WRAP = 118
 """Letters that fit into a line of the scene."""

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from drysim.report.plots import scales
 from drysim.report.plots.views import View
-from drysim.study.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK
+from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from drysim.report.plots.views import Line, Panel
     from drysim.scenario import Axis
-    from drysim.study.table import Row
+    from drysim.study.sweeps.table import Row
 
 Value = Callable[["Row"], float | None]
 Style = dict[str, Any]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.study.survey import FREQUENCY
+from drysim.study.sweeps.survey import FREQUENCY
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis

@@ -12,13 +12,13 @@ from drysim.report.plots import heading, ink, layout, scales
 from drysim.report.plots.labels import axis_label
 from drysim.report.plots.scatter import Bins, Scatter, gathered
 from drysim.report.plots.views import along_axis
-from drysim.study.rows import HELD, batches_of
+from drysim.study.sweeps.rows import HELD, batches_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from drysim.study.table import Table
+    from drysim.study.sweeps.table import Table
 
 BANDS = ((0.05, 0.95, "#c9d8e8", "90 % of the cases"), (0.25, 0.75, "#8fb0d0", "half of them"))
 MEDIAN: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}

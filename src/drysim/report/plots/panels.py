@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from drysim import wording
-from drysim.core.normal import Pressed
+from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Stopped
 from drysim.report.plots import curves
 from drysim.report.plots.limit import excursions

@@ -14,7 +14,7 @@ from drysim.scenario.sweep.drawn import Drawn
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis
-    from drysim.study.batch import Batch
+    from drysim.study.sweeps.batch import Batch
 
 Floats = NDArray[np.float64]
 

@@ -20,15 +20,15 @@ from drysim.report.plots import (
 )
 from drysim.report.plots.labels import axis_label
 from drysim.report.plots.views import view
-from drysim.study.survey import FREQUENCY
-from drysim.study.table import OK
+from drysim.study.sweeps.survey import FREQUENCY
+from drysim.study.sweeps.table import OK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from drysim.report.plots.views import Panel, View
-    from drysim.study.table import Row, Table
+    from drysim.study.sweeps.table import Row, Table
 
 STEEP = 100.0
 """Greatest over least value from which on T_a is drawn logarithmically."""

@@ -9,12 +9,12 @@ from math import nan
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from drysim.report.plots.labels import FORCES, axis_label, spoken, title
-from drysim.study.survey import FREQUENCY
+from drysim.study.sweeps.survey import FREQUENCY
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis
-    from drysim.study.comparison import Comparison
-    from drysim.study.table import Row, Table
+    from drysim.study.comparisons.comparison import Comparison
+    from drysim.study.sweeps.table import Row, Table
 
 DENSE = 5
 """Frequencies from which on a sweep is drawn over them, whatever varies fastest."""

@@ -16,7 +16,7 @@ from drysim.study import gallery
 from drysim.study.bench.patience import at_most
 from drysim.study.bench.trial import EXACT, FAILED, WRONG, Metrics, Solved, Trial, judged
 from drysim.study.case import assemble, prepare
-from drysim.study.cases import Motions
+from drysim.study.sweeps.cases import Motions
 
 if TYPE_CHECKING:
     from drysim.scenario import Scenario

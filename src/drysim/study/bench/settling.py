@@ -11,12 +11,12 @@ from drysim.core.motion import Sines
 from drysim.core.state import State
 from drysim.errors import SolverError
 from drysim.scenario.sweep.axis import points
-from drysim.study import cases
 from drysim.study.bench.judge import Yardstick
 from drysim.study.bench.peers.scipy_ivp import reference
 from drysim.study.bench.scores import Score
 from drysim.study.bench.work import Answer, Work
 from drysim.study.case import assemble
+from drysim.study.sweeps import cases
 
 if TYPE_CHECKING:
     from drysim.study.case import Case

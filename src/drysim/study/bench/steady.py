@@ -10,7 +10,6 @@ from drysim import wording
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
 from drysim.errors import DrysimError, SolverError, UsageError
 from drysim.scenario.sweep.axis import size as cases_of_grid
-from drysim.study import sweep
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Terms
 from drysim.study.bench.clock import Job, interleaved, repeats, timed
@@ -22,6 +21,7 @@ from drysim.study.bench.settling import A_PERIOD, PERIODS, Settling, followed, s
 from drysim.study.bench.speed_error import cautions, held_to, known_to_peers, lfilter, nothing
 from drysim.study.bench.work import Work
 from drysim.study.case import prepare
+from drysim.study.sweeps import sweep
 from drysim.wording import number
 
 if TYPE_CHECKING:

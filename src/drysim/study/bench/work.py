@@ -11,7 +11,7 @@ import numpy as np
 
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.study.case import prepare
-from drysim.study.seeds import one_only
+from drysim.study.ensembles.seeds import one_only
 
 if TYPE_CHECKING:
     from collections.abc import Callable

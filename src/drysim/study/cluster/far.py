@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 from drysim.study.cluster.flight import computed
 from drysim.study.cluster.parcel import Parcel
-from drysim.study.packing import packed
+from drysim.study.sweeps.packing import packed
 
 if TYPE_CHECKING:
     from drysim.scenario import Scenario
-    from drysim.study.batch import Batch
     from drysim.study.cluster.link import Link
-    from drysim.study.pieces import Piece
-    from drysim.study.plan import Plan
-    from drysim.study.store import Store
+    from drysim.study.sweeps.batch import Batch
+    from drysim.study.sweeps.pieces import Piece
+    from drysim.study.sweeps.plan import Plan
+    from drysim.study.sweeps.store import Store
 
 
 def solved(

@@ -17,8 +17,8 @@ from drysim.errors import DrysimError
 from drysim.quantity import Block
 from drysim.source import dump
 from drysim.study.cluster.alike import refuse_late, versions
-from drysim.study.packing import packed
-from drysim.study.plan import Plan
+from drysim.study.sweeps.packing import packed
+from drysim.study.sweeps.plan import Plan
 
 if TYPE_CHECKING:
     from drysim.scenario import Scenario
@@ -88,7 +88,7 @@ def opened(parcel: Parcel) -> Plan:
     """
     from drysim.scenario import load
     from drysim.study.case import prepare
-    from drysim.study.sweep import approaches_of
+    from drysim.study.sweeps.sweep import approaches_of
 
     compiled.settle(compiled.PLAIN_STEPS + 1)
     folder = Path(tempfile.mkdtemp(prefix="drysim-"))

@@ -1,0 +1,1 @@
+"""Contacts: a spring that holds, yields and lifts off in place of rigid sticking."""

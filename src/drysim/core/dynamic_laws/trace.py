@@ -1,0 +1,182 @@
+"""The motion under a dynamic law, series after series, with every zero of the velocity."""
+
+from __future__ import annotations
+
+from drysim.core.compiled import compiled
+from drysim.core.dynamic_laws.dynamic import slow_speed
+from drysim.core.dynamic_laws.jet import ORDER, drive, grow, state_at, value
+from drysim.core.dynamic_laws.memory import EVEN, branch_end, end_branch, head, set_slope
+from drysim.core.dynamic_laws.settled import SETTLED, STIFF, calm_plant, settle, settling_rate
+from drysim.core.dynamic_laws.stay import break_away, calm_length
+from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, note, sign
+from drysim.core.plant import LEUVEN, STRIBECK
+from drysim.core.samples.foresight import first_zero, followed, foreseen
+from drysim.core.samples.stop import NEVER, RESOLUTION
+from drysim.core.trail import ENOUGH, mark
+
+SLOW = 3
+"""Besides the sign, the direction in a trail of a mass too slow for friction to have fallen."""
+
+STALL = 100
+"""Changes in a row without progress in time that put a scene at the end of double precision."""
+
+LONGEST_WAIT = 31
+"""Steps at most before bristles that had not settled are asked again."""
+
+
+@compiled
+def heading(jet, waves, u_0, slope, t, F):
+    """Give the direction in which a mass at rest under a friction force per mass F starts.
+
+    0 where no term of ü moves it.
+    """
+    drive(jet, waves, u_0, slope, t)
+    if jet.u[0] + F != 0.0:
+        return -sign(jet.u[0] + F)
+    for n in range(1, ORDER + 1):
+        if jet.u[n] != 0.0:
+            return -sign(jet.u[n])
+    return 0
+
+
+@compiled
+def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
+    """Give the direction of motion at the start, 0 for stuck or without any cause to move."""
+    if v_r != 0.0:
+        return sign(v_r)
+    if law.kind == STRIBECK:
+        drive(jet, waves, u_0, slope, t)
+        F_L = limit_force(plant, x_r, jet.u[0])
+        hold = law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
+        return 0 if abs(F_L) <= hold else -sign(F_L)
+    return heading(jet, waves, u_0, slope, t, (plant.k_x * x_r + law.sigma_0 * z) / plant.m)
+
+
+@compiled
+def trace(
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, jet, trail, at, log, count,
+    capacity,
+):  # fmt: skip
+    """Follow the motion over intervals of ü, or until steps or log are nearly full.
+
+    Parameters
+    ----------
+    plant, law, waves : Plant, Dynamic, Waves
+    u_dd : array, shape (samples,)
+        Base acceleration besides the waves [m/s²], linear in between.
+    dt : float
+        Length of an interval [s].
+    n, s : int, float
+        Where to begin: the interval, and the time within it [s].
+    h : float
+        Length of the last interval [s], at most `dt`.
+    end : int
+        The last interval.
+    x_r, v_r, z, d
+        The state there, and the direction as in `Trail`.
+    jet : Jet
+        To work in.
+    trail, at : Trail, int
+        Where to write the steps, and how many are written.
+    log, count : Log, int
+        The same for events.
+    capacity : int
+        Length of both.
+
+    Returns
+    -------
+    n, s, x_r, v_r, z, d, at, count
+        As given; `count` is -1 where the time no longer moves on.
+    """
+    z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
+    wish = NEVER
+    stalled = 0
+    calm = min(calm_length(waves), calm_plant(plant))
+    pause, wait = 0, 0
+    while n <= end and at + ENOUGH < capacity and count + ENOUGH < capacity:
+        length = h if n == end else dt
+        slope = (u_dd[n + 1] - u_dd[n]) / dt
+        t = n * dt + s
+        u_0 = u_dd[n] + slope * s
+        at = mark(trail, at, n, s, x_r, v_r, z, d)
+        left = length - s
+        if d == 0 and law.kind == STRIBECK:
+            calm = min(left, calm_length(waves))
+            stay, side = break_away(plant, law, waves, x_r, u_0, slope, t, calm)
+            s = length if min(stay, calm) >= left else s + min(stay, calm)
+            if stay != NEVER:
+                d = 2 * side
+                F_L = -side * law.F_fs
+                count = note(log, count, n, s, side * SLIP, x_r, F_L)
+        else:
+            drive(jet, waves, u_0, slope, t)
+            if law.kind == LEUVEN:
+                set_slope(law, jet)
+                trail.rise[at - 1], trail.bend[at - 1] = jet.slope[0], jet.slope[1]
+            poised = abs(d) == 2
+            way = 1 if d >= 0 else -1
+            v_least = law.tolerance * jet.scale[0]
+            last, step, rounds = 0, 0.0, 0
+            if law.kind != STRIBECK and settling_rate(law, v_r, z) * min(left, calm) > STIFF:
+                if pause == 0:
+                    last, step, rounds = settle(
+                        plant, law, jet, way, x_r, v_r, z, left, v_least, z_least
+                    )
+                    wait = 0 if rounds > 0 else min(2 * wait + 1, LONGEST_WAIT)
+                    pause = wait
+                else:
+                    pause -= 1
+            slow = slow_speed(law, jet)
+            creeps = slow > 0.0 and way * v_r <= slow
+            if rounds == 0:
+                last, step = grow(
+                    plant, law, jet, way, x_r, v_r, z, poised, creeps, min(left, wish),
+                    v_least, z_least,
+                )  # fmt: skip
+                if creeps and not poised:
+                    trail.d[at - 1] = way * SLOW
+            else:
+                trail.d[at - 1] = way * (SETTLED + rounds)
+            trail.terms[at - 1] = last
+            step = foreseen(law, jet, last, way, step, slow)
+            stop = first_zero(jet.v, last, way, step)
+            if rounds > 0 and stop != NEVER:
+                step, stop = 0.5 * stop, NEVER
+            end_of_branch, what = NEVER, 0
+            if law.kind == LEUVEN:
+                end_of_branch, what = branch_end(law, jet, last, way, min(stop, step))
+            event = min(stop, end_of_branch)
+            seen = min(event, step)
+            if not creeps:
+                seen = followed(plant, law, jet, last, way, seen, v_least)
+            if seen < event:
+                step = min(seen, step)
+                stop, end_of_branch, event = NEVER, NEVER, NEVER
+            if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
+                event = stop = step
+            stalled = stalled + 1 if min(event, step) <= RESOLUTION * (t + step) else 0
+            if stalled > (0 if event == NEVER else STALL):
+                return n, s, x_r, v_r, z, d, at, -1
+            wish = 4.0 * step if step < left else NEVER
+            step = min(event, step)
+            s = length if step == left else min(s + step, length)
+            x_r, v_r, z = state_at(jet, last, step)
+            jet.scale[0] = max(jet.scale[0], abs(v_r))
+            d = way
+            if end_of_branch < stop:
+                z = end_branch(jet, what, z)
+            elif law.kind == LEUVEN and step > 0.0:
+                jet.branch[EVEN] = 0
+            if stop <= end_of_branch and stop != NEVER:
+                v_r = 0.0
+                F_L = limit_force(plant, x_r, value(jet.u, ORDER, step))
+                d = first_heading(
+                    plant, law, waves, jet, u_dd[n] + slope * s, slope, n * dt + s, x_r, v_r, z
+                )
+                if law.kind == LEUVEN:
+                    head(law, jet, d if d != 0 else 1, 0.0, z)
+                count = note(log, count, n, s, REVERSAL * d if d != 0 else STICK, x_r, F_L)
+        if s >= length:
+            n += 1
+            s = 0.0
+    return n, s, x_r, v_r, z, d, at, count

@@ -1,0 +1,1 @@
+"""Normal force: Coulomb's friction where what presses the surfaces together varies."""

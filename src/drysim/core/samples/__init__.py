@@ -1,0 +1,1 @@
+"""Samples: one scene whose base moves by straight pieces, from step to step."""

@@ -1,0 +1,145 @@
+"""The exact march over sampled base motion: slide, stop, stick, break away.
+
+Within a sample interval ü is linear, so a step of sliding is one fixed affine map and only a
+step that holds an event needs more. Friction limits are constant here; `leap` serves limits
+that vary.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drysim.core.compiled import compiled, held, inlined
+from drysim.core.events import ROOM, holding_force
+from drysim.core.samples.eventful import through_events
+from drysim.core.samples.glide import glide, look_ahead
+from drysim.core.samples.steps import parts_of, steps_of
+
+STRETCH = 256
+"""Samples prepared at once: a few kilobytes. Chains of steps begin anew at each multiple, so
+that a march handed over there goes on to the last bit."""
+
+BLOCK = 16
+"""Stuck samples that are tested at once: two or four in the widest registers."""
+
+
+def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity):
+    """March from sample n to sample `end`, or until the log is nearly full.
+
+    Parameters
+    ----------
+    plant : Plant
+    law : Law
+        Constant limits only.
+    u_dd : array, shape (samples,)
+        Base acceleration [m/s²].
+    dt : float
+        Distance of the samples [s].
+    n, end : int
+        First and last sample of this march.
+    x_r, v_r : float
+        State at sample n [m, m/s].
+    d : int
+        Direction of sliding at sample n, 0 when stuck.
+    x_out, v_out, d_out : array, shape (samples,)
+        Written from n + 1 to the sample reached; what lies up to `end` may be scribbled on.
+    log : Log
+    count, capacity : int
+        Events already in the log, and its length; at least `ROOM` must be free.
+
+    Returns
+    -------
+    n, x_r, v_r, d, count, closest
+        Sample reached, the state there, events in the log (negative when one step holds too
+        many) and the tightest stop decision [-]. A march that starts there goes on as if never
+        stopped: to the last bit where n is a multiple of `STRETCH` or the log was full, to
+        rounding elsewhere.
+    """
+    ahead = held(np.empty(STRETCH)), held(np.empty(STRETCH))
+    return march_on(
+        plant, law, steps_of(plant, law, dt), u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out,
+        log, count, capacity, *ahead,
+    )  # fmt: skip
+
+
+@compiled
+def march_on(
+    plant, law, steps, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity,
+    x_ahead, v_ahead,
+):  # fmt: skip
+    """March stretch by stretch, as `march` says; the last two are scratch for one stretch."""
+    parts = parts_of(steps)
+    inner = steps_of(plant, law, steps.dt / parts)
+    begin, until = n, n
+    closest = math.inf
+    full = capacity - ROOM
+    while n < end and 0 <= count <= full:
+        if n >= until:
+            begin, until = -1, min(n - n % STRETCH + STRETCH, end)
+        if d == 0:
+            n = rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out)
+        elif steps.fine:
+            if begin < 0:
+                begin = n
+                look_ahead(steps.x_base, u_dd[n : until + 1], x_ahead)
+                look_ahead(steps.v_base, u_dd[n : until + 1], v_ahead)
+            n, x_r, v_r = glide(
+                steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out, begin, x_ahead, v_ahead
+            )
+        if n < until:
+            x_r, v_r, d, count, closest = through_events(
+                plant,
+                law,
+                steps,
+                inner,
+                parts,
+                u_dd[n],
+                u_dd[n + 1],
+                n,
+                x_r,
+                v_r,
+                d,
+                log,
+                count,
+                closest,
+            )
+            n += 1
+            x_out[n] = x_r
+            v_out[n] = v_r
+            d_out[n] = d
+    return n, x_r, v_r, d, count, closest
+
+
+@inlined
+def rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
+    """Stick until `until` or a step at whose end F_L is more than the contact bears."""
+    F_k = plant.k_x * x_r
+    hold = holding_force(plant, law, x_r)
+    if n < 0:
+        # Never so; but the compiler is told that no index counts from the end.
+        return n
+    while n + BLOCK <= until and bears(plant.m, F_k, hold, u_dd[n + 1 : n + 1 + BLOCK]):
+        for k in range(BLOCK):
+            x_out[n + 1 + k] = x_r
+        for k in range(BLOCK):
+            v_out[n + 1 + k] = 0.0
+        for k in range(BLOCK):
+            d_out[n + 1 + k] = 0
+        n += BLOCK
+    while n < until and abs(plant.m * u_dd[n + 1] + F_k) <= hold:
+        n += 1
+        x_out[n] = x_r
+        v_out[n] = 0.0
+        d_out[n] = 0
+    return n
+
+
+@compiled
+def bears(m, F_k, hold, u_dd):
+    """Tell whether the contact bears F_L at every one of these samples."""
+    beyond = 0
+    for k in range(len(u_dd)):
+        beyond += abs(m * u_dd[k] + F_k) > hold
+    return beyond == 0

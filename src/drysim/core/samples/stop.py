@@ -1,0 +1,186 @@
+"""Where a stretch of sliding under linearly changing force comes to a stop, rigorously.
+
+Within such a stretch the relative acceleration obeys the free equation, so its zeros - the
+extrema of the velocity - are known in closed form. Between neighbouring extrema the velocity
+is monotone.
+"""
+
+from __future__ import annotations
+
+import math
+
+from drysim.core.compiled import compiled, inlined
+from drysim.core.flow import flow
+from drysim.core.samples.series import distance, fall, rate, series, speed
+
+NEVER = math.inf
+
+NEWTON_CAP = 100
+"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
+
+RESOLUTION = 4e-16
+"""Relative step below which a root is as sharp as double precision makes it."""
+
+
+@compiled
+def spacing_of_extrema(c, w):
+    """Give the distance of neighbouring extrema of v_r [s]: π/ω_d, or infinity at ξ >= 1."""
+    square = w - 0.25 * c * c
+    return math.pi / math.sqrt(square) if square > 0.0 else NEVER
+
+
+@compiled
+def first_extremum(c, w, a, j):
+    """Give the first time after 0 at which the relative acceleration vanishes.
+
+    Parameters
+    ----------
+    c, w : float
+        As in `flow`.
+    a, j : float
+        Relative acceleration [m/s²] and jerk [m/s³] at time 0.
+
+    Returns
+    -------
+    float
+        Time [s], above 0; infinity when there is none.
+    """
+    square = w - 0.25 * c * c
+    lean = j + 0.5 * c * a
+    if square > 0.0:
+        omega_d = math.sqrt(square)
+        # a cos + (lean/omega_d) sin = 0; both arguments turn together, so angles are mod π.
+        angle = math.atan2(-a * omega_d, lean) if a != 0.0 else math.pi
+        return (angle if angle > 0.0 else angle + math.pi) / omega_d
+    if a == 0.0 or a * lean >= 0.0:
+        return NEVER
+    kappa = math.sqrt(-square)
+    reach = -a * kappa / lean
+    if reach >= 1.0:
+        return NEVER
+    return math.atanh(reach) / kappa if reach > 0.0 else -a / lean
+
+
+@compiled
+def velocity(c, w, v, a, r, s):
+    """Give the velocity and acceleration at time s from those at time 0.
+
+    Written so that a motion that dies away keeps its sign: where r = 0 nothing is subtracted
+    from what is left of it.
+    """
+    y, y_d, Y, _ = flow(c, w, s)
+    return v * y_d + (a + c * v) * y + r * Y, a * y_d + (r - w * v) * y
+
+
+@compiled
+def polish(c, w, v, a, r, lo, hi):
+    """Give the zero of a velocity that falls once through it from lo to hi: guarded Newton."""
+    s = hi
+    if lo == 0.0 and a < 0.0:
+        # Where the parabola through the start meets zero.
+        square = a * a - 2.0 * v * (r - c * a - w * v)
+        if square >= 0.0:
+            s = min(2.0 * v / (-a + math.sqrt(square)), hi)
+    for _ in range(NEWTON_CAP):
+        value, slope = velocity(c, w, v, a, r, s)
+        if value > 0.0:
+            lo = s
+        elif value < 0.0:
+            hi = s
+        else:
+            return s
+        step = -value / slope if slope < 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s += step
+        if not lo < s < hi:
+            s = 0.5 * (lo + hi)
+            if s <= lo or s >= hi:
+                return hi
+    return s
+
+
+@compiled
+def locate_stop(c, w, v, a, r, h):
+    """Give the first time in (0, h] at which a velocity above zero is zero again.
+
+    Parameters
+    ----------
+    c, w : float
+        As in `flow`.
+    v, a, r : float
+        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0;
+        rate of the force per mass [m/s³].
+    h : float
+        Length of the stretch [s].
+
+    Returns
+    -------
+    float
+        Time [s], or infinity when the velocity stays above zero.
+
+    Notes
+    -----
+    No stop is missed: every falling stretch between extrema is looked at in turn. A velocity
+    that just touches zero has stopped.
+    """
+    j = r - c * a - w * v
+    end = first_extremum(c, w, a, j)
+    gap = spacing_of_extrema(c, w)
+    begin = 0.0
+    if a > 0.0 or (a == 0.0 and j > 0.0):
+        begin = end
+        end = begin + gap
+    while begin < h:
+        until = min(end, h)
+        if velocity(c, w, v, a, r, until)[0] <= 0.0:
+            return polish(c, w, v, a, r, begin, until)
+        begin = end + gap
+        end = begin + gap
+    return NEVER
+
+
+@inlined
+def coast(steps, v, a, r, h):
+    """Give distance and velocity after sliding for a time h, parameters as in `locate_stop`."""
+    if steps.short:
+        q = series(steps.tail, v, a, r - steps.c * a - steps.w * v)
+        return distance(q, h), speed(q, h)
+    y, y_d, Y, YY = flow(steps.c, steps.w, h)
+    p = a + steps.c * v
+    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+
+
+@inlined
+def stop_within(steps, v, a, r, v_end, h):
+    """Give the first stop in a step, or in what is left of it.
+
+    Parameters
+    ----------
+    steps : Steps
+    v, a, r, h : float
+        As in `locate_stop`.
+    v_end : float
+        Velocity at the end, should the mass not stop before [m/s].
+
+    Returns
+    -------
+    stop, way : float
+        When it stops [s] and how far it slides until then [m]; infinity when it does not.
+    """
+    c, w = steps.c, steps.w
+    if steps.short:
+        q = series(steps.tail, v, a, r - c * a - w * v)
+        if v_end > 0.0 and (a >= 0.0 or rate(q, h) <= 0.0):
+            return NEVER, 0.0
+        if v > 0.0 and v_end <= 0.0:
+            stop = fall(q, h)
+            if stop > 0.0:
+                return stop, distance(q, stop)
+    stop = locate_stop(c, w, v, a, r, h)
+    if stop == NEVER:
+        if v_end > 0.0 or v == 0.0:
+            return NEVER, 0.0
+        stop = h
+    y, _, Y, YY = flow(c, w, stop)
+    return stop, v * y + (a + c * v) * Y + r * YY

@@ -1,0 +1,116 @@
+"""When a stretch of sticking under waves ends, rigorously.
+
+The next zero is approached from below by steps that a bound on the curvature proves safe, so
+none is skipped and a near miss is passed at its own distance.
+"""
+
+from __future__ import annotations
+
+import math
+
+from drysim.core.compiled import compiled
+from drysim.core.samples.stop import NEVER, RESOLUTION
+from drysim.core.sines.slide import margin
+from drysim.core.waves import OMEGA, SINE, STRIDE, THETA, A
+
+TOUCH = 1e-6
+"""A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
+
+
+@compiled
+def parabola(value, rate, bend):
+    """Give the largest h up to which value + rate h - bend h²/2 stays above zero."""
+    root = math.sqrt(rate * rate + 2.0 * bend * value)
+    if rate <= 0.0:
+        return 2.0 * value / (root - rate) if root > rate else NEVER
+    return (rate + root) / bend if bend > 0.0 else NEVER
+
+
+@compiled
+def safe_step(value, rate, bend, growth, cap):
+    """Give a step within which a function provably stays above zero.
+
+    Parameters
+    ----------
+    value, rate : float
+        Of the function now; value above 0.
+    bend, growth : float
+        Its second rate is at most bend + growth·h in magnitude after any h up to cap.
+    cap : float
+        Longest step.
+    """
+    reach = min(parabola(value, rate, bend), cap)
+    if growth == 0.0 or reach == NEVER:
+        return reach
+    return min(parabola(value, rate, bend + growth * reach / 3.0), cap)
+
+
+@compiled
+def first_step(rate, bend, bend_bound, third_bound):
+    """Give a step that provably leaves zero upwards; 0 or less where the function falls."""
+    by_rate = rate / bend_bound if rate > 0.0 else 0.0
+    by_bend = 0.0
+    if rate >= 0.0 and bend > 0.0:
+        by_bend = 1.5 * bend / third_bound if third_bound > 0.0 else NEVER
+    return max(by_rate, by_bend)
+
+
+@compiled
+def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
+    """Give the first time in [0, h] at which |F_L| exceeds F_fs on one side, or infinity.
+
+    A margin that only touches zero does not break away: equality sticks.
+    """
+    if waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0:
+        return leave_one_sine(plant, law, waves, x_r, side, h)
+    bend = 0.0
+    third = 0.0
+    fastest = 0.0
+    for i in range(waves.size):
+        A_i = abs(waves.values[STRIDE * i + A])
+        force = plant.m * A_i if i < waves.base else law.F_fs * law.variation
+        omega = waves.values[STRIDE * i + OMEGA]
+        bend += force * omega**2
+        third += force * omega**3
+        fastest = max(fastest, omega)
+    s = 0.0
+    while True:
+        G, G_d, G_dd = margin(plant, law, waves, x_r, u_0, slope, side, s)
+        if G < 0.0:
+            return s
+        if G > 0.0:
+            step = parabola(G, G_d, bend)
+        elif bend == 0.0:
+            step = NEVER if G_d >= 0.0 else 0.0
+        else:
+            step = first_step(G_d, G_dd, bend, third)
+        if s + step > h:
+            return NEVER
+        if step <= RESOLUTION * s:
+            if G_dd <= 0.0 or -G_d * fastest > TOUCH * G_dd:
+                return s
+            step = -G_d / G_dd
+            if margin(plant, law, waves, x_r, u_0, slope, side, s + step)[0] < 0.0:
+                return s
+            step += first_step(0.0, G_dd, bend, third)
+        s += step
+
+
+@compiled
+def leave_one_sine(plant, law, waves, x_r, side, h):
+    """Give what `leave_stick` gives where one sine moves the base: its inverse."""
+    G, G_d, _ = margin(plant, law, waves, x_r, 0.0, 0.0, side, 0.0)
+    if G < 0.0:
+        return 0.0
+    force = side * plant.m * waves.values[A]
+    level = G + force * waves.values[SINE]
+    if abs(force) <= level:
+        return NEVER
+    theta = waves.values[THETA] if force > 0.0 else waves.values[THETA] + math.pi
+    rise = math.asin(level / abs(force))
+    turn = (rise - theta) % (2.0 * math.pi)
+    # Rising, and beyond the limit by less than the rounding of an angle.
+    if G_d < 0.0 and turn > math.pi:
+        turn = 0.0
+    s = turn / waves.values[OMEGA]
+    return s if s <= h else NEVER

@@ -1,0 +1,1 @@
+"""Stops: the end of the stroke, by bumpers or by rigid impacts."""

@@ -1,0 +1,193 @@
+"""End stops: the modes of a mass between them, the force of a bumper, and when it ends.
+
+Beside a stop the mass is placed by xi, how far x_r is beyond z = ±x_rM: so a contact or a
+rebound of any size keeps all its digits, next to a limit however far from zero.
+"""
+
+from __future__ import annotations
+
+import math
+
+from drysim.core.compiled import compiled
+from drysim.core.contacts.yielding import bounds, off_zero
+from drysim.core.samples.stop import NEVER, RESOLUTION
+from drysim.core.sines.leave import safe_step
+from drysim.core.sines.slide import slide
+
+APART, TOUCHING, AWAY = 0, 1, 2
+"""How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
+apart, as a bumper that only pushes cannot follow what leaves fast; times the side."""
+
+STEADY, BROKE, POISED = 0, 1, 2
+"""How a stretch begins: on its way, breaking away just then, or with a bumper's force that is
+zero just then."""
+
+MEET = 1000
+"""Mode of a mark that tells with which velocity the mass comes to a stop."""
+
+BISECTIONS = 100
+"""Newton needs about 4 rounds; a halved bracket is down to one float after 60."""
+
+
+@compiled
+def mode_of(touch, d, fresh):
+    """Give one number for how the mass is to the stops, its direction, and its beginning."""
+    return d + 4 * touch + 64 * fresh
+
+
+@compiled
+def fresh_of(mode):
+    """Give how a stretch in this mode begins."""
+    return (mode + 32) // 64
+
+
+@compiled
+def touch_of(mode):
+    """Give how the mass is to the stops: one of the constants times the side."""
+    return (mode - 64 * fresh_of(mode) + 1) // 4
+
+
+@compiled
+def way_of(mode):
+    """Give the direction of sliding, 0 where stuck."""
+    return mode - 64 * fresh_of(mode) - 4 * touch_of(mode)
+
+
+@compiled
+def pushes(law, touch):
+    """Tell whether a bumper acts."""
+    return law.k_s > 0.0 and abs(touch) == TOUCHING
+
+
+@compiled
+def bumper_force(law, touch, xi, v_r):
+    """Give the force of a bumper against the mass [N], positive at the positive stop.
+
+    Notes
+    -----
+    F = k_s xi + b_s v_r while xi is beyond the limit and the bumper presses, else 0: it cannot
+    pull. Where the mass leaves faster than the bumper relaxes, contact is lost beyond the
+    limit already; if the mass slows down there enough, the bumper touches it again.
+    """
+    return law.k_s * xi + law.b_s * v_r if pushes(law, touch) else 0.0
+
+
+@compiled
+def steady_pull(plant, law, touch, z, xi):
+    """Give what springs pull the mass back with [N], that of a bumper included."""
+    return plant.k_x * (z + xi) + bumper_force(law, touch, xi, 0.0)
+
+
+@compiled
+def wall_of(law, z, xi):
+    """Give the side of the rigid stop that the mass is at, 0 for none."""
+    if law.k_s > 0.0 or xi != 0.0 or abs(z) != law.x_rM:
+        return 0
+    return 1 if z > 0.0 else -1
+
+
+@compiled
+def place(law, x_r, v_r):
+    """Give z, xi and how the mass is to the stops at a state."""
+    if abs(x_r) < law.x_rM:
+        return 0.0, x_r, APART
+    side = 1 if x_r > 0.0 else -1
+    z = side * law.x_rM
+    xi = x_r - z
+    if law.k_s == 0.0 or xi == 0.0:
+        return z, xi, APART
+    presses = side * (law.k_s * xi + law.b_s * v_r) > 0.0
+    return z, xi, side * (TOUCHING if presses else AWAY)
+
+
+@compiled
+def meet(c, w, waves, xi, v_r, g, r, d, far, until):
+    """Give the first time in [0, until] at which xi, moving in direction d, is at d·far.
+
+    Parameters
+    ----------
+    c, w, waves, v_r, g, r
+        As in `slide`; xi stands for x_r. The velocity does not change its sign up to `until`.
+    far : float
+        Where to, seen in the direction of motion [m].
+
+    Returns
+    -------
+    float
+        Time [s]; infinity when it does not come so far.
+    """
+    gap = far - d * xi
+    if gap <= 0.0:
+        return 0.0
+    rest = far - d * slide(c, w, waves, xi, v_r, g, r, until)[0]
+    if rest > 0.0:
+        return NEVER
+    low, high = 0.0, until
+    s = until * (gap / (gap - rest))
+    for _ in range(BISECTIONS):
+        x, v, _, _ = slide(c, w, waves, xi, v_r, g, r, s)
+        gap = far - d * x
+        low, high = (s, high) if gap > 0.0 else (low, s)
+        step = gap / (d * v) if d * v > 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s += step
+        if not low < s < high:
+            s = 0.5 * (low + high)
+            if s <= low or s >= high:
+                return high
+    return s
+
+
+@compiled
+def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
+    """Give the first time in [0, h] at which side·(k_s xi + b_s v_r) is no longer above zero.
+
+    With the stop's own side that is where contact is lost, with the other one where it is
+    found again.
+
+    Parameters
+    ----------
+    c, w, waves, v_r, g, r
+        As in `slide`; xi stands for x_r.
+    law : Stopped
+    side : int
+        +1 or -1.
+    poised : bool
+        Whether the value is zero exactly at the start.
+    h : float
+        Length of the stretch [s].
+
+    Notes
+    -----
+    Acceleration and jerk obey the oscillator's equation driven by the rates of the force,
+    which bounds both: steps that a bound proves safe lead to the zero, so none is missed.
+    """
+    growth, third, fastest = bounds(waves, r)
+    cap = 1.0 / fastest if fastest > 0.0 else NEVER
+    rise = law.k_s * growth + law.b_s * third
+    s = 0.0
+    x, v, a, j = slide(c, w, waves, xi, v_r, g, r, 0.0)
+    while True:
+        value = side * (law.k_s * x + law.b_s * v)
+        rate = side * (law.k_s * v + law.b_s * a)
+        bend = side * (law.k_s * a + law.b_s * j)
+        if poised and s == 0.0:
+            value = 0.0
+        elif value <= 0.0:
+            return s
+        bound = law.k_s * math.sqrt(a * a + w * v * v) + law.b_s * math.sqrt(j * j + w * a * a)
+        if value > 0.0:
+            step = safe_step(value, rate, bound, rise, cap)
+        else:
+            bound += rise * min(cap, h)
+            fourth = (c + math.sqrt(w)) * bound + law.k_s * third + law.b_s * third * fastest
+            step = off_zero(rate, bend, bound, fourth, cap)
+        if step == 0.0:
+            return s
+        if s + step >= h:
+            return NEVER
+        if step <= RESOLUTION * s:
+            return s
+        s += step
+        x, v, a, j = slide(c, w, waves, xi, v_r, g, r, s)

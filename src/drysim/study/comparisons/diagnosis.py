@@ -1,0 +1,186 @@
+"""Diagnosis: what a comparison says in sentences, each decided by computing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import log2
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim.approach.numerics import FIXED_STEP
+from drysim.errors import SolverError
+from drysim.study.case import assemble
+from drysim.study.cautions import where
+from drysim.study.comparisons.comparison import Comparison
+from drysim.study.sweeps.cases import Motions, case_at, measured, response_of
+from drysim.study.sweeps.survey import AGREE, compared, deviations, worst
+from drysim.study.sweeps.table import Row
+from drysim.wording import number, percent
+
+if TYPE_CHECKING:
+    from drysim.approach.response import Response
+    from drysim.scenario import Scenario
+
+CURED = 0.7
+"""Share of an error that a halved step may leave to be a cure: first order leaves half."""
+
+PARASITIC = -0.3
+"""Correlation of neighbouring errors of x_dd below which they flip with every step."""
+
+WANTED = 0.01
+"""Error of T_a for which the needed sharpness is told [-]."""
+
+
+def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
+    """Give the verdict on every approach that is not the yardstick, the worst first."""
+    names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
+    found = [(worst(deviations(comparison, name)), name) for name in names]
+    known = [(deviation, name) for deviation, name in found if deviation is not None]
+    said: list[str] = []
+    for deviation, name in sorted(known, key=lambda pair: -abs(pair[0].value)):
+        said += sentences(comparison, scenarios, name, deviation.row, deviation.value)
+    return (*said, *without_friction(comparison))
+
+
+def sentences(
+    comparison: Comparison,
+    scenarios: Mapping[str, Scenario],
+    name: str,
+    row: Row,
+    deviation: float,
+) -> Iterator[str]:
+    """Give what is to be said about one approach at the case where it deviates most."""
+    yardstick, exact = comparison.yardstick, comparison.counterpart(row)
+    place = f" at {where(row)}" if row.point else ""
+    if same(scenarios[name], scenarios[yardstick]):
+        law = comparison.laws[name]
+        yield f"{name} is {yardstick} here: {law} is the law of the scene, solved by stick-slip"
+        return
+    if abs(deviation) <= AGREE:
+        yield f"{name} agrees with {told(comparison)}: T_a {signed(deviation)}{place}"
+    elif comparison.laws.get(name) == name:  # no error, whatever it changes
+        yield f"{name} differs from {told(comparison)}: T_a {signed(deviation)}{place}"
+        yield from range_of_agreement(comparison, name)
+    else:
+        yield f"{name} is off: T_a {signed(deviation)} against {told(comparison)}{place}"
+        yield from range_of_agreement(comparison, name)
+    if exact is None:
+        return
+    case = case_at(scenarios[name], row.point)
+    response = response_of(case)
+    if response.numerics.core != FIXED_STEP:
+        return
+    flipping = flips(response, response_of(scenarios[yardstick].at(exact.point)))
+    if flipping < PARASITIC and abs(deviation) > AGREE:
+        yield (
+            f"the error of {name} is parasitic vibration of period 2Δt = "
+            f"{number(2 * response.dt, 's')}: where the mass should stick, friction of "
+            f"{number(row.F_fk, 'N')} flips with every step"
+        )
+    if abs(deviation) > WANTED:
+        yield from remedy(case, name, deviation, first_T_a(exact))
+
+
+def same(one: Scenario, other: Scenario) -> bool:
+    """Tell whether two words of a comparison mean one law under one approach."""
+    return one.solver.member() == other.solver.member() and one.acting == other.acting
+
+
+def told(comparison: Comparison) -> str:
+    """Give the yardstick; where laws are compared also the law of an approach."""
+    yardstick, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
+    tells = comparison.of_laws and law not in (None, "", yardstick)
+    return f"{yardstick} ({law})" if tells else yardstick
+
+
+def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
+    """Say where an approach agrees with the yardstick."""
+    found = list(compared(comparison, name))
+    rows = [row for row, _ in found]
+    good = [row for row, off in found if agrees(off and off[0])]
+    if len(rows) < 2:
+        return
+    if not good:
+        yield f"{name} agrees within {percent(AGREE)} nowhere in this sweep"
+        return
+    ends = {
+        key: (min(row.point[key] for row in good), max(row.point[key] for row in good))
+        for key in good[0].point
+    }
+    inside = [
+        row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
+    ]
+    words = ", ".join(f"{key} {a:g} to {b:g}" for key, (a, b) in ends.items())
+    share = f"{len(good)} of {len(rows)} cases"
+    whole = ":" if len(inside) == len(good) else ", all within"
+    yield f"{name} agrees within {percent(AGREE)} in {share}{whole} {words}"
+
+
+def agrees(deviation: float | None) -> bool:
+    """Tell whether a deviation of T_a is within what counts as agreement; none is not."""
+    return deviation is not None and abs(deviation) <= AGREE
+
+
+def flips(response: Response, exact: Response) -> float:
+    """Give the correlation of neighbouring errors of x_dd: -1 where they flip each step."""
+    last = min(response.t[-1], exact.t[-1])
+    t = response.t[response.t <= last]
+    error = response.x_dd[: len(t)] - np.interp(t, exact.t, exact.x_dd)
+    error -= error.mean()
+    power = float(np.dot(error, error))
+    return float(np.dot(error[1:], error[:-1])) / power if power else 0.0
+
+
+def remedy(case: Scenario, name: str, deviation: float, T_a: float | None) -> Iterator[str]:
+    """Say whether a smaller step or a sharper function helps, by trying it."""
+    step = case.solver.step
+    finer = None if step is None else tried(case, {"step": 0.5 * step}, T_a)
+    if step is not None and finer is not None:
+        halved = number(0.5 * step, "s")
+        if abs(finer) <= CURED * abs(deviation):
+            yield f"halving the step of {name} leaves {signed(finer)}"
+        elif abs(deviation) > AGREE:
+            yield f"a smaller step will not help {name}: at {halved} T_a is {signed(finer)}"
+    chosen: Any = case.solver.member()
+    sharpness = getattr(chosen, "sharpness", None)
+    if sharpness is None:
+        return
+    doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
+    sharper = tried(case, {name: doubled}, T_a)
+    if sharper is not None and 0 < abs(sharper) < abs(deviation):
+        order = log2(abs(deviation / sharper))
+        needed = number(sharpness * (abs(deviation) / WANTED) ** (1 / order), "s/m", 2)
+        yield f"{name} needs a sharpness of about {needed} for an error of {percent(WANTED)}"
+
+
+def first_T_a(row: Row) -> float | None:
+    """Give T_a of a case; of many seeds that of the first, which is tried."""
+    return row.over.T_a[0] if row.over else row.metrics["T_a"]
+
+
+def tried(case: Scenario, change: Mapping[str, Any], T_a: float | None) -> float | None:
+    """Give the deviation from T_a of a case whose solver is changed; None where it fails."""
+    solver = case.solver.model_copy(update=dict(change))
+    changed = case.model_copy(update={"solver": solver})
+    try:
+        metrics, _, _ = measured(assemble(changed, Motions().of(changed)))
+    except SolverError:
+        return None
+    found = metrics.get("T_a")
+    return found / T_a - 1.0 if found is not None and T_a else None
+
+
+def without_friction(comparison: Comparison) -> Iterator[str]:
+    """Say what dry friction does to the transmissibility, where one case is compared."""
+    if comparison.table.axes or comparison.yardstick == "viscous":
+        return
+    by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
+    bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
+    if bare and exact and number(bare) != number(exact):
+        yield f"without dry friction T_a would be {number(bare)} in place of {number(exact)}"
+
+
+def signed(value: float) -> str:
+    """Give a deviation in percent with its sign."""
+    return f"{100 * value:+.3g} %"

@@ -1,0 +1,1 @@
+"""Ensembles: one scenario under many seeds, and what they have in common."""

@@ -1,0 +1,78 @@
+"""How the finished blocks of a sweep become its table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from drysim.approach.numerics import FIXED_STEP
+from drysim.core import compiled
+from drysim.study.case import Case
+from drysim.study.cautions import statuses, strokes
+from drysim.study.spectral import run_only
+from drysim.study.sweeps import over_seeds
+from drysim.study.sweeps.batch import Batch
+from drysim.study.sweeps.pieces import Piece
+from drysim.study.sweeps.rows import HELD, Rows
+from drysim.study.sweeps.store import Store, Stored
+from drysim.study.sweeps.table import Table
+from drysim.study.sweeps.tally import Tally
+
+if TYPE_CHECKING:
+    from drysim.scenario import Axis
+
+MOVERS = ("excitation.", "solver.step", "measure.")
+"""Beginnings of the keys that change the base motion."""
+
+
+def gathered(
+    case: Case,
+    blocks: Iterator[tuple[Piece, Batch]],
+    store: Store | None,
+    complete: bool = True,
+) -> Table:
+    """Give the table of blocks as they come; few are held where a store has them."""
+    checks = case.scenario.checks
+    tallies: dict[str, Tally] = {}
+    held: list[Batch] = []
+    kept: list[Piece] = []
+    for piece, batch in blocks:
+        own = Tally(batch.approach, () if tallies else checks)
+        tallies.setdefault(batch.approach, own).add(batch)
+        kept.append(piece)
+        if store is None or kept[-1].first < HELD:
+            held.append(batch)
+    small = len(held) == len(kept)
+    batches: Sequence[Batch] = held if small or store is None else Stored(store, kept)
+    rows = Rows.of(batches, [piece.end - piece.begin for piece in kept])
+    return table_of(case, rows, tallies, complete)
+
+
+def table_of(
+    case: Case, rows: Rows, tallies: Mapping[str, Tally], complete: bool = True
+) -> Table:
+    """Give the table of finished cases, with its verdicts and warnings."""
+    scenario = case.scenario
+    own = tallies.get(scenario.solver.approach, Tally("", scenario.checks))
+    lost, met = statuses(tallies.values()), strokes(own, scenario)
+    means = over_seeds.remarks(scenario, own.seeds)
+    warnings = (*case.cautions, *run_only(case), *lost, *met, *means)
+    motion = case.motion if shared(scenario.axes) else None
+    return Table(
+        scenario, scenario.axes, rows, own.verdicts, warnings, complete, motion, how(case),
+        tallies,
+    )  # fmt: skip
+
+
+def shared(axes: Sequence[Axis]) -> bool:
+    """Tell whether all cases have one base motion."""
+    return not any(axis.key.startswith(MOVERS) for axis in axes)
+
+
+def how(case: Case) -> dict[str, object]:
+    """Give how the cases are solved, as far as they share it."""
+    from drysim.approach.scene import core_of
+
+    exact = hasattr(case.approach, "track")
+    core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
+    return {"core": core, "why": why, "engine": compiled.engine(), "step": case.step}

@@ -1,0 +1,94 @@
+"""A block of cases as bytes, the same on the disk and on the way between machines."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drysim.scenario.sweep.axis import columns_of
+from drysim.study.sweeps.batch import NAMES, Batch
+from drysim.study.sweeps.table import OverSeeds
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from drysim.study.sweeps.pieces import Piece
+
+FORCES = ("F_fk", "F_fs")
+
+CHECKSUM = 4
+"""Bytes at the end of a block: the CRC-32 of all before them."""
+
+
+def packed(batch: Batch) -> bytes:
+    """Give a block of cases as bytes: a line of JSON, statuses, columns of doubles, checksum.
+
+    Every number is kept to its last bit; a column of one value alone is a number in the line.
+    The points are left out: they are known from the number of the block.
+    """
+    columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
+    own = {name: np.ascontiguousarray(columns[name], "<f8") for name in (*FORCES, *NAMES)}
+    same = {name: column[0].item() for name, column in own.items() if _is_one_value(column)}
+    rest = [column.tobytes() for name, column in own.items() if name not in same]
+    body = b"".join([batch.status.tobytes(), *rest])
+    head = {
+        "cases": len(batch),
+        "bytes": len(body),
+        "columns": [name for name in own if name not in same],
+        "same": same,
+        "notes": {str(i): note for i, note in batch.notes.items()},
+        "over": {str(i): vars(over) for i, over in batch.over.items()},
+    }
+    words = json.dumps(head).encode() + b"\n" + body
+    return words + _checksum(words)
+
+
+def unpacked(words: bytes, piece: Piece) -> Batch:
+    """Give the cases of a piece from their bytes.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError
+        When the bytes are not those of a whole block.
+    """
+    words, told = words[:-CHECKSUM], words[-CHECKSUM:]
+    if told != _checksum(words):
+        raise ValueError("the block was cut short or spoiled")
+    line, _, rest = words.partition(b"\n")
+    head = json.loads(line)
+    n, names = head["cases"], head["columns"]
+    if n != piece.end - piece.begin:
+        raise ValueError("the block is that of another place")
+    status = np.frombuffer(rest, np.int8, n)
+    numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
+    known: dict[str, Any] = dict(zip(names, numbers, strict=True))
+    known |= {name: np.full(n, value) for name, value in head["same"].items()}
+    points = columns_of(piece.scenario.axes, piece.begin, piece.end)
+    metrics = {name: known[name] for name in NAMES}
+    notes = {int(i): note for i, note in head["notes"].items()}
+    over = {int(i): OverSeeds(**said) for i, said in head["over"].items()}
+    approach = piece.scenario.word
+    F_fk, F_fs = (known[force] for force in FORCES)
+    return Batch(piece.first, approach, points, F_fk, F_fs, metrics, status, notes, over)
+
+
+def is_whole(line: bytes, size: int) -> bool:
+    """Tell from the first line of a block whether all of its bytes are there."""
+    try:
+        return bool(len(line) + json.loads(line)["bytes"] + CHECKSUM == size)
+    except (ValueError, KeyError, TypeError):
+        return False
+
+
+def _checksum(words: bytes) -> bytes:
+    """Give what tells whether a byte was lost or changed."""
+    return zlib.crc32(words).to_bytes(CHECKSUM, "little")
+
+
+def _is_one_value(column: NDArray[np.float64]) -> bool:
+    """Tell whether all numbers of a column are alike in every bit."""
+    bits = column.view(np.int64)
+    return bool((bits == bits[:1]).all()) and bits.size > 0

@@ -1,0 +1,167 @@
+"""Tally: what many cases come to at a glance, gathered block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+
+from drysim.checks import Check, Verdict, badness
+from drysim.study.ensembles.doubts import about_mean
+from drysim.study.sweeps.batch import NAMES, STATUSES, Batch
+from drysim.study.sweeps.known import Seeds
+from drysim.study.sweeps.quantiles import Quantiles
+from drysim.study.sweeps.table import OK, Row
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+TOLD = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
+"""Metrics whose quantiles are gathered."""
+
+
+class Extreme(NamedTuple):
+    """A metric at its least or greatest, and the row that has it."""
+
+    value: float
+    row: Row
+
+
+class Lost(NamedTuple):
+    """How many cases of an approach have no numbers for one reason, and the first of them."""
+
+    cases: int
+    first: Row
+
+
+@dataclass
+class Tally:
+    """What the cases of one approach come to.
+
+    Attributes
+    ----------
+    approach : str
+    checks : sequence of Check
+        What was promised about them.
+    cases, beyond : int
+        Number of cases, and of those in which the stroke limit is met.
+    lost : dict
+        `Lost` by status.
+    extremes : dict
+        Least and greatest value of every metric that is known somewhere, each the first of its
+        kind, over the cases that have numbers.
+    quantiles : dict
+        `Quantiles` of the metrics of `TOLD`, over the cases that have numbers.
+    worst : Row or None
+        Of the cases that meet the stroke limit the one with the greatest |x_r|.
+    seeds : Seeds or None
+        What is known of means, where the cases are many seeds.
+    forces : list of float
+        Least and greatest F_fk, least and greatest F_fs [N].
+    """
+
+    approach: str
+    checks: Sequence[Check] = ()
+    cases: int = 0
+    beyond: int = 0
+    lost: dict[str, Lost] = field(default_factory=dict)
+    extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
+    quantiles: dict[str, Quantiles] = field(
+        default_factory=lambda: {name: Quantiles() for name in TOLD}
+    )
+    worst: Row | None = None
+    seeds: Seeds | None = None
+    forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
+    _decided: dict[int, Verdict] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, batches: Iterable[Batch], checks: Sequence[Check] = ()) -> dict[str, Self]:
+        """Give the tally of every approach, in the order in which they come."""
+        found: dict[str, Self] = {}
+        for batch in batches:
+            first = cls(batch.approach, () if found else checks)
+            found.setdefault(batch.approach, first).add(batch)
+        return found
+
+    def add(self, batch: Batch) -> None:
+        """Take a block of cases into account; blocks come in order."""
+        self.cases += len(batch)
+        ends = batch.F_fk.min(), batch.F_fk.max(), batch.F_fs.min(), batch.F_fs.max()
+        pick = (min, max, min, max)
+        self.forces = [float(p(a, b)) for p, a, b in zip(pick, self.forces, ends, strict=True)]
+        good = batch.status == STATUSES.index(OK)
+        self._count_lost(batch)
+        for name in NAMES:
+            self._stretch(batch, name, np.where(good, batch.metrics[name], np.nan))
+        for name, quantiles in self.quantiles.items():
+            quantiles.add(batch.metrics[name][good])
+        self._meet_limit(batch)
+        if batch.over:
+            self.seeds = self.seeds or Seeds()
+            self.seeds.add(batch, self.checks)
+        for i, check in enumerate(self.checks):
+            self._judge(i, check, batch, np.flatnonzero(good))
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """One for every check, in order."""
+        return tuple(
+            self._decided.get(i) or check.undecided() for i, check in enumerate(self.checks)
+        )
+
+    @property
+    def shared(self) -> dict[str, bool]:
+        """Whether all cases share the `kinetic` and the `static` friction force."""
+        low_k, high_k, low_s, high_s = self.forces
+        return {"kinetic": low_k >= high_k, "static": low_s >= high_s}
+
+    def greatest(self, metric: str) -> float | None:
+        """Give the greatest value of a metric; None where it is known nowhere."""
+        ends = self.extremes.get(metric)
+        return None if ends is None else ends[1].value
+
+    def _count_lost(self, batch: Batch) -> None:
+        for code in np.unique(batch.status).tolist():
+            if (status := STATUSES[code]) == OK:
+                continue
+            places = np.flatnonzero(batch.status == code)
+            before = self.lost.get(status)
+            first = before.first if before else batch.row(int(places[0]))
+            self.lost[status] = Lost(len(places) + (before.cases if before else 0), first)
+
+    def _stretch(self, batch: Batch, name: str, values: NDArray[np.float64]) -> None:
+        """Widen the range of a metric."""
+        known = np.flatnonzero(values == values)
+        if not len(known):
+            return
+        low, high = (int(known[f(values[known])]) for f in (np.argmin, np.argmax))
+        ends = self.extremes.get(name)
+        if ends is None or values[low] < ends[0].value or values[high] > ends[1].value:
+            found = [Extreme(values[at].item(), batch.row(at)) for at in (low, high)]
+            least = found[0] if ends is None or found[0].value < ends[0].value else ends[0]
+            most = found[1] if ends is None or found[1].value > ends[1].value else ends[1]
+            self.extremes[name] = least, most
+
+    def _meet_limit(self, batch: Batch) -> None:
+        met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
+        self.beyond += len(met)
+        if len(met):
+            peaks = np.nan_to_num(batch.metrics["x_r_peak"][met])
+            row = batch.row(int(met[np.argmax(peaks)]))
+            if self.worst is None or peaks.max() > (self.worst.metrics["x_r_peak"] or 0.0):
+                self.worst = row
+
+    def _judge(self, i: int, check: Check, batch: Batch, good: NDArray[np.intp]) -> None:
+        points = {key: column[good] for key, column in batch.points.items()}
+        at = check.worst(points, batch.metrics[check.metric][good])
+        if at is not None:
+            row = batch.row(int(good[at]))
+            verdict = check.verdict(row.metrics.get(check.metric), row.point)
+            if row.over:
+                verdict = about_mean(verdict, row.half_widths.get(check.metric), row.seeds)
+            before = self._decided.get(i)
+            if before is None or badness(verdict) > badness(before):
+                self._decided[i] = verdict
