@@ -71,3 +71,20 @@ def outcome(
     verdicts = tuple(Check.parse(text).judge(metrics) for text in checks)
     cautions = tuple(Caution("slug", sentence) for sentence in warnings)
     return Outcome(words, response, metrics, verdicts, cautions)
+
+
+def judgement(check, rows):
+    """Give the verdict of a check on the cases of a sweep, as pairs of point and metrics."""
+    points, metrics = zip(*rows, strict=True)
+    keys = {
+        one.key: column([point.get(one.key) for point in points]) for one in check.conditions
+    }
+    at = check.worst(keys, column([one.get(check.metric) for one in metrics]))
+    if at is None:
+        return check.undecided()
+    return check.verdict(metrics[at].get(check.metric), points[at])
+
+
+def column(values):
+    """Give values as an array, NaN for not known."""
+    return np.array([np.nan if value is None else value for value in values], dtype=float)

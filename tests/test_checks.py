@@ -8,6 +8,7 @@ import pytest
 
 from drysim.checks import Check
 from drysim.metrics import METRICS
+from outcomes import judgement
 
 
 @pytest.mark.parametrize(
@@ -140,31 +141,31 @@ def test_text_behind_at_that_is_no_condition_earns_a_sentence(text, sentence):
 
 
 def test_worst_case_decides_over_many():
-    verdict = Check.parse("T_a < 1").judge_all(rows(T_a=[0.5, 0.9, 0.7]))
+    verdict = judgement(Check.parse("T_a < 1"), rows(T_a=[0.5, 0.9, 0.7]))
     assert (verdict.passed, verdict.value) == (True, 0.9)
     assert verdict.where == {"excitation.frequency": 2.0}
     assert verdict.sentence == "T_a < 1: holds with 0.9 at excitation.frequency = 2"
 
 
 def test_worst_case_of_a_lower_bound_is_the_least():
-    verdict = Check.parse("stuck_share > 0.1").judge_all(rows(stuck_share=[0.5, 0.0, 0.7]))
+    verdict = judgement(Check.parse("stuck_share > 0.1"), rows(stuck_share=[0.5, 0.0, 0.7]))
     assert (verdict.passed, verdict.value) == (False, 0.0)
 
 
 def test_worst_case_of_an_equality_is_the_farthest():
-    verdict = Check.parse("violations == 0").judge_all(rows(violations=[0, 3, 1]))
+    verdict = judgement(Check.parse("violations == 0"), rows(violations=[0, 3, 1]))
     assert (verdict.passed, verdict.value) == (False, 3)
 
 
 @pytest.mark.parametrize("unknown", [None, float("nan")])
 def test_case_with_an_unknown_metric_decides(unknown):
-    verdict = Check.parse("T_a < 1").judge_all(rows(T_a=[5.0, unknown, 0.7]))
+    verdict = judgement(Check.parse("T_a < 1"), rows(T_a=[5.0, unknown, 0.7]))
     assert not verdict.passed
     assert verdict.where == {"excitation.frequency": 2.0}
 
 
 def test_unknown_metric_names_its_case():
-    verdict = Check.parse("T_x < 1").judge_all(rows(T_x=[0.5, None]))
+    verdict = judgement(Check.parse("T_x < 1"), rows(T_x=[0.5, None]))
     assert verdict.sentence == (
         "T_x < 1: T_x is not known at excitation.frequency = 2, so the check fails"
     )
@@ -172,13 +173,13 @@ def test_unknown_metric_names_its_case():
 
 def test_check_is_about_the_cases_in_reach_of_its_condition():
     check = Check.parse("T_a < 0.6 at excitation.frequency >= 2", UNITS)
-    verdict = check.judge_all(rows(T_a=[1.5, 0.4, 0.5]))
+    verdict = judgement(check, rows(T_a=[1.5, 0.4, 0.5]))
     assert (verdict.passed, verdict.value) == (True, 0.5)
 
 
 def test_check_without_a_case_in_reach_fails():
     check = Check.parse("T_a < 0.6 at excitation.frequency >= 9", UNITS)
-    verdict = check.judge_all(rows(T_a=[0.1]))
+    verdict = judgement(check, rows(T_a=[0.1]))
     assert (verdict.passed, verdict.value, verdict.where) == (False, None, None)
     assert verdict.sentence.endswith("no case lies there, so the check fails")
 
@@ -194,5 +195,5 @@ def test_single_case_out_of_reach_is_passed_over():
 
 def test_key_that_is_not_swept_has_its_value_in_the_scenario():
     check = Check.parse("T_a < 0.6 at friction.kinetic >= 20", UNITS)
-    assert check.based_on({"friction.kinetic": 30.0}).judge_all(rows(T_a=[0.1])).passed
-    assert not check.based_on({"friction.kinetic": 10.0}).judge_all(rows(T_a=[0.1])).applies
+    assert judgement(check.based_on({"friction.kinetic": 30.0}), rows(T_a=[0.1])).passed
+    assert not judgement(check.based_on({"friction.kinetic": 10.0}), rows(T_a=[0.1])).applies

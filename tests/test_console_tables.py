@@ -20,7 +20,7 @@ from drysim.errors import Caution
 from drysim.scenario import Axis
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Table
 from grids import axes, comparison, orbits, spoil, sweep
-from outcomes import record, stand_in
+from outcomes import judgement, record, stand_in
 
 
 @pytest.fixture(autouse=True)
@@ -36,7 +36,7 @@ def words(text):
 def judged(table, *texts):
     """Give the table with verdicts on its rows."""
     rows = [(row.point, row.metrics) for row in table.own]
-    return replace(table, checks=tuple(Check.parse(text).judge_all(rows) for text in texts))
+    return replace(table, checks=tuple(judgement(Check.parse(text), rows) for text in texts))
 
 
 def small(**options):

@@ -21,7 +21,7 @@ from drysim.study.sweeps import survey
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Row, Table
 from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
 from killing import kills
-from outcomes import record
+from outcomes import judgement, record
 
 HEADER = (
     "approach,excitation.frequency [Hz],excitation.rms [m/s2],F_fk [N],F_fs [N],a_u [m/s2],"
@@ -216,7 +216,9 @@ def test_sidecar_holds_what_all_cases_share():
 
 def test_sidecar_of_a_sweep_names_the_case_that_decided_a_check():
     table = small()
-    verdict = Check.parse("T_a < 1.2").judge_all((row.point, row.metrics) for row in table.own)
+    verdict = judgement(
+        Check.parse("T_a < 1.2"), [(row.point, row.metrics) for row in table.own]
+    )
     told = write(replace(table, checks=(verdict,)), exit_code=1)
     (check,) = told["checks"]
     assert check["passed"] is False

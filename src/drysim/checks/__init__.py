@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -89,28 +89,6 @@ class Check:
             return Verdict(self, True, None, applies=False)
         return self.verdict(metrics.get(self.metric), None)
 
-    def judge_all(self, rows: Iterable[tuple[Point, Metrics]]) -> Verdict:
-        """Give the verdict on the cases of a sweep: the worst of those that it applies to.
-
-        Parameters
-        ----------
-        rows : iterable of (point, metrics)
-            A key that a point does not name has its value in the scenario itself.
-
-        Returns
-        -------
-        Verdict
-            Failed when the check applies to no case, or a metric is not known in one.
-        """
-        cases = list(rows)
-        points = {one.key: _column(p.get(one.key) for p, _ in cases) for one in self.conditions}
-        values = _column(metrics.get(self.metric) for _, metrics in cases)
-        at = self.worst(points, values)
-        if at is None:
-            return self.undecided()
-        where, metrics = cases[at]
-        return self.verdict(metrics.get(self.metric), where)
-
     def worst(self, points: Mapping[str, Column], values: Column) -> int | None:
         """Give the place of the case that decides; None where the check applies to none.
 
@@ -150,8 +128,3 @@ class Check:
     def __str__(self) -> str:
         """Give the text of the scenario."""
         return self.text
-
-
-def _column(values: Iterable[float | None]) -> Column:
-    """Give values as a column, NaN for not known."""
-    return np.array([np.nan if value is None else value for value in values], dtype=float)
