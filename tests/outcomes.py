@@ -76,10 +76,9 @@ def outcome(
 def judgement(check, rows):
     """Give the verdict of a check on the cases of a sweep, as pairs of point and metrics."""
     points, metrics = zip(*rows, strict=True)
-    keys = {
-        one.key: column([point.get(one.key) for point in points]) for one in check.conditions
-    }
-    at = check.worst(keys, column([one.get(check.metric) for one in metrics]))
+    keys = {one.key for one in check.conditions}
+    here = {key: column([point.get(key) for point in points]) for key in keys}
+    at = check.worst(here, column([one.get(check.metric) for one in metrics]))
     if at is None:
         return check.undecided()
     return check.verdict(metrics[at].get(check.metric), points[at])
