@@ -112,11 +112,21 @@ def test_dull_smoothing_is_told_the_sharpness_it_needs(scene: Path) -> None:
     assert abs(of(enough, "smooth")) < 0.012
 
 
+def test_no_sharpness_is_promised_where_none_helps(scene: Path) -> None:
+    lifting = "{law: coulomb, kinetic: 30, normal_variation: {amplitude: 1.5, frequency: 4}}"
+    scene.write_text(SCENE.replace("{law: coulomb, kinetic: 45}", lifting))
+    found = compare(load(scene), ("smooth", "stick-slip"))
+    assert abs(of(found, "smooth")) > 0.05
+    verdict = " ".join(found.verdict)
+    assert "a sharper smooth will not help: at 2000 s/m T_a is" in verdict
+    assert "needs a sharpness" not in verdict
+
+
 def test_range_of_agreement_is_told_over_a_sweep(scene: Path) -> None:
     scene.write_text(SCENE + "sweep: {friction.kinetic: [2, 15, 45]}\n")
     found = compare(load(scene, {"excitation.frequency": 2}), ("signum", "stick-slip"))
     (sentence,) = (words for words in found.verdict if "agrees within" in words)
-    assert "in 2 of 3 cases: friction.kinetic 2 to 15" in sentence
+    assert "in 2 of 3 cases: kinetic 2 to 15 N" in sentence
     assert found.shown == {"friction.kinetic": 45.0}
 
 
@@ -126,7 +136,7 @@ def test_cases_without_any_deviation_count_as_agreement(scene: Path) -> None:
     found = compare(load(scene, dull), ("switch", "stick-slip"))
     assert [found.deviation(row) for row in found.table.of("switch")][:2] == [0.0, 0.0]
     (sentence,) = (words for words in found.verdict if "agrees within" in words)
-    assert "in 2 of 3 cases: friction.kinetic 50 to 70" in sentence
+    assert "in 2 of 3 cases: kinetic 50 to 70 N" in sentence
 
 
 def test_range_of_agreement_with_gaps_says_so(scene: Path) -> None:
@@ -134,11 +144,11 @@ def test_range_of_agreement_with_gaps_says_so(scene: Path) -> None:
     dull = {"excitation.rms": 0.33, "solver.switch": {"band": 0.02}}
     found = compare(load(scene, dull), ("switch", "stick-slip"))
     (sentence,) = (words for words in found.verdict if "agrees within" in words)
-    assert "in 2 of 3 cases: friction.kinetic 50 to 70" in sentence
+    assert "in 2 of 3 cases: kinetic 50 to 70 N" in sentence
     scene.write_text(SCENE + "sweep: {friction.kinetic: [0, 15, 70]}\n")
     found = compare(load(scene, dull), ("switch", "stick-slip"))
     (sentence,) = (words for words in found.verdict if "agrees within" in words)
-    assert "in 2 of 3 cases, all within friction.kinetic 0 to 70" in sentence
+    assert "in 2 of 3 cases, all within kinetic 0 to 70 N" in sentence
 
 
 def test_diagnosis_is_made_against_the_yardstick_whatever_the_file_solves_with(

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.errors import Caution
 from drysim.study.sweeps.table import FAILED
-from drysim.wording import millimetres, number
+from drysim.wording import millimetres, number, place
 
 if TYPE_CHECKING:
     from drysim.approach.orbit import Orbit
     from drysim.approach.response import Response
-    from drysim.scenario import Scenario
+    from drysim.scenario import Axis, Scenario
     from drysim.study.sweeps.table import Row
     from drysim.study.sweeps.tally import Tally
 
@@ -129,11 +129,11 @@ def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
         yield Caution("stroke-violated-settling", sentence, numbers)
 
 
-def statuses(tallies: Iterable[Tally]) -> Iterator[Caution]:
+def statuses(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[Caution]:
     """Say how many cases of each approach have no numbers, and why the first has none."""
     for tally in tallies:
         for status, (lost, row) in tally.lost.items():
-            first = f"the first at {where(row)}: " if row.point else ""
+            first = f"the first at {place(row.point, axes)}: " if row.point else ""
             sentence = (
                 f"{lost} of {tally.cases} cases by {tally.approach}: {status}; "
                 f"{first}{row.note}"
@@ -145,12 +145,13 @@ def statuses(tallies: Iterable[Tally]) -> Iterator[Caution]:
 def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
     """Say in how many cases the stroke limit is met, and where the most."""
     worst, hits = tally.worst, tally.extremes.get("impact_speed")
+    axes = scenario.axes
     if hits is not None and hits[1].value and worst is not None:
         # Where there are end stops, |x_r| hardly tells one case from another.
         fastest, row = hits[1]
         sentence = (
             f"the mass comes to its end stops in {tally.beyond} of {tally.cases} cases, "
-            f"with up to {number(fastest, 'm/s')}{place(row)}"
+            f"with up to {number(fastest, 'm/s')}{at(row, axes)}"
         )
         numbers = {"impact_speed": fastest, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
@@ -160,17 +161,12 @@ def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
         sentence = (
             f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in "
             f"{tally.beyond} of {tally.cases} cases{some}; |x_r| reaches {millimetres(peak)}"
-            f"{mean}{place(worst)}"
+            f"{mean}{at(worst, axes)}"
         )
         numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
 
 
-def place(row: Row) -> str:
+def at(row: Row, axes: Sequence[Axis]) -> str:
     """Give the point of a row as the end of a sentence, if there is more than one."""
-    return f" at {where(row)}" if row.point else ""
-
-
-def where(row: Row) -> str:
-    """Give the point of a row in words."""
-    return ", ".join(f"{key} = {value:g}" for key, value in row.point.items())
+    return f" at {place(row.point, axes)}" if row.point else ""

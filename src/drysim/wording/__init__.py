@@ -2,6 +2,7 @@
 
 from drysim.wording.cases import place as place
 from drysim.wording.cases import short as short
+from drysim.wording.cases import stretch as stretch
 from drysim.wording.cases import swept as swept
 from drysim.wording.means import around as around
 from drysim.wording.means import seeds as seeds

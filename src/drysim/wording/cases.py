@@ -57,6 +57,15 @@ def place(point: Mapping[str, float], axes: Sequence[Swept]) -> str:
     )
 
 
+def stretch(ends: Mapping[str, tuple[float, float]], axes: Sequence[Swept]) -> str:
+    """Give between what some cases lie, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
+    units = {axis.key: pretty(axis.unit) for axis in axes}
+    return ", ".join(
+        f"{short(key, units)} {number(low)} to {number(high, units.get(key, ''))}"
+        for key, (low, high) in ends.items()
+    )
+
+
 def short(key: str, keys: Collection[str]) -> str:
     """Give the last word of a swept key, as long as no other ends in it."""
     last = key.rpartition(".")[2]

@@ -124,7 +124,7 @@ def solve(
     )
     told = (*losses, *case.cautions, *run_only(case))
     met = (*strokes(own, scenario), *over_seeds.remarks(scenario, own.seeds))
-    warnings = (*told, *statuses(tallies.values()), *met)
+    warnings = (*told, *statuses(tallies.values(), scenario.axes), *met)
     table = Table(
         scenario, scenario.axes, Rows.of(batches), own.verdicts, warnings, numerics=how(case),
         told=tallies,

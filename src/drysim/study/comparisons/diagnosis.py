@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import log2
-from typing import TYPE_CHECKING, Any
+from math import inf, log2
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.errors import SolverError
 from drysim.study.case import assemble
-from drysim.study.cautions import where
+from drysim.study.cautions import at
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.sweeps.cases import Motions, case_at, measured, response_of
 from drysim.study.sweeps.survey import AGREE, compared, deviations, worst
 from drysim.study.sweeps.table import Row
-from drysim.wording import number, percent
+from drysim.wording import number, percent, stretch
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
@@ -52,7 +52,7 @@ def sentences(
 ) -> Iterator[str]:
     """Give what is to be said about one approach at the case where it deviates most."""
     yardstick, exact = comparison.yardstick, comparison.counterpart(row)
-    place = f" at {where(row)}" if row.point else ""
+    place = at(row, comparison.table.axes)
     if same(scenarios[name], scenarios[yardstick]):
         law = comparison.laws[name]
         yield f"{name} is {yardstick} here: {law} is the law of the scene, solved by stick-slip"
@@ -111,7 +111,7 @@ def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
     inside = [
         row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
     ]
-    words = ", ".join(f"{key} {a:g} to {b:g}" for key, (a, b) in ends.items())
+    words = stretch(ends, comparison.table.axes)
     share = f"{len(good)} of {len(rows)} cases"
     whole = ":" if len(inside) == len(good) else ", all within"
     yield f"{name} agrees within {percent(AGREE)} in {share}{whole} {words}"
@@ -134,24 +134,29 @@ def flips(response: Response, exact: Response) -> float:
 
 def remedy(case: Scenario, name: str, deviation: float, T_a: float | None) -> Iterator[str]:
     """Say whether a smaller step or a sharper function helps, by trying it."""
-    step = case.solver.step
-    finer = None if step is None else tried(case, {"step": 0.5 * step}, T_a)
-    if step is not None and finer is not None:
-        halved = number(0.5 * step, "s")
-        if abs(finer) <= CURED * abs(deviation):
+    step, chosen = case.solver.step, case.solver.member()
+    if step is not None:
+        finer, halved = tried(case, {"step": 0.5 * step}, T_a), number(0.5 * step, "s")
+        if cures(finer, deviation):
             yield f"halving the step of {name} leaves {signed(finer)}"
-        elif abs(deviation) > AGREE:
+        elif finer is not None and abs(deviation) > AGREE:
             yield f"a smaller step will not help {name}: at {halved} T_a is {signed(finer)}"
-    chosen: Any = case.solver.member()
     sharpness = getattr(chosen, "sharpness", None)
-    if sharpness is None:
-        return
-    doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
-    sharper = tried(case, {name: doubled}, T_a)
-    if sharper is not None and 0 < abs(sharper) < abs(deviation):
-        order = log2(abs(deviation / sharper))
-        needed = number(sharpness * (abs(deviation) / WANTED) ** (1 / order), "s/m", 2)
-        yield f"{name} needs a sharpness of about {needed} for an error of {percent(WANTED)}"
+    if sharpness is not None:
+        doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
+        sharper, twice = tried(case, {name: doubled}, T_a), number(2 * sharpness, "s/m")
+        if cures(sharper, deviation):
+            order = log2(abs(deviation / sharper)) if sharper else inf
+            needed = number(sharpness * (abs(deviation) / WANTED) ** (1 / order), "s/m", 2)
+            share = percent(WANTED)
+            yield f"{name} needs a sharpness of about {needed} for an error of {share}"
+        elif sharper is not None and abs(deviation) > AGREE:
+            yield f"a sharper {name} will not help: at {twice} T_a is {signed(sharper)}"
+
+
+def cures(left: float | None, deviation: float) -> TypeGuard[float]:
+    """Tell whether what a change leaves of a deviation is what first order leaves."""
+    return left is not None and abs(left) <= CURED * abs(deviation)
 
 
 def first_T_a(row: Row) -> float | None:
