@@ -84,9 +84,11 @@ def test_parts_under_sines_are_those_of_the_whole(law, small):
     parts = [parted.points(part) for part in parted.parts()]
     whole = parted.grid.part(0, len(parted))
     assert len(parts) > 20
-    for number in range(4):
+    for number in range(3):
         joined = np.concatenate([points[number] for points in parts])
         assert np.array_equal(joined, whole[number])
+    base = np.concatenate([parted.base(part) for part in parted.parts()])
+    assert np.array_equal(base, parted.grid.base(0, len(parted)))
 
 
 def test_blocks_begin_where_a_march_may_be_handed_over():

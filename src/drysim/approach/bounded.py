@@ -135,7 +135,7 @@ def solve(
     t = np.arange(n, dtype=np.float64) * dt
     x_r, v_r, F_stop, F_f, d = track.at(t)
     u_dd = motion.u_dd[:n] if isinstance(motion, Samples) else base_acceleration(motion, t)
-    points = Points(u_dd, x_r, v_r, d, F_f, F_stop)
+    grid = Held(dt, u_dd, Points(x_r, v_r, d, F_f, F_stop))
     events, approach = track.events, "stick-slip"
     if law.F_fs == 0.0:
         # As without stops: turning points are not events then, but rest at a stop is.
@@ -145,7 +145,7 @@ def solve(
     closest = None if math.isinf(track.closest) else track.closest
     core = core_of(law, motion)
     how = Numerics(approach, *core, engine(), n - 1, len(events), closest)
-    return Response(plant, law, motion, Held(dt, points), events, how, track)
+    return Response(plant, law, motion, grid, events, how, track)
 
 
 def find_orbit(

@@ -99,15 +99,17 @@ class Read:
         """Give their number."""
         return self.length
 
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        motion = self.track.course.motion
+        if isinstance(motion, Samples):
+            return motion.u_dd[first:last]
+        return base_acceleration(motion, times(first, last, self.dt))
+
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
-        motion, t = self.track.course.motion, times(first, last, self.dt)
-        x_r, v_r, _, F_f, d = self.track.at(t)
-        if isinstance(motion, Samples):
-            u_dd = motion.u_dd[first:last]
-        else:
-            u_dd = base_acceleration(motion, t)
-        return Points(u_dd, x_r, v_r, d, F_f)
+        x_r, v_r, _, F_f, d = self.track.at(times(first, last, self.dt))
+        return Points(x_r, v_r, d, F_f)
 
 
 def times(first: int, last: int, dt: float) -> Floats:
@@ -156,7 +158,7 @@ def solve(
     points = grid_points(track.end, dt)
     grid: Grid = Read(track, dt, points)
     if points <= KEPT:
-        grid = Held(dt, grid.part(0, points))
+        grid = Held(dt, grid.base(0, points), grid.part(0, points))
     error = distance(grid, follow(plant, coarser(law), motion, start, duration))
     how = Numerics(
         "stick-slip", *core_of(law, motion), engine(), points - 1, len(track.turns), error=error

@@ -163,18 +163,22 @@ class Marched:
         """Give their number."""
         return self.length
 
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        return self.march.motion.u_dd[first:last]
+
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
         block = self.march.holding(first)
         if last - block.first <= len(block.d):
-            points = Points(block.u_dd, block.x_r, block.v_r, block.d)
+            points = Points(block.x_r, block.v_r, block.d)
             return points.cut(slice(first - block.first, last - block.first))
         n = last - first
-        found = Points(np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int8))
+        found = Points(np.empty(n), np.empty(n), np.empty(n, np.int8))
         for block in self.march.blocks(first, last):
             begin, end = max(first, block.first), min(last, block.first + len(block.d))
             here = slice(begin - first, end - first)
             there = slice(begin - block.first, end - block.first)
-            found.u_dd[here], found.x_r[here] = block.u_dd[there], block.x_r[there]
-            found.v_r[here], found.d[here] = block.v_r[there], block.d[there]
+            found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
+            found.d[here] = block.d[there]
         return found

@@ -79,5 +79,5 @@ def solve(
     F_f = np.where(d == 0, law.k_t * (x_r - x_0), d * law.F_fk)
     heading = np.where(v_r < 0.0, -1, 1).astype(np.int8)
     how = Numerics("stick-slip", *core_of(law, motion), engine(), n - 1, len(track.events))
-    grid = Held(motion.dt, Points(track.u_dd[:n], x_r, v_r, heading, F_f))
+    grid = Held(motion.dt, track.u_dd[:n], Points(x_r, v_r, heading, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)

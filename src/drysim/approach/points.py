@@ -13,8 +13,8 @@ class Points(NamedTuple):
 
     Attributes
     ----------
-    u_dd, x_r, v_r : ndarray
-        Base acceleration [m/s²], relative displacement [m] and velocity [m/s].
+    x_r, v_r : ndarray
+        Relative displacement [m] and velocity [m/s].
     d : ndarray of int8
         Direction of sliding: -1, +1, or 0 where stuck.
     force : ndarray or None
@@ -23,7 +23,6 @@ class Points(NamedTuple):
         Force of an end stop, counted like friction [N]; None where none is met.
     """
 
-    u_dd: Floats
     x_r: Floats
     v_r: Floats
     d: Codes
@@ -32,8 +31,8 @@ class Points(NamedTuple):
 
     def cut(self, part: slice) -> Points:
         """Give some of the points."""
-        u_dd, x_r, v_r, d, force, stop = self
-        bare = Points(u_dd[part], x_r[part], v_r[part], d[part])
+        x_r, v_r, d, force, stop = self
+        bare = Points(x_r[part], v_r[part], d[part])
         if stop is not None:
             bare = bare._replace(stop=stop[part])
         return bare if force is None else bare._replace(force=force[part])
@@ -49,20 +48,28 @@ class Grid(Protocol):
     def __len__(self) -> int:
         """Give their number."""
 
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """Points that are there, `dt` seconds apart."""
+    """Points that are there with the base's acceleration [m/s²], `dt` seconds apart."""
 
     dt: float
+    u_dd: Floats
     points: Points
 
     def __len__(self) -> int:
         """Give their number."""
         return len(self.points.x_r)
+
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        return self.u_dd[first:last]
 
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
@@ -83,6 +90,10 @@ class Sliding:
     def __len__(self) -> int:
         """Give their number."""
         return len(self.grid)
+
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        return self.grid.base(first, last)
 
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""

@@ -57,7 +57,8 @@ class Response:
     """Relative motion on an equidistant grid, with the events between its points.
 
     A long one that is not asked for as a whole never is one: `parts` cuts its grid into blocks,
-    `points`, `acceleration` and `friction` give what belongs to each.
+    `base`, `points`, `acceleration` and `friction` give what belongs to each. What is not asked
+    for is not computed.
 
     Attributes
     ----------
@@ -94,10 +95,10 @@ class Response:
         """All points."""
         return self.grid.part(0, len(self))
 
-    @property
+    @cached_property
     def u_dd(self) -> Floats:
         """Base acceleration [m/s²], shape (n,)."""
-        return self.whole.u_dd
+        return self.grid.base(0, len(self))
 
     @property
     def x_r(self) -> Floats:
@@ -145,6 +146,13 @@ class Response:
         """Cut the grid into blocks, in the order of time."""
         return (slice(at, min(at + BLOCK, len(self))) for at in range(0, len(self), BLOCK))
 
+    def base(self, part: slice) -> Floats:
+        """Give ü [m/s²] on a part of the grid."""
+        if len(self) <= KEPT or "u_dd" in vars(self):
+            return self.u_dd[part]
+        first, last, _ = part.indices(len(self))
+        return self.grid.base(first, last)
+
     def points(self, part: slice) -> Points:
         """Give a part of the grid, so that long responses need not be held whole."""
         if len(self) <= KEPT or "whole" in vars(self):
@@ -157,7 +165,7 @@ class Response:
 
     def friction(self, part: slice) -> Floats:
         """Give F_f [N] on a part of the grid."""
-        u_dd, x_r, _, d, force, _ = self.points(part)
+        x_r, _, d, force, _ = self.points(part)
         if force is not None:
             return force
         kinetic = d * self.law.F_fk
@@ -166,19 +174,20 @@ class Response:
             kinetic = kinetic * (
                 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
             )
-        return np.where(d == 0, -(self.plant.m * u_dd + self.plant.k_x * x_r), kinetic)
+        F_L = self.plant.m * self.base(part) + self.plant.k_x * x_r
+        return np.where(d == 0, -F_L, kinetic)
 
     def acceleration(self, part: slice) -> Floats:
         """Give x_dd [m/s²] on a part of the grid."""
         m, k_x, b = self.plant
-        u_dd, x_r, v_r, d, force, stop = self.points(part)
+        x_r, v_r, d, force, stop = self.points(part)
         pull = k_x * x_r + b * v_r + self.friction(part)
         if stop is not None:
             pull += stop
         sticks = force is None or stop is not None
-        return np.where(d == 0 if sticks else False, u_dd, -pull / m)
+        return np.where(d == 0 if sticks else False, self.base(part), -pull / m)
 
     def stop(self, part: slice) -> Floats:
         """Give F_stop [N] on a part of the grid; 0 where there is no end stop."""
-        u_dd, *_, stop = self.points(part)
-        return np.zeros_like(u_dd) if stop is None else stop
+        x_r, *_, stop = self.points(part)
+        return np.zeros_like(x_r) if stop is None else stop

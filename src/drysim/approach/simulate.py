@@ -136,8 +136,8 @@ def linear(plant: Plant, motion: Samples, start: State) -> Response:
     why = "no dry friction: one affine map a step, no event code"
     numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
     modes = np.ones(n, dtype=np.int8)
-    points = Points(u_dd, np.asarray(x_r), np.asarray(v_r), modes)
-    return Response(plant, Law(0.0, 0.0), motion, Held(motion.dt, points), events, numerics)
+    grid = Held(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
+    return Response(plant, Law(0.0, 0.0), motion, grid, events, numerics)
 
 
 def refuse_nonsense(plant: Plant, law: Law, u_dd: Floats, dt: float, start: State) -> None:

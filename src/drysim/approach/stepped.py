@@ -56,8 +56,9 @@ def finer(motion: Sines | Samples, pieces: int) -> Sines | Samples:
 
 def thinned(response: Response, motion: Sines | Samples, pieces: int) -> Response:
     """Give every so-manieth point of a response; its track keeps them all."""
-    points = response.whole.cut(slice(None, None, pieces))
-    return replace(response, motion=motion, grid=Held(response.dt * pieces, points))
+    every = slice(None, None, pieces)
+    grid = Held(response.dt * pieces, response.u_dd[every], response.whole.cut(every))
+    return replace(response, motion=motion, grid=grid)
 
 
 def from_start(start: AnyState, n: int) -> tuple[Floats, Floats]:
@@ -183,7 +184,7 @@ def respond(
     numerics = Numerics(how[0], FIXED_STEP, how[1], engine(), len(x_r) - 1, len(events))
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
     track = SteppedTrack(plant, law, motion, dt, u_dd, x_r, v_r, x_dd, force, d)
-    points = Held(dt, Points(u_dd, x_r, v_r, d, force))
+    points = Held(dt, u_dd, Points(x_r, v_r, d, force))
     return Response(plant, law, motion, points, events, numerics, track)
 
 

@@ -195,5 +195,5 @@ def solve(
     x_r, v_r, _, F_f, d = track.at(t)
     u_dd = motion.u_dd[:points] if isinstance(motion, Samples) else base_acceleration(motion, t)
     how = numerics(*core_of(law, motion), points, track.events, track.closest)
-    grid = Held(dt, Points(u_dd, x_r, v_r, d, F_f))
+    grid = Held(dt, u_dd, Points(x_r, v_r, d, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)

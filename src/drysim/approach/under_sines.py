@@ -118,6 +118,13 @@ class Leaps:
         """Give the number of points."""
         return self.length
 
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        waves = self.track.waves
+        u_dd, table = held(np.empty(last - first)), held(np.empty(room(waves.size)))
+        sample_base(waves, first, self.dt, table, u_dd)
+        return np.asarray(u_dd)
+
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
         track, n = self.track, last - first
@@ -127,15 +134,13 @@ class Leaps:
         turns = (track.turns.t, track.turns.kind, track.turns.x_r)
         t, kind, x_0 = (held(column[events]) for column in turns)
         v_0 = track.start.v_r if before == 1 else 0.0
-        u_dd, x_r, v_r = (held(np.empty(n)) for _ in range(3))
+        x_r, v_r = held(np.empty((2, n)))
         modes, table = held(np.empty(n, dtype=np.int8)), held(np.empty(room(track.waves.size)))
         sample_leaps(
             track.plant, track.law, track.waves, t, kind, x_0, v_0, first, self.dt, table,
             x_r, v_r, modes,
         )  # fmt: skip
-        sample_base(track.waves, first, self.dt, table, u_dd)
-        states = (np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
-        return Points(np.asarray(u_dd), *states)
+        return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
 
 
 def on_grid(track: LeapTrack, step: float) -> Response:

@@ -123,9 +123,10 @@ def stroke_violations(outcome: Outcome, folder: Path) -> None:
 
 def _motion(motion: Response, part: slice, stops: bool) -> Block:
     """Give one block of response.csv."""
-    u_dd, x_r, v_r, d, *_ = motion.points(part)
+    x_r, v_r, d, *_ = motion.points(part)
     t = np.arange(part.start, part.stop) * motion.dt
-    series = (t, u_dd, x_r, v_r, motion.acceleration(part), motion.friction(part))
+    u_dd, x_dd = motion.base(part), motion.acceleration(part)
+    series = (t, u_dd, x_r, v_r, x_dd, motion.friction(part))
     return Block((*series, motion.stop(part)) if stops else series, d == 0)
 
 

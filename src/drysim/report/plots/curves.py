@@ -62,10 +62,10 @@ def curve(response: Response, part: slice) -> Curve:
         Grid points and events in the order of time.
     """
     first, last, _ = part.indices(len(response))
-    u_dd, x_r, v_r, *_ = response.points(part)
+    x_r, v_r, *_ = response.points(part)
     grid = Curve(
         np.arange(first, last) * np.float64(response.dt),
-        u_dd,
+        response.base(part),
         response.acceleration(part),
         x_r,
         v_r,
@@ -144,10 +144,11 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
 
 
 def greatest(response: Response, name: str, begin: int = 0) -> Peak:
-    """Give the greatest |value| of a series of `Points` from some grid point on."""
+    """Give the greatest |value| of ü or a series of `Points` from some grid point on."""
     found = Peak(-1.0, begin)
     for part in response.parts():
-        values = np.abs(getattr(response.points(part), name)[max(begin - part.start, 0) :])
+        of = response.base(part) if name == "u_dd" else getattr(response.points(part), name)
+        values = np.abs(of[max(begin - part.start, 0) :])
         if len(values) and values.max() > found.value:
             found = Peak(float(values.max()), part.stop - len(values) + int(values.argmax()))
     return found

@@ -67,7 +67,7 @@ def lines(above: Axes, below: Axes, shown: Curve) -> None:
 def bands(above: Axes, below: Axes, motion: Response) -> None:
     """Draw the bands that a long response fills."""
     filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
-        (above, lambda part: motion.points(part).u_dd, BAND),
+        (above, motion.base, BAND),
         (above, motion.acceleration, MASS["color"]),
         (below, lambda part: motion.points(part).x_r * MM, MASS["color"]),
     )
