@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 
-ROUNDING = 1e-12
-"""Share of the speed [-] that bristles at their limit may seem to take back by rounding."""
+NOISE = 1e-6
+"""Share of the speed [-] that bristles at their limit may seem to take back: the integrator's
+own error, times a high power."""
 
 
 @dataclass
@@ -62,7 +63,7 @@ def swing(law, plant, base, end, times):
     while t < end:
         found = _piece(law, plant, base, bristles, d, t, state, end)
         inside = times[(times >= t) & ((times < found.t[-1]) | (found.t[-1] >= end))]
-        path.extend(found.sol(inside)[0])
+        path.extend(found.sol(inside)[0] if len(inside) else ())
         t, state = found.t[-1], found.y[:, -1]
         stop, limit, loop = (len(each) > 0 for each in found.t_events)
         if stop:
@@ -96,7 +97,7 @@ def _piece(law, plant, base, bristles, d, t, state, end):
     far = min(1e3, abs(bristles.close)) * math.copysign(1.0, bristles.close)
     events = [
         lambda t, y: d * y[1],
-        lambda t, y: d * bristles.way * left(y[1], bristles.force(y[2])) + ROUNDING,
+        lambda t, y: d * bristles.way * left(y[1], bristles.force(y[2])) + NOISE,
         lambda t, y: bristles.way * (far - y[2]),
     ]
     for event in events:

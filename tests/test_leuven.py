@@ -19,9 +19,11 @@ from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
 LAW = Dynamic(
     45.0, 54.0, LEUVEN, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, F_h=80.0
 )  # fmt: skip
+WHOLE = [1.0, 2.0, 3.0]
+POWERS = [*WHOLE, 0.5, 1.5, 5.0]
 
 
-@pytest.mark.parametrize("power", [1, 2, 3])
+@pytest.mark.parametrize("power", [0.5, 0.8, *WHOLE, 1.5, 2.5, 4.0, 7.3, 19.0])
 @pytest.mark.parametrize("a_u", [0.3, 1.0])
 def test_motion_agrees_with_bristles_told_by_their_travel(power, a_u):
     law, motion = LAW._replace(power=power), sine(a_u, 1.6)
@@ -29,7 +31,7 @@ def test_motion_agrees_with_bristles_told_by_their_travel(power, a_u):
     base = lambda t: motion.A[0] * math.sin(2.0 * math.pi * 1.6 * t)  # noqa: E731
     other = swing(law, PAPER, base, 2.0, response.t)
     assert np.abs(other - response.x_r).max() < 1e-8 * np.abs(response.x_r).max()
-    assert response.numerics.error < 1e-8
+    assert response.numerics.error < (1e-7 if power < 10 else 1e-5)
 
 
 STIFF = Plant(75.0, 0.0, 5000.0)
@@ -53,7 +55,7 @@ def travel(response, law):
     return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * response.dt)])
 
 
-@pytest.mark.parametrize("power", [1, 2, 3])
+@pytest.mark.parametrize("power", POWERS)
 def test_a_minor_loop_closes_where_it_began_and_is_forgotten(power):
     law = LAW._replace(power=power, sigma_1=0.0, sigma_2=0.0)
     response = slow([0.0, 20.0, 6.0, 26.0], law, 1e-4)
@@ -70,7 +72,7 @@ def test_a_minor_loop_closes_where_it_began_and_is_forgotten(power):
 def test_lugre_creeps_through_the_minor_loop_that_leuven_closes():
     """The bristles of lugre give way in proportion to the force, Leuven's by its power."""
     lugre = LAW._replace(kind=BRISTLE, sigma_1=0.0, sigma_2=0.0)
-    leuven = lugre._replace(kind=LEUVEN, power=3)
+    leuven = lugre._replace(kind=LEUVEN, power=3.0)
     gaps = []
     for law in (lugre, leuven):
         response = slow([0.0, 6.0, 0.0, 6.0, 0.0, 6.0], law)
@@ -78,6 +80,43 @@ def test_lugre_creeps_through_the_minor_loop_that_leuven_closes():
         gaps.append((tops[2] - tops[1]) / np.ptp(response.x_r))
     assert gaps[0] > 0.05
     assert 0.0 < gaps[1] < 2e-3
+
+
+class Row:
+    """Maxwell's slip elements in a row, each a spring that slides at its limit.
+
+    Their virgin curve is that of the bristles, straight between so many points.
+    """
+
+    def __init__(self, law, elements):
+        scale = law.F_h / law.sigma_0
+        self.reach = np.linspace(0.0, 2.0 * scale, elements + 1)[1:]
+        curve = law.F_h * (1.0 - np.exp(-np.append(0.0, self.reach) / scale))
+        slopes = np.diff(curve) / self.reach[0]
+        self.stiffness = slopes - np.append(slopes[1:], 0.0)
+        self.bent = np.zeros(elements)
+
+    def follow(self, steps):
+        """Give the force [N] after each step of travel [m]."""
+        forces = []
+        for step in steps:
+            self.bent = np.clip(self.bent + step, -self.reach, self.reach)
+            forces.append(self.stiffness @ self.bent)
+        return np.array(forces)
+
+
+def test_memory_is_the_limit_of_the_many_maxwell_elements_of_lampaert():
+    law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
+    track = StickSlip().track(PAPER, law, noise(801, 0.3, seed=3), REST, STEP, 2.0)
+    _, v_r, z, F, _ = track.at(np.linspace(0.0, 2.0, 20_001))
+    limit = law.F_fk + (law.F_fs - law.F_fk) * np.exp(-((v_r / law.v_s) ** 2))
+    rate = v_r - np.abs(v_r) * law.sigma_0 * z / limit
+    steps = 0.5 * (rate[1:] + rate[:-1]) * 1e-4
+    off = [np.abs(Row(law, n).follow(steps) - F[1:]).max() for n in (10, 20, 40)]
+    assert off[2] < 1e-3 * np.ptp(F)
+    for coarse, fine in pairwise(off):
+        assert coarse / fine == pytest.approx(4.0, rel=0.1)  # straight pieces of one curve
+    assert max(len(track.state(t).turned) for t in np.arange(0.1, 2.0, 0.1)) > 5
 
 
 def test_bristles_without_hysteresis_are_those_of_lugre():
@@ -122,7 +161,7 @@ def test_a_full_memory_forgets_what_matters_least():
     assert np.abs(paths[2] - paths[0]).max() < 1e-4 * scale
 
 
-@pytest.mark.parametrize("power", [1, 2, 3])
+@pytest.mark.parametrize("power", POWERS)
 @pytest.mark.parametrize("motion", [sine(0.6, 1.6), noise(2000, 0.8)], ids=["sine", "noise"])
 class TestInvariants:
     def test_energy_closes(self, power, motion):
@@ -144,6 +183,7 @@ def test_split_run_with_its_memory_equals_the_whole():
     first = solved(LAW, motion, duration=2.0)
     middle = first.track.state(2.0)
     assert middle.turned
+    assert np.allclose(whole.track.state(2.0).turned, middle.turned, rtol=1e-9, atol=0.0)
     rest = Samples(motion.u_dd[800:], motion.dt)
     part = solved(LAW, rest, start=middle, duration=2.0)
     assert np.abs(part.x_r - whole.x_r[800:]).max() < 1e-9 * np.abs(whole.x_r).max()

@@ -21,8 +21,9 @@ LAWS = {
     "dahl": DAHL,
     "lugre": LUGRE,
     "leuven": LUGRE._replace(kind=LEUVEN, F_h=80.0),
-    "leuven-2": LUGRE._replace(kind=LEUVEN, F_h=80.0, power=2),
-    "leuven-3": LUGRE._replace(kind=LEUVEN, F_h=80.0, power=3),
+    "leuven-2": LUGRE._replace(kind=LEUVEN, F_h=80.0, power=2.0),
+    "leuven-1.5": LUGRE._replace(kind=LEUVEN, F_h=80.0, power=1.5),
+    "leuven-3": LUGRE._replace(kind=LEUVEN, F_h=80.0, power=3.0),
 }
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
-from drysim.approach.legs import Course, first_mark
+from drysim.approach.legs import Course
+from drysim.approach.marks import first_mark
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
@@ -16,7 +17,7 @@ from drysim.approach.scene import core_of, first_u_dd, grid_points, waves_of
 from drysim.approach.spans import faint_speed, last_interval, squares_of_base
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines, base_acceleration
-from drysim.core.plant import Dynamic, Plant
+from drysim.core.plant import LEUVEN, Dynamic, Plant
 from drysim.core.signal import BLOCK, KEPT
 from drysim.core.state import AnyState, Deflected, Totals
 
@@ -68,9 +69,9 @@ class Series:
         return rows[0], rows[1], rows[2], rows[3], d
 
     def state(self, t: float) -> Deflected:
-        """Give the state at time t [s]; its memory at the beginning and at the end alone."""
+        """Give the state at time t [s], with the memory of bristles that have one."""
         x_r, v_r, z, _, _ = self.at(np.array([t]))
-        turned = self.course.marks[-(t > 0.0)].turned if t in (0.0, self.end) else ()
+        turned = self.course.recalled(t) if self.law.kind == LEUVEN else ()
         return Deflected(float(x_r[0]), float(v_r[0]), float(z[0]), turned)
 
     def chatter(self, begin: float, end: float) -> float:

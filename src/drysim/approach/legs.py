@@ -9,17 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.approach.events import Floats
+from drysim.approach.marks import Mark, marked, work
 from drysim.approach.room import empty_log, empty_trail
 from drysim.approach.scene import refuse_storm
 from drysim.core.compiled import held
-from drysim.core.dynamic_laws.jet import ORDER, Jet
-from drysim.core.dynamic_laws.memory import COUNT, head
-from drysim.core.dynamic_laws.trace import first_heading, trace
+from drysim.core.dynamic_laws.trace import trace
 from drysim.core.events import Log
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import LEUVEN, Dynamic, Plant
+from drysim.core.plant import Dynamic, Plant
 from drysim.core.replay import integrate_series, read
-from drysim.core.state import AnyState
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves
 
@@ -30,21 +28,6 @@ of each a kernel hands over, so that an interrupt is heard."""
 MOST_KEPT = 64
 """Legs that are kept, some 80 MB; of a longer motion a leg is followed anew when it is asked
 for, which costs a microsecond a step."""
-
-
-class Mark(NamedTuple):
-    """Where a leg begins: sample and time within it, the state, and what the law recalls.
-
-    `state` is x_r [m], v_r [m/s], z [m] and the direction; `scale` the greatest speed so far
-    [m/s]; `turned` and `branch` as in `Jet`.
-    """
-
-    n: int
-    s: float
-    state: tuple[float, float, float, int]
-    scale: float
-    turned: tuple[float, ...]
-    branch: tuple[int, ...]
 
 
 class Leg(NamedTuple):
@@ -59,46 +42,13 @@ class Leg(NamedTuple):
     begins: Floats
 
 
-def work(law: Dynamic, scale: float) -> Jet:
-    """Give what the kernels work in; a speed [m/s] to measure the motion by."""
-    short = {"scale": 1, "slope": 2, "turned": law.depth if law.kind == LEUVEN else 0}
-    values = {name: held(np.zeros(short.get(name, ORDER + 2))) for name in Jet._fields}
-    jet = Jet(**values | {"branch": held(np.zeros(3, dtype=np.int64))})
-    jet.scale[0] = scale
-    return jet
-
-
-def marked(n: int, s: float, state: tuple[Any, ...], jet: Jet) -> Mark:
-    """Give the mark of a state and of what the law recalls there."""
-    turned = tuple(float(z) for z in jet.turned[: jet.branch[COUNT]])
-    branch = tuple(int(value) for value in jet.branch)
-    return Mark(n, s, state, float(jet.scale[0]), turned, branch)
-
-
-def first_mark(
-    plant: Plant, law: Dynamic, waves: Waves, base: Floats, dt: float, start: AnyState,
-    speed: float,
-) -> Mark:  # fmt: skip
-    """Give the mark at t = 0, from the first two values of ü besides the waves."""
-    x_r, v_r = start[:2]
-    z = start[2] if len(start) > 2 else 0.0
-    jet, slope = work(law, speed), float(base[1] - base[0]) / dt
-    d = first_heading(plant, law, waves, jet, float(base[0]), slope, 0.0, x_r, v_r, z)
-    if law.kind == LEUVEN:
-        latest = start[3][-law.depth :] if len(start) > 3 else ()
-        jet.branch[COUNT] = len(latest)
-        jet.turned[: len(latest)] = latest
-        head(law, jet, d or 1, v_r, z)
-    return marked(0, 0.0, (x_r, v_r, z, d), jet)
-
-
 @dataclass(frozen=True, eq=False)
 class Course:
     """A motion over intervals of ü to the end of the last, as marks and the latest legs.
 
     `dt` is the length of an interval [s] and `length` that of the last; `starts` is where the
     legs begin and the last ends [s], `scales` the greatest |x_r|, |v_r| and |z| of each leg
-    [m, m/s, m].
+    [m, m/s, m], `memories` what was asked for of what bristles recalled, by time.
     """
 
     plant: Plant
@@ -112,6 +62,7 @@ class Course:
     starts: list[float] = field(default_factory=lambda: [0.0])
     scales: list[tuple[float, ...]] = field(default_factory=list)
     kept: dict[int, Leg] = field(default_factory=dict)
+    memories: dict[float, tuple[float, ...]] = field(default_factory=dict)
 
     def follow(self) -> Log:
         """Follow the motion to its end; gives the events, counted from the start."""
@@ -124,7 +75,20 @@ class Course:
         return Log(*(np.concatenate(column) for column in zip(*logs, strict=True)))
 
     def go(self, number: int) -> tuple[Mark, Log]:
-        """Follow a leg; gives the mark at its end and its events."""
+        """Follow a leg and keep it; gives the mark at its end and its events."""
+        first = self.marks[number].n
+        mark, log, trail, base = self.traced(number, self.last, self.length)
+        arrays = [np.asarray(column) for column in trail]
+        self.keep(number, Leg(first * self.dt, base, trail, arrays[0] * self.dt + arrays[1]))
+        if number == len(self.scales):
+            self.scales.append(tuple(float(np.abs(column).max()) for column in arrays[2:5]))
+        return mark, log
+
+    def traced(self, number: int, last: int, length: float) -> tuple[Mark, Log, Trail, Any]:
+        """Follow a leg, at most for `length` [s] of interval `last`; gives what comes of it.
+
+        That is the mark at the end, the events, the steps, and ü besides the waves [m/s²].
+        """
         mark, size = self.marks[number], LEG if number else FIRST_LEG
         base = self.base(mark.n, size)
         jet = work(self.law, mark.scale)
@@ -132,18 +96,30 @@ class Course:
         jet.branch[:] = mark.branch
         trail, log = empty_trail(size), empty_log(size)
         n, s, x_r, v_r, z, d, steps, count = trace(
-            self.plant, self.law, self.waves, base, self.dt, 0, mark.s, self.length,
-            self.last - mark.n, *mark.state, jet, trail, 0, log, 0, size,
+            self.plant, self.law, self.waves, base, self.dt, 0, mark.s, length,
+            last - mark.n, *mark.state, jet, trail, 0, log, 0, size,
         )  # fmt: skip
         refuse_storm(count, (mark.n + n) * self.dt + s, (x_r, v_r))
-        trail = Trail(*(column[:steps] for column in trail))
-        arrays = [np.asarray(column) for column in trail]
-        self.keep(number, Leg(mark.n * self.dt, base, trail, arrays[0] * self.dt + arrays[1]))
-        if number == len(self.scales):
-            self.scales.append(tuple(float(np.abs(column).max()) for column in arrays[2:5]))
         found = Log(*(np.asarray(column[:count]) for column in log))
         found = found._replace(n=found.n + mark.n)
-        return marked(mark.n + n, s, (x_r, v_r, z, d), jet), found
+        trail = Trail(*(column[:steps] for column in trail))
+        return marked(mark.n + n, s, (x_r, v_r, z, d), jet), found, trail, base
+
+    def recalled(self, t: float) -> tuple[float, ...]:
+        """Give the turns that the bristles remember at time t [s], as deflections [m].
+
+        Within a leg they are found by following it once more as far as that.
+        """
+        if t >= self.starts[-1]:
+            return self.marks[-1].turned
+        if t not in self.memories:
+            number, n = self.number_at(t), min(int(t / self.dt), self.last)
+            mark, within = self.marks[number], t - n * self.dt
+            if t > self.starts[number]:
+                end = (n, within) if within > 0.0 else (n - 1, self.dt)
+                mark = self.traced(number, *end)[0]
+            self.memories[t] = mark.turned
+        return self.memories[t]
 
     def base(self, n: int, size: int) -> Any:
         """Give ü besides the waves [m/s²], from sample n on as far as a leg may come."""

@@ -77,8 +77,8 @@ class Dynamic(NamedTuple):
         Stiffness [N/m] and damping [N·s/m] of the bristles, viscous friction [N·s/m].
     F_h : float
         Force that the hysteresis of `LEUVEN` would come to [N], above `F_fs`.
-    power : int
-        Of the approach to sliding under `LEUVEN`, 1 to 3.
+    power : float
+        Of the approach to sliding under `LEUVEN`, above 0.
     depth : int
         How many turns the bristles of `LEUVEN` remember at most.
     tolerance : float
@@ -94,7 +94,7 @@ class Dynamic(NamedTuple):
     sigma_1: float = 0.0
     sigma_2: float = 0.0
     F_h: float = math.inf
-    power: int = 1
+    power: float = 1.0
     depth: int = 128
     tolerance: float = 1e-12
 

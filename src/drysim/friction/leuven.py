@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from drysim.core.plant import LEUVEN, Dynamic
-from drysim.friction.forces import TOLERANCE, Limits, Tolerance
-from drysim.friction.rubbing import Rubbing
-from drysim.quantity import Damping, Quantity
+from drysim.friction.bristles import Bristles
+from drysim.friction.forces import TOLERANCE, Tolerance
+from drysim.quantity import Quantity
 
 
-class Leuven(Limits, Rubbing):
+class Leuven(Bristles):
     """Surfaces whose bristles bend with hysteresis: a loop within a loop closes where it began.
 
     Not to be confused with `lugre`, whose bristles are elastic and remember one number.
@@ -21,46 +21,37 @@ class Leuven(Limits, Rubbing):
     s = sgn(v) (F_fk + (F_fs - F_fk) exp(-(v/v_s)²)) and F_h the hysteresis force over the
     travel z [m] of the bristles: on the virgin curve F_∞ (1 - exp(-σ_0 |z|/F_∞)), from where
     they turn the same curve twice as large (Masing), and where a loop closes the curve of the
-    loop around it. Swevers et al., IEEE TAC 45 (2000) 675; Lampaert et al., IEEE TAC 47 (2002)
-    683: F_h as a whole stands in dz/dt, so that the force has no jump as a loop closes, and
-    the memory is bounded: 128 turns, of which the two that differ least from their neighbours
-    are forgotten where one more comes.
+    loop around it. Swevers, Al-Bender, Ganseman and Prajogo, IEEE TAC 45 (2000) 675, leave the
+    virgin curve open; this one is drysim's choice.
+
+    Lampaert, Swevers and Al-Bender, IEEE TAC 47 (2002) 683, correct two things. (1) F_h as a
+    whole stands in dz/dt, not the part since the last turn, so the force has no jump as a loop
+    closes: so it is here. (2) They take F_h from a finite row of Maxwell's slip elements, which
+    cannot overflow as a stack of turns does. Here the stack stays: it is what such a row comes
+    to as its elements grow many. It holds 128 turns, and where one more comes, the two that
+    differ least from their neighbours are forgotten, without a jump in the force.
     """
 
     law: Literal["leuven"]
     """Dry friction of the Leuven kind."""
-    stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
-    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
-    bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
-    """Stiffness σ_0 [N/m], above 0, of the bristles where they turn."""
     hysteresis_ratio: Annotated[float, Quantity("", above=1)] = 2.0
     """F_∞/F_fs [-], above 1, the force that the bristles alone would come to over the static
     limit; default 2. The greater, the narrower the loops; far above 1 they are elastic."""
-    transition: Literal[1, 2, 3] = 1
-    """Exponent n [-] of the transition to sliding, 1, 2 or 3; default 1. The greater, the
-    later the bristles give way."""
-    bristle_damping: Damping
-    """Damping σ_1 [N·s/m], at least 0, of the bristles."""
-    viscous: Damping = 0.0
-    """Viscous friction σ_2 [N·s/m] of the contact; default 0: the damper is all there is."""
+    transition: Annotated[float, Quantity("", at_least=0.5, below=20)] = 1.0
+    """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The
+    greater, the later the bristles give way. For 1, 2 and 3 the motion is a series through zero
+    force, too; any other takes up to four times as many steps, as it comes there by degrees."""
     tolerance: Tolerance = TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {
-        "stribeck_velocity": "v_s",
-        "bristle_stiffness": "σ_0",
+        **Bristles.symbols,
         "hysteresis_ratio": "F_∞/F_fs",
         "transition": "n",
-        "bristle_damping": "σ_1",
-        "viscous": "σ_2",
     }
 
     def limits(self, m: float) -> Dynamic:
         """Give the law in forces; the mass [kg] is the normal force's default."""
-        F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
-        return Dynamic(
-            F_fk, F_fs, LEUVEN, v_s=self.stribeck_velocity, sigma_0=self.bristle_stiffness,
-            sigma_1=self.bristle_damping, sigma_2=self.viscous, tolerance=self.tolerance,
-            F_h=self.hysteresis_ratio * F_fs, power=self.transition,
-        )  # fmt: skip
+        law = self.bent(m, LEUVEN, self.tolerance)
+        return law._replace(F_h=self.hysteresis_ratio * law.F_fs, power=self.transition)

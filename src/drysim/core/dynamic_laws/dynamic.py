@@ -34,6 +34,21 @@ def slow_speed(law, jet):
 
 
 @inlined
+def general_power(law):
+    """Tell whether the share that bristles take is a series away from zero force alone."""
+    return law.power != 1 and law.power != 2 and law.power != 3
+
+
+@inlined
+def faint_deflection(law):
+    """Give the deflection [m] within which a general power of the force counts as none.
+
+    What this neglects on the way from zero is a tolerance of the deflection at F_fk.
+    """
+    return law.tolerance ** (1.0 / (law.power + 1.0)) * law.F_fk / law.sigma_0
+
+
+@inlined
 def flat_from(law):
     """Give the speed [m/s] from which on the Stribeck curve is flat."""
     if law.exponent == 1:
@@ -67,7 +82,7 @@ def dynamic_force(law, d, v, z):
     if law.kind == STRIBECK:
         return d * limit
     share = law.sigma_0 * d * z / limit
-    if law.kind == LEUVEN and law.power > 1:
-        share *= abs(share) ** (law.power - 1)
+    if law.kind == LEUVEN and law.power != 1:
+        share = math.copysign(abs(share) ** law.power, share)
     z_d = v - v * share
     return law.sigma_0 * z + law.sigma_1 * z_d + law.sigma_2 * v

@@ -7,7 +7,7 @@ force goes on without a jump whatever loop closes or is forgotten.
 from __future__ import annotations
 
 from drysim.core.compiled import compiled, inlined
-from drysim.core.dynamic_laws.dynamic import sliding_limit
+from drysim.core.dynamic_laws.dynamic import faint_deflection, general_power, sliding_limit
 from drysim.core.dynamic_laws.locate import locate
 from drysim.core.events import sign
 from drysim.core.samples.stop import NEVER
@@ -16,9 +16,9 @@ COUNT, WAY, EVEN = 0, 1, 2
 """Places in `Jet.branch`: how many turns are remembered, the direction of travel, and whether
 the hysteresis force equals the sliding limit just now."""
 
-LIMIT, LOOP, ZERO = 1, 2, 3
+LIMIT, LOOP, EDGE = 1, 2, 3
 """What ends a branch: travel comes to rest at the sliding limit, a loop closes; or what ends
-a series: the deflection passes zero, where an even power is not smooth."""
+a series: the deflection comes near zero, where all powers but the odd are not smooth."""
 
 NOISE = 1e-13
 """Share of F_fs by which force and sliding limit may differ in rounding alone: some hundred
@@ -128,17 +128,36 @@ def branch_end(law, jet, n, d, h):
         first = locate(work, n, h)
         if first != NEVER:
             what = LOOP
-    if law.power == 2 and jet.z[0] * way < 0.0 and first > 0.0:
+    ahead = edge(law, jet)
+    if ahead != NEVER and first > 0.0:
         for k in range(n + 1):
             work[k] = -way * jet.z[k]
+        work[0] += ahead
         crossing = locate(work, n, min(h, first))
         if crossing < first:
-            first, what = crossing, ZERO
+            first, what = crossing, EDGE
     if first > 0.0 and to_limit(law, jet, work, n, d, h) > NOISE * law.F_fs:
         even = locate(work, n - 1, min(h, first))
         if even < first:
             first, what = even, LIMIT
     return first, what
+
+
+@inlined
+def edge(law, jet):
+    """Give how far along the branch, as z [m], the power of the force stops to be a series.
+
+    That of 2 does so at zero; a general one where the force is faint, and where no longer.
+    """
+    z = jet.branch[WAY] * jet.z[0]
+    if law.power == 2:
+        return 0.0 if z < 0.0 else NEVER
+    if not general_power(law):
+        return NEVER
+    faint = faint_deflection(law)
+    if z < -faint:
+        return -faint
+    return 2.0 * faint if z <= faint else NEVER
 
 
 @inlined
@@ -163,14 +182,14 @@ def to_limit(law, jet, work, n, d, h):
 
 
 @compiled
-def end_branch(jet, what, z):
+def end_branch(law, jet, what, z):
     """Go over to the next branch; gives the deflection [m] there, freed of rounding."""
     jet.branch[EVEN] = 0
     if what == LOOP:
         z = loop_end(jet)
         close_loop(jet)
-    elif what == ZERO:
-        z = 0.0
+    elif what == EDGE:
+        z = jet.branch[WAY] * edge(law, jet)
     else:
         turn(jet, z)
         jet.branch[EVEN] = 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import inlined
+from drysim.core.dynamic_laws.dynamic import faint_deflection, general_power
 from drysim.core.plant import LEUVEN, STRIBECK
 
 
@@ -97,6 +98,10 @@ def travel_term(law, jet, d, n):
     if law.power == 1:
         jet.w[n] = jet.v[n] - product_term(jet.v, jet.p, n)
         return jet.w[n]
+    if general_power(law):
+        power_term(law, jet, n)
+        jet.w[n] = jet.v[n] - product_term(jet.v, jet.share, n)
+        return jet.w[n]
     jet.square[n] = product_term(jet.p, jet.p, n)
     if law.power == 2:
         side = 1.0 if heads_up(jet) == (d > 0) else -1.0
@@ -105,6 +110,21 @@ def travel_term(law, jet, d, n):
     jet.share[n] = product_term(jet.p, jet.square, n)
     jet.w[n] = jet.v[n] - product_term(jet.v, jet.share, n)
     return jet.w[n]
+
+
+@inlined
+def power_term(law, jet, n):
+    """Set term n of sgn(p) |p|^power, from its rate; of a faint force all of them are 0."""
+    if n == 0:
+        faint = abs(jet.z[0]) <= faint_deflection(law)
+        jet.share[0] = 0.0 if faint else math.copysign(abs(jet.p[0]) ** law.power, jet.p[0])
+    total = 0.0
+    if jet.share[0] != 0.0:
+        for k in range(1, n + 1):
+            total += (law.power * k - (n - k)) * jet.p[k] * jet.share[n - k]
+        total /= n * jet.p[0]
+    if n > 0:
+        jet.share[n] = total
 
 
 @inlined

@@ -154,7 +154,8 @@ def trace(
                 stop, end_of_branch, event = NEVER, NEVER, NEVER
             if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
                 event = stop = step
-            stalled = stalled + 1 if min(event, step) <= RESOLUTION * (t + step) else 0
+            crawls = min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
+            stalled = stalled + 1 if crawls else 0
             if stalled > (0 if event == NEVER else STALL):
                 return n, s, x_r, v_r, z, d, at, -1
             wish = 4.0 * step if step < left else NEVER
@@ -164,7 +165,7 @@ def trace(
             jet.scale[0] = max(jet.scale[0], abs(v_r))
             d = way
             if end_of_branch < stop:
-                z = end_branch(jet, what, z)
+                z = end_branch(law, jet, what, z)
             elif law.kind == LEUVEN and step > 0.0:
                 jet.branch[EVEN] = 0
             if stop <= end_of_branch and stop != NEVER:
