@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled, inlined
-from drysim.core.contacts.skim import part_flow
+from drysim.core.contacts.whole import part_flow
 from drysim.core.flow import flow
 from drysim.core.samples.stop import NEVER, RESOLUTION, locate_stop
 
@@ -115,6 +115,30 @@ def moved(steps, v, a, r, s):
 
 
 @inlined
+def turn_of(steps, v, a, r, v_end, a_end, h):
+    """Give when a velocity above zero that does not end above it is zero, and the way then.
+
+    Parameters
+    ----------
+    steps : Whole
+        Of fine steps.
+    v, a, r : float
+        As in `locate_stop`.
+    v_end, a_end : float
+        Velocity [m/s] and its rate [m/s²] at the end.
+    h : float
+        Length [s], a step at most.
+
+    Returns
+    -------
+    s, way
+        s is negative where the guess was not good.
+    """
+    s, way, _ = sharpened(steps, v, a, r, 0.0, False, guess(v, a, v_end, a_end, h))
+    return (s, way) if 0.0 < s <= h else (-1.0, 0.0)
+
+
+@inlined
 def next_stop(steps, v, a, r, h):
     """Give the first stop within h, or infinity, and the way until then or the end.
 
@@ -132,14 +156,12 @@ def next_stop(steps, v, a, r, h):
     y, y_d, _, _ = part_flow(steps, h)
     way, v_end = moved(steps, v, a, r, h)
     a_end = a * y_d + (r - steps.w * v) * y
-    stop = -1.0
     if steps.fine:
         if v_end > 0.0 and (a >= 0.0 or a_end <= 0.0):
             return NEVER, way, v_end
         if v_end <= 0.0:
-            s = guess(v, a, v_end, a_end, h)
-            stop, far, _ = sharpened(steps, v, a, r, 0.0, False, s)
-            if 0.0 < stop <= h:
+            stop, far = turn_of(steps, v, a, r, v_end, a_end, h)
+            if stop > 0.0:
                 return stop, far, 0.0
     stop = locate_stop(steps.c, steps.w, v, a, r, h)
     if stop == NEVER:

@@ -7,7 +7,8 @@ import numpy as np
 from drysim.core.compiled import compiled, held, inlined
 from drysim.core.contacts.contact import HOLD, POISED, holds
 from drysim.core.contacts.hit import next_crossing, next_stop
-from drysim.core.contacts.skim import skim, whole_steps
+from drysim.core.contacts.skim import skim
+from drysim.core.contacts.whole import whole_steps
 from drysim.core.events import REVERSAL, ROOM, SLIP, STICK, limit_force, note, sign
 from drysim.core.plant import Plant
 from drysim.core.samples.glide import glide, look_ahead
@@ -75,9 +76,9 @@ def march_on(
         if n >= until:
             begin, until = -1, min(n - n % STRETCH + STRETCH, end)
         if mode == HOLD and v_r != 0.0 and sprung.fine:
-            n, x_r, v_r = skim(
-                sprung, u_dd, n, until, x_r, v_r, -stiffness * x_0, x_0 - reach, x_0 + reach,
-                x_out, v_out, d_out,
+            n, x_r, v_r, count = skim(
+                plant, sprung, u_dd, n, until, x_r, v_r, -stiffness * x_0, x_0 - reach,
+                x_0 + reach, x_out, v_out, d_out, log, count, full,
             )  # fmt: skip
         elif mode * v_r > 0.0 and yields.fine:
             if begin < 0:
