@@ -92,6 +92,12 @@ def test_mass_that_only_creeps_is_called_slow(prepared):
     assert sentence.startswith("the damper stills the mass 3.333e11 times within a step")
 
 
+def test_bumper_that_only_creeps_is_called_slow(prepared):
+    stops = {"stiffness": 1e5, "damping": 1e12}
+    (sentence,) = slow(prepared(stroke={"limit": 0.015, "stops": stops}))
+    assert sentence.startswith("the bumper stills the mass 3.333e7 times within a step")
+
+
 def test_damping_beyond_measure_takes_no_time(prepared):
     # A step was divided into a panel for every four decays.
     file = prepared(oscillator__damping=1e12, excitation=NOISE, measure={}).scenario

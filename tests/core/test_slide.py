@@ -26,3 +26,19 @@ def test_each_rate_of_sliding_is_the_slope_of_the_one_before(
         for h in (-H, 0.0, H)
     )
     assert (after - before)[:3] / (2 * H) == pytest.approx(now[1:], rel=1e-4, abs=1e-4)
+
+
+@pytest.mark.parametrize("c", [1e8, 1e10, 1e13])
+@pytest.mark.parametrize("s", [1e-5, 1e-3, 0.05])
+def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
+    kernel: SimpleNamespace, c: float, s: float
+) -> None:
+    # What is left of the start dies out within 1/c; then v_r = -ü/c, and so are its rates. The
+    # snap once was the rounding of ü times c², and steps were of a decay where it bounds them.
+    plant, law = kernel.plant.Plant(1.0, 100.0, c), kernel.plant.Law(0.0, 0.0)
+    waves = waves_of(kernel, [(1.4, 1.1, 0.4)], law)
+    kernel.waves.anchor(waves, plant, law, 0.0, 1)
+    _, *rates = kernel.slide.slide_and_snap(c, 100.0, waves, 0.0, 0.0, 0.0, 0.0, s)
+    omega = 2 * np.pi * 1.1
+    u_dd = [1.4 * omega**n * np.sin(omega * s + 0.4 + 0.5 * np.pi * n) for n in range(4)]
+    assert rates == pytest.approx(np.array(u_dd) / -c, rel=1e-6)

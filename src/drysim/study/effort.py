@@ -26,7 +26,10 @@ RADIAN = 5e-7
 """Time that a radian takes at most, compiled [s]."""
 
 CREEP = 3e7
-"""Decays of the speed within a step from which a step took 50 times as long and more."""
+"""Decays of the speed within a sampled step from which it took 50 times as long and more."""
+
+FOLLOWED = 1e6
+"""The same under sines and against a bumper, where a creep is followed to its end."""
 
 MOST = 1e10
 """Radians of more than an hour: nobody means that, and the numbers would not bear it."""
@@ -111,12 +114,22 @@ def excess(case: Case) -> tuple[str, str] | None:
     return sentence, most.key
 
 
+def _creeps(case: Case) -> Iterator[tuple[str, float]]:
+    """Give what damps so much that steps take long, and how often it does within a step."""
+    m, _, b = case.plant
+    decays = b / m * case.step
+    if decays > (FOLLOWED if isinstance(case.motion, Sines) else CREEP):
+        yield DAMPER, decays
+    if isinstance(case.law, Stopped) and case.law.b_s / m * case.step > FOLLOWED:
+        yield "bumper", (b + case.law.b_s) / m * case.step
+
+
 def cautions(case: Case) -> Iterator[Caution]:
     """Say when a step takes a hundred times as long as one of an easy scene."""
-    decays = case.plant.b / case.plant.m * case.step
-    if decays > CREEP and case.approach.approach in EXACT:
+    if case.approach.approach in EXACT and (slow := next(_creeps(case), None)):
+        name, decays = slow
         sentence = (
-            f"the damper stills the mass {number(decays)} times within a step of "
+            f"the {name} stills the mass {number(decays)} times within a step of "
             f"{number(case.step, 's')}: it creeps at the rounding of its speed, and a "
             "step may take 100 times as long as usual; check mass and damping"
         )

@@ -29,6 +29,9 @@ from drysim.core.waves import (
     normal_force,
 )
 
+FADED = 40.0
+"""Decays after which a strong damper has left nothing of what the start lacked in velocity."""
+
 
 @compiled
 def slide(c, w, waves, x_r, v_r, g, r, s):
@@ -69,7 +72,7 @@ def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
     for i in range(waves.size):
         at = STRIDE * i
         omega = values[at + OMEGA]
-        if values[at + STEADY] > 0.0 and omega * s > SHORT:
+        if values[at + STEADY] > 0.0 and (omega * s > SHORT or c * s > FADED):
             angle = omega * s + values[at + THETA]
             sine, cosine = math.sin(angle), math.cos(angle)
             swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
