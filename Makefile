@@ -39,16 +39,17 @@ types: $(READY) ## mypy, strict
 layers: $(READY) ## who may import whom
 	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo
 
-test: $(READY) ## the tests, all but the slow ones
+test: $(READY) ## the tests, all but the slow ones; three minutes on two cores
 	$(RUN) pytest -m "not slow" $(SHARED)
 
-slow: $(READY) ## the slow tests
-	$(RUN) pytest -m slow
+# Some of the slow tests start processes of their own.
+slow: $(READY) ## the slow tests; seven minutes on two cores
+	$(RUN) pytest -m slow $(SHARED) --maxprocesses 2
 
 fuzz: $(READY) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
 	cd tests && ../$(RUN) fuzz --inputs $(INPUTS)
 
-coverage: $(READY) ## branch coverage of src under the plain engine, gaps named
+coverage: $(READY) ## branch coverage of src under the plain engine, gaps named; a quarter of an hour
 	$(RUN) coverage erase
 	DRYSIM_ENGINE=plain $(RUN) coverage run -m pytest -m "not slow" $(SHARED)
 	$(RUN) coverage combine --quiet
