@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 from drysim.approach import legs
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Law, Plant
+from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Law
 from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
 
 DAHL = Dynamic(45.0, 45.0, BRISTLE, sigma_0=1e5)
@@ -165,18 +165,6 @@ def test_force_law_and_motion_agree_at_every_sample():
     x_dd = -(k_x * response.x_r + b * response.v_r + response.F_f) / m
     assert (response.x_dd == x_dd).all()
     assert not response.stuck.any()
-
-
-def test_belt_under_a_falling_friction_sticks_and_slips_as_long_as_the_closed_form_says():
-    """A belt at speed V under a mass on a spring is a base whose acceleration is a ramp."""
-    V, F_fk, F_fs = 0.2, 0.5, 1.0
-    ramp = Samples(np.arange(4001) * 0.01 * V, 0.01)
-    law = Dynamic(F_fk, F_fs, STRIBECK, v_s=1e-6)
-    events = solved(law, ramp, plant=Plant(1.0, 1.0, 0.0)).events
-    stick = events.t[events.kind == 0][1:4]
-    slip = events.t[np.abs(events.kind) == 1][1:4]
-    assert np.diff(stick) == pytest.approx(8.902605, abs=2e-3)
-    assert slip - stick[: len(slip)] == pytest.approx(5.0, abs=2e-3)
 
 
 def test_steady_orbit_of_bristles_closes_and_repeats():
