@@ -10,6 +10,9 @@ from drysim.quantity.arithmetic import chosen, greatest, ratio, root
 
 Values = dict[str, Any]
 
+NOTHING = 1e-9
+"""Share of force times displacement that counts as no energy: rounding comes to 1e-15."""
+
 
 def means(totals: Totals, length: Any) -> Values:
     """Give RMS values, their ratios and the stuck share from the integrals over a window.
@@ -53,7 +56,9 @@ def energies(
     Notes
     -----
     Each term is integrated on its own, so what the balance leaves certifies the solution. It is
-    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange.
+    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange;
+    at least to the share `NOTHING` of F_fk |x_r|, lest rounding be held against a contact that
+    rests away from the middle.
     """
     work = -plant.m * totals.power
     begin = held_energy(plant, first) + bumpers[0]
@@ -62,7 +67,8 @@ def energies(
     viscous = plant.b * totals.v2
     friction = F_fk * totals.rub
     exchanged = plant.m * root(totals.u_dd2 * totals.v2)
-    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops))
+    least = NOTHING * F_fk * greatest(abs(first.x_r), abs(last.x_r))
+    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops), least)
     left = ratio(abs(work - stored - viscous - friction - stops), scale)
     return {
         "energy_input": work,
