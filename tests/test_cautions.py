@@ -96,6 +96,18 @@ def test_answer_that_hinges_on_a_static_limit_nobody_gave_is_said(slugs):
     assert slugs(excitation__rms=0.75, friction=friction) == {}
 
 
+def test_static_limit_nobody_gave_is_held_against_the_weakest_hold(slugs):
+    """A ratio is told from which the mass stays; it was one below 1 where F_N is near zero."""
+    varied = {"amplitude": 0.4, "frequency": 1.6}
+    friction = {"law": "coulomb", "kinetic": 75, "normal_variation": varied}
+    assert "1.179" in slugs(excitation__rms=0.5, friction=friction)["static-not-given"]
+    for amplitude in (0.9, 1.5):
+        varied["amplitude"] = amplitude
+        assert slugs(excitation__rms=0.5, friction=friction) == {}
+    moving = {"law": "coulomb", "kinetic": 500}
+    assert slugs(excitation__rms=0.5, friction=moving, start={"v_r": 0.1}) == {}
+
+
 def test_samples_at_hand_tell_whether_the_mass_moves(slugs):
     motion = Samples(np.array([0.0, 0.2, -0.24, 0.0]), 0.01)
     assert "will-not-move" in slugs(motion)

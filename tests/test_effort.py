@@ -52,11 +52,20 @@ def test_easy_scene_is_not_called_slow(prepared):
             "the mass on its bristles turns by 2887 radians",
         ),
         (
+            {
+                "friction": {
+                    "law": "lugre", "kinetic": 15, "bristle_stiffness": 1e5,
+                    "bristle_damping": 1e9, "stribeck_velocity": 0.01,
+                }
+            },
+            "the damper of the bristles stills the mass 33333 times within a step",
+        ),
+        (
             {"friction": {"law": "jenkins", "kinetic": 15, "tangential_stiffness": 1e14}},
             "the mass on its contact turns by 2887 radians",
         ),
     ],
-)
+)  # fmt: skip
 def test_scene_that_turns_fast_is_called_slow(prepared, overrides, what):
     (sentence,) = slow(prepared(**overrides))
     assert sentence.startswith(what)
@@ -72,8 +81,17 @@ def test_scene_that_turns_fast_is_called_slow(prepared, overrides, what):
             {"friction": {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e25}},
             "friction.bristle_stiffness",
         ),
+        (
+            {
+                "friction": {
+                    "law": "leuven", "kinetic": 15, "bristle_stiffness": 1e5,
+                    "bristle_damping": 1e12, "stribeck_velocity": 0.01,
+                }
+            },
+            "friction.bristle_damping",
+        ),
     ],
-)
+)  # fmt: skip
 def test_scene_that_nobody_waits_for_is_refused_with_the_hours(prepared, overrides, key):
     with pytest.raises(ScenarioError) as refused:
         prepared(**overrides)
@@ -122,3 +140,4 @@ def test_more_events_than_a_step_has_room_for_are_told_with_their_time(seat, dry
     assert answer.code == 3
     assert "at t = 0.1 s more than 4096 events fall within a step of 0.1 s" in answer.err
     assert "take a shorter step" in answer.err
+    assert answer.err.startswith("patience: the oscillator turns by 100000 radians within")

@@ -86,9 +86,10 @@ def refuse_crowd(count: int, steps: int, t: float) -> None:
     """Raise where events are so many that they would fill the memory."""
     if count > MOST_EVENTS + MOST_A_STEP * steps:
         raise SolverError(
-            f"by t = {t:.9g} s there are {count} events, ever closer to each other",
-            "a mass that loses next to nothing at a stop chatters there: take a restitution "
-            "further below 1, bumpers, or a shorter duration",
+            f"by t = {t:.9g} s there are {count} events, more than anybody reads",
+            "a mass that loses next to nothing at a rigid stop chatters there: take a "
+            "restitution further below 1, or bumpers; a normal force that vanishes parts the "
+            "surfaces in every period: check its frequency; or take a shorter duration",
         )
 
 

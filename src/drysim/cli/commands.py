@@ -93,8 +93,12 @@ def run(
             plots=not no_plots, as_json=as_json, quiet=quiet,
         )  # fmt: skip
     from drysim import console, report
+    from drysim.study.effort import SLOW
     from drysim.study.run import solve
 
+    slow = [caution.sentence for caution in case.cautions if caution.slug == SLOW]
+    for sentence in [] if quiet else slow:
+        console.remark(f"patience: {sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)
     told = report.write(outcome, folder, plots=not no_plots, command=command, exit_code=code)

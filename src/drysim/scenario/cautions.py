@@ -151,11 +151,13 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
     """Say when the mass will not move, or moves only for want of a static limit.
 
     At rest on its base the mass stays there while |F_L| = |m ü + k_x x_r| is within F_fs. Above
-    that, an F_fs that nobody gave decides as long as a common ratio F_fs/F_fk would hold.
+    that, an F_fs that nobody gave decides as long as a common ratio F_fs/F_fk would hold where
+    the surfaces are pressed together the least.
     """
     law, start = scenario.law(), scenario.start.state()
     m, k_x, _ = scenario.oscillator.plant()
-    load, hold = m * _peak(motion) + k_x * abs(start.x_r), law.F_fs * _least(law)
+    load, least = m * _peak(motion) + k_x * abs(start.x_r), _least(law)
+    hold, drag = law.F_fs * least, law.F_fk * least
     if isinstance(law, Stopped):  # a start beyond the limit squeezes a bumper
         load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
     if start.v_r == 0 and load <= hold and law.sticks:
@@ -164,13 +166,13 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
             f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",
             {"F_L": load, "F_fs": hold},
         )
-    elif 0 < load <= COMMON_RATIO * law.F_fk and not scenario.static_given:
-        ratio = load / law.F_fk
+    elif hold < load <= COMMON_RATIO * drag and not scenario.static_given:
+        ratio = load / drag
         yield Caution(
             "static-not-given",
             "friction.static is not given, so F_fs = F_fk; from friction.static_ratio "
             f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
-            {"F_L": load, "F_fk": law.F_fk, "ratio": ratio},
+            {"F_L": load, "F_fk": drag, "ratio": ratio},
         )
 
 

@@ -15,6 +15,9 @@ from drysim.wording import number
 if TYPE_CHECKING:
     from drysim.study.case import Case
 
+SLOW = "slow-scene"
+"""Slug of the caution, which is told before the work, too."""
+
 EXACT = ("stick-slip", "viscous")
 """Approaches that follow every turn; the others step over it."""
 
@@ -25,6 +28,12 @@ A_STEP = 30.0
 RADIAN = 5e-7
 """Time that a radian takes at most, compiled [s]."""
 
+SERIES = 1.5e-4
+"""The same where the motion is a Taylor series, with the memory of bristles [s]."""
+
+BRISTLE_DECAY = 3e-5
+"""Time of a step of such a series, about one for each decay of a strong damper [s]."""
+
 CREEP = 3e7
 """Decays of the speed within a sampled step from which it took 50 times as long and more."""
 
@@ -34,7 +43,8 @@ FOLLOWED = 1e6
 MOST = 1e10
 """Radians of more than an hour: nobody means that, and the numbers would not bear it."""
 
-DAMPER = "damper"
+DAMPER, BUMPER, BRISTLES = "damper", "bumper", "damper of the bristles"
+DAMPERS = (DAMPER, BUMPER, BRISTLES)
 
 RINGING = 40.0
 """What rings with damping ratio ξ is below double precision after 40/ξ radians."""
@@ -43,18 +53,20 @@ RINGING = 40.0
 class Turns(NamedTuple):
     """What turns within a case: its key, its name, and how far in all [rad].
 
-    What a damper stills turns less than its frequency says: `least` is what is certain.
+    What a damper stills turns less than its frequency says: `least` is what is certain, in
+    radians of `RADIAN`. `each` is the time that one may take [s].
     """
 
     key: str
     name: str
     radians: float
     least: float
+    each: float = RADIAN
 
     def said(self, radians: float) -> str:
         """Say that it turns so far; what a damper does has no angle."""
-        if self.name == DAMPER:
-            return f"the damper stills the mass {number(radians)} times"
+        if self.name in DAMPERS:
+            return f"the {self.name} stills the mass {number(radians)} times"
         return f"the {self.name} turns by {number(radians)} radians"
 
 
@@ -85,7 +97,11 @@ def _turns(case: Case) -> Iterator[Turns]:
     if isinstance(law, Dynamic) and law.sigma_0:
         plant = (m, law.sigma_0, b + law.sigma_1)
         name = "mass on its bristles"
-        yield _ringing("friction.bristle_stiffness", name, plant, span, kicks)
+        rings = _ringing("friction.bristle_stiffness", name, plant, span, kicks)
+        yield rings._replace(each=SERIES)
+        decays = law.sigma_1 / m * span
+        least = decays * BRISTLE_DECAY / RADIAN
+        yield Turns("friction.bristle_damping", BRISTLES, decays, least, BRISTLE_DECAY)
     if isinstance(law, Slider):
         name = "mass on its contact"
         yield _ringing("friction.tangential_stiffness", name, (m, law.k_t, b), span, kicks)
@@ -107,7 +123,7 @@ def excess(case: Case) -> tuple[str, str] | None:
         return None
     hours = number(most.least * RADIAN / 3600.0, "h", digits=2)
     sentence = (
-        f"{most.key}: {most.said(most.least)} in "
+        f"{most.key}: {most.said(min(most.least, most.radians))} in "
         f"{number(case.window[1], 's')}, and each is followed: up to {hours} of work; "
         "check the units, or take a shorter duration"
     )
@@ -121,7 +137,7 @@ def _creeps(case: Case) -> Iterator[tuple[str, float]]:
     if decays > (FOLLOWED if isinstance(case.motion, Sines) else CREEP):
         yield DAMPER, decays
     if isinstance(case.law, Stopped) and case.law.b_s / m * case.step > FOLLOWED:
-        yield "bumper", (b + case.law.b_s) / m * case.step
+        yield BUMPER, (b + case.law.b_s) / m * case.step
 
 
 def cautions(case: Case) -> Iterator[Caution]:
@@ -133,16 +149,16 @@ def cautions(case: Case) -> Iterator[Caution]:
             f"{number(case.step, 's')}: it creeps at the rounding of its speed, and a "
             "step may take 100 times as long as usual; check mass and damping"
         )
-        yield Caution("slow-scene", sentence, {"decays_a_step": decays})
+        yield Caution(SLOW, sentence, {"decays_a_step": decays})
         return
     most = turns(case)
     each = most.radians / max(case.steps, 1)
     if each > A_STEP:
-        time = number(most.radians * RADIAN, "s", digits=2)
+        time = number(most.radians * most.each, "s", digits=2)
         sentence = (
             f"{most.said(each)} within a step of "
             f"{number(case.step, 's')}, and each is followed: a step may take 100 times as "
             f"long as usual, all of them up to {time}"
         )
         numbers = {"radians": most.radians, "radians_a_step": each}
-        yield Caution("slow-scene", sentence, numbers)
+        yield Caution(SLOW, sentence, numbers)
