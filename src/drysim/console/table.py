@@ -20,15 +20,15 @@ from drysim.console.parts import (
     show_warnings,
     steps,
 )
+from drysim.console.stroke import at, stroke
 from drysim.study.sweeps import survey
 from drysim.study.sweeps.rows import HELD
 from drysim.study.sweeps.tally import Tally
-from drysim.wording import millimetres, number, percent
+from drysim.wording import number, percent
 
 if TYPE_CHECKING:
     from drysim.study.sweeps import table as study
     from drysim.study.sweeps.survey import Isolation
-    from drysim.study.sweeps.tally import Extreme
 
 VALUE = 20
 """Columns of the values beside the names."""
@@ -81,7 +81,7 @@ def show_interrupted(kept: int, what: str, folder: Path) -> None:
 def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     """Give in words what was swept, and what was not."""
     scenario, axes = table.scenario, table.axes
-    varied = [axis.key for axis in axes if len(axis.values) > 1]
+    varied = [axis.key for axis in axes]
     kind = scenario.excitation.kind
     defaulted = not {*varied} & STATIC and not scenario.static_given
     if oscillator := wording.scene(scenario.oscillator.plant(), varied):
@@ -112,47 +112,21 @@ def _rows(table: study.Table) -> Iterator[Row]:
     own = _own(table)
     for metric in ("T_a", "SEAT", "T_x"):
         if ends := own.extremes.get(metric):
-            least, most = _at(table, ends[0]), _at(table, ends[1])
+            least, most = at(table, ends[0]), at(table, ends[1])
             remark = f"least {least}, greatest {most}" if least != most else least
             yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
             yield from means.known(table.axes, own.seeds, metric)
     over_frequency = any(axis.key == survey.FREQUENCY for axis in table.axes)
     if over_frequency and "T_a" in own.extremes and own.cases <= HELD:
         yield _isolation(table, survey.isolation(table.own))
-    yield from _stroke(table, own)
+    yield from stroke(table, own)
     if ends := own.extremes.get("stuck_share"):
-        remark = f"most {_at(table, ends[1])}" if ends[1].value else ""
+        remark = f"most {at(table, ends[1])}" if ends[1].value else ""
         yield Row("stuck", span(*(percent(end.value) for end in ends)), remark)
     if ends := own.extremes.get("energy_residual"):
         residual = number(ends[1].value, digits=2)
         yield Row("energy", residual, "is the most that an energy balance leaves, relative")
     yield from _missing(table)
-
-
-def _stroke(table: study.Table, own: Tally) -> Iterator[Row]:
-    """Give the greatest stroke, and by how much the limit is met."""
-    ends, stroke = own.extremes.get("x_r_peak"), table.scenario.stroke
-    if ends is None:
-        return
-    peak = ends[1]
-    used = f"{percent(peak.value / stroke.limit)} of the stroke limit, " if stroke else ""
-    yield Row("peak |x_r|", millimetres(peak.value), f"{used}{_at(table, peak)}")
-    if own.beyond:
-        cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
-        name, remark = _met(table, own, peak.value)
-        yield Row(name, cases, f"of {own.cases}, {remark}", "bold red")
-
-
-def _met(table: study.Table, own: Tally, peak: float) -> tuple[str, str]:
-    """Give what was met and how hard or how far, with the greatest stroke [m]."""
-    ends, stroke = own.extremes.get("impact_speed"), table.scenario.stroke
-    if ends and table.scenario.stops:
-        return "stops met", f"at up to {number(ends[1].value, 'm/s')}, {_at(table, ends[1])}"
-    if own.seeds or stroke is None:
-        return "limit met", "with some of the seeds"
-    if peak < stroke.limit:
-        return "limit met", "while it settles"
-    return "limit met", f"{millimetres(peak - stroke.limit)} too far at the worst"
 
 
 def _isolation(table: study.Table, found: Sequence[Isolation]) -> Row:
@@ -188,11 +162,6 @@ def _missing(table: study.Table) -> Iterator[Row]:
         where = wording.place(first.point, table.axes)
         note = f": {first.note}" if first.note else ""
         yield Row(status, cases, f"the first at {where}{note}", "bold red")
-
-
-def _at(table: study.Table, extreme: Extreme) -> str:
-    """Give where an extreme is."""
-    return f"at {wording.place(extreme.row.point, table.axes)}"
 
 
 def span(low: str, high: str) -> str:

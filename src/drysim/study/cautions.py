@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.errors import Caution
-from drysim.study.sweeps.table import FAILED
+from drysim.study.sweeps.table import FAILED, LIMIT, stroke_limit
 from drysim.wording import millimetres, number, place
 
 if TYPE_CHECKING:
@@ -155,15 +155,15 @@ def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
         )
         numbers = {"impact_speed": fastest, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
-    elif worst is not None and scenario.stroke is not None:
+    elif worst is not None and (limit := stroke_limit(scenario, worst)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
         some, mean = (", with some seeds", " in the mean") if worst.over else ("", "")
+        which = "" if LIMIT in worst.point else f" of {millimetres(limit)}"
         sentence = (
-            f"the stroke limit of {millimetres(scenario.stroke.limit)} is met in "
-            f"{tally.beyond} of {tally.cases} cases{some}; |x_r| reaches {millimetres(peak)}"
-            f"{mean}{at(worst, axes)}"
+            f"the stroke limit{which} is met in {tally.beyond} of {tally.cases} cases{some}; "
+            f"|x_r| reaches {millimetres(peak)}{mean}{at(worst, axes)}"
         )
-        numbers = {"limit": scenario.stroke.limit, "x_r_peak": peak, "cases": tally.beyond}
+        numbers = {"limit": limit, "x_r_peak": peak, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
 
 

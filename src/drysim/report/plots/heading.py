@@ -59,7 +59,7 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
         base += f"; swept: {'; '.join(wording.swept(axis) for axis in table.axes)}"
     if left_out:
         base += f" ({left_out} curves are not drawn)"
-    varied = [axis.key for axis in table.axes if len(axis.values) > 1]
+    varied = [axis.key for axis in table.axes]
     shared = next(iter(table.tallies.values())).shared if len(table.rows) else {}
     parts = (
         wording.scene(scenario.oscillator.plant(), varied),

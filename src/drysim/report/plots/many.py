@@ -13,6 +13,7 @@ from drysim.report.plots.labels import axis_label
 from drysim.report.plots.scatter import Bins, Scatter, gathered
 from drysim.report.plots.views import along_axis
 from drysim.study.sweeps.rows import HELD, batches_of
+from drysim.study.sweeps.table import LIMIT as LIMIT_KEY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,11 +83,13 @@ def bands(axes: Axes, found: Scatter, reference: Scatter | None, factor: float) 
 
 
 def bound(axes: Axes, table: Table, limit: bool) -> None:
-    """Draw the stroke limit, or the line at which nothing is gained."""
+    """Draw the stroke limit all cases share, or the line at which nothing is gained."""
     stroke = table.scenario.stroke
     axes.set_ylim(bottom=0.0)
     if not limit:
         axes.axhline(1.0, **ink.UNITY)
+    elif any(axis.key == LIMIT_KEY for axis in table.axes):
+        return
     elif stroke is not None and stroke.limit * 1e3 <= 2.0 * axes.get_ylim()[1]:
         words = f"stroke limit {wording.millimetres(stroke.limit)}"
         axes.axhline(stroke.limit * 1e3, **LIMIT, label=words)

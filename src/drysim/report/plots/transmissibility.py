@@ -21,7 +21,7 @@ from drysim.report.plots import (
 from drysim.report.plots.labels import axis_label
 from drysim.report.plots.views import view
 from drysim.study.sweeps.survey import FREQUENCY
-from drysim.study.sweeps.table import OK
+from drysim.study.sweeps.table import LIMIT, OK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -99,13 +99,11 @@ def draw_stroke(table: Table) -> Figure:
     """Give the picture of the stroke, not yet rendered."""
     if many.scattered(table):
         return many.draw(table, [("x_r_peak", f"{PEAK.title} {PEAK.symbol}", 1e3)], limit=True)
-    drawn, limit = view(table), table.scenario.stroke
+    drawn = view(table)
     top = max(ink.known(drawn, PEAK.of), default=0.0)
 
     def bound(axes: Axes, panel: Panel) -> None:
-        if limit is not None and limit.limit * 1e3 <= FAR * top:
-            label = f"stroke limit {wording.millimetres(limit.limit)}"
-            axes.axhline(limit.limit * 1e3, **panels.LIMIT, label=label)
+        _limit(axes, table, drawn, panel, FAR * top)
         _violations(axes, drawn, panel)
 
     return _drawn(table, drawn, [PEAK], bound)
@@ -149,6 +147,26 @@ def _upright(axes: Axes, values: Sequence[float]) -> None:
         axes.set_yscale("log")
     else:
         axes.set_ylim(bottom=0.0)
+
+
+def _limit(axes: Axes, table: Table, drawn: View, panel: Panel, far: float) -> None:
+    """Draw the stroke limit, up to so far away [mm]; where it is swept that of each case."""
+    stroke = table.scenario.stroke
+    if stroke is None:
+        return
+    if drawn.key == LIMIT:
+        every = {drawn.x(row) for line in panel.lines for row in line.rows}
+        x = sorted(value for value in every if value * 1e3 <= far)
+        axes.plot(x, [1e3 * value for value in x], **panels.LIMIT, label="stroke limit")
+    elif drawn.line is not None and drawn.line.key == LIMIT:
+        near = [at for at, line in enumerate(panel.lines) if line.value * 1e3 <= far]
+        for at in near if len(panel.lines) <= ink.FEW_LINES else ():
+            own = {**panels.LIMIT, "color": ink.styles(drawn)[at]["color"]}
+            words = "stroke limit of each" if at == near[0] else "_"
+            axes.axhline(panel.lines[at].value * 1e3, **own, label=words)
+    elif (limit := panel.point.get(LIMIT, stroke.limit)) * 1e3 <= far:
+        label = f"stroke limit {wording.millimetres(limit)}"
+        axes.axhline(limit * 1e3, **panels.LIMIT, label=label)
 
 
 def _violations(axes: Axes, drawn: View, panel: Panel) -> None:

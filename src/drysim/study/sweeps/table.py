@@ -21,6 +21,9 @@ NOT_SETTLED = "not settled"
 NOT_UNIQUE = "not unique"
 FAILED = "failed"
 
+LIMIT = "stroke.limit"
+"""The key of the stroke limit, which a case has of its own where it is swept."""
+
 
 @dataclass(frozen=True)
 class OverSeeds:
@@ -91,6 +94,12 @@ class Row:
     def half_widths(self) -> Mapping[str, float | None]:
         """Half of the 95 % confidence interval of every metric that is a mean."""
         return self.over.half_widths if self.over else {}
+
+
+def stroke_limit(scenario: Scenario, row: Row) -> float | None:
+    """Give the stroke limit of a case [m]: its own where it is swept; None without one."""
+    stroke = scenario.stroke
+    return None if stroke is None else row.point.get(LIMIT, stroke.limit)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from drysim.study.ensembles.doubts import about_mean
 from drysim.study.sweeps.batch import NAMES, STATUSES, Batch
 from drysim.study.sweeps.known import Seeds
 from drysim.study.sweeps.quantiles import Quantiles
-from drysim.study.sweeps.table import OK, Row
+from drysim.study.sweeps.table import LIMIT, OK, Row
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,7 +56,7 @@ class Tally:
     quantiles : dict
         `Quantiles` of the metrics of `TOLD`, over the cases that have numbers.
     worst : Row or None
-        Of the cases that meet the stroke limit the one with the greatest |x_r|.
+        Of the cases that meet their stroke limit the one that goes the furthest beyond it.
     seeds : Seeds or None
         What is known of means, where the cases are many seeds.
     forces : list of float
@@ -75,6 +75,7 @@ class Tally:
     worst: Row | None = None
     seeds: Seeds | None = None
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
+    _beyond: float = -np.inf
     _decided: dict[int, Verdict] = field(default_factory=dict)
 
     @classmethod
@@ -150,9 +151,11 @@ class Tally:
         self.beyond += len(met)
         if len(met):
             peaks = np.nan_to_num(batch.metrics["x_r_peak"][met])
-            row = batch.row(int(met[np.argmax(peaks)]))
-            if self.worst is None or peaks.max() > (self.worst.metrics["x_r_peak"] or 0.0):
-                self.worst = row
+            # A limit that all cases share plays no part in which is the worst.
+            beyond = peaks - (batch.points[LIMIT][met] if LIMIT in batch.points else 0.0)
+            if self.worst is None or beyond.max() > self._beyond:
+                self._beyond = float(beyond.max())
+                self.worst = batch.row(int(met[np.argmax(beyond)]))
 
     def _judge(self, i: int, check: Check, batch: Batch, good: NDArray[np.intp]) -> None:
         points = {key: column[good] for key, column in batch.points.items()}

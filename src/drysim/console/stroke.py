@@ -1,0 +1,52 @@
+"""What the summary of many cases says of the stroke, each case held to its own limit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from drysim import wording
+from drysim.console.parts import Row
+from drysim.study.sweeps.table import stroke_limit
+from drysim.wording import millimetres, number, percent
+
+if TYPE_CHECKING:
+    from drysim.study.sweeps.table import Table
+    from drysim.study.sweeps.tally import Extreme, Tally
+
+
+def stroke(table: Table, own: Tally) -> Iterator[Row]:
+    """Give the greatest stroke, and by how much the limit is met."""
+    ends, used = own.extremes.get("x_r_peak"), own.extremes.get("stroke_used")
+    if ends is None:
+        return
+    peak, share = ends[1], percent(ends[1].row.metrics.get("stroke_used"))
+    remark = f"{share} of the stroke limit, " if used else ""
+    yield Row("peak |x_r|", millimetres(peak.value), f"{remark}{at(table, peak)}")
+    # Where the limit is swept, another case may use more of its own.
+    if used and percent(used[1].value) != share:
+        most = percent(used[1].value)
+        yield Row("", most, f"of the stroke limit at the most, {at(table, used[1])}")
+    if own.beyond:
+        cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
+        name, remark = _met(table, own)
+        yield Row(name, cases, f"of {own.cases}, {remark}", "bold red")
+
+
+def _met(table: Table, own: Tally) -> tuple[str, str]:
+    """Give what was met and how hard or how far."""
+    ends, worst = own.extremes.get("impact_speed"), own.worst
+    if ends and table.scenario.stops:
+        return "stops met", f"at up to {number(ends[1].value, 'm/s')}, {at(table, ends[1])}"
+    limit = stroke_limit(table.scenario, worst) if worst else None
+    if own.seeds or worst is None or limit is None:
+        return "limit met", "with some of the seeds"
+    peak = worst.metrics["x_r_peak"] or 0.0
+    if peak < limit:
+        return "limit met", "while it settles"
+    return "limit met", f"{millimetres(peak - limit)} too far at the worst"
+
+
+def at(table: Table, extreme: Extreme) -> str:
+    """Give where an extreme is."""
+    return f"at {wording.place(extreme.row.point, table.axes)}"
