@@ -26,6 +26,9 @@ class Orbit(NamedTuple):
         Time from the start to the beginning of the repetition [s].
     run_up_peak : float
         Largest |x_r| on the way [m].
+    left : float
+        How far from the orbit the state still is, scaled as the closure [-]: what a motion that
+        is followed until it repeats itself would go on changing by, summed up.
     """
 
     state: AnyState
@@ -35,3 +38,4 @@ class Orbit(NamedTuple):
     unique: bool
     run_up: float
     run_up_peak: float
+    left: float = 0.0

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from drysim.approach import by_series
 from drysim.approach.bounded import march
 from drysim.approach.by_series import Series
+from drysim.approach.closing import Closing
 from drysim.approach.orbit import Orbit
 from drysim.approach.traced import Traced, follow
 from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
-from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import Dynamic, Plant, Slider, Stopped
+from drysim.core.plant import Dynamic, Plant, Stopped
 from drysim.core.state import AnyState
 
 MOST_PERIODS = 2_000
 """Periods after which a motion counts as not settled."""
 
-MOST_MULTIPLE = 8
-"""Longest repetition that is looked for, in periods of the excitation."""
+ROUNDING = 1e-12
+"""Scaled change of the state over a repetition that is none in closed form [-]."""
 
-CLOSED = {Slider: 1e-12, Stopped: 1e-12, Pressed: 1e-12, Dynamic: 1e-9}
-"""Scaled change of the state over a repetition that counts as none [-]: in closed form, and by
-series of the loosest tolerance that makes sense."""
+SLACK = 10.0
+"""Tolerances of a series that two repetitions may differ by."""
 
 
 def once(
@@ -47,26 +44,23 @@ def find_orbit(
     period: float,
 ) -> Orbit:
     """Follow a start, period by period, to its periodic orbit."""
-    state: AnyState = start
-    past: list[AnyState] = []
-    peak, scale, closure = 0.0, [0.0] * 3, math.inf
-    for periods in range(1, MOST_PERIODS + 1):
+    state, peak, periods = start, 0.0, 0
+    closing = Closing(closed(law))
+    while periods < MOST_PERIODS:
+        periods += 1
         track = once(plant, law, motion, state, period)
-        state = track.state(period)
         peak = max(peak, float(np.abs(track.turns.x_r).max()))
-        largest = [float(np.abs(c).max()) for c in track.series]
-        scale = [max(new, 0.5 * old) for new, old in zip(largest, scale, strict=False)]
-        past = [state, *past[:MOST_MULTIPLE]]
-        changes = [
-            max(
-                abs(a - b) / (c or 1.0)
-                for a, b, c in zip(state[:3], old[:3], scale, strict=True)
-            )
-            for old in past[1:]
-        ]
-        closed = [i for i, change in enumerate(changes) if change <= CLOSED[type(law)]]
-        if closed:
-            closure, multiple = changes[closed[0]], closed[0] + 1
-            return Orbit(state, multiple, closure, True, True, periods * period, peak)
-        closure = min(changes, default=math.inf)
-    return Orbit(state, 1, closure, False, True, MOST_PERIODS * period, peak)
+        largest = [float(np.abs(column).max()) for column in track.series]
+        closing.add(track.state(period), largest)
+        change, multiple = closing.repetition()
+        if change <= closing.closed:
+            break
+        state = closing.onwards()
+    settled, run_up = change <= closing.closed, periods * period
+    end, left = closing.ends[0], closing.left(change)
+    return Orbit(end, multiple if settled else 1, change, settled, True, run_up, peak, left)
+
+
+def closed(law: AnyOther | Dynamic) -> float:
+    """Give the scaled change of the state over a repetition that counts as none [-]."""
+    return max(ROUNDING, SLACK * law.tolerance) if isinstance(law, Dynamic) else ROUNDING

@@ -94,6 +94,12 @@ def repetition(case: Case) -> Solved:
     assert case.period is not None
     length = orbit.periods * case.period
     response = case.approach.solve(case.plant, case.law, case.motion, orbit.state, step, length)
-    numerics = replace(response.numerics, closure=orbit.closure, period_multiple=orbit.periods)
+    error = response.numerics.error
+    numerics = replace(
+        response.numerics,
+        closure=orbit.closure,
+        period_multiple=orbit.periods,
+        error=None if error is None else error + orbit.left,
+    )
     doubts = tuple(orbit_doubtful(orbit, case.limit))
     return replace(response, numerics=numerics), (0.0, length), doubts

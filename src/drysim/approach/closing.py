@@ -1,0 +1,110 @@
+"""How a motion that is followed period by period closes on itself."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from drysim.approach.events import Floats
+    from drysim.core.state import AnyState
+
+MOST_MULTIPLE = 8
+"""Longest repetition that is looked for, in periods of the excitation."""
+
+CHANGES = 4
+"""Changes that a sum is made of: one more than a state has numbers."""
+
+DYING = 1e-2
+"""Change below which a motion is taken to die away [-]."""
+
+NOISE = 1e-8
+"""Changes this much smaller than the others tell nothing [-]."""
+
+
+class Closing:
+    """The ends of the last periods, and where they lead to.
+
+    Changes that die away like geometric series have a sum, to which the motion is moved on
+    (reduced rank extrapolation; Sidi, Vector Extrapolation Methods, SIAM 2017). From there it
+    is followed as before: an orbit is always followed, never extrapolated.
+    """
+
+    def __init__(self, closed: float) -> None:
+        self.closed = closed
+        self.ends: list[AnyState] = []
+        self.scale: Sequence[float] = ()
+        self.gain = 1.0
+        self.before: tuple[float, AnyState] | None = None
+
+    def add(self, end: AnyState, largest: Sequence[float]) -> None:
+        """Add the state at the end of a period, and the largest of each number on the way."""
+        before = self.scale or (0.0,) * len(largest)
+        self.scale = [max(new, 0.5 * old) for new, old in zip(largest, before, strict=True)]
+        self.ends = [end, *self.ends[: CHANGES * MOST_MULTIPLE]]
+
+    def repetition(self) -> tuple[float, int]:
+        """Give the scaled change over a repetition [-], and of how many periods that is.
+
+        The shortest that is closed; where none is, the one that is closest to it.
+        """
+        latest, *others = self.ends[: MOST_MULTIPLE + 1]
+        changes = [self.distance(latest, other) for other in others]
+        for periods, change in enumerate(changes, 1):
+            if change <= self.closed:
+                return change, periods
+        least = min(changes, default=math.inf)
+        return least, changes.index(least) + 1 if changes else 1
+
+    def distance(self, one: AnyState, other: AnyState) -> float:
+        """Give how far two states are apart, scaled [-]."""
+        return float(np.abs(self.scaled(one) - self.scaled(other)).max())
+
+    def scaled(self, state: AnyState) -> Floats:
+        """Give the numbers of a state in units of their scale [-]."""
+        return np.array(state[:3]) / [size or 1.0 for size in self.scale]
+
+    def onwards(self) -> AnyState:
+        """Give where to follow the motion from: its end, or where its changes add up to."""
+        change, periods = self.repetition()
+        if self.before is not None and len(self.ends) > 1:
+            least, end = self.before
+            self.before = None
+            if change > least:
+                # What the sum promised did not come: the motion goes on from where it was.
+                self.ends = [end]
+        end = self.ends[0]
+        ends = self.ends[: CHANGES * periods + 1 : periods]
+        if change > DYING or len(ends) <= CHANGES or getattr(end, "turned", False):
+            return end
+        total = self.sum_of(np.array([self.scaled(one) for one in reversed(ends)]))
+        if total is not None:
+            self.before = change, end
+            sizes = [size or 1.0 for size in self.scale]
+            self.ends = [type(end)(*(total * sizes).tolist())]
+        return self.ends[0]
+
+    def sum_of(self, ends: Floats) -> Floats | None:
+        """Give where the changes between some ends add up to; None where they do not die away.
+
+        Parameters
+        ----------
+        ends : ndarray, shape (changes + 1, numbers)
+        """
+        changes = np.diff(ends, axis=0)
+        sizes = np.abs(changes).max(axis=1)
+        if not sizes[-1] < sizes[0]:
+            return None
+        last = changes[-1]
+        shares = np.linalg.lstsq((changes[:-1] - last).T, -last, rcond=NOISE)[0]
+        total: Floats = ends[-1] + shares @ (ends[1:-1] - ends[-1])
+        self.gain = max(1.0, float(np.abs(total - ends[-1]).max() / sizes[-1]))
+        return total
+
+    def left(self, change: float) -> float:
+        """Give how far the state may still be from the orbit, scaled [-]."""
+        return change * self.gain

@@ -1,0 +1,91 @@
+"""Motions that are followed period by period until they repeat themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drysim.approach import by_series, settled
+from drysim.approach.closing import DYING, Closing
+from drysim.core.motion import Sines
+from drysim.core.plant import BRISTLE, Dynamic, Plant, Slider
+from drysim.core.state import Deflected, State
+from drysim.scenario import load
+from drysim.study.run import run
+
+FAINT = Plant(80.0, 6000.0, 2.0 * 0.01 * (6000.0 * 80.0) ** 0.5)
+DAHL = Dynamic(3.0, 3.0, BRISTLE, sigma_0=1e3)
+SINE = Sines((0.5 * 2.0**0.5,), (1.3,), (0.0,))
+PERIOD = 1.0 / 1.3
+
+SCENE = """\
+drysim: 1
+oscillator: {mass: 80, stiffness: 6000, damping_ratio: 0.01}
+friction: {law: dahl, kinetic: 3, bristle_stiffness: 1 kN/m}
+excitation: {kind: harmonic, frequency: 1.3 Hz, rms: 0.5 m/s2}
+solver: {step: 10 ms}
+"""
+
+
+def follow(matrix, fixed, state, closing):
+    """Close a linear map; give the states that were followed."""
+    states = [state]
+    while len(states) < 400:
+        end = State(*(fixed + matrix @ (np.array(states[-1]) - fixed)).tolist())
+        closing.add(end, [1.0, 1.0])
+        if closing.repetition()[0] <= closing.closed:
+            return [*states, end]
+        states.append(closing.onwards())
+    return states
+
+
+def test_changes_of_a_linear_map_are_summed_to_where_they_end():
+    matrix, fixed = np.array([[0.9, 0.2], [-0.3, 0.85]]), np.array([0.3, -0.2])
+    states = follow(matrix, fixed, State(0.35, -0.1), Closing(1e-13))
+    plain = np.log(1e-12) / np.log(np.abs(np.linalg.eigvals(matrix)).max())
+    assert len(states) < 0.2 * plain
+    np.testing.assert_allclose(states[-1], fixed, rtol=0.0, atol=1e-12)
+
+
+def test_motion_that_grows_is_not_moved_on():
+    closing = Closing(1e-13)
+    states = follow(1.01 * np.eye(2), np.zeros(2), State(1e-6, 1e-6), closing)
+    np.testing.assert_allclose(states[-1], 1e-6 * 1.01**399, rtol=1e-12)
+
+
+def test_sum_that_does_not_come_true_is_taken_back():
+    closing = Closing(1e-13)
+    for x_r in (0.0, DYING / 2, 3 * DYING / 4, 7 * DYING / 8, 15 * DYING / 16):
+        closing.add(State(x_r, 0.0), [1.0, 1.0])
+        onwards = closing.onwards()
+    assert onwards.x_r == pytest.approx(DYING, rel=1e-12)
+    closing.add(State(onwards.x_r + DYING, 0.0), [1.0, 1.0])
+    assert closing.onwards() == State(15 * DYING / 16, 0.0)
+
+
+def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():
+    orbit = settled.find_orbit(FAINT, DAHL, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
+    state = Deflected(0.0, 0.0, 0.0)
+    for _ in range(500):
+        state = by_series.follow(FAINT, DAHL, SINE, state, PERIOD).state(PERIOD)
+    assert orbit.settled
+    assert orbit.run_up < 100 * PERIOD
+    np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=1e-11)
+
+
+def test_orbit_of_a_contact_is_one_that_was_followed():
+    law = Slider(30.0, 1e5)
+    orbit = settled.find_orbit(FAINT, law, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
+    again = settled.once(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
+    np.testing.assert_allclose(again[:3], orbit.state[:3], rtol=1e-10)
+
+
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-8, 1e-6])
+def test_stated_error_of_an_orbit_holds_what_its_closure_leaves(tmp_path, tolerance):
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(SCENE)
+    loose = run(load(scene, {"friction.tolerance": tolerance}))
+    exact = run(load(scene, {"friction.tolerance": 1e-14}))
+    peak = exact.metrics["x_r_peak"]
+    assert abs(loose.metrics["x_r_peak"] / peak - 1.0) <= loose.response.numerics.error
+    assert loose.response.numerics.error < 1e5 * tolerance
