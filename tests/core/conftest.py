@@ -16,6 +16,7 @@ PARTS = (
     "sines.leap", "sines.period_map", "sines.orbit", "sines.orbits", "text.decimal",
     "text.digits", "many.lanes", "many.products", "many.abreast", "many.lockstep",
     "many.records", "contacts.joint", "stops.bumper", "stops.bounded", "stops.rest",
+    "dynamic_laws.jet", "dynamic_laws.memory", "dynamic_laws.trace",
 )  # fmt: skip
 
 

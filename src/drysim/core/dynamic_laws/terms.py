@@ -118,13 +118,13 @@ def power_term(law, jet, n):
     if n == 0:
         faint = abs(jet.z[0]) <= faint_deflection(law)
         jet.share[0] = 0.0 if faint else math.copysign(abs(jet.p[0]) ** law.power, jet.p[0])
+        return
     total = 0.0
     if jet.share[0] != 0.0:
         for k in range(1, n + 1):
             total += (law.power * k - (n - k)) * jet.p[k] * jet.share[n - k]
         total /= n * jet.p[0]
-    if n > 0:
-        jet.share[n] = total
+    jet.share[n] = total
 
 
 @inlined

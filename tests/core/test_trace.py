@@ -1,0 +1,94 @@
+"""Motions under dynamic laws: the plain engine and the compiled one go the same way."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import PAPER, log_of, waves_of
+
+STEP, COUNT = 2.5e-3, 400
+FEW = 4
+"""Turns that make a short memory full within the noise."""
+
+BRISTLES = {
+    "F_fk": 45.0, "F_fs": 54.0, "v_s": 5e-3, "sigma_0": 1e5, "sigma_1": 300.0, "sigma_2": 0.4,
+}  # fmt: skip
+LAWS: dict[str, dict[str, Any]] = {
+    "stribeck": {"kind": "STRIBECK", "F_fk": 15.0, "F_fs": 24.0, "v_s": 2e-2},
+    "stribeck-1.5": {
+        "kind": "STRIBECK", "F_fk": 15.0, "F_fs": 24.0, "v_s": 2e-2, "exponent": 1.5,
+    },
+    "dahl": {"kind": "BRISTLE", "F_fk": 45.0, "F_fs": 45.0, "sigma_0": 1e5},
+    "lugre": {"kind": "BRISTLE", **BRISTLES},
+    "stiff lugre": {"kind": "BRISTLE", **BRISTLES, "sigma_0": 1e8},
+    "leuven": {"kind": "LEUVEN", **BRISTLES, "F_h": 80.0},
+    "leuven-2": {"kind": "LEUVEN", **BRISTLES, "F_h": 80.0, "power": 2.0},
+    "leuven-0.7": {"kind": "LEUVEN", **BRISTLES, "F_h": 80.0, "power": 0.7},
+    "forgetful leuven": {
+        "kind": "LEUVEN", **BRISTLES, "F_h": 80.0, "sigma_1": 0.0, "depth": FEW,
+    },
+}  # fmt: skip
+"""Words of a `Dynamic`, whose kinds each engine has of its own."""
+
+
+def noise(count: int) -> np.ndarray:
+    """Give smooth noise [m/s²]."""
+    rough = np.random.default_rng(5).normal(size=count + 40)
+    return 1.5 * np.convolve(rough, np.hanning(9) / 3.0, mode="valid")[:count]
+
+
+def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> SimpleNamespace:
+    """Follow a motion from rest by one engine; gives its steps, events, end and memory."""
+    plant = kernel.plant.Plant(*PAPER)
+    kind = getattr(kernel.plant, words["kind"])
+    law = kernel.plant.Dynamic(**{**words, "kind": kind})
+    waves = waves_of(
+        kernel, [(1.4, 1.6, 0.3), (0.6, 3.9, 0.0)] if sines else [], kernel.plant.Law(0.0, 0.0)
+    )
+    u_dd, dt, end = (np.zeros(2), STEP * COUNT, 0) if sines else (noise(COUNT), STEP, COUNT - 2)
+    jet, trail = work(kernel, law), trail_of(kernel)
+    d = kernel.trace.first_heading(plant, law, waves, jet, u_dd[0], 0.0, 0.0, 0.0, 0.0, 0.0)
+    if kind == kernel.plant.LEUVEN:
+        kernel.memory.head(law, jet, d or 1, 0.0, 0.0)
+    log = log_of(kernel)
+    *state, steps, events = kernel.trace.trace(
+        plant, law, waves, u_dd, dt, 0, 0.0, dt, end, 0.0, 0.0, 0.0, d, jet, trail, 0, log, 0,
+        len(log.n),
+    )  # fmt: skip
+    return SimpleNamespace(
+        state=state,
+        trail=[column[:steps] for column in trail[:7]],
+        log=[column[:events] for column in log],
+        turned=jet.turned[: jet.branch[kernel.memory.COUNT]],
+    )
+
+
+def work(kernel: SimpleNamespace, law: Any) -> Any:
+    """Give what a kernel works in, measured by a speed of 0.1 m/s."""
+    jet = kernel.jet
+    sizes = {"scale": 1, "slope": 2, "turned": law.depth}
+    rows = {name: np.zeros(sizes.get(name, jet.ORDER + 2)) for name in jet.Jet._fields}
+    rows["scale"][0] = 0.1
+    return jet.Jet(**rows | {"branch": np.zeros(3, dtype=np.int64)})
+
+
+def trail_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
+    """Give an empty trail."""
+    whole = ("n", "d", "terms")
+    return kernel.trail.Trail(
+        *(np.zeros(length, np.int64 if name in whole else float)
+          for name in kernel.trail.Trail._fields)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("sines", [True, False], ids=["sines", "samples"])
+@pytest.mark.parametrize("words", LAWS.values(), ids=LAWS)
+def test_engines_agree_step_by_step_and_remember_the_same(plain, fast, words, sines):
+    one, other = (followed(kernel, words, sines) for kernel in (plain, fast))
+    assert one.state == other.state
+    for column, twin in zip([*one.trail, *one.log], [*other.trail, *other.log], strict=True):
+        assert np.array_equal(column, twin)
+    assert np.array_equal(one.turned, other.turned)
