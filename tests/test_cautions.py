@@ -50,6 +50,25 @@ def test_value_in_another_unit_or_too_coarse_is_said(slugs, words, slug, part):
     assert part in slugs(**words)[slug]
 
 
+@pytest.mark.parametrize(
+    ("key", "values", "slug", "part"),
+    [
+        ("stroke.limit", [0.02, 5, 10], "looks-like-millimetres", "stroke.limit is 10 m"),
+        ("excitation.rms", [1, 1000], "looks-like-millimetres", "swings by 14 m"),
+        ("oscillator.stiffness", [7.5, 7500], "looks-like-grams", "(`7.5 N/mm`)"),
+    ],
+)
+def test_swept_value_in_another_unit_is_said_once(slugs, key, values, slug, part):
+    assert part in slugs(sweep={key: values}, stroke__stops={"stiffness": 1e5})[slug]
+
+
+def test_value_that_is_swept_is_not_held_against_the_file(slugs):
+    """Of a swept key no case has the value of the file."""
+    stopped = {"stroke__stops": {"stiffness": 1e5}, "stroke__limit": 25}
+    assert slugs(sweep={"stroke.limit": ["20 mm", "30 mm"]}, **stopped) == {}
+    assert slugs(sweep={"excitation.rms": [1, 2]}, excitation__rms=0.1) == {}
+
+
 def test_damping_ratio_in_percent_is_said(slugs):
     oscillator = {"mass": 75, "stiffness": 7500, "damping_ratio": 33.3}
     assert "`33.3 %`" in slugs(oscillator=oscillator)["looks-like-percent"]

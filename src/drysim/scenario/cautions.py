@@ -11,24 +11,13 @@ from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.core.signal import largest
 from drysim.errors import Caution
+from drysim.scenario.odd_units import odd_units
 from drysim.scenario.sweep.cautions import needless
 from drysim.scenario.unfit import unfit
 from drysim.weighting import DIRECTIONS, RECALLED
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
-
-FAR = 1.0
-"""An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
-
-HARD = 100.0
-"""Ten times gravity [m/s²] over a metre is in millimetres."""
-
-SLOW = 0.1
-"""Below this natural frequency [Hz] masses are in grams or springs in N/mm, not on springs."""
-
-DAMPED = 5.0
-"""Above this damping ratio [-] somebody meant percent."""
 
 STEPS_A_PERIOD = 20
 """Fewer points than this draw a sine as a polygon."""
@@ -39,12 +28,15 @@ HIGHEST = 80.0
 ON_GRID = 1e-9
 """Rounding that a step may have."""
 
+LOADS = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
+"""Beginnings of the keys that decide whether the mass moves: swept, they differ by case."""
+
 COMMON_RATIO = 1.3
 """Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
 
 
 def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple[Caution, ...]:
-    """Give the warnings that the words of a scenario deserve; its sweep is warned of once.
+    """Give the warnings that the words of a scenario deserve, swept values among them.
 
     Parameters
     ----------
@@ -54,62 +46,14 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     """
     if motion is None and hasattr(scenario.excitation, "frequencies"):
         motion = scenario.excitation.motion()
-    found = [*_lengths(scenario), *_oscillator(scenario)]
+    found = [*odd_units(scenario, motion)]
     if isinstance(motion, Sines):
-        found += [*_sines(motion), *_step(scenario, motion)]
+        found += _step(scenario, motion)
     if motion is not None:
-        found += [*_friction(scenario, motion), *unfit(scenario, motion)]
-        found += _weighting(scenario, motion)
+        if not any(axis.key.startswith(LOADS) for axis in scenario.axes):
+            found += _friction(scenario, motion)
+        found += [*unfit(scenario, motion), *_weighting(scenario, motion)]
     return (*found, *needless(scenario))
-
-
-def _lengths(scenario: Scenario) -> Iterator[Caution]:
-    """Say which lengths look like millimetres."""
-    m, k_x, _ = scenario.oscillator.plant()
-    start = abs(scenario.start.x_r)
-    limit = scenario.stroke.limit if scenario.stroke else 0.0
-    pulled = start if k_x * start / m >= HARD else 0.0
-    for key, value in (("stroke.limit", limit), ("start.x_r", pulled)):
-        if value >= FAR:
-            sentence = f"{key} is {value:g} m; if it is in millimetres, write `{value:g} mm`"
-            yield Caution("looks-like-millimetres", sentence, {key: value})
-
-
-def _oscillator(scenario: Scenario) -> Iterator[Caution]:
-    """Say when the oscillator looks like one in other units."""
-    m, k_x, _ = scenario.oscillator.plant()
-    f_0 = sqrt(k_x / m) / (2 * pi)
-    if 0 < f_0 < SLOW:
-        yield Caution(
-            "looks-like-grams",
-            f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "
-            f"or oscillator.stiffness in N/mm (`{k_x:g} N/mm`)?",
-            {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0},
-        )
-    ratio = scenario.oscillator.damping_ratio or 0.0
-    if ratio >= DAMPED:
-        sentence = (
-            f"oscillator.damping_ratio is {ratio:g}; if it is in percent, write `{ratio:g} %`"
-        )
-        yield Caution("looks-like-percent", sentence, {"oscillator.damping_ratio": ratio})
-
-
-def _sines(motion: Sines) -> Iterator[Caution]:
-    """Say which sines look like sines in other units."""
-    for A, f, phase in zip(*motion, strict=True):
-        u = A / (2 * pi * f) ** 2
-        if u >= FAR and A >= HARD:
-            yield Caution(
-                "looks-like-millimetres",
-                f"at {f:g} Hz the base swings by {u:.3g} m; if the excitation is in mm/s², "
-                "write `mm/s2` behind its number",
-                {"frequency": f, "amplitude": A, "u": u},
-            )
-        if abs(phase) > 2 * pi:
-            sentence = (
-                f"a phase of {phase:g} rad is above a turn; in degrees it is `{phase:g} deg`"
-            )
-            yield Caution("looks-like-degrees", sentence, {"phase": phase})
 
 
 def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from drysim.errors import Caution
@@ -11,6 +11,26 @@ from drysim.scenario.sweep.axis import walks
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.scenario.sweep.axis import Axis
+
+
+MANY = 10_000
+"""Values of a swept key beyond which the first and the last stand for all."""
+
+
+def extremes(scenario: Scenario) -> Iterator[Scenario]:
+    """Give the cases at the least and the greatest value of every swept key."""
+    first = {axis.key: axis.values[0] for axis in scenario.axes}
+    for group in walks(scenario.axes):
+        for place in sorted({place for axis in group for place in _ends(axis.values)}):
+            yield scenario.at({**first, **{axis.key: axis.values[place] for axis in group}})
+
+
+def _ends(values: Sequence[float]) -> tuple[int, int]:
+    """Give the places of the least and the greatest value."""
+    if len(values) > MANY:
+        return 0, len(values) - 1
+    every = list(values)
+    return every.index(min(every)), every.index(max(every))
 
 
 def needless(scenario: Scenario) -> Iterator[Caution]:

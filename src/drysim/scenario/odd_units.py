@@ -1,0 +1,100 @@
+"""Values of a scenario, swept ones among them, that look like values in other units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+from drysim.core.motion import Samples, Sines
+from drysim.errors import Caution
+from drysim.scenario.sweep.cautions import extremes
+
+if TYPE_CHECKING:
+    from drysim.scenario.model import Scenario
+
+FAR = 1.0
+"""An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
+
+HARD = 100.0
+"""Ten times gravity [m/s²] over a metre is in millimetres."""
+
+SLOW = 0.1
+"""Below this natural frequency [Hz] masses are in grams or springs in N/mm, not on springs."""
+
+DAMPED = 5.0
+"""Above this damping ratio [-] somebody meant percent."""
+
+
+def odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
+    """Say which values look like values in other units, each key once.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Of a sweep the cases at both ends of every swept key are looked at.
+    motion : Sines or Samples or None
+        Base motion, if it is at hand.
+
+    Yields
+    ------
+    Caution
+    """
+    found: dict[tuple[str, ...], Caution] = {}
+    for case in extremes(scenario) if scenario.axes else (scenario,):
+        if case is not scenario:  # of a sweep, whose cases move as they do
+            sines = hasattr(case.excitation, "frequencies")
+            motion = case.excitation.motion() if sines else None
+        waves = _sines(motion) if isinstance(motion, Sines) else ()
+        for caution in (*_lengths(case), *_oscillator(case), *waves):
+            found.setdefault((caution.slug, *caution.numbers), caution)
+    yield from found.values()
+
+
+def _lengths(scenario: Scenario) -> Iterator[Caution]:
+    """Say which lengths look like millimetres."""
+    m, k_x, _ = scenario.oscillator.plant()
+    start = abs(scenario.start.x_r)
+    limit = scenario.stroke.limit if scenario.stroke else 0.0
+    pulled = start if k_x * start / m >= HARD else 0.0
+    for key, value in (("stroke.limit", limit), ("start.x_r", pulled)):
+        if value >= FAR:
+            sentence = f"{key} is {value:g} m; if it is in millimetres, write `{value:g} mm`"
+            yield Caution("looks-like-millimetres", sentence, {key: value})
+
+
+def _oscillator(scenario: Scenario) -> Iterator[Caution]:
+    """Say when the oscillator looks like one in other units."""
+    m, k_x, _ = scenario.oscillator.plant()
+    f_0 = sqrt(k_x / m) / (2 * pi)
+    if 0 < f_0 < SLOW:
+        yield Caution(
+            "looks-like-grams",
+            f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "
+            f"or oscillator.stiffness in N/mm (`{k_x:g} N/mm`)?",
+            {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0},
+        )
+    ratio = scenario.oscillator.damping_ratio or 0.0
+    if ratio >= DAMPED:
+        sentence = (
+            f"oscillator.damping_ratio is {ratio:g}; if it is in percent, write `{ratio:g} %`"
+        )
+        yield Caution("looks-like-percent", sentence, {"oscillator.damping_ratio": ratio})
+
+
+def _sines(motion: Sines) -> Iterator[Caution]:
+    """Say which sines look like sines in other units."""
+    for A, f, phase in zip(*motion, strict=True):
+        u = A / (2 * pi * f) ** 2
+        if u >= FAR and A >= HARD:
+            yield Caution(
+                "looks-like-millimetres",
+                f"at {f:g} Hz the base swings by {u:.3g} m; if the excitation is in mm/s², "
+                "write `mm/s2` behind its number",
+                {"frequency": f, "amplitude": A, "u": u},
+            )
+        if abs(phase) > 2 * pi:
+            sentence = (
+                f"a phase of {phase:g} rad is above a turn; in degrees it is `{phase:g} deg`"
+            )
+            yield Caution("looks-like-degrees", sentence, {"phase": phase})
