@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,7 @@ class Bounded(traced.Traced):
 
     law: Stopped
 
-    @property
+    @cached_property
     def turns(self) -> Events:
         """The start, every zero of v_r and every impact: between two x_r is monotone."""
         return chosen(self.events, ~np.isin(self.events.kind, CARRIED))

@@ -64,7 +64,7 @@ class Traced:
     end: float
     closest: float = math.inf
 
-    @property
+    @cached_property
     def turns(self) -> Events:
         """The start and every zero of v_r: between two of them x_r is monotone."""
         stays = ~np.isin(self.events.kind, IN_FLIGHT)

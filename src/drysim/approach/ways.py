@@ -10,8 +10,9 @@ import numpy as np
 
 from drysim.approach.events import Events
 from drysim.core.compiled import held
-from drysim.core.contacts.contact import first_contact, touch
+from drysim.core.contacts.contact import first_contact
 from drysim.core.contacts.contact_replay import integrate_contact, read_contact
+from drysim.core.contacts.touch import touch
 from drysim.core.events import REVERSAL, STICK
 from drysim.core.normal_force.load import Limits
 from drysim.core.normal_force.normal import Pressed

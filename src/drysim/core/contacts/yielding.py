@@ -1,86 +1,43 @@
-"""When a spring contact yields, and when a yielding one holds again, rigorously.
-
-Steps that a bound on the curvature proves safe lead to the zero from below; where the bound
-proves that the function only falls until it is below zero, Newton's method does.
-"""
+"""When a spring contact yields, when a yielding one holds again, and when the mass turns."""
 
 from __future__ import annotations
 
 import math
 
 from drysim.core.compiled import compiled, inlined
-from drysim.core.samples.stop import NEVER, RESOLUTION
-from drysim.core.sines.cease import FALLS, to_zero
-from drysim.core.sines.leave import first_step, safe_step
-from drysim.core.sines.slide import slide
-from drysim.core.waves import COSINE, OMEGA, SINE, STRIDE, A, normal_force
+from drysim.core.samples.stop import NEVER
+from drysim.core.sines.cease import leave_slip
+from drysim.core.sines.vanish import Blend, vanish
+
+HALF_SWING = 3.2
+"""Radians of the oscillator within which a contact that its swing makes yield does so."""
 
 
 @compiled
-def bounds(waves, r):
-    """Give bounds of the first two rates of the force per mass, and the greatest omega.
-
-    Parameters
-    ----------
-    waves : Waves
-        Anchored.
-    r : float
-        Rate of the force per mass besides the waves [m/s³].
-    """
-    first = abs(r)
-    second = 0.0
-    fastest = 0.0
-    for i in range(waves.size):
-        omega = waves.values[STRIDE * i + OMEGA]
-        first += abs(waves.values[STRIDE * i + A]) * omega
-        second += abs(waves.values[STRIDE * i + A]) * omega * omega
-        fastest = max(fastest, omega)
-    return first, second, fastest
-
-
-@compiled
-def off_zero(rate, bend, bend_bound, third_bound, cap):
-    """Give a step that provably leaves zero upwards: 0 for none, infinity if all is still."""
-    if bend_bound == 0.0:
-        return NEVER
-    return max(min(first_step(rate, bend, bend_bound, third_bound), cap), 0.0)
+def turning(stretch, waves, way, h):
+    """Give the first time in (0, h] at which v_r is zero, or infinity, and x_r then."""
+    if way == 0:
+        return NEVER, stretch.x_r
+    c, w, x_r, v_r, a, j, _, g, r = stretch
+    return leave_slip(c, w, waves, x_r, v_r, a, j, g, r, way, h)
 
 
 @inlined
-def starting(c, w, waves, x_r, v_r, g, r):
-    """Give acceleration and jerk as a stretch starts; parameters as in `slide`."""
-    push, push_d = g, r
-    for i in range(waves.size):
-        at = STRIDE * i
-        A_i = waves.values[at + A]
-        push -= A_i * waves.values[at + SINE]
-        push_d -= A_i * waves.values[at + OMEGA] * waves.values[at + COSINE]
-    a = push - c * v_r - w * x_r
-    return a, push_d - c * a - w * v_r
-
-
-@inlined
-def only_falls(value, rate, bend, bound, growth, cap):
-    """Tell whether a function above zero falls all the way to 1.5 times its parabola's zero.
-
-    `bound` and `growth` are as in `safe_step`.
-    """
-    if not value > 0.0 > rate:
-        return False
-    far = 1.5 * to_zero(value, rate, bend)
-    return far < cap and -rate >= FALLS * (bound + growth * far) * far
+def turning_before(stretch, waves, law, way, change, v_r):
+    """Give what `turning` gives up to a change whose v_r is known."""
+    speed = Blend(0.0, 0.0, float(way), 0.0, 0.0)
+    turn, x_turn, _ = vanish(stretch, waves, law, speed, 0, change, way * v_r > 0.0)
+    return turn, x_turn
 
 
 @compiled
-def leave_hold(c, w, waves, law, x_r, v_r, a, g, r, x_0, side, poised, h):
-    """Give the first time in [0, h] at which a holding contact yields to one side, or infinity.
+def leave_hold(stretch, waves, law, x_0, side, poised, h):
+    """Give the first time in [0, h] at which a holding contact yields to one side, and how.
 
     Parameters
     ----------
-    c, w, waves, x_r, v_r, g, r
-        As in `slide`, with the spring of the contact in w.
-    a : float
-        Acceleration at the start [m/s²].
+    stretch, waves, h
+        As in `vanish`, with the spring of the contact in the stretch.
     law : Slider
     x_0 : float
         Where the contact carries no force [m].
@@ -88,98 +45,97 @@ def leave_hold(c, w, waves, law, x_r, v_r, a, g, r, x_0, side, poised, h):
         +1 where x_r yields upwards, -1 downwards.
     poised : bool
         Whether it holds at this very limit, and just so: value and rate are zero exactly.
-    h : float
-        Length of the stretch [s].
 
-    Notes
-    -----
-    The acceleration obeys the oscillator's equation driven by the rate of the force, which
-    bounds it; with it the second rate of what the contact may still bear.
+    Returns
+    -------
+    s, x_r, v_r
+        As `vanish` gives them, of what the contact may still bear.
     """
-    growth, third, fastest = bounds(waves, r)
-    growth *= law.k_t
-    third *= law.k_t
-    swing = law.F_fk * law.variation
-    fastest = max(fastest, law.omega if swing > 0.0 else 0.0)
-    cap = 1.0 / fastest if fastest > 0.0 else NEVER
-    s, falls = 0.0, False
-    x, v = x_r, v_r
-    while True:
-        load, load_d, load_dd = normal_force(law, waves, s)
-        value = law.F_fk * load - side * law.k_t * (x - x_0)
-        rate = law.F_fk * load_d - side * law.k_t * v
-        bend = law.F_fk * load_dd - side * law.k_t * a
-        if poised and s == 0.0:
-            value, rate = 0.0, 0.0
-        bound = law.k_t * math.sqrt(a * a + w * v * v) + swing * law.omega**2
-        if falls or only_falls(value, rate, bend, bound, growth, cap):
-            falls = True
-            step = to_zero(value, rate, bend)
-            s += step
-            thrice = (c + math.sqrt(w)) * bound + third + swing * law.omega**3
-            if thrice * abs(step) ** 3 <= -6.0 * rate * RESOLUTION * s or not step < h:
-                return s if s < h else NEVER
-            x, v, a, _ = slide(c, w, waves, x_r, v_r, g, r, s)
-            continue
-        if value <= 0.0 and s > 0.0:
-            return s
-        if value > 0.0:
-            step = safe_step(value, rate, bound, growth, cap)
-        else:
-            bound += growth * min(cap, h)
-            fourth = (c + math.sqrt(w)) * bound + third + swing * law.omega**3
-            step = off_zero(rate, bend, bound, fourth, cap)
-        if step == 0.0:
-            return s
-        if s + step >= h:
-            return NEVER
-        if step <= RESOLUTION * s:
-            return s
-        s += step
-        x, v, a, _ = slide(c, w, waves, x_r, v_r, g, r, s)
+    room = Blend(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
+    return vanish(stretch, waves, law, room, 2 if poised else 0, h, False)
 
 
 @compiled
-def leave_yield(c, w, waves, law, x_r, v_r, a, j, g, r, d, h):
-    """Give the first time in (0, h] at which a contact that yields in direction d holds again.
+def swings_to(stretch, way, gap):
+    """Guess whether the oscillator, left alone, goes so far [m] in its direction."""
+    lean = way * stretch.a / stretch.w
+    return lean + math.sqrt(lean * lean + stretch.v_r * stretch.v_r / stretch.w) >= gap
+
+
+@compiled
+def end_of_hold(stretch, waves, law, x_0, poised, way, gap, h):
+    """Give when within h [s] the mass turns, and when a contact that holds yields.
+
+    Parameters
+    ----------
+    stretch, waves, law, x_0
+        As in `leave_hold`.
+    poised : int
+        The side at whose limit it holds just so, 0 for none.
+    way : int
+        Direction of motion.
+    gap : float
+        How far it may move until it yields if the limit stays [m].
+    h : float
+        Length of the stretch [s].
+
+    Returns
+    -------
+    turn, x_turn : float
+        Time [s], infinite for none, and x_r then.
+    change, after, x_r, v_r
+        Time, direction of yielding and the state then.
+
+    Notes
+    -----
+    Whichever is guessed to come first is looked for first, so that the other one is looked for
+    no longer than it matters.
+    """
+    change, after, x, v = NEVER, way, stretch.x_r, stretch.v_r
+    likely = way != 0 and swings_to(stretch, way, gap)
+    if likely:
+        until = min(HALF_SWING / math.sqrt(stretch.w), h)
+        change, x, v = leave_hold(stretch, waves, law, x_0, way, poised == way, until)
+    if change < NEVER:
+        turn, x_turn = turning_before(stretch, waves, law, way, change, v)
+    else:
+        turn, x_turn = turning(stretch, waves, way, h)
+    # Up to a turn x_r is monotone: a constant limit is not met before it is beyond there.
+    short = law.variation == 0.0 and turn < NEVER and way * (x_turn - stretch.x_r) < gap
+    if change == NEVER and way != 0 and not short:
+        until = min(turn, h)
+        change, x, v = leave_hold(stretch, waves, law, x_0, way, poised == way, until)
+    if law.variation > 0.0:
+        for side in (-1, 1):
+            # On the side that the mass leaves, a force that is not on it cannot yield.
+            if side != way and (way == 0 or side * (stretch.x_r - x_0) > 0.0):
+                until = min(change, turn, h)
+                found, x_s, v_s = leave_hold(
+                    stretch, waves, law, x_0, side, poised == side, until
+                )
+                if found < change:
+                    change, after, x, v = found, side, x_s, v_s
+    return turn, x_turn, change, after, x, v
+
+
+@compiled
+def end_of_yield(stretch, waves, law, d, way, h):
+    """Give when within h [s] the mass turns, and when a yielding contact holds again.
 
     It does when the mass no longer outruns the limit of its spring, which with a constant
-    normal force is when it stops. Parameters as in `leave_hold`, w without the contact, and
-    the jerk j at the start [m/s³].
+    normal force is when it stops. Result and parameters as in `end_of_hold`, with the direction
+    d of yielding.
     """
-    _, growth, fastest = bounds(waves, r)
-    swing = law.F_fk * law.variation / law.k_t
-    cap = 1.0 / fastest if fastest > 0.0 else NEVER
-    s, falls = 0.0, False
-    v = v_r
-    while True:
-        _, load_d, load_dd = normal_force(law, waves, s)
-        value = d * v - law.F_fk / law.k_t * load_d
-        rate = d * a - law.F_fk / law.k_t * load_dd
-        bend = d * j + law.F_fk / law.k_t * load_d * law.omega**2
-        bound = math.sqrt(j * j + w * a * a) + swing * law.omega**3
-        if falls or only_falls(value, rate, bend, bound, growth, cap):
-            falls = True
-            step = to_zero(value, rate, bend)
-            s += step
-            thrice = (c + math.sqrt(w)) * bound + growth + swing * law.omega**4
-            if thrice * abs(step) ** 3 <= -6.0 * rate * RESOLUTION * s or not step < h:
-                return s if s < h else NEVER
-            _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
-            continue
-        if value <= 0.0 and s > 0.0:
-            return s
-        if value > 0.0:
-            step = safe_step(value, rate, bound, growth, cap)
+    x, v = stretch.x_r, stretch.v_r
+    if law.variation > 0.0:
+        faster = Blend(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
+        change, x, v = vanish(stretch, waves, law, faster, 0, h, False)
+        if change < NEVER and way != 0:
+            turn, x_turn = turning_before(stretch, waves, law, way, change, v)
         else:
-            bound += growth * min(cap, h)
-            fourth = (c + math.sqrt(w)) * bound + growth + swing * law.omega**4
-            step = off_zero(rate, bend, bound, fourth, cap)
-        if step == 0.0:
-            return s
-        if s + step >= h:
-            return NEVER
-        if step <= RESOLUTION * s:
-            return s
-        s += step
-        _, v, a, j = slide(c, w, waves, x_r, v_r, g, r, s)
+            turn, x_turn = turning(stretch, waves, way, h)
+        return turn, x_turn, change, 0, x, v
+    if way != d:
+        return NEVER, x, 0.0, 0, x, v
+    turn, x_turn = turning(stretch, waves, way, h)
+    return turn, x_turn, turn, 0, x_turn, 0.0

@@ -7,7 +7,6 @@ solved as under constant limits.
 from __future__ import annotations
 
 from drysim.core.compiled import compiled, inlined
-from drysim.core.contacts.yielding import starting
 from drysim.core.events import (
     LIFT,
     REVERSAL,
@@ -24,6 +23,7 @@ from drysim.core.samples.stop import NEVER, locate_stop
 from drysim.core.sines.cease import leave_slip
 from drysim.core.sines.leave import leave_stick
 from drysim.core.sines.slide import slide
+from drysim.core.sines.stretch import starting
 from drysim.core.trail import ENOUGH, mark
 from drysim.core.waves import anchor, base_motion
 
@@ -120,7 +120,8 @@ def press(
         else:
             f = d * law.F_fk / plant.m
             g, r = -u_0 - f * span.load, -slope - f * span.rate
-            a, j = starting(c, w, waves, x_r, v_r, g, r)
+            stretch = starting(c, w, waves, x_r, v_r, g, r)
+            a, j = stretch.a, stretch.j
             if abs(mode) == BREAKING:
                 load = load_within(law, waves, span, 0.0)[0]
                 start = d * (law.F_fs - law.F_fk) * load / plant.m

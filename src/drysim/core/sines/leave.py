@@ -27,25 +27,6 @@ def parabola(value, rate, bend):
 
 
 @compiled
-def safe_step(value, rate, bend, growth, cap):
-    """Give a step within which a function provably stays above zero.
-
-    Parameters
-    ----------
-    value, rate : float
-        Of the function now; value above 0.
-    bend, growth : float
-        Its second rate is at most bend + growth·h in magnitude after any h up to cap.
-    cap : float
-        Longest step.
-    """
-    reach = min(parabola(value, rate, bend), cap)
-    if growth == 0.0 or reach == NEVER:
-        return reach
-    return min(parabola(value, rate, bend + growth * reach / 3.0), cap)
-
-
-@compiled
 def first_step(rate, bend, bend_bound, third_bound):
     """Give a step that provably leaves zero upwards; 0 or less where the function falls."""
     by_rate = rate / bend_bound if rate > 0.0 else 0.0

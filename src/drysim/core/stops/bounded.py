@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drysim.core.compiled import compiled
-from drysim.core.contacts.contact import STALL
+from drysim.core.contacts.touch import STALL
 from drysim.core.events import CONTACT, SLIP, note
 from drysim.core.plant import Plant
 from drysim.core.samples.stop import NEVER, locate_stop

@@ -6,13 +6,11 @@ rebound of any size keeps all its digits, next to a limit however far from zero.
 
 from __future__ import annotations
 
-import math
-
 from drysim.core.compiled import compiled
-from drysim.core.contacts.yielding import bounds, off_zero
 from drysim.core.samples.stop import NEVER, RESOLUTION
-from drysim.core.sines.leave import safe_step
 from drysim.core.sines.slide import slide
+from drysim.core.sines.stretch import starting
+from drysim.core.sines.vanish import Blend, vanish
 
 APART, TOUCHING, AWAY = 0, 1, 2
 """How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
@@ -157,37 +155,9 @@ def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
         Whether the value is zero exactly at the start.
     h : float
         Length of the stretch [s].
-
-    Notes
-    -----
-    Acceleration and jerk obey the oscillator's equation driven by the rates of the force,
-    which bounds both: steps that a bound proves safe lead to the zero, so none is missed.
     """
-    growth, third, fastest = bounds(waves, r)
-    cap = 1.0 / fastest if fastest > 0.0 else NEVER
-    rise = law.k_s * growth + law.b_s * third
-    s = 0.0
-    x, v, a, j = slide(c, w, waves, xi, v_r, g, r, 0.0)
-    while True:
-        value = side * (law.k_s * x + law.b_s * v)
-        rate = side * (law.k_s * v + law.b_s * a)
-        bend = side * (law.k_s * a + law.b_s * j)
-        if poised and s == 0.0:
-            value = 0.0
-        elif value <= 0.0:
-            return s
-        bound = law.k_s * math.sqrt(a * a + w * v * v) + law.b_s * math.sqrt(j * j + w * a * a)
-        if value > 0.0:
-            step = safe_step(value, rate, bound, rise, cap)
-        else:
-            bound += rise * min(cap, h)
-            fourth = (c + math.sqrt(w)) * bound + law.k_s * third + law.b_s * third * fastest
-            step = off_zero(rate, bend, bound, fourth, cap)
-        if step == 0.0:
-            return s
-        if s + step >= h:
-            return NEVER
-        if step <= RESOLUTION * s:
-            return s
-        s += step
-        x, v, a, j = slide(c, w, waves, xi, v_r, g, r, s)
+    if not poised and side * (law.k_s * xi + law.b_s * v_r) <= 0.0:
+        return 0.0
+    push = Blend(0.0, side * law.k_s, side * law.b_s, 0.0, 0.0)
+    stretch = starting(c, w, waves, xi, v_r, g, r)
+    return vanish(stretch, waves, law, push, 1 if poised else 0, h, False)[0]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled
-from drysim.core.contacts.yielding import bounds
 from drysim.core.events import IMPACT, STICK, note
+from drysim.core.sines.stretch import force_rates
 from drysim.core.stops.bumper import APART, STEADY, mode_of
 
 
@@ -56,7 +56,7 @@ def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
         return -1.0
     keeps = law.e * math.sqrt(q / p)
     whole = flight / (1.0 - keeps) if keeps < 1.0 else math.inf
-    change = bounds(waves, slope)[0] * whole
+    change = force_rates(waves, slope)[0] * whole
     return whole if change < q else -1.0
 
 

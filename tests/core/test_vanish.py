@@ -1,0 +1,58 @@
+"""When a blend of motion and normal force vanishes: against a fine march along the stretch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+LENGTH, FINE = 0.4, 800
+
+
+def scene(kernel, seed):
+    """Give a stretch under two sines and a swinging normal force, and a blend above zero."""
+    random = np.random.default_rng(seed)
+    c, w = float(random.uniform(0.0, 10.0)), float(random.choice([100.0, 1400.0, 2e4]))
+    law = kernel.plant.Slider(30.0, 1e5, 0.6, float(random.uniform(3.0, 40.0)), 0.3)
+    stride = kernel.waves.STRIDE
+    waves = kernel.waves.Waves([0.0] * (3 * stride), 3, 2)
+    for i, f in enumerate((*random.uniform(0.5, 10.0, 2).tolist(), law.omega / 2 / math.pi)):
+        kernel.waves.set_wave(waves.values, i, 1.0, f, float(random.uniform(0.0, 6.0)))
+    kernel.waves.anchor(waves, kernel.plant.Plant(1.0, w, c), law, 0.0, 0)
+    x_r, v_r, g = (float(each) for each in random.normal(0.0, (0.01, 0.1, 2.0)))
+    stretch = kernel.stretch.starting(c, w, waves, x_r, v_r, g, 0.0)
+    shares = (-law.k_t, 0.0, law.F_fk, 0.0), (0.0, 1.0, 0.0, -1e-3), (-1e4, -100.0, 0.0, 0.0)
+    share = shares[seed % 3]
+    blend = kernel.vanish.Blend(0.0, *share)
+    if value_at(kernel, stretch, waves, law, blend, 0.0) < 0.0:
+        blend = kernel.vanish.Blend(0.0, *(-each for each in share))
+    return stretch, waves, law, blend
+
+
+def value_at(kernel, stretch, waves, law, blend, s):
+    """Give the blend at a time of a stretch."""
+    state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
+    x, v, _, _ = kernel.slide.slide(stretch.c, stretch.w, waves, *state, s)
+    load, load_d, _ = kernel.waves.normal_force(law, waves, s)
+    return blend.x * (x - blend.x_0) + blend.v * v + blend.load * load + blend.rate * load_d
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_first_zero_is_neither_missed_nor_invented(plain, seed):
+    stretch, waves, law, blend = scene(plain, seed)
+    s, x_r, v_r = plain.vanish.vanish(stretch, waves, law, blend, 0, LENGTH, False)
+    t = np.linspace(0.0, LENGTH, FINE)
+    values = [value_at(plain, stretch, waves, law, blend, at) for at in t.tolist()]
+    below = np.flatnonzero(np.array(values) < 0.0)
+    scale = max(map(abs, values))
+    if s == math.inf:
+        assert not len(below)
+        return
+    assert abs(value_at(plain, stretch, waves, law, blend, s)) < 1e-13 * scale
+    assert t[below[0] - 1] <= s <= t[below[0]]
+    state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
+    found = plain.slide.slide(stretch.c, stretch.w, waves, *state, s)[:2]
+    assert (x_r, v_r) == pytest.approx(found, rel=1e-12, abs=1e-15)
+    known = plain.vanish.vanish(stretch, waves, law, blend, 0, 0.999 * s, True)
+    assert known[0] == math.inf
