@@ -185,6 +185,16 @@ def test_jittered_record_is_resampled_as_asked_for_and_told(tmp_path, by, error)
     assert f"to 400 Hz by {by}s" in clean_up(motion)[0]
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_jittered_record_keeps_the_rate_that_it_was_sampled_with(tmp_path, seed):
+    t = jittered(seed)
+    words = {"time": "t", "resample": {"rate": RATE, "by": "line"}}
+    motion = motion_of(tmp_path, rows(t.tolist(), WAVE.tolist()), **words)
+    assert motion.dt == 1 / RATE
+    slower = {"time": "t", "resample": {"rate": 0.95 * RATE, "by": "line"}}
+    assert "would fold" in refused(tmp_path, rows(t.tolist(), WAVE.tolist()), **slower)
+
+
 def test_hole_among_uneven_times_is_a_gap_and_no_jitter(tmp_path):
     t, kept = jittered(), np.delete(np.arange(2000), [500, 501, 502])
     wave = 2 * np.sin(2 * np.pi * 1.6 * t[kept]) + 0.5 * np.sin(2 * np.pi * 7 * t[kept])

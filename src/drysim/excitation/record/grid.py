@@ -34,7 +34,7 @@ class Grid(NamedTuple):
     Attributes
     ----------
     dt : float
-        Their distance; of uneven times the usual one [s].
+        Their distance; of uneven times the mean one, holes left out [s].
     first : float
         Time of the first [s].
     at : ndarray, shape (n,), or None
@@ -93,9 +93,12 @@ def grid_of(
         return Grid(dt, first, at)
     if not may_jitter:
         raise _uneven(steps, usual, columns, index)
-    short = steps[steps <= HOLE * usual] * second
-    spread = float(short.min()), float(short.max())
-    return Grid(usual * second, first, (t - t[0]) / usual, spread)
+    short = steps[steps <= HOLE * usual]
+    # Of uneven steps the mean tells the rate, where the median may lie off it by chance.
+    mean, spread = float(short.mean()), (float(short.min()), float(short.max()))
+    return Grid(
+        mean * second, first, (t - t[0]) / mean, (spread[0] * second, spread[1] * second)
+    )
 
 
 def _even(t: Floats, at: Floats, digit: float, second: float) -> float | None:

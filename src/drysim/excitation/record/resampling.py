@@ -28,6 +28,9 @@ CLEAR = 0.99
 SAME = 1e-9
 """Two steps this close, relative to them, are one."""
 
+SAME_UNEVEN = 1e-2
+"""The same against the mean of uneven steps: their half rate is no sharper than that."""
+
 
 class Onto(NamedTuple):
     """A grid that is `times` as fine as the one that was asked for, and that one's step [s].
@@ -48,7 +51,8 @@ def target(wanted: Resample, removal: Removal, grid: Grid, shown: str) -> Onto:
         When frequencies would fold, because no low-pass is stated that keeps them out.
     """
     step = wanted.step or 1 / (wanted.rate or 1.0)
-    times = max(1, ceil(step / grid.dt * (1 - SAME)))
+    same = SAME if grid.spread is None else SAME_UNEVEN
+    times = max(1, ceil(step / grid.dt * (1 - same)))
     if times > 1:
         half, order = 1 / (2 * step), removal.order
         if removal.above is None or gain(half, removal.above, order) > ALIAS * (1 + SAME):
@@ -97,6 +101,6 @@ def told(
     if grid.spread is not None:
         least, most = grid.spread
         numbers |= {"least_step": least, "greatest_step": most}
-        was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s as a rule,"
+        was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s in the mean,"
     sentence = f"resampled from {was} to {1 / goal.step:.6g} Hz by {wanted.by}s"
     return report("resample", sentence, before, after.values[:], unit, numbers)
