@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from drysim.errors import ScenarioError
+from drysim.quantity import Quantity
 from drysim.scenario import load, schema
 from drysim.scenario.sweep.axis import columns_of, points, size
 from drysim.scenario.sweep.design import Design
@@ -31,6 +32,7 @@ OVER = {
     "oscillator.mass": {"distribution": "normal", "mean": "75 kg", "sd": 5, "from": 50},
     "oscillator.damping": {"from": 100, "to": "1 kN*s/m", "scale": "log"},
 }
+STOPS = "stroke: {limit: 20 mm, stops: {restitution: 0.5}}\n"
 TWO, ENDS = [1, 2], {"from": 1, "to": 2}
 GAUSS = {"distribution": "normal", "mean": 75, "sd": 5}
 SAMPLE = {"kind": "latin", "count": 40, "seed": 7, "over": OVER}
@@ -40,8 +42,8 @@ SAMPLE = {"kind": "latin", "count": 40, "seed": 7, "over": OVER}
 def scenario(tmp_path):
     """Give the scenario of a sweep block."""
 
-    def loaded(block):
-        (tmp_path / "sampled.yaml").write_text(BASE + dump({"sweep": block}))
+    def loaded(block, more=""):
+        (tmp_path / "sampled.yaml").write_text(BASE + more + dump({"sweep": block}))
         return load(tmp_path / "sampled.yaml")
 
     return loaded
@@ -184,8 +186,6 @@ def changed(**words):
         (changed(over={"oscillator.mass": {"from": 1}}), "to is required (uniform)"),
         (changed(over={"oscillator.mass": {"from": 2, "to": 1}}), "must be above `from`, 2"),
         (changed(over={"oscillator.mass": {"from": -2, "to": 1}}), "must be above 0 kg"),
-        (changed(over={"oscillator.mass": GAUSS}),
-         "reaches below 0, where it has no meaning; give `from`"),
         (changed(over={"oscillator.mass": GAUSS | {"sd": 0, "from": 1}}),
          "sd must be above 0 kg"),
         (changed(over={"oscillator.mass": {"from": 1, "to": 2, "mean": 1}}),
@@ -205,6 +205,26 @@ def changed(**words):
 )  # fmt: skip
 def test_faults_of_samples_and_zips_are_located_sentences(fault, block, words):
     assert any(words in sentence for sentence in fault(block))
+
+
+def test_normal_distribution_without_ends_is_cut_at_the_bounds_of_its_key(scenario):
+    wide = {"distribution": "normal", "mean": 0.5, "sd": 2.0}
+    over = {"oscillator.mass": GAUSS, "stroke.stops.restitution": wide}
+    block = {"sample": SAMPLE | {"count": 1000, "over": over}}
+    mass, restitution = (axis.values for axis in scenario(block, STOPS).axes)
+    assert np.mean(mass) == pytest.approx(75.0, abs=0.1)
+    assert np.std(mass) == pytest.approx(5.0, rel=0.02)
+    assert 0.0 <= min(restitution) < 0.01 < 0.99 < max(restitution) <= 1.0
+    known = stats.truncnorm(-0.25, 0.25, 0.5, 2.0)
+    assert stats.kstest(np.array(restitution[:]), known.cdf).statistic < 0.01
+
+
+@pytest.mark.parametrize("kind", ["normal", "lognormal"])
+def test_key_above_zero_is_never_drawn_as_zero(kind):
+    low, high = Quantity("kg", above=0).ends
+    shape = Normal if kind == "normal" else LogNormal
+    values = shape(1.0, 50.0, low, high).quantile(np.array([0.0, 0.5, 1.0 - 2.0**-53]))
+    assert all(Quantity("kg", above=0).read(value) for value in values.tolist())
 
 
 def test_values_of_a_zip_are_tried_side_by_side(fault):

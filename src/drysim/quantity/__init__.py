@@ -60,6 +60,16 @@ class Quantity:
         return value
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the greatest value that it accepts; infinite without a bound."""
+        low, high = self.at_least, self.at_most
+        if low is None:
+            low = -math.inf if self.above is None else _beyond(self.above, math.inf)
+        if high is None:
+            high = math.inf if self.below is None else _beyond(self.below, -math.inf)
+        return low, high
+
+    @property
     def _in(self) -> str:
         return f" [{self.unit}]" if self.unit else ""
 
@@ -81,6 +91,11 @@ class Quantity:
         }
         number = {"type": "number"} | {k: v for k, v in bounds.items() if v is not None}
         return {"anyOf": [number, {"type": "string", "pattern": r"^\s*[-+−]?[.0-9]"}]}
+
+
+def _beyond(bound: float, towards: float) -> float:
+    """Give the accepted number next to a bound that is none itself."""
+    return math.nextafter(bound, towards) if bound else math.copysign(LEAST, towards)
 
 
 Mass = Annotated[float, Quantity("kg", above=0)]

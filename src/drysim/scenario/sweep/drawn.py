@@ -15,6 +15,9 @@ from drysim.wording import number
 
 Floats = NDArray[np.float64]
 
+SURE = 1.0 - 2.0**-53
+"""The double before 1: below no finite value lie all, but sums of shares round up to it."""
+
 
 class Distribution(Protocol):
     """How the values of a key scatter."""
@@ -62,7 +65,8 @@ class Normal:
         from scipy.special import ndtr, ndtri
 
         below, upto = (ndtr((end - self.mean) / self.sd) for end in (self.low, self.high))
-        values = self.mean + self.sd * ndtri(below + share * (upto - below))
+        whole = np.minimum(below + share * (upto - below), SURE)
+        values = self.mean + self.sd * ndtri(whole)
         return np.asarray(np.clip(values, self.low, self.high))
 
     def words(self, unit: str) -> str:

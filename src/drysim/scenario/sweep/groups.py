@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from math import isnan
 from typing import Any
 
 from drysim.quantity import Quantity, shown
@@ -165,12 +164,9 @@ def _made(
         return Triangular(low, values["mode"], high)
     if kind == "lognormal" and values["mean"] <= 0:
         return refuse("must be above 0 for a lognormal distribution", "mean")
-    bottom = quantity.above if quantity.at_least is None else quantity.at_least
-    if kind == "normal" and isnan(low) and bottom is not None:
-        return refuse(f"reaches below {bottom:g}, where it has no meaning; give `from`", "")
-    if isnan(high) and quantity.below is not None:
-        return refuse(f"reaches {quantity.below:g}, where it has no meaning; give `to`", "")
-    ends = {"low": low} if not isnan(low) else {}
-    ends |= {"high": high} if not isnan(high) else {}
+    least, most = quantity.ends
+    if kind == "lognormal":
+        least = max(least, 0.0)
+    ends = {"low": values.get("from", least), "high": values.get("to", most)}
     shape = Normal if kind == "normal" else LogNormal
     return shape(values["mean"], values["sd"], **ends)

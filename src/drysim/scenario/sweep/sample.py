@@ -15,9 +15,10 @@ class Draw(Block):
     """How the values of one key scatter: between two ends, or by a distribution."""
 
     low: _Number = Field(None, alias="from")
-    """Least value; a normal or lognormal distribution is cut there, and needs no end."""
+    """Least value. A normal or lognormal distribution is cut there; without ends it is cut at
+    the bounds of the key itself, as a mass is above 0."""
     high: _Number = Field(None, alias="to")
-    """Greatest value."""
+    """Greatest value; as for `from`."""
     scale: Literal["linear", "log"] | None = None
     """Whether equal differences (linear, the default) or equal ratios (log) have equal chances;
     for the uniform distribution."""
