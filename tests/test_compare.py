@@ -51,6 +51,7 @@ def test_words_name_approaches_and_vs_is_dropped() -> None:
             "no approach or friction law `signom`",
             "did you mean `signum`?",
         ),
+        (["seat.yaml"], "no approach or friction law `seat.yaml`", "`--scenario seat.yaml`"),
         (["signum"], "needs two approaches", "add one of"),
         (["vs"], "needs two approaches", "add one of"),
         (["signum", "vs", "signum"], "`signum` is named twice", "another"),

@@ -45,6 +45,8 @@ class Harmonic(Component):
     kind: Literal["harmonic"]
     """One sine."""
 
+    also_called: ClassVar[tuple[str, ...]] = ("sin", "sine", "sinus", "sinusoid", "sinusoidal")
+    """Words that somebody may have for it, whose slip `sines` would be."""
     steady_by_default: ClassVar[bool] = True
     """A sine is measured over the periodic orbit unless the scenario says otherwise."""
 

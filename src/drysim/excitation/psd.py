@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import expm1, log
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator
@@ -36,6 +36,8 @@ class Psd(Drawn):
 
     kind: Literal["psd"]
     """Random base motion of a given PSD."""
+    also_called: ClassVar[tuple[str, ...]] = ("random", "noise", "spectrum")
+    """Words that somebody may have for it."""
     points: Annotated[tuple[Point, ...], Field(json_schema_extra={"minItems": 2})]
     """Corners [frequency, PSD] of the one-sided PSD of ü, in Hz and (m/s²)²/Hz (or `g²/Hz`),
     frequencies ascending. Straight lines in log-log axes join them; zero outside."""

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from drysim.errors import Problem
 from drysim.quantity import near, short, shown, texts_of
 from drysim.scenario.laws import BY_NAME, excluded, of_other_laws
-from drysim.scenario.shape import Model, homes, keys_of, models_in, tag_of
+from drysim.scenario.shape import Model, homes, keys_of, member_meant, models_in, tag_of
 from drysim.source import LOST, Document, Keys
 
 MOST_PROBLEMS = 100
@@ -110,7 +110,7 @@ class Reading:
             sentence = f"{dotted((*at, tag))} is required; known are {', '.join(tags)}"
             self.fault(sentence, at, at_key=True)
         else:
-            nearest = near(word, tags) if isinstance(word, str) else None
+            nearest = member_meant(word, tags) if isinstance(word, str) else None
             hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(tags)}"
             sentence = f"unknown {tag} {shown(word)} in {dotted(at)}; {hint}"
             self.fault(sentence, (*at, tag))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+
+from drysim.quantity import near
 
 Model = type[BaseModel]
 
@@ -31,6 +33,14 @@ def tag_of(model: Model) -> tuple[str, str] | None:
             if len(words) == 1:
                 return key, words[0]
     return None
+
+
+def member_meant(word: str, tags: Mapping[str, Model]) -> str | None:
+    """Give the member of a shelf that a word means: by another name of it, or by a slip."""
+    for tag, model in tags.items():
+        if word.lower() in getattr(model, "also_called", ()):
+            return tag
+    return near(word, tags)
 
 
 def homes(model: Model, key: str) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.errors import Caution, SolverError, UsageError
@@ -49,6 +50,8 @@ def named(words: Sequence[str]) -> tuple[str, ...]:
             nearest = near(name, WORDS)
             known = f"approaches are {', '.join(SHELF)}; laws are {', '.join(LAWS)}"
             hint = f"did you mean `{nearest}`?" if nearest else known
+            if Path(name).suffix in (".yaml", ".yml"):
+                hint = f"name a file by its option, `--scenario {name}`"
             raise UsageError(f"there is no approach or friction law `{name}`", hint)
         if names.count(name) > 1:
             raise UsageError(f"`{name}` is named twice", "compare it with another word")
