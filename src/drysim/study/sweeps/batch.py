@@ -84,7 +84,7 @@ class Batch:
             self.approach,
             float(self.F_fk[i]),
             float(self.F_fs[i]),
-            {name: _known(name, self.metrics[name][i : i + 1])[0] for name in NAMES},
+            {name: _value(name, self.metrics[name][i].item()) for name in NAMES},
             STATUSES[self.status[i]],
             self.notes.get(i, ""),
             over=self.over.get(i),
@@ -112,17 +112,17 @@ def _column(values: Sequence[float | None]) -> Floats:
     return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
-def _counted(value: float) -> float | int | None:
-    """Give a number of times; a mean of such numbers stays what it is."""
+def _value(name: str, value: float) -> float | int | None:
+    """Give the value of a metric, None for not known; a mean of counts stays what it is."""
     if value != value:
         return None
-    return int(value) if value.is_integer() else value
+    return int(value) if name in COUNTED and value.is_integer() else value
 
 
 def _known(name: str, column: Floats) -> list[float | int | None]:
     """Give a column as values, None for not known."""
     if name in COUNTED:
-        return [_counted(value) for value in column.tolist()]
+        return [_value(name, value) for value in column.tolist()]
     if np.isnan(column).any():
         return [None if value != value else value for value in column.tolist()]
     values: list[float | int | None] = column.tolist()

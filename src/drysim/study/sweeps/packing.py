@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zlib
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,18 +33,18 @@ def packed(batch: Batch) -> bytes:
     columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
     own = {name: np.ascontiguousarray(columns[name], "<f8") for name in (*FORCES, *NAMES)}
     same = {name: column[0].item() for name, column in own.items() if _is_one_value(column)}
-    rest = [column.tobytes() for name, column in own.items() if name not in same]
-    body = b"".join([batch.status.tobytes(), *rest])
+    rest = (column.data for name, column in own.items() if name not in same)
+    body = [np.ascontiguousarray(batch.status).data, *rest]
     head = {
         "cases": len(batch),
-        "bytes": len(body),
+        "bytes": sum(part.nbytes for part in body),
         "columns": [name for name in own if name not in same],
         "same": same,
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
     }
-    words = json.dumps(head).encode() + b"\n" + body
-    return words + _checksum(words)
+    parts = [json.dumps(head).encode() + b"\n", *body]
+    return b"".join([*parts, _checksum(parts)])
 
 
 def unpacked(words: bytes, piece: Piece) -> Batch:
@@ -54,11 +55,11 @@ def unpacked(words: bytes, piece: Piece) -> Batch:
     ValueError, KeyError, TypeError
         When the bytes are not those of a whole block.
     """
-    words, told = words[:-CHECKSUM], words[-CHECKSUM:]
-    if told != _checksum(words):
+    whole = memoryview(words)[:-CHECKSUM]
+    if words[-CHECKSUM:] != _checksum([whole]):
         raise ValueError("the block was cut short or spoiled")
-    line, _, rest = words.partition(b"\n")
-    head = json.loads(line)
+    end = words.index(b"\n")
+    head, rest = json.loads(words[:end]), whole[end + 1 :]
     n, names = head["cases"], head["columns"]
     if n != piece.end - piece.begin:
         raise ValueError("the block is that of another place")
@@ -83,9 +84,12 @@ def is_whole(line: bytes, size: int) -> bool:
         return False
 
 
-def _checksum(words: bytes) -> bytes:
+def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:
     """Give what tells whether a byte was lost or changed."""
-    return zlib.crc32(words).to_bytes(CHECKSUM, "little")
+    total = 0
+    for part in parts:
+        total = zlib.crc32(part, total)
+    return total.to_bytes(CHECKSUM, "little")
 
 
 def _is_one_value(column: NDArray[np.float64]) -> bool:

@@ -32,9 +32,12 @@ class Quantiles:
         self._high = max(self._high, float(values.max()))
         above = values[values > 0.0]
         self._none += len(values) - len(above)
-        bins = np.floor(np.log(above) * FINENESS).astype(np.int64)
-        found, counts = np.unique(bins, return_counts=True)
-        self._counts.update(dict(zip(found.tolist(), counts.tolist(), strict=True)))
+        if len(above):
+            bins = np.floor(np.log(above) * FINENESS).astype(np.int64)
+            counts = np.bincount(bins - (first := int(bins.min())))
+            held = np.flatnonzero(counts)
+            found = zip((held + first).tolist(), counts[held].tolist(), strict=True)
+            self._counts.update(dict(found))
 
     def at(self, level: float) -> float | None:
         """Give a quantile; None where there are no values."""

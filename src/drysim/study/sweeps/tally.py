@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
@@ -17,6 +18,8 @@ from drysim.study.sweeps.table import LIMIT, OK, Row
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    RowAt = Callable[[int], Row]
 
 
 TOLD = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
@@ -93,18 +96,17 @@ class Tally:
         ends = batch.F_fk.min(), batch.F_fk.max(), batch.F_fs.min(), batch.F_fs.max()
         pick = (min, max, min, max)
         self.forces = [float(p(a, b)) for p, a, b in zip(pick, self.forces, ends, strict=True)]
-        good = batch.status == STATUSES.index(OK)
-        self._count_lost(batch)
-        for name in NAMES:
-            self._stretch(batch, name, np.where(good, batch.metrics[name], np.nan))
+        good, row = batch.status == STATUSES.index(OK), cache(batch.row)
+        self._count_lost(batch, row)
+        self._stretch(batch, good, row)
         for name, quantiles in self.quantiles.items():
             quantiles.add(batch.metrics[name][good])
-        self._meet_limit(batch)
+        self._meet_limit(batch, row)
         if batch.over:
             self.seeds = self.seeds or Seeds()
             self.seeds.add(batch, self.checks)
         for i, check in enumerate(self.checks):
-            self._judge(i, check, batch, np.flatnonzero(good))
+            self._judge(i, check, batch, np.flatnonzero(good), row)
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -124,29 +126,32 @@ class Tally:
         ends = self.extremes.get(metric)
         return None if ends is None else ends[1].value
 
-    def _count_lost(self, batch: Batch) -> None:
+    def _count_lost(self, batch: Batch, row: RowAt) -> None:
         for code in np.unique(batch.status).tolist():
             if (status := STATUSES[code]) == OK:
                 continue
             places = np.flatnonzero(batch.status == code)
             before = self.lost.get(status)
-            first = before.first if before else batch.row(int(places[0]))
+            first = before.first if before else row(int(places[0]))
             self.lost[status] = Lost(len(places) + (before.cases if before else 0), first)
 
-    def _stretch(self, batch: Batch, name: str, values: NDArray[np.float64]) -> None:
-        """Widen the range of a metric."""
-        known = np.flatnonzero(values == values)
-        if not len(known):
-            return
-        low, high = (int(known[f(values[known])]) for f in (np.argmin, np.argmax))
-        ends = self.extremes.get(name)
-        if ends is None or values[low] < ends[0].value or values[high] > ends[1].value:
-            found = [Extreme(values[at].item(), batch.row(at)) for at in (low, high)]
-            least = found[0] if ends is None or found[0].value < ends[0].value else ends[0]
-            most = found[1] if ends is None or found[1].value > ends[1].value else ends[1]
+    def _stretch(self, batch: Batch, good: NDArray[np.bool_], row: RowAt) -> None:
+        """Widen the ranges of the metrics; a row is made for none but a new end."""
+        every = good.all()
+        for name in NAMES:
+            column = batch.metrics[name]
+            column = column if every else np.where(good, column, np.nan)
+            low, high = float(np.fmin.reduce(column)), float(np.fmax.reduce(column))
+            if low != low:
+                continue
+            least, most = self.extremes.get(name, (None, None))
+            if least is None or low < least.value:
+                least = Extreme(low, row(int(np.argmax(column == low))))
+            if most is None or high > most.value:
+                most = Extreme(high, row(int(np.argmax(column == high))))
             self.extremes[name] = least, most
 
-    def _meet_limit(self, batch: Batch) -> None:
+    def _meet_limit(self, batch: Batch, row: RowAt) -> None:
         met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
         self.beyond += len(met)
         if len(met):
@@ -155,16 +160,18 @@ class Tally:
             beyond = peaks - (batch.points[LIMIT][met] if LIMIT in batch.points else 0.0)
             if self.worst is None or beyond.max() > self._beyond:
                 self._beyond = float(beyond.max())
-                self.worst = batch.row(int(met[np.argmax(beyond)]))
+                self.worst = row(int(met[np.argmax(beyond)]))
 
-    def _judge(self, i: int, check: Check, batch: Batch, good: NDArray[np.intp]) -> None:
+    def _judge(
+        self, i: int, check: Check, batch: Batch, good: NDArray[np.intp], row: RowAt
+    ) -> None:
         points = {key: column[good] for key, column in batch.points.items()}
         at = check.worst(points, batch.metrics[check.metric][good])
         if at is not None:
-            row = batch.row(int(good[at]))
-            verdict = check.verdict(row.metrics.get(check.metric), row.point)
-            if row.over:
-                verdict = about_mean(verdict, row.half_widths.get(check.metric), row.seeds)
+            case = row(int(good[at]))
+            verdict = check.verdict(case.metrics.get(check.metric), case.point)
+            if case.over:
+                verdict = about_mean(verdict, case.half_widths.get(check.metric), case.seeds)
             before = self._decided.get(i)
             if before is None or badness(verdict) > badness(before):
                 self._decided[i] = verdict
