@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import gc
 import subprocess
 import sys
+import tempfile
+import time
+from collections import Counter
 from contextlib import closing, nullcontext
 
 import pytest
@@ -13,6 +17,7 @@ from cluster_scenes import ALL, QUIET, table, written
 from drysim import console
 from drysim.scenario import load
 from drysim.study.cluster import alike, flight, link, parcel
+from drysim.study.cluster.load import Load
 
 pytest.importorskip("dask")
 link.require()
@@ -77,6 +82,26 @@ def test_sweep_goes_on_where_another_engine_was_interrupted(
     assert drysim(*words, "-o", "parts", "--resume", *then).code == 0
     assert table(swept / "parts") == table(swept / "whole")
     assert not (swept / "parts.partial").exists()
+
+
+@pytest.mark.parametrize("began", ["threads", "cluster"])
+def test_record_that_has_changed_is_not_gone_on_with(
+    drysim, swept, address, began, monkeypatch
+):
+    far = ("--cluster", address)
+    words = ("sweep", "record.yaml", *QUIET, "-o", "parts")
+    with monkeypatch.context() as patched:
+        interrupted_after(patched, 2)
+        assert drysim(*words, *(far if began == "cluster" else ())).code == 130
+    file = swept / "data/road.csv"
+    sound = file.read_text()
+    file.write_text(sound.replace("1", "2", 1))
+    for engine in ((), far):
+        done = drysim(*words, "--resume", *engine)
+        assert done.code == 2
+        assert "another record" in done.err
+    file.write_text(sound)
+    assert drysim(*words, "--resume").code == 0
 
 
 def test_case_at_fault_is_told_as_without_a_cluster(drysim, swept, address):
@@ -182,7 +207,10 @@ def test_worker_in_trouble_is_told_in_a_sentence(fault, words):
 
 
 def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
-    monkeypatch.setattr(flight, "compute", lambda parcel, number: b"%d" % number)
+    def computed(parcel, numbers):
+        return [b"%d" % number for number in numbers], 0.1 * len(numbers)
+
+    monkeypatch.setattr(flight, "compute", computed)
     made, taken = parcel.Parcel.of(load(swept / "orbits.yaml")), []
 
     def numbers():
@@ -192,11 +220,57 @@ def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
 
     with link.joined(address, None, print) as joined:
         room = joined.room()
-        with closing(flight.computed(joined, made, numbers())) as found:
-            some = [next(found) for _ in range(20)]
+        with closing(flight.computed(joined, made, numbers(), 10**12)) as found:
+            some = [next(found) for _ in range(40)]
     assert sorted(words for _, words in some) == sorted(b"%d" % k for k, _ in some)
-    assert room == 4 * 2
-    assert len(taken) <= room + len(some)
+    assert room == 2 * 2
+    assert len(taken) <= 5 * room + len(some)  # 5 blocks are half a second of work
+
+
+def test_blocks_go_together_by_their_work_and_their_bytes():
+    load = Load(1000)
+    assert load.blocks(4) == 1  # of which nothing is known
+    load.took([b"1234"] * 2, 0.1)
+    assert load.blocks(4) == 10
+    load.took([bytes(8_000_000)] * 2, 0.1)
+    assert load.blocks(4) == 2
+    load.took([None], 0.0)
+    load.sent([979])
+    assert load.blocks(4) == 5
+    load.sent([998])
+    assert load.blocks(4) == 1
+
+
+def test_first_blocks_go_to_all_workers(swept, address, monkeypatch):
+    def computed(parcel, numbers):
+        time.sleep(0.1)
+        return [distributed.get_worker().address.encode() for _ in numbers], 1.0
+
+    monkeypatch.setattr(flight, "compute", computed)
+    made = parcel.Parcel.of(load(swept / "orbits.yaml"))
+    with link.joined(address, None, print) as joined:
+        found = [words for _, words in flight.computed(joined, made, range(4), 4)]
+    assert sorted(Counter(found).values()) == [2, 2]
+
+
+@pytest.mark.parametrize("name", ["orbits", "record"])
+def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypatch, name):
+    monkeypatch.setattr(tempfile, "tempdir", str(swept))
+    made = parcel.Parcel.of(load(swept / f"{name}.yaml"))
+    plan = parcel.opened(made)
+    assert len(list(swept.glob("drysim-*/*.csv"))) == len(made.files)
+    assert len(list(swept.glob("drysim-*"))) == len(made.files)
+    parcel.opened.cache_clear()
+    del plan
+    gc.collect()
+    assert not list(swept.glob("drysim-*"))
+
+
+def test_files_of_a_parcel_lie_in_the_folder_of_the_worker(address):
+    with distributed.Client(address, set_as_default=False) as client:
+        found = client.submit(parcel.own_folder, pure=False).result()
+    assert "worker-" in found
+    assert parcel.own_folder() is None
 
 
 def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
@@ -212,6 +286,6 @@ def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
 
         with link.joined(cluster.scheduler_address, None, say) as joined:
             made = parcel.Parcel.of(load(swept / "orbits.yaml"))
-            assert [number for number, _ in flight.computed(joined, made, [1])] == [1]
+            assert [number for number, _ in flight.computed(joined, made, [1], 2)] == [1]
     assert len(said) == 1
     assert "has no worker; waiting for one: dask worker inproc://" in said[0]

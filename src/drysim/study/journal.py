@@ -12,6 +12,7 @@ import drysim
 from drysim import regular
 from drysim.core.compiled import source_digest
 from drysim.errors import UsageError
+from drysim.study.files import hashes_of
 from drysim.study.sweeps.table import OverSeeds, Row
 
 if TYPE_CHECKING:
@@ -65,18 +66,24 @@ class Journal:
         """Give the finished cases of the same sweep."""
         lines = self.file.read_text(encoding="utf-8", errors="replace").splitlines()
         if whole(lines[0] if lines else "") != self.what:
-            raise UsageError(
-                f"{self.file.parent} holds cases of another sweep or another drysim",
-                "run the command without --resume to begin anew",
-            )
+            raise of_another(self.file.parent)
         return dict(case for case in map(finished, lines[1:]) if case is not None)
 
 
 def identity(scenario: Scenario) -> dict[str, Any]:
-    """Give what makes two sweeps the same: every word of the scenario, and drysim."""
+    """Give what makes two sweeps the same: all words of the scenario, its files, and drysim."""
     words = json.dumps(scenario.resolved(), sort_keys=True)
     digest = hashlib.sha256(words.encode()).hexdigest()
-    return {"drysim": drysim.__version__, "core": source_digest(), "scenario": digest}
+    own = {"drysim": drysim.__version__, "core": source_digest()}
+    return own | {"scenario": digest, "files": hashes_of(scenario)}
+
+
+def of_another(folder: Path) -> UsageError:
+    """Give the error for finished cases that are none of this sweep."""
+    return UsageError(
+        f"{folder} holds cases of another sweep, another record or another drysim",
+        "run the command without --resume to begin anew",
+    )
 
 
 def entry(number: int, row: Row) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def solved(
     """
     wanted = (k for k, piece in enumerate(plan.pieces) if not store.holds(piece))
     come: set[int] = set()
-    with closing(computed(link, Parcel.of(scenario), wanted)) as flight:
+    with closing(computed(link, Parcel.of(scenario), wanted, len(plan.pieces))) as flight:
         for turn, piece in enumerate(plan.pieces):
             while (batch := store.read(piece)) is None:
                 # A fault of a case is met again here, where its file and line are known.

@@ -1,15 +1,17 @@
-"""Flight: blocks on their way to the workers and back, few at a time."""
+"""Flight: blocks on their way to the workers and back, few of them at a time."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
+from itertools import islice
 from queue import SimpleQueue
 from typing import Any
 
 from drysim.errors import ClusterError
 from drysim.study.cluster.link import Link
+from drysim.study.cluster.load import Load
 from drysim.study.cluster.parcel import Parcel, compute
 
 DEADLY = 3
@@ -18,7 +20,9 @@ DEADLY = 3
 Landed = tuple[int, bytes | None]
 
 
-def computed(link: Link, parcel: Parcel, numbers: Iterable[int]) -> Generator[Landed]:
+def computed(
+    link: Link, parcel: Parcel, numbers: Iterable[int], count: int
+) -> Generator[Landed]:
     """Give blocks, packed, as the workers finish them; None for one with a case at fault.
 
     A block under way when its worker dies is begun anew by another. One that was there when
@@ -30,7 +34,9 @@ def computed(link: Link, parcel: Parcel, numbers: Iterable[int]) -> Generator[La
     parcel : Parcel
         What to compute.
     numbers : iterable of int
-        Of the blocks that are wanted; taken up as there is room.
+        Of the blocks that are wanted, ascending; taken up as there is room.
+    count : int
+        How many blocks there are, wanted or not: towards the end fewer go together.
 
     Raises
     ------
@@ -38,8 +44,8 @@ def computed(link: Link, parcel: Parcel, numbers: Iterable[int]) -> Generator[La
         When the scheduler is lost, or, after all others, for blocks that end their workers.
     """
     flight = Flight(link, parcel)
-    yield from flight.through(numbers, None)
-    yield from flight.through(flight.suspects(), 1)
+    yield from flight.through(numbers, Load(count))
+    yield from flight.through(flight.suspects(), None)
     if deadly := flight.suspects():
         those = ", ".join(map(str, deadly[:DEADLY])) + ", ..." * (len(deadly) > DEADLY)
         raise ClusterError(
@@ -55,60 +61,71 @@ class Flight:
     def __init__(self, link: Link, parcel: Parcel) -> None:
         self.link = link
         self.name = f"drysim-{parcel.digest[:16]}"
-        self._held: dict[str, tuple[int, Any]] = {}
+        self._held: dict[str, tuple[list[int], Any]] = {}
         self._landed: SimpleQueue[Any] = SimpleQueue()
         self._suspects: list[int] = []
         self._tries = 0
+        self._parcel = self._shared(parcel) if parcel.files else parcel
+
+    def _shared(self, parcel: Parcel) -> Any:
+        """Give a parcel that is too large to go with every load: as a task of its own.
+
+        So it goes to every worker once; but a scheduler prefers those that have it already.
+        """
         with warnings.catch_warnings():
-            # A record is as large as it is, and travels once.
+            # A record is as large as it is.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            self._parcel = link.client.submit(handed, parcel, key=self.name)
+            return self.link.client.submit(handed, parcel, key=f"parcel-of-{self.name}")
 
     def suspects(self) -> list[int]:
         """Give the blocks whose workers died, and forget them."""
         found, self._suspects = self._suspects, []
         return found
 
-    def through(self, numbers: Iterable[int], most: int | None) -> Iterator[Landed]:
-        """Give blocks as they come; at most so many are under way, else as many as fit."""
+    def through(self, numbers: Iterable[int], load: Load | None) -> Iterator[Landed]:
+        """Give blocks as they come: as many under way as fit, or without a load one alone."""
         waiting = iter(numbers)
         self._tries += 1
         while True:
-            while len(self._held) < (most or self.link.room()):
-                if (number := next(waiting, None)) is None:
+            while len(self._held) < (room := self.link.room() if load else 1):
+                if not (some := list(islice(waiting, load.blocks(room) if load else 1))):
                     break
-                self._send(number)
+                self._send(some)
+                if load:
+                    load.sent(some)
             if not self._held:
                 return
-            yield from self._land()
+            yield from self._land(load)
 
-    def _send(self, number: int) -> None:
-        key = f"{self.name}-{number}-{self._tries}"
-        future = self.link.client.submit(compute, self._parcel, number, key=key)
-        self._held[key] = number, future
+    def _send(self, numbers: list[int]) -> None:
+        key = f"{self.name}-{numbers[0]}-{self._tries}"
+        future = self.link.client.submit(compute, self._parcel, numbers, key=key)
+        self._held[key] = numbers, future
         future.add_done_callback(self._landed.put)
 
-    def _land(self) -> Iterator[Landed]:
-        """Give the next block that comes, unless its worker died."""
+    def _land(self, load: Load | None) -> Iterator[Landed]:
+        """Give the blocks that come next, unless their worker died."""
         from distributed import KilledWorker
 
         future = self.link.wait(self._landed)
-        number, _ = self._held.pop(future.key)
+        numbers, _ = self._held.pop(future.key)
         if future.status == "error":
             fault = future.exception()
             if not isinstance(fault, KilledWorker):
                 raise told(fault)
-            self._suspects.append(number)
+            self._suspects.extend(numbers)
             return
         try:
-            words = future.result()
+            blocks, took = future.result()
         except (CancelledError, OSError, TimeoutError) as fault:
             raise self.link.gone() from fault
-        yield number, words
+        if load:
+            load.took(blocks, took)
+        yield from zip(numbers, blocks, strict=True)
 
 
 def handed(parcel: Parcel) -> Parcel:
-    """Give a parcel as it is: as a task of its own it goes to every worker once."""
+    """Give a parcel as it is."""
     return parcel
 
 

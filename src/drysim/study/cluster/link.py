@@ -23,11 +23,11 @@ CONNECT = 10.0
 LOOK = 2.0
 """Time between two looks at how many workers there are [s]."""
 
-AHEAD = 4
-"""Blocks under way for each thread of a worker: one at work, the others waiting or coming."""
+AHEAD = 2
+"""Loads under way for each thread of a worker: one at work, the other waiting or coming."""
 
-LEAST = 8
-"""Blocks under way while there is no worker yet."""
+LEAST = 4
+"""Loads under way while there is no worker yet."""
 
 SPEAKERS = ("distributed", "distributed.client", "bokeh", "tornado", "tornado.application")
 QUIET = dict.fromkeys(SPEAKERS, "critical")
@@ -52,7 +52,7 @@ class Link:
         self._threads, self._looked, self._told = 0, 0.0, False
 
     def room(self) -> int:
-        """Give how many blocks may be under way."""
+        """Give how many loads of blocks may be under way."""
         if time.monotonic() - self._looked > LOOK:
             self.look()
         return max(LEAST, AHEAD * self._threads)

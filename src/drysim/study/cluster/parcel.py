@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -14,9 +16,9 @@ from weakref import finalize
 
 from drysim.core import compiled
 from drysim.errors import DrysimError
-from drysim.quantity import Block
 from drysim.source import dump
 from drysim.study.cluster.alike import refuse_late, versions
+from drysim.study.files import named_files
 from drysim.study.sweeps.packing import packed
 from drysim.study.sweeps.plan import Plan
 
@@ -70,16 +72,6 @@ class Parcel:
         return digest.hexdigest()
 
 
-def named_files(block: Block, keys: tuple[str, ...] = ()) -> Iterator[tuple[Any, Path]]:
-    """Give the files that a scenario names, with the way to the block that names each."""
-    path = getattr(block, "path", None)
-    if isinstance(path, Path):
-        yield keys, path
-    for name in type(block).model_fields:
-        if isinstance(inner := getattr(block, name), Block):
-            yield from named_files(inner, (*keys, name))
-
-
 @lru_cache(SWEEPS_KEPT)
 def opened(parcel: Parcel) -> Plan:
     """Give the plan that a parcel holds.
@@ -91,18 +83,36 @@ def opened(parcel: Parcel) -> Plan:
     from drysim.study.sweeps.sweep import approaches_of
 
     compiled.settle(compiled.PLAIN_STEPS + 1)
-    folder = Path(tempfile.mkdtemp(prefix="drysim-"))
-    (folder / SCENARIO).write_text(parcel.words, encoding="utf-8")
-    for file, content in parcel.files:
-        (folder / file).write_bytes(content)
-    case = prepare(load(folder / SCENARIO))
-    plan = Plan.of(approaches_of(case.scenario), case)
-    finalize(plan, rmtree, folder, ignore_errors=True)  # long samples stay in their file
+    folder = Path(tempfile.mkdtemp(prefix="drysim-", dir=own_folder()))
+    with ExitStack() as leave:
+        leave.callback(rmtree, folder, ignore_errors=True)
+        (folder / SCENARIO).write_text(parcel.words, encoding="utf-8")
+        for file, content in parcel.files:
+            (folder / file).write_bytes(content)
+        case = prepare(load(folder / SCENARIO))
+        plan = Plan.of(approaches_of(case.scenario), case)
+        if parcel.files:  # long samples stay in their file
+            finalize(plan, leave.pop_all().close)
     return plan
 
 
-def compute(parcel: Parcel, number: int) -> bytes | None:
-    """Give a block, packed; None where a case is at fault, as whoever asks can say better.
+def own_folder() -> str | None:
+    """Give the folder of this worker, None outside of one.
+
+    When a worker was killed, the next one on its machine removes what it has left there.
+    """
+    from distributed import get_worker
+
+    try:
+        return str(get_worker().local_directory)
+    except ValueError:
+        return None
+
+
+def compute(parcel: Parcel, numbers: Sequence[int]) -> tuple[list[bytes | None], float]:
+    """Give blocks, packed, and the processor time that they took [s].
+
+    A block with a case at fault is None, as whoever asks can say better what is wrong.
 
     Raises
     ------
@@ -110,6 +120,12 @@ def compute(parcel: Parcel, number: int) -> bytes | None:
         When this worker, which has come late, runs something else.
     """
     refuse_late(dict(parcel.versions))
+    began = time.thread_time()
+    return [_block(parcel, number) for number in numbers], time.thread_time() - began
+
+
+def _block(parcel: Parcel, number: int) -> bytes | None:
+    """Give a block, packed; None where a case is at fault."""
     try:
         return packed(opened(parcel).block(number))
     except DrysimError:

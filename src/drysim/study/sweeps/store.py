@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
 
-from drysim.errors import OutputError, UsageError
+from drysim.errors import OutputError
+from drysim.study.journal import of_another
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.packing import is_whole, packed, unpacked
 from drysim.study.sweeps.pieces import Piece
@@ -37,10 +38,7 @@ class Store:
         # Links and devices that somebody put there are nothing to go on with.
         if resume and not folder.is_symlink() and (folder / WHAT).is_file():
             if self._what() != dict(what):
-                raise UsageError(
-                    f"{folder.parent} holds cases of another sweep or another drysim",
-                    "run the command without --resume to begin anew",
-                )
+                raise of_another(folder.parent)
             self._drop_drafts()
             return
         shutil.rmtree(folder, ignore_errors=True)
