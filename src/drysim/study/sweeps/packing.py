@@ -33,8 +33,8 @@ def packed(batch: Batch) -> bytes:
     columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
     own = {name: np.ascontiguousarray(columns[name], "<f8") for name in (*FORCES, *NAMES)}
     same = {name: column[0].item() for name, column in own.items() if _is_one_value(column)}
-    rest = (column.data for name, column in own.items() if name not in same)
-    body = [np.ascontiguousarray(batch.status).data, *rest]
+    rest = [column.data for name, column in own.items() if name not in same]
+    body: list[Any] = [np.ascontiguousarray(batch.status).data, *rest]
     head = {
         "cases": len(batch),
         "bytes": sum(part.nbytes for part in body),
