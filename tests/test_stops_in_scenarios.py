@@ -98,6 +98,17 @@ def test_sweep_over_the_stops_has_their_columns(tmp_path, drysim):
     assert taken[0] > taken[1] > 0
 
 
+@pytest.mark.parametrize("words", ["{stroke.limit: [10 mm, 15 mm]}", "{stroke.limit: [1 m]}"])
+def test_sweep_that_meets_rigid_stops_says_that_T_a_leaves_the_impacts_out(tmp_path, words):
+    """An orbit between close rigid stops has a T_a of 0.4 that reads like good isolation."""
+    for stops in (RIGID, BUMPERS):
+        table = package.sweep(loaded(tmp_path, stops, f"sweep={words}"))
+        slugs = [caution.slug for caution in table.warnings]
+        met = any(row.metrics["contacts"] for row in table)
+        assert ("impacts-left-out" in slugs) == (met and stops == RIGID)
+        assert met == (words != "{stroke.limit: [1 m]}")
+
+
 def test_sweep_of_a_start_beyond_rigid_stops_is_a_fault_at_its_value(tmp_path):
     with pytest.raises(package.ScenarioError) as fault:
         loaded(tmp_path, RIGID, "sweep={start.x_r: [0, 0.02]}")

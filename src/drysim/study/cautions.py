@@ -155,6 +155,8 @@ def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
         )
         numbers = {"impact_speed": fastest, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
+        if scenario.stops and scenario.stops.stiffness is None:
+            yield impacts_left_out()
     elif worst is not None and (limit := stroke_limit(scenario, worst)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
         some, mean = (", with some seeds", " in the mean") if worst.over else ("", "")
