@@ -46,7 +46,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "static_given": False,
         "terms": (),
         "solver": SimpleNamespace(step=2.5e-3, approach="stick-slip"),
-        "measure": SimpleNamespace(settle=0.0, steady=True, weights=None),
+        "measure": SimpleNamespace(settle=0.0, duration=None, steady=True, weights=None),
         "origin": {"file": "seat.yaml", "sha256": "cd" * 32, "overrides": {}},
         "resolved": lambda relative_to: {"drysim": 1, "name": "seat"},
     }

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import drysim as package
 from drysim import console
 from drysim.core.plant import Law
 from drysim.errors import OutputError, Problem, RecordError, ScenarioError
@@ -214,3 +215,14 @@ def test_problems_for_github_are_annotations(capsys):
         "::error file=a%2Cb%3Ac.yaml,line=5,col=12::50 %25 too much%0Aat once",
         "::warning file=still.yaml::the mass will not move",
     ]
+
+
+@pytest.mark.parametrize("step", [0.3, 0.7])
+def test_window_is_that_of_the_metrics_on_a_grid_that_misses_its_end(seat, capsys, step):
+    """A step of 0.3 s draws up to 1.8 s of the 2 s; the metrics are of all of them."""
+    times = ["measure={settle: 1 s, duration: 1 s}", f"solver.step={step}"]
+    made = package.run(package.load(seat, times))
+    fine = package.run(package.load(seat, times[:1]))
+    console.show_outcome(made)
+    assert "window      1 s after settling for 1 s" in capsys.readouterr().out
+    assert made.metrics["a_u"] == pytest.approx(fine.metrics["a_u"], rel=1e-9)

@@ -75,11 +75,12 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 
 def _window(outcome: Outcome) -> str:
-    """Give the stretch of time that the metrics are of."""
-    settle = outcome.scenario.measure.settle
-    end = (len(outcome.response) - 1) * outcome.response.dt
+    """Give the stretch of time that the metrics are of; the output grid may miss its end."""
+    settle, duration = outcome.scenario.measure.settle, outcome.scenario.measure.duration
+    if duration is None:  # a record ends it, on its grid
+        duration = (len(outcome.response) - 1) * outcome.response.dt - settle
     settled = f" after settling for {number(settle, 's')}" if settle else ""
-    return f"{number(end - settle, 's')}{settled}"
+    return f"{number(duration, 's')}{settled}"
 
 
 def _felt(outcome: Outcome) -> Iterator[Row]:
