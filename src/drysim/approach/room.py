@@ -16,8 +16,12 @@ WHOLE = ("n", "d", "kind", "terms")
 
 def empty(kind: Any, size: int) -> Any:
     """Give room for a trail, for pieces or for a log of events."""
-    types = (np.int64 if name in WHOLE else np.float64 for name in kind._fields)
-    return kind(*(held(np.empty(size, dtype=one)) for one in types))
+    return kind(
+        *[
+            held(np.empty(size, np.int64 if name in WHOLE else np.float64))
+            for name in kind._fields
+        ]
+    )
 
 
 def empty_trail(size: int) -> Trail:

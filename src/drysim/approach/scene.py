@@ -15,7 +15,7 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.core.state import State
-from drysim.core.waves import STRIDE, Waves, set_wave
+from drysim.core.waves import Waves, wave_of
 from drysim.errors import SolverError
 
 CONSTANT = Law(0.0, 0.0)
@@ -37,10 +37,8 @@ def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
     base = len(rows)
     if law.variation:
         rows.append((0.0, law.omega / (2.0 * math.pi), law.phase))
-    values = held(np.zeros(STRIDE * len(rows)))
-    for i, row in enumerate(rows):
-        set_wave(values, i, *row)
-    return Waves(values, len(rows), base)
+    values = [column for row in rows for column in wave_of(*row)]
+    return Waves(held(np.array(values)), len(rows), base)
 
 
 def first_u_dd(motion: Sines | Samples) -> float:

@@ -14,7 +14,6 @@ from drysim.approach.response import Response
 from drysim.approach.room import empty_log, larger
 from drysim.approach.scene import (
     LOG_LENGTH,
-    beginning,
     core_of,
     grid_points,
     numerics,
@@ -23,20 +22,23 @@ from drysim.approach.scene import (
 )
 from drysim.core.base import sample_base
 from drysim.core.compiled import held
-from drysim.core.events import ROOM, direction
+from drysim.core.events import direction
 from drysim.core.grid import sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.means import mean_squares
 from drysim.core.motion import Sines
 from drysim.core.plant import Law, Plant
 from drysim.core.sines import orbit, orbits
-from drysim.core.sines.leap import leap
+from drysim.core.sines.leap import leap, leap_off
 from drysim.core.state import State, Totals
 from drysim.core.table import room
 from drysim.core.waves import STRIDE, Waves
 
 LEAPS = 1_000_000
 """Events that a kernel may find before it hands over, so that an interrupt is heard."""
+
+FEW_EVENTS = 1024
+"""Events that there is room for at first; room is doubled as it fills."""
 
 MOST_PERIODS = 5_000
 """Periods after which a scene counts as not settled."""
@@ -87,22 +89,24 @@ def follow_sines(
 ) -> LeapTrack:
     """Solve a scene under sines from event to event; no grid takes part."""
     waves = waves_of(motion, law)
-    entry, closest = beginning(plant, law, motion, start)
-    log, count = empty_log(LOG_LENGTH), 1
-    for column, value in zip(log, entry, strict=True):
-        column[0] = value
-    begin, state = 0.0, (start.x_r, start.v_r, entry.kind)
+    log = empty_log(FEW_EVENTS)
+    begin, x_r, v_r, d, count, closest = leap_off(
+        plant, law, waves, duration, start.x_r, start.v_r, log, len(log.n)
+    )
+    refuse_storm(count, begin, (x_r, v_r))
     while begin < duration:
-        if count > len(log.n) - ROOM:
-            log = larger(log, 2 * len(log.n))
-        capacity = min(len(log.n), count + LEAPS)
-        begin, *now, count, tight = leap(
-            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, *state, log, count, capacity
-        )
-        refuse_storm(count, begin, now)
-        state, closest = (now[0], now[1], now[2]), min(closest, tight)
-    t, x_r, F_L = (np.array(column[:count]) for column in (log.s, log.x_r, log.F_L))
-    turns = Events(t, np.array(log.kind[:count], dtype=np.int8), x_r, F_L)
+        log = larger(log, min(2 * len(log.n), count + LEAPS))
+        begin, x_r, v_r, d, count, tight = leap(
+            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d, log, count,
+            len(log.n),
+        )  # fmt: skip
+        refuse_storm(count, begin, (x_r, v_r))
+        closest = min(closest, tight)
+    kind = np.asarray(log.kind[:count], dtype=np.int8)
+    turns = Events(
+        np.asarray(log.s[:count]), kind, np.asarray(log.x_r[:count]),
+        np.asarray(log.F_L[:count]),
+    )  # fmt: skip
     return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
 
 
@@ -128,12 +132,15 @@ class Leaps:
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
         track, n = self.track, last - first
-        ends = np.array([first, last - 1]) * self.dt
-        before, behind = np.searchsorted(track.turns.t, ends, side="right").tolist()
-        events = slice(before - 1, behind)
-        turns = (track.turns.t, track.turns.kind, track.turns.x_r)
-        t, kind, x_0 = (held(column[events]) for column in turns)
-        v_0 = track.start.v_r if before == 1 else 0.0
+        turns = track.turns
+        begin, behind = 0, len(turns)
+        if first > 0:
+            begin = int(turns.t.searchsorted(first * self.dt, side="right")) - 1
+        if last < self.length:
+            behind = int(turns.t.searchsorted((last - 1) * self.dt, side="right"))
+        columns = (turns.t, turns.kind, turns.x_r)
+        t, kind, x_0 = (held(column[begin:behind]) for column in columns)
+        v_0 = track.start.v_r if begin == 0 else 0.0
         x_r, v_r = held(np.empty((2, n)))
         modes, table = held(np.empty(n, dtype=np.int8)), held(np.empty(room(track.waves.size)))
         sample_leaps(

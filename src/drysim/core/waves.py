@@ -44,6 +44,11 @@ class Waves(NamedTuple):
     base: int
 
 
+def wave_of(amplitude, frequency, phase):
+    """Give the columns of a wave as `set_wave` writes them: what calls no kernel."""
+    return (amplitude, frequency, 2.0 * math.pi * frequency, phase, *[0.0] * (STRIDE - THETA))
+
+
 @compiled
 def set_wave(values, i, amplitude, frequency, phase):
     """Write a wave into the table."""

@@ -11,6 +11,7 @@ from drysim.core.events import (
     STICK,
     limit_force,
     note,
+    opening,
     sign,
     tightness,
 )
@@ -105,6 +106,23 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
             d = -sign(F_L)
             count = note(log, count, n, begin, d * REVERSAL, x_r, F_L)
     return begin, x_r, v_r, d, count, closest
+
+
+@compiled
+def leap_off(plant, law, waves, end, x_r, v_r, log, capacity):
+    """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
+
+    Parameters and returns as in `leap`; the log begins with the state at t = 0, and `closest`
+    counts how near its mode is to the other.
+    """
+    anchor(waves, plant, law, 0.0, 0)
+    u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
+    d, F_L, margin = opening(plant, law, x_r, v_r, u_dd)
+    count = note(log, 0, 0, 0.0, d, x_r, F_L)
+    begin, x_r, v_r, d, count, closest = leap(
+        plant, law, waves, 0.0, 0.0, 0, 0.0, end, 0.0, x_r, v_r, d, log, count, capacity
+    )
+    return begin, x_r, v_r, d, count, min(closest, margin)
 
 
 @compiled
