@@ -4,9 +4,20 @@ from __future__ import annotations
 
 from drysim.core.compiled import compiled
 from drysim.core.events import direction
-from drysim.core.sines.slide import slide
+from drysim.core.fade import fade
+from drysim.core.sines.slide import from_rest, slide
 from drysim.core.table import ROWS, add_free, add_wave, fill, set_mode
-from drysim.core.waves import COSINE, OMEGA, SINE, STRIDE, A, anchor
+from drysim.core.waves import (
+    COSINE,
+    OMEGA,
+    SINE,
+    STEADY,
+    STRIDE,
+    V_START,
+    X_START,
+    A,
+    anchor,
+)
 
 
 @compiled
@@ -59,6 +70,7 @@ def sample_leaps(
     filled = 0
     event = 0
     n = first
+    anchor(waves, plant, law, t[0], 0)
     while n < last:
         while event + 1 < len(t) and t[event + 1] <= n * dt:
             event += 1
@@ -90,17 +102,24 @@ def sample_leaps(
 def sample_stretch(
     plant, law, waves, table, t, x_r, v_r, d, start, n, end, first, dt, x_out, v_out, d_out
 ):
-    """Write a slip from point n to the one before `end`, by its state at point `start`."""
-    x, v = state_within(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, start * dt - t)
+    """Write a slip from point n to the one before `end`, by its state at point `start`.
+
+    What it lacks of the steady response to the waves fades from there.
+    """
+    g, w = -d * law.F_fk / plant.m, plant.k_x / plant.m
+    anchor(waves, plant, law, t, d)
+    x, v = lack(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
     anchor(waves, plant, law, start * dt, d)
-    push = -(d * law.F_fk + plant.k_x * x) / plant.m
     row, at = n - start, n - first
-    add_free(table, row, end - n, x, v, push, at, x_out, v_out)
+    add_free(table, row, end - n, x, v, g - w * x, at, x_out, v_out)
     values = waves.values
     for i in range(waves.size):
         wave = STRIDE * i
-        from_sine = -values[wave + A] * values[wave + COSINE] * values[wave + OMEGA]
-        from_cosine = -values[wave + A] * values[wave + SINE]
+        if values[wave + STEADY] > 0.0:
+            from_sine, from_cosine = values[wave + V_START], values[wave + X_START]
+        else:
+            from_sine = -values[wave + A] * values[wave + COSINE] * values[wave + OMEGA]
+            from_cosine = -values[wave + A] * values[wave + SINE]
         add_wave(table, i, row, end - n, from_sine, from_cosine, at, x_out, v_out)
     if set_mode(d, at, end - n, v_out, d_out):
         return
@@ -109,3 +128,25 @@ def sample_stretch(
             # Rounding has the last word where the velocity is next to nothing.
             s = (first + k) * dt - t
             x_out[k], v_out[k] = state_within(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
+
+
+@compiled
+def lack(c, w, waves, x_r, v_r, g, s):
+    """Give x_r and v_r at time s of a slip, less the steady response to the waves.
+
+    A wave that has none counts with what it has made from rest. Parameters as in `slide`.
+    """
+    values = waves.values
+    y, y_d, Y = fade(c, w, s)
+    x, v = 0.0, 0.0
+    for i in range(waves.size):
+        at = STRIDE * i
+        if values[at + STEADY] > 0.0:
+            x_r -= values[at + X_START]
+            v_r -= values[at + V_START]
+        else:
+            swing, rate, _, _, _ = from_rest(c, w, values, at, s, y, y_d)
+            x += swing
+            v += rate
+    push = g - w * x_r
+    return x + x_r + v_r * y + push * Y, v + v_r * y_d + push * y

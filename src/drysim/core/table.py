@@ -5,10 +5,12 @@ States on a grid are then sums of columns: no point waits for the one before it.
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import compiled
 from drysim.core.fade import fade
 from drysim.core.wave import wave
-from drysim.core.waves import OMEGA, STRIDE
+from drysim.core.waves import OMEGA, STEADY, STRIDE
 
 ROWS = 128
 """Numbers of steps in the table: a few kilobytes for one wave, made once for a whole grid."""
@@ -20,7 +22,8 @@ ANGLES = 3
 """First of the columns of a wave's angle."""
 
 WAVE = 5
-"""Columns of a wave: R, P and P_d of `wave`; and sine and cosine of its angle."""
+"""Columns of a wave: R, P and P_d of `wave`, or where the response to it is steady
+sin(omega s)/omega, cos(omega s) and the slope of that; and sine and cosine of its angle."""
 
 
 def room(size: int) -> int:
@@ -30,7 +33,10 @@ def room(size: int) -> int:
 
 @compiled
 def fill(plant, waves, dt, table, begin, end):
-    """Write the motion from row `begin` to the one before `end`; gives the rows written."""
+    """Write the motion from row `begin` to the one before `end`; gives the rows written.
+
+    The waves are anchored, wherever that may be: it tells which of them have a steady response.
+    """
     c, w = plant.b / plant.m, plant.k_x / plant.m
     for k in range(begin, end):
         s = k * dt
@@ -40,7 +46,12 @@ def fill(plant, waves, dt, table, begin, end):
         table[2 * ROWS + k] = Y
         for i in range(waves.size):
             at = ROWS * (FLOW + WAVE * i) + k
-            R, P, P_d, _, _ = wave(c, w, waves.values[STRIDE * i + OMEGA], s, y, y_d)
+            omega = waves.values[STRIDE * i + OMEGA]
+            if waves.values[STRIDE * i + STEADY] > 0.0:
+                R, P = math.sin(omega * s) / omega if omega > 0.0 else s, math.cos(omega * s)
+                P_d = -omega * omega * R
+            else:
+                R, P, P_d, _, _ = wave(c, w, omega, s, y, y_d)
             table[at] = R
             table[at + ROWS] = P
             table[at + 2 * ROWS] = P_d
@@ -61,7 +72,7 @@ def add_free(table, row, rows, x_r, v_r, push, at, x_out, v_out):
 
 @compiled
 def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
-    """Add what wave i has done since row 0, of which it began with these parts."""
+    """Add what wave i has done since row 0, or its steady response, of such parts there."""
     begin = row + ROWS * (FLOW + WAVE * i)
     if begin < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
