@@ -110,6 +110,11 @@ def test_mass_that_only_creeps_is_called_slow(prepared):
     assert sentence.startswith("the damper stills the mass 3.333e11 times within a step")
 
 
+def test_damper_that_has_nothing_to_still_is_not_called_slow(prepared):
+    assert slow(prepared(oscillator__damping=1e16, friction__kinetic=1e4)) == []
+    assert slow(prepared(solver__step=1e9)) == []
+
+
 def test_bumper_that_only_creeps_is_called_slow(prepared):
     stops = {"stiffness": 1e5, "damping": 1e12}
     (sentence,) = slow(prepared(stroke={"limit": 0.015, "stops": stops}))

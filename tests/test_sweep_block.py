@@ -103,6 +103,7 @@ def test_sharpness_may_have_its_unit(values):
 def test_count_includes_both_ends(values):
     assert values({"from": 0.1, "to": 0.7, "count": 7}) == (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
     assert values({"from": 1, "to": 2, "count": 4}) == pytest.approx([1, 4 / 3, 5 / 3, 2])
+    assert len(values({"from": 1, "to": 2, "count": 1e3})) == 1000  # 1e3 is a number everywhere
 
 
 def test_logarithmic_count_hits_the_decades(values):

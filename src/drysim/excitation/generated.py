@@ -16,12 +16,12 @@ WHOLE = 1e-9
 Span = Annotated[float, Quantity("s", above=0)]
 
 
-def _whole(given: object) -> object:
+def as_whole(given: object) -> object:
     """Give 1e3 as the whole number that it is."""
     return int(given) if isinstance(given, float) and given.is_integer() else given
 
 
-Whole = Annotated[int, BeforeValidator(_whole), Field(strict=True)]
+Whole = Annotated[int, BeforeValidator(as_whole), Field(strict=True)]
 
 MOST = 400
 """Seeds at which `until` gives up by default: then the interval is no wider than a tenth of

@@ -132,12 +132,15 @@ def excess(case: Case) -> tuple[str, str] | None:
 
 def _creeps(case: Case) -> Iterator[tuple[str, float]]:
     """Give what damps so much that steps take long, and how often it does within a step."""
+    if any(one.slug == "will-not-move" for one in case.cautions):
+        return
     m, _, b = case.plant
-    decays = b / m * case.step
+    length = min(case.step, case.window[1])
+    decays = b / m * length
     if decays > (FOLLOWED if isinstance(case.motion, Sines) else CREEP):
         yield DAMPER, decays
-    if isinstance(case.law, Stopped) and case.law.b_s / m * case.step > FOLLOWED:
-        yield BUMPER, (b + case.law.b_s) / m * case.step
+    if isinstance(case.law, Stopped) and case.law.b_s / m * length > FOLLOWED:
+        yield BUMPER, (b + case.law.b_s) / m * length
 
 
 def cautions(case: Case) -> Iterator[Caution]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from drysim.excitation.generated import as_whole
 from drysim.quantity import Quantity, shown
 from drysim.scenario.reading import Reading
 from drysim.scenario.sentences import about
@@ -77,7 +78,7 @@ def _whole(
     reading: Reading, at: Keys, words: Mapping[str, Any], name: str, least: int, most: int
 ) -> int | None:
     """Give a whole number within bounds; None when it has a problem."""
-    given, place = words.get(name), (*at, name)
+    given, place = as_whole(words.get(name)), (*at, name)
     if given is None:
         return None  # noted when the block was read
     if isinstance(given, bool) or not isinstance(given, int):

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import nan
 from typing import Any
 
+from drysim.excitation.generated import as_whole
 from drysim.quantity import Quantity, shown
 from drysim.scenario.reading import Reading
 from drysim.scenario.sentences import about
@@ -115,6 +116,7 @@ class Values:
 
     def _counted(self, low: float, high: float, count: Any, scale: Any) -> Sequence[float]:
         """Give a number of values."""
+        count = as_whole(count)
         if isinstance(count, bool) or not isinstance(count, int):
             raise self._fault(f"must be a whole number, not {shown(count)}", "count")
         if count < 2:
