@@ -10,7 +10,8 @@ import pytest
 
 from drysim import wording
 from drysim.core.motion import Input, Samples, Sines
-from drysim.core.plant import Law, Plant
+from drysim.core.normal_force.normal import Pressed
+from drysim.core.plant import Law, Plant, Slider
 
 
 @pytest.mark.parametrize(
@@ -105,6 +106,27 @@ def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
     assert wording.friction(law, kinetic=False, static=False) == ""
     assert wording.friction(law, True, False, False) == "F_fs = F_fk (not given)"
     assert wording.friction(Law(0.0, 0.0), kinetic=False, static=False) == ""
+
+
+@pytest.mark.parametrize(
+    ("swept", "words"),
+    [
+        ("friction.normal_variation.phase", "F_fk 12 N, F_fs 16 N, both ± 140 % at 9 Hz"),
+        ("friction.normal_variation.amplitude", "F_fk 12 N, F_fs 16 N, both varying at 9 Hz"),
+        ("friction.normal_variation.frequency", "F_fk 12 N, F_fs 16 N, both ± 140 %"),
+    ],
+)
+def test_swept_amplitude_of_the_normal_force_is_not_told_as_that_of_the_file(swept, words):
+    law = Pressed(12.0, 16.0, 1.4, 2 * pi * 9)
+    assert wording.friction(law, swept=[swept]) == words
+
+
+@pytest.mark.parametrize("key", ["normal_motion.amplitude", "normal_stiffness"])
+def test_load_of_a_contact_is_not_told_where_what_makes_it_is_swept(key):
+    law = Slider(30.0, 2e4, 1.4, 2 * pi * 4)
+    assert wording.friction(law, swept=[f"friction.{key}"]).endswith("load varying at 4 Hz")
+    both = [f"friction.{key}", "friction.normal_motion.frequency"]
+    assert "load" not in wording.friction(law, swept=both)
 
 
 @pytest.mark.parametrize(

@@ -77,9 +77,11 @@ def _laws(comparison: Comparison) -> Iterator[tuple[str, str]]:
     """Give in words every friction law that is compared with that of the scenario."""
     scenario = comparison.table.scenario
     names = [name for name, law in comparison.laws.items() if name == law]
+    varied = [axis.key for axis in comparison.table.axes]
     for at, name in enumerate(names):
-        one = scenario.with_law(name)
-        words = wording.friction(one.law(), terms=one.terms or (f"law {name}",))
+        one, shared = scenario.with_law(name), comparison.table.tallies[name].shared
+        terms = one.terms or (f"law {name}",)
+        words = wording.friction(one.law(), **shared, terms=terms, swept=varied)
         yield "" if at else "laws", words.removeprefix("law ")
 
 

@@ -86,9 +86,11 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     defaulted = not {*varied} & STATIC and not scenario.static_given
     if oscillator := wording.scene(scenario.oscillator.plant(), varied):
         yield "oscillator", oscillator
-    shared = _own(table).shared
-    if friction := wording.friction(scenario.law(), defaulted, **shared, terms=scenario.terms):
-        yield "friction", friction
+    shared, terms = _own(table).shared, scenario.terms
+    if words := wording.friction(
+        scenario.law(), defaulted, **shared, terms=terms, swept=varied
+    ):
+        yield "friction", words
     if stops := wording.stops(scenario.law(), varied):
         yield "end stops", stops
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)

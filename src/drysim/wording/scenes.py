@@ -8,7 +8,7 @@ from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed, Pressure
-from drysim.core.plant import AnyLaw, Dynamic, Plant, Slider, Stopped
+from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.wording.numbers import clean, millimetres, number, percent
 
 
@@ -40,6 +40,7 @@ def friction(
     kinetic: bool = True,
     static: bool = True,
     terms: Sequence[str] = (),
+    swept: Collection[str] = (),
 ) -> str:
     """Give the dry friction.
 
@@ -52,6 +53,8 @@ def friction(
         Whether all cases share the force; one that they do not share is left out.
     terms : sequence of str, optional
         The name of a law other than Coulomb's, and what it has besides its forces.
+    swept : collection of str, optional
+        As in `scene`: how the normal force varies is left out where they decide it.
     """
     if law.F_fs == 0 and kinetic and static:
         return "no dry friction"
@@ -63,12 +66,23 @@ def friction(
     if defaulted:
         text += " (not given: F_fs = F_fk)" if text else "F_fs = F_fk (not given)"
     text = ", ".join(filter(None, (text, *terms[1:])))
+    varied = {key.rpartition(".")[2] for key in swept if key.startswith("friction.normal_")}
     if not isinstance(law, Dynamic) and law.variation and kinetic and static:
-        varied = f"± {percent(law.variation)} at {number(law.omega / (2 * pi), 'Hz')}"
-        text += f", {'load' if isinstance(law, Slider) else 'both'} {varied}"
+        text += _variation(law, varied)
     if isinstance(law, Pressed) and law.pressure is not None:
-        text += f", {_pressure(law.pressure)}"
+        text += f", {_pressure(law.pressure, bool(varied))}"
     return text
+
+
+def _variation(law: Law | Stopped | Pressed | Slider, varied: Collection[str]) -> str:
+    """Give how the normal force varies as a sine, as far as all cases share it."""
+    parts = []
+    if not {"amplitude", "normal_stiffness"} & {*varied}:
+        parts.append(f"± {percent(law.variation)}")
+    if "frequency" not in varied:
+        parts.append(f"at {number(law.omega / (2 * pi), 'Hz')}")
+    whose = "load" if isinstance(law, Slider) else "both"
+    return f", {whose} {'varying ' * (parts[0][0] == 'a')}{' '.join(parts)}" if parts else ""
 
 
 def stops(law: AnyLaw, swept: Collection[str] = ()) -> str:
@@ -84,11 +98,13 @@ def stops(law: AnyLaw, swept: Collection[str] = ()) -> str:
     return ", ".join(words for key, words in parts if key not in varied)
 
 
-def _pressure(pressure: Pressure) -> str:
-    """Give a recorded normal force: what it lies between, and its file."""
+def _pressure(pressure: Pressure, varied: bool) -> str:
+    """Give a recorded normal force: what it lies between, if all cases share it; its file."""
+    files = ", ".join(clean(source.file) for source in pressure.inputs)
+    if varied:
+        return f"F_N recorded ({files})"
     ends = float(pressure.relative.min()), float(pressure.relative.max())
     low, high = (number(pressure.mean * share, digits=3) for share in ends)
-    files = ", ".join(clean(source.file) for source in pressure.inputs)
     return f"F_N {low} to {high} N ({files})"
 
 

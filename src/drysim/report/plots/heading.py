@@ -63,7 +63,7 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
     shared = next(iter(table.tallies.values())).shared if len(table.rows) else {}
     parts = (
         wording.scene(scenario.oscillator.plant(), varied),
-        wording.friction(scenario.law(), **shared, terms=scenario.terms),
+        wording.friction(scenario.law(), **shared, terms=scenario.terms, swept=varied),
         _stops(scenario.law(), varied),
     )
     scene = "; ".join(part for part in parts if part)
