@@ -9,7 +9,7 @@ INPUTS ?= 1000000
 SHARED := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test slow fuzz coverage check bench proof scale demo paper readme pictures schema clean
+.PHONY: help install fmt lint types layers test slow fuzz coverage check bench proof scale laws demo paper readme pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -66,6 +66,9 @@ proof: $(READY) ## measure the table of speed and error in README.md anew; some 
 
 scale: $(READY) ## measure what a case of a large sweep costs, in threads and on a cluster; a minute
 	$(VENV)/bin/python tests/scale.py
+
+laws: $(READY) ## time the laws without a closed form beside scipy's integrators; half a minute
+	$(VENV)/bin/python tests/law_speed.py
 
 demo: $(READY) ## compute and draw a seat on the EM1 base motion, and the paper's Fig. 3
 	$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1

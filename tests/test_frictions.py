@@ -99,13 +99,6 @@ def test_static_below_kinetic_is_refused(words, sentence):
         coulomb(**words)
 
 
-@pytest.mark.parametrize("key", ["normal_stiffness", "normal_motion"])
-def test_half_of_a_varying_normal_load_is_refused(key):
-    words = {name: value for name, value in WORDS[PetrovEwins].items() if name != key}
-    with pytest.raises(ValidationError, match=f"has a meaning only beside `{key}`"):
-        PetrovEwins.model_validate(words)
-
-
 @pytest.mark.parametrize("law", [Stribeck, Jenkins, Dahl, Lugre, Leuven])
 @pytest.mark.parametrize("zero", ["kinetic", "mu_kinetic", "normal"])
 def test_a_law_that_yields_at_a_force_of_zero_is_refused(law, zero):

@@ -134,6 +134,14 @@ class TestFaults:
         (sentence,) = problems(name, static=1.0, static_ratio=None)
         assert sentence.startswith("friction.static must be at least the kinetic ")
 
+    def test_key_without_the_one_that_it_needs_is_refused(self, name):
+        given = load(file_of(name)).friction
+        for key, other in LAWS[name].needs.items():
+            if getattr(given, key) is None or getattr(given, other) is None:
+                continue
+            (sentence,) = problems(name, **{other: None})
+            assert sentence == f"friction.{key} has a meaning only beside {other}"
+
     def test_key_of_another_law_names_the_laws_that_have_it(self, name):
         others = {key for law in FRICTIONS for key in law.model_fields}
         for key in sorted(others - LAWS[name].model_fields.keys()):

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Annotated, Any, ClassVar, Literal, Self
-
-from pydantic import model_validator
+from typing import Annotated, Any, ClassVar, Literal
 
 from drysim.core.plant import Slider
-from drysim.quantity import Angle, Block, Frequency, Misfit, Quantity
+from drysim.quantity import Angle, Block, Frequency, Quantity
 
 
 class NormalMotion(Block):
@@ -56,13 +54,6 @@ class PetrovEwins(Block):
         "normal_stiffness": "normal_motion",
         "normal_motion": "normal_stiffness",
     }
-
-    @model_validator(mode="after")
-    def _stiffness_needs_a_motion(self) -> Self:
-        for name, other in self.needs.items():
-            if getattr(self, name) is not None and getattr(self, other) is None:
-                raise Misfit(f"has a meaning only beside `{other}`", name)
-        return self
 
     @property
     def static_given(self) -> bool:

@@ -168,11 +168,14 @@ class Reading:
             for name in rest:
                 sentence = f"{dotted(at)} has {first} already; give {name} or {first}, not both"
                 self.fault(sentence, (*at, name), at_key=True)
-        either = [
-            set(group) for group in getattr(model, "one_of", ()) if words.keys() & set(group)
+        missing = [
+            set(group)
+            for group in getattr(model, "one_of", ())
+            if not words.keys() & set(group)
         ]
         for name, other in getattr(model, "needs", {}).items():
-            if name in words and other not in words and any(other in group for group in either):
+            said = any(other in group for group in missing)
+            if name in words and other not in words and not said:
                 sentence = f"{dotted((*at, name))} has a meaning only beside {other}"
                 self.fault(sentence, (*at, name), at_key=True)
 
