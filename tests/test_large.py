@@ -174,9 +174,32 @@ def test_folder_without_a_result_cannot_be_summarised(drysim, tmp_path):
     assert "name the folder" in done.err
 
 
-def test_run_and_comparison_are_summarised_too(drysim, seat):
+def table(out):
+    """Give the headings of a table that was told, and the cells of T_a."""
+    rows = [line.split() for line in out.splitlines() if line.startswith(("metric ", "T_a "))]
+    return rows[0][2:], [float(cell) for cell in rows[1][1:]]
+
+
+def test_value_and_mean_are_not_told_as_the_least(drysim, seat):
     assert drysim("run", seat, "--no-plots", "--quiet", "-o", "a").code == 0
-    assert "T_a" in drysim("summarise", "a").out
+    headings, (value,) = table(drysim("summarise", "a").out)
+    told = json.loads(drysim("summarise", "a", "--json").out)
+    assert headings == ["value"]
+    assert value == pytest.approx(told["metrics"]["T_a"], rel=1e-3)
+    noise = "excitation={kind: psd, points: [[0.8, 1], [4, 1]], duration: 4 s, seeds: 4}"
+    times = "measure={settle: 1 s}"
+    words = ("run", seat, "--set", noise, "--set", times, "--no-plots", "--quiet", "-o", "c")
+    assert drysim(*words).code == 0
+    headings, (mean, _, least, *inner, most) = table(drysim("summarise", "c").out)
+    assert headings == ["mean", "±", "least", "5", "%", "median", "95", "%", "greatest"]
+    told = json.loads(drysim("summarise", "c", "--json").out)["ensemble"]["metrics"]["T_a"]
+    assert least <= inner[0] <= inner[1] <= inner[2] <= most
+    assert least < mean < most
+    assert mean == pytest.approx(told["mean"], rel=1e-3)
+    assert least == pytest.approx(told["least"]["value"], rel=1e-3)
+
+
+def test_comparison_is_summarised_too(drysim, seat):
     compare = ("compare", "signum", "vs", "stick-slip", "-s", seat, "--no-plots", "--quiet")
     assert drysim(*compare, "-o", "b").code == 0
     assert "signum" in drysim("summarise", "b").out

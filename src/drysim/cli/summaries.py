@@ -15,6 +15,9 @@ from drysim.errors import EXIT_OK, OutputError
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that drysim wrote.")]
 
+TOLD = ("metrics", "ensemble", "checks", "numerics")
+"""What of drysim.json is told again; only many seeds are an ensemble."""
+
 
 @app.command()
 def summarise(folder: Folder, as_json: options.Json = False) -> int:
@@ -24,7 +27,7 @@ def summarise(folder: Folder, as_json: options.Json = False) -> int:
     told = read(folder)
     with reader_may_leave():
         if as_json:
-            words = {name: told[name] for name in ("metrics", "checks", "numerics")}
+            words = {name: told[name] for name in TOLD if name in told}
             typer.echo(json.dumps(words, indent=2))
         else:
             console.show_result(told)

@@ -14,7 +14,14 @@ from drysim.wording import number
 
 UNITS = {metric.name: wording.pretty(metric.unit) for metric in METRICS}
 
-HEADINGS = ("metric", "unit", "least", "5 %", "median", "95 %", "greatest")
+HEADINGS = (
+    "metric", "unit", "value", "mean", "±", "least", "5 %", "median", "95 %", "greatest"
+)  # fmt: skip
+"""What may be told of a metric: of a run its value, of seeds their mean, of cases a range."""
+
+SHARES = {"5 %": ("0.05", "5 %"), "median": ("0.5", "50 %"), "95 %": ("0.95", "95 %")}
+"""Quantiles by what a sweep and what many seeds call them."""
+
 SPARED = ("5 %", "95 %", "unit")
 """What a narrow terminal does without."""
 
@@ -34,7 +41,9 @@ def show_result(told: Fields) -> None:
     line(paper)
     for name, words in _scene(told):
         paragraph(paper, f"  {name}".ljust(HEAD), words, "dim")
-    for approach, metrics in _tables(told["metrics"]):
+    # Of many seeds the plain metrics are means; beside them stands how they scatter.
+    found = told.get("ensemble", told)["metrics"]
+    for approach, metrics in _tables(found):
         line(paper)
         if approach:
             line(paper, (f"  {approach}", "bold"))
@@ -52,12 +61,23 @@ def _scene(told: Fields) -> Iterator[tuple[str, str]]:
     yield "command", str(told["command"])
     for at, axis in enumerate(numerics.get("swept", ())):
         yield "" if at else "swept", f"{axis['key']} ({axis['values']} values)"
+    if "ensemble" in told:
+        seeds = told["ensemble"]
+        yield "seeds", f"{seeds['seeds']}, from {seeds['first']} to {seeds['last']}"
+        if seeds["failed"]:
+            yield "failed", str(seeds["failed"])
+    else:
+        yield from _cases(numerics)
+    if not told["complete"]:
+        yield "state", "incomplete"
+
+
+def _cases(numerics: Fields) -> Iterator[tuple[str, str]]:
+    """Give how many cases there are, and what became of them."""
     cases = numerics.get("cases", 1)
     statuses = numerics.get("statuses") or {}
     lost = [f"{count} {status}" for status, count in statuses.items() if status != "ok"]
     yield "cases", ", ".join([str(cases), *lost])
-    if not told["complete"]:
-        yield "state", "incomplete"
 
 
 def _tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
@@ -76,13 +96,20 @@ def _columns(metrics: Fields) -> list[list[str]]:
 
 def _row(name: str, found: Any) -> tuple[str, ...] | None:
     """Give the cells of a metric; None where it is not known."""
+    if found is None:
+        return None
     if not isinstance(found, Mapping):
-        return None if found is None else (name, UNITS[name], number(found), "", "", "", "")
+        found = {"value": found}
     share = found.get("quantiles", {})
-    cells = (share.get("0.05"), share.get("0.5"), share.get("0.95"))
-    least, *inner, most = (found["least"]["value"], *cells, found["greatest"]["value"])
-    values = ("" if value is None else number(value) for value in (least, *inner, most))
-    return name, UNITS[name], *values
+    values = {
+        "value": found.get("value"),
+        "mean": found.get("mean"),
+        "±": found.get("half_width"),
+        **{end: found[end]["value"] for end in ("least", "greatest") if end in found},
+        **{head: share.get(one, share.get(other)) for head, (one, other) in SHARES.items()},
+    }
+    known = (values.get(head) for head in HEADINGS[2:])
+    return name, UNITS[name], *("" if one is None else number(one) for one in known)
 
 
 def _judged(check: Fields) -> str:
