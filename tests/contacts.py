@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from legs import event, leg
+
 
 def load_of(law, t):
     """Give the normal force relative to its mean, and its rate, at time t [s]."""
@@ -25,8 +27,6 @@ def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=()):
     -------
     list of (t_begin, t_end, solution, mode)
     """
-    from scipy.integrate import solve_ivp
-
     m, k_x, b = plant
     mode, x_0, t, y = "hold", state[0], 0.0, np.array(state, dtype=float)
     if load_of(law, 0.0)[0] <= 0.0:
@@ -39,10 +39,6 @@ def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=()):
         if mode == "hold":
             return law.k_t * (x - x_0)
         return mode * law.F_fk * load_of(law, t)[0]
-
-    def event(function, direction):
-        function.terminal, function.direction = True, direction
-        return function
 
     while t < duration - 1e-12:
 
@@ -73,25 +69,20 @@ def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=()):
                         -1,
                     )
                 )
-        until = min([duration, *(kink for kink in kinks if kink > t)][:2])
-        found = solve_ivp(
-            rates, (t, until), y, "DOP853", events=events, rtol=1e-12, atol=1e-15,
-            max_step=2e-3, dense_output=True,
-        )  # fmt: skip
-        pieces.append((t, found.t[-1], found.sol, mode))
-        t, y = found.t[-1], found.y[:, -1]
-        hit = [i for i, times in enumerate(found.t_events) if len(times)]
-        if not hit:
+        begin = t
+        t, y, solution, hit = leg(rates, t, y, duration, kinks, events)
+        pieces.append((begin, t, solution, mode))
+        if hit is None:
             continue
         load, load_d = load_of(law, t)
         if mode == "free":
             x_0 = y[0]
             outruns = law.k_t * abs(y[1]) > law.F_fk * load_d
             mode = int(np.sign(y[1])) if outruns else "hold"
-        elif hit[0] == 0:
+        elif hit == 0:
             mode = "free"
         elif mode == "hold":
-            mode = 1 if hit[0] == 1 else -1
+            mode = 1 if hit == 1 else -1
         else:
             x_0 = y[0] - mode * law.F_fk * load / law.k_t
             mode = "hold"

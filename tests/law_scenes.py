@@ -38,3 +38,10 @@ def mirrored(motion: Sines | Samples) -> Sines | Samples:
     if isinstance(motion, Sines):
         return Sines(tuple(-A for A in motion.A), motion.f, motion.phase)
     return Samples(-motion.u_dd, motion.dt)
+
+
+def doubled(motion: Sines | Samples) -> Sines | Samples:
+    """Give twice the same base motion."""
+    if isinstance(motion, Sines):
+        return Sines(tuple(2 * A for A in motion.A), motion.f, motion.phase)
+    return Samples(2 * motion.u_dd, motion.dt)

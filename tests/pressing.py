@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from legs import event, leg
+
 ON = 1e-11
 """A force or speed this near to zero, in units of the scene, is zero at a change of mode."""
 
@@ -20,8 +22,6 @@ def march_pressed(plant, F_fk, F_fs, load, base, duration, state=(0.0, 0.0), kin
     -------
     list of (t_begin, t_end, solution, mode)
     """
-    from scipy.integrate import solve_ivp
-
     m, k_x, b = plant
     t, y, pieces = 0.0, np.array(state, dtype=float), []
 
@@ -37,10 +37,6 @@ def march_pressed(plant, F_fk, F_fs, load, base, duration, state=(0.0, 0.0), kin
         F_L = limit_force(t, y[0])
         return "stuck" if abs(F_L) <= F_fs * max(load(t), 0.0) else -int(np.sign(F_L))
 
-    def terminal(function, direction):
-        function.terminal, function.direction = True, direction
-        return function
-
     mode = fresh(0.0, y)
     while t < duration - 1e-12:
         d = mode if isinstance(mode, int) else 0
@@ -50,30 +46,25 @@ def march_pressed(plant, F_fk, F_fs, load, base, duration, state=(0.0, 0.0), kin
                 return [0.0, 0.0]
             return [y[1], -base(t) - (k_x * y[0] + b * y[1] + d * F_fk * load(t)) / m]
 
-        events = [terminal(lambda t, y: load(t), 1 if mode == "free" else -1)]
+        events = [event(lambda t, y: load(t), 1 if mode == "free" else -1)]
         if mode == "stuck":
             for side in (1, -1):
                 events.append(
-                    terminal(
+                    event(
                         lambda t, y, side=side: F_fs * load(t) - side * limit_force(t, y[0]), -1
                     )
                 )
         elif d:
-            events.append(terminal(lambda t, y, d=d: d * y[1], -1))
-        until = min([duration, *(kink for kink in kinks if kink > t)][:2])
-        found = solve_ivp(
-            rates, (t, until), y, "DOP853", events=events, rtol=1e-12, atol=1e-15,
-            max_step=2e-3, dense_output=True,
-        )  # fmt: skip
-        pieces.append((t, found.t[-1], found.sol, mode))
-        t, y = found.t[-1], found.y[:, -1]
-        hit = [i for i, times in enumerate(found.t_events) if len(times)]
-        if not hit:
+            events.append(event(lambda t, y, d=d: d * y[1], -1))
+        begin = t
+        t, y, solution, hit = leg(rates, t, y, duration, kinks, events)
+        pieces.append((begin, t, solution, mode))
+        if hit is None:
             continue
-        if hit[0] == 0:
+        if hit == 0:
             mode = fresh(t, y)
         elif mode == "stuck":
-            mode = -1 if hit[0] == 1 else 1
+            mode = -1 if hit == 1 else 1
         else:
             y[1] = 0.0
             mode = fresh(t, y)

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from legs import event
+
 LAID_DOWN = 1e-7
 """Rebound [m/s] at which the machine lays a pressed mass down: it would fly some 1e-15 m."""
-
-
-def event(function, direction):
-    """Make a function of t and y an event that ends a stretch where it falls or rises."""
-    function.terminal, function.direction = True, direction
-    return function
 
 
 def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=()):

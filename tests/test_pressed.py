@@ -13,8 +13,8 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed, Pressure
 from drysim.core.plant import Law
 from drysim.core.state import State
-from drysim.metrics import measure
-from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
+from invariants import Invariants
+from law_scenes import PAPER, REST, STEP, doubled, noise, sine, solved
 from pressing import march_pressed
 
 NOISE = noise(1200, 1.0, seed=3)
@@ -82,25 +82,11 @@ def test_motion_agrees_with_a_state_machine(law, motion):
 
 @each_force
 @each_base
-class TestInvariants:
-    def test_energy_closes(self, law, motion):
-        metrics = measure(solved(law, motion, duration=2.9).track, (0.7, 2.9), None)
-        assert metrics["energy_residual"] < 1e-13
-        assert metrics["energy_friction"] > 0
-
-    def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, law, motion):
-        one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
-        assert (one.x_r == -two.x_r).all()
-        assert (one.F_f == -two.F_f).all()
-
+class TestInvariants(Invariants):
     def test_twice_the_forces_under_twice_the_base_motion_move_twice_as_far(self, law, motion):
-        double = (
-            Sines(tuple(2 * A for A in motion.A), motion.f, motion.phase)
-            if isinstance(motion, Sines)
-            else Samples(2 * motion.u_dd, motion.dt)
-        )
         one = solved(law, motion, duration=2.9)
-        two = solved(law._replace(F_fk=2 * law.F_fk, F_fs=2 * law.F_fs), double, duration=2.9)
+        twice = law._replace(F_fk=2 * law.F_fk, F_fs=2 * law.F_fs)
+        two = solved(twice, doubled(motion), duration=2.9)
         assert (two.x_r == 2 * one.x_r).all()
 
     def test_friction_is_within_its_limits_and_nothing_where_the_surfaces_are_apart(
