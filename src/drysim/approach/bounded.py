@@ -16,10 +16,11 @@ from drysim.approach.orbit import Orbit
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response, Track
 from drysim.approach.scene import core_of, grid_points
+from drysim.approach.spans import base_on_grid, times
 from drysim.approach.unreached import Hits, Unreached
 from drysim.core.compiled import engine
 from drysim.core.events import CONTACT, RELEASE, REVERSAL, SLIP, STICK, tightness
-from drysim.core.motion import Samples, Sines, base_acceleration
+from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Plant, Stopped
 from drysim.core.state import AnyState, State, Totals
 from drysim.core.stops.bounded_replay import hardest_push
@@ -133,10 +134,8 @@ def solve(
     track = march(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     n = grid_points(track.end, dt)
-    t = np.arange(n, dtype=np.float64) * dt
-    x_r, v_r, F_stop, F_f, d = track.at(t)
-    u_dd = motion.u_dd[:n] if isinstance(motion, Samples) else base_acceleration(motion, t)
-    grid = Held(dt, u_dd, Points(x_r, v_r, d, F_f, F_stop))
+    x_r, v_r, F_stop, F_f, d = track.at(times(0, n, dt))
+    grid = Held(dt, base_on_grid(motion, 0, n, dt), Points(x_r, v_r, d, F_f, F_stop))
     events, approach = track.events, "stick-slip"
     if law.F_fs == 0.0:
         # As without stops: turning points are not events then, but rest at a stop is.

@@ -14,9 +14,16 @@ from drysim.approach.numerics import Numerics
 from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
 from drysim.approach.scene import core_of, first_u_dd, grid_points, waves_of
-from drysim.approach.spans import faint_speed, last_interval, squares_of_base
+from drysim.approach.spans import (
+    base_on_grid,
+    faint_speed,
+    last_interval,
+    run_length,
+    squares_of_base,
+    times,
+)
 from drysim.core.compiled import engine
-from drysim.core.motion import Samples, Sines, base_acceleration
+from drysim.core.motion import Samples, Sines
 from drysim.core.plant import LEUVEN, Dynamic, Plant
 from drysim.core.signal import BLOCK, KEPT
 from drysim.core.state import AnyState, Deflected, Totals
@@ -102,20 +109,12 @@ class Read:
 
     def base(self, first: int, last: int) -> Floats:
         """Give ü [m/s²] from point number `first` to the one before `last`."""
-        motion = self.track.course.motion
-        if isinstance(motion, Samples):
-            return motion.u_dd[first:last]
-        return base_acceleration(motion, times(first, last, self.dt))
+        return base_on_grid(self.track.course.motion, first, last, self.dt)
 
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
         x_r, v_r, _, F_f, d = self.track.at(times(first, last, self.dt))
         return Points(x_r, v_r, d, F_f)
-
-
-def times(first: int, last: int, dt: float) -> Floats:
-    """Give the times of some points of a grid [s]."""
-    return np.arange(first, last, dtype=np.float64) * dt
 
 
 def follow(
@@ -126,9 +125,7 @@ def follow(
     duration: float | None,
 ) -> Series:
     """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
-    if duration is None:
-        assert isinstance(motion, Samples), "sines need a duration"
-        duration = (len(motion.u_dd) - 1) * motion.dt
+    duration = run_length(motion, duration)
     dt, last, length = last_interval(motion, duration)
     waves = waves_of(motion)
     base = motion.u_dd[:2] if isinstance(motion, Samples) else np.zeros(2)

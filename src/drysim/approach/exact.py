@@ -12,11 +12,11 @@ from drysim.approach.events import Events
 from drysim.approach.orbit import Orbit
 from drysim.approach.points import Sliding
 from drysim.approach.response import Response, Track
+from drysim.approach.spans import run_length
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.core.state import AnyState, State
-from drysim.errors import UsageError
 from drysim.late import late
 
 if TYPE_CHECKING:
@@ -64,7 +64,9 @@ def solve(
 
         response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole)
     else:
-        track = follow_sines(plant, law, motion, State(*start[:2]), needed(duration))
+        track = follow_sines(
+            plant, law, motion, State(*start[:2]), run_length(motion, duration)
+        )
         response = on_grid(track, step)
     return response if law.F_fs > 0.0 else frictionless(response)
 
@@ -100,14 +102,7 @@ def follow(
         track = response.track
         assert track is not None, "samples are solved with their track"
         return track
-    return follow_sines(plant, law, motion, State(*start[:2]), needed(duration))
-
-
-def needed(duration: float | None) -> float:
-    """Give the duration [s], which sines need."""
-    if duration is None:
-        raise UsageError("base motion by sines has no end of its own", "say how long to run")
-    return duration
+    return follow_sines(plant, law, motion, State(*start[:2]), run_length(motion, duration))
 
 
 def frictionless(response: Response) -> Response:

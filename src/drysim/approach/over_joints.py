@@ -13,6 +13,7 @@ from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
 from drysim.approach.room import empty, empty_log, larger
 from drysim.approach.scene import core_of, grid_points, refuse_storm
+from drysim.approach.spans import run_length
 from drysim.core.compiled import engine, held
 from drysim.core.contacts.contact import first_contact
 from drysim.core.contacts.joint import march_joint
@@ -34,7 +35,7 @@ def follow(
 ) -> Jointed:
     """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
     last = len(motion.u_dd) - 1
-    end = last * motion.dt if duration is None else duration
+    end = run_length(motion, duration)
     points = min(last, grid_points(end, motion.dt) - 1)
     last = min(last, points + (end > points * motion.dt * (1.0 + 1e-12)))
     u_dd = motion.u_dd[: last + 1]

@@ -6,16 +6,39 @@ import math
 
 import numpy as np
 
+from drysim.approach.events import Floats
 from drysim.approach.scene import grid_points
 from drysim.core.means import mean_squares
-from drysim.core.motion import Samples, Sines, sample_squares
+from drysim.core.motion import Samples, Sines, base_acceleration, sample_squares
 from drysim.core.plant import Plant
 from drysim.core.signal import largest
 from drysim.core.state import AnyState
 from drysim.core.waves import Waves
+from drysim.errors import UsageError
 
 FAINT = 1e-9
 """Share of the speed that the scene may give, from which on a motion is measured."""
+
+
+def run_length(motion: Sines | Samples, duration: float | None) -> float:
+    """Give how long to run [s]: as long as is said, or to the end of the samples."""
+    if duration is not None:
+        return duration
+    if isinstance(motion, Sines):
+        raise UsageError("base motion by sines has no end of its own", "say how long to run")
+    return (len(motion.u_dd) - 1) * motion.dt
+
+
+def times(first: int, last: int, dt: float) -> Floats:
+    """Give the times [s] of points of a grid, from number `first` to the one before `last`."""
+    return np.arange(first, last, dtype=np.float64) * dt
+
+
+def base_on_grid(motion: Sines | Samples, first: int, last: int, dt: float) -> Floats:
+    """Give ü [m/s²] at these points; samples own their grid."""
+    if isinstance(motion, Samples):
+        return motion.u_dd[first:last]
+    return base_acceleration(motion, times(first, last, dt))
 
 
 def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int, float]:

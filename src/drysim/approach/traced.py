@@ -23,10 +23,16 @@ from drysim.approach.scene import (
     refuse_storm,
     waves_of,
 )
-from drysim.approach.spans import last_interval, squares_of_base
+from drysim.approach.spans import (
+    base_on_grid,
+    last_interval,
+    run_length,
+    squares_of_base,
+    times,
+)
 from drysim.core.compiled import held
 from drysim.core.events import Log
-from drysim.core.motion import Samples, Sines, base_acceleration
+from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Plant
 from drysim.core.state import AnyState, Deflected, Totals
 from drysim.core.trail import Trail
@@ -142,9 +148,7 @@ def follow_as(
     duration: float | None,
 ) -> Made:
     """Solve a scene as `follow` does, and give it as a track of some kind."""
-    if duration is None:
-        assert isinstance(motion, Samples), "sines need a duration"
-        duration = (len(motion.u_dd) - 1) * motion.dt
+    duration = run_length(motion, duration)
     dt, last, length = last_interval(motion, duration)
     u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
     waves, base = waves_of(motion, ways.waving(law)), held(u_dd)
@@ -191,9 +195,8 @@ def solve(
     track = follow(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     points = grid_points(track.end, dt)
-    t = np.arange(points, dtype=np.float64) * dt
-    x_r, v_r, _, F_f, d = track.at(t)
-    u_dd = motion.u_dd[:points] if isinstance(motion, Samples) else base_acceleration(motion, t)
+    x_r, v_r, _, F_f, d = track.at(times(0, points, dt))
     how = numerics(*core_of(law, motion), points, track.events, track.closest)
+    u_dd = base_on_grid(motion, 0, points, dt)
     grid = Held(dt, u_dd, Points(x_r, v_r, d, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from drysim.core.bracket import BISECTIONS, kept_between
 from drysim.core.compiled import compiled, inlined
 from drysim.core.contacts.whole import part_flow
 from drysim.core.flow import flow
@@ -19,9 +20,6 @@ below 1e-16."""
 
 ROUNDS = 6
 """One round does mostly; what has not settled after some takes the general way."""
-
-BISECTIONS = 100
-"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
 
 
 @compiled
@@ -47,11 +45,9 @@ def cross(c, w, v, a, r, gap, h):
         step = -beyond / speed if speed > 0.0 else NEVER
         if abs(step) <= RESOLUTION * s:
             return s
-        s += step
+        s = kept_between(low, high, s + step)
         if not low < s < high:
-            s = 0.5 * (low + high)
-            if s <= low or s >= high:
-                return high
+            return high
     return s
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from drysim.core.bracket import BISECTIONS
 from drysim.core.compiled import compiled
 from drysim.core.integrals import NODES, WEIGHTS, panel_length
 from drysim.core.samples.stop import RESOLUTION
 from drysim.core.sines.slide import slide
 from drysim.core.stops.bounded import begin_stretch
 from drysim.core.stops.bumper import (
-    BISECTIONS,
     MEET,
     bumper_force,
     pushes,

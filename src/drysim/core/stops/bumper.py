@@ -6,6 +6,7 @@ rebound of any size keeps all its digits, next to a limit however far from zero.
 
 from __future__ import annotations
 
+from drysim.core.bracket import BISECTIONS, kept_between
 from drysim.core.compiled import compiled
 from drysim.core.samples.stop import NEVER, RESOLUTION
 from drysim.core.sines.slide import slide
@@ -22,9 +23,6 @@ zero just then."""
 
 MEET = 1000
 """Mode of a mark that tells with which velocity the mass comes to a stop."""
-
-BISECTIONS = 100
-"""Newton needs about 4 rounds; a halved bracket is down to one float after 60."""
 
 
 @compiled
@@ -129,11 +127,9 @@ def meet(c, w, waves, xi, v_r, g, r, d, far, until):
         step = gap / (d * v) if d * v > 0.0 else NEVER
         if abs(step) <= RESOLUTION * s:
             return s
-        s += step
+        s = kept_between(low, high, s + step)
         if not low < s < high:
-            s = 0.5 * (low + high)
-            if s <= low or s >= high:
-                return high
+            return high
     return s
 
 
