@@ -7,8 +7,11 @@ import time
 import pytest
 
 import drysim
+from drysim.core.compiled import PLAIN_STEPS
 from drysim.errors import ScenarioError
 from drysim.study.case import prepare
+from drysim.study.effort import price
+from drysim.study.sweeps import sweep
 from seat import SEAT
 
 NOISE = {"kind": "psd", "points": [["0.5 Hz", 1], ["10 Hz", 1]], "duration": 0.1, "seed": 1}
@@ -146,3 +149,47 @@ def test_more_events_than_a_step_has_room_for_are_told_with_their_time(seat, dry
     assert "at t = 0.1 s more than 4096 events fall within a step of 0.1 s" in answer.err
     assert "take a shorter step" in answer.err
     assert answer.err.startswith("patience: the oscillator turns by 100000 radians within")
+
+
+LUGRE = {
+    "law": "lugre", "kinetic": 15, "bristle_stiffness": 1e5, "bristle_damping": 500,
+    "stribeck_velocity": 0.01,
+}  # fmt: skip
+
+
+@pytest.fixture
+def engine(monkeypatch):
+    """Give what a study of a case tells the choice of the engine: steps, and whose kernels."""
+
+    def told(settle, *job):
+        seen = []
+        monkeypatch.setattr(
+            "drysim.core.compiled.settle",
+            lambda steps, kernels="": seen.append((steps, kernels)),
+        )
+        settle(*job)
+        return seen[0]
+
+    return told
+
+
+def test_cost_of_a_step_by_series_counts_in_the_choice_of_the_engine(prepared, engine):
+    cases = {"excitation.frequency": [1.0, 2.0, 4.0], "oscillator.mass": [60, 70, 80, 90]}
+    easy, dear = (prepared(sweep=cases, **law) for law in ({}, {"friction": LUGRE}))
+    steps, kernels = engine(sweep.settle, easy, [easy.scenario])
+    assert steps <= PLAIN_STEPS
+    assert kernels == ""
+    steps, kernels = engine(sweep.settle, dear, [dear.scenario])
+    assert steps > PLAIN_STEPS
+    assert kernels == "dynamic_laws"
+    assert dear.work == 5 * easy.work
+
+
+def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engine):
+    case = prepared(sweep={"excitation.frequency": [1.0, 2.0]}, friction=LUGRE)
+    others = [case.scenario.with_approach("viscous"), case.scenario]
+    assert engine(sweep.settle, case, others)[1] == "dynamic_laws"
+
+
+def test_fixed_steps_cost_the_same_whatever_the_law(prepared):
+    assert price("switch", prepared(friction=LUGRE).law) == price("switch", prepared().law)

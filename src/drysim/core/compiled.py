@@ -24,6 +24,9 @@ PLAIN, COMPILED, AUTO = "plain", "compiled", "auto"
 PLAIN_STEPS = 200_000
 """Up to this many steps plain Python ends before the compiler is loaded (2 µs a step)."""
 
+FIRST_TIMES = 10
+"""So many times as much work is worth it to compile what a law has of its own: 20 s, once."""
+
 
 def engine() -> str:
     """Give the engine in force: `plain` or `compiled`.
@@ -39,11 +42,27 @@ def engine() -> str:
     return COMPILED if word == AUTO else word
 
 
-def settle(steps: int) -> None:
-    """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded."""
+def settle(steps: int, kernels: str = "") -> None:
+    """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded.
+
+    Parameters
+    ----------
+    steps : int
+        In steps of sampled motion under Coulomb's law.
+    kernels : str
+        The folder of the core that the job needs besides, which may be kept compiled or not.
+    """
     loaded = "drysim.core.flow" in sys.modules
-    if not loaded and os.environ.get(VARIABLE, AUTO) == AUTO:
-        os.environ[VARIABLE] = PLAIN if steps <= PLAIN_STEPS else COMPILED
+    if loaded or os.environ.get(VARIABLE, AUTO) != AUTO:
+        return
+    plain = steps <= PLAIN_STEPS or (steps <= FIRST_TIMES * PLAIN_STEPS and not kept(kernels))
+    os.environ[VARIABLE] = PLAIN if plain else COMPILED
+
+
+def kept(kernels: str) -> bool:
+    """Tell whether kernels of a folder of the core are on disk already."""
+    folder = cache_folder()
+    return not kernels or (folder is not None and any(folder.glob(f"{kernels}_*/*.nbi")))
 
 
 def compiled(function: Kernel) -> Kernel:

@@ -69,7 +69,13 @@ class Case:
         """Number of steps of sampled motion that are as much work as this case."""
         waves = len(self.motion.f) if isinstance(self.motion, Sines) else 0
         radians = effort.turns(self).radians
-        return max(self.steps * (1 + WAVE_WORK * waves), round(WAVE_WORK * radians))
+        a_step = max(1 + WAVE_WORK * waves, self.price.of(self.motion))
+        return max(self.steps * a_step, round(WAVE_WORK * radians))
+
+    @property
+    def price(self) -> effort.Price:
+        """What a step costs."""
+        return effort.price(self.approach.approach, self.law)
 
     @property
     def limit(self) -> float | None:

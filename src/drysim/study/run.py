@@ -57,7 +57,7 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
 
 def solve(case: Case) -> Outcome:
     """Give the outcome of a case that is ready to be solved."""
-    settle(case.work)
+    settle(case.work, case.price.kernels)
     from drysim.metrics import measure
 
     response, window, doubts = march(case) if case.period is None else repetition(case)

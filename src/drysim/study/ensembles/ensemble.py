@@ -107,7 +107,7 @@ def solve(
     SolverError
         When the numerics fail with every seed.
     """
-    compiled.settle(case.work * most(case.scenario))
+    compiled.settle(case.work * most(case.scenario), case.price.kernels)
     rows: list[Row] = []
     for row in rows_of(case.scenario, threads(case, workers), done or {}):
         if len(rows) not in (done or {}):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from drysim.core import compiled
 from drysim.errors import ScenarioError
 from drysim.study.case import Case, prepare
+from drysim.study.effort import price
 from drysim.study.ensembles.seeds import most
 from drysim.study.in_order import in_order
 from drysim.study.sweeps.batch import Batch
@@ -100,9 +101,13 @@ def leftover(case: Case, store: Store) -> Table:
 
 
 def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
-    """Settle the engine for so many cases like this one."""
-    steps = max(case.steps, STEPS_A_CASE)
-    compiled.settle(steps * most(case.scenario) * count(scenarios))
+    """Settle the engine for so many cases like this one, by the law that costs the most."""
+    prices = [
+        price(scenario.solver.member().approach, scenario.law()) for scenario in scenarios
+    ]
+    dearest = max(prices, key=lambda one: one.of(case.motion))
+    steps = max(case.steps, STEPS_A_CASE) * dearest.of(case.motion)
+    compiled.settle(steps * most(case.scenario) * count(scenarios), dearest.kernels)
 
 
 def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
