@@ -5,8 +5,20 @@ from __future__ import annotations
 GUESS = "a first guess only: the guarded method behind it arrives all the same, or says so"
 EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on its very edge"
 NAME = "a number that stands for a word: any that no other word has will do"
+FIRST = "a name has a number before it has its own, and nobody reads it"
+SPARE = "the last lines of trail and log are held in reserve: one more is free"
 
 EXPLAINED = {
+    ("contact.py", "while n <= end and at <= full and count < full:"): SPARE,
+    ("contact_replay.py", "c, w, g, r = 1.0, 0.0, 0.0, 0.0"): FIRST,
+    (
+        "contact_replay.py",
+        "s = s + length if length < hi + s else hi",
+    ): "the last panel ends where it should but for rounding, and that adds nothing",
+    (
+        "contact_replay.py",
+        "if s != 1.0:",
+    ): "at its own beginning the flow gives what is written there, to rounding",
     ("eventful.py", "if abs(F_L) < holding_force(plant, law, x_r):"): EDGE,
     ("flow.py", "if rate > -0.0625:"): "more terms of a series than double precision shows",
     (
@@ -16,6 +28,10 @@ EXPLAINED = {
     ("integrals.py", "length = min(panel_length(own[0], own[-1], waves, s), hi - s)"): (
         "the last of two is the second"
     ),
+    (
+        "jet.py",
+        "return n + -1, h",
+    ): "the last of three terms in a row that are within the tolerance may go",
     ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, -3, 4"): NAME,
     ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, -4"): NAME,
     ("orbit.py", "if events <= 0 or events + ROOM >= capacity:"): (

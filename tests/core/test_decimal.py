@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from drysim.report import cells
 
 RANDOM = np.random.Generator(np.random.PCG64(7))
 BITS = RANDOM.integers(0, 2**64, 100_000, dtype=np.uint64, endpoint=False)
@@ -49,3 +52,20 @@ def test_word_stands_where_it_is_wanted(fast: SimpleNamespace) -> None:
     numbers = np.array([[1.0, 2.5], [-3.0, 1e-7]])
     assert rows_of(fast, numbers, 0) == ["b,1.0,-3.0", "aa,2.5,1e-07"]
     assert rows_of(fast, numbers, 1) == ["1.0,b,-3.0", "2.5,aa,1e-07"]
+
+
+@pytest.mark.parametrize("place", [0, 1, 3])
+def test_cases_are_written_as_plain_python_writes_them(
+    fast: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, place: int
+) -> None:
+    numbers = np.array(
+        [BITS.view(np.float64)[:900], NUMBERS["few digits"][:900], np.arange(900)]
+    )
+    numbers[:2, ::7] = np.nan
+    numbers[0, ~np.isfinite(numbers[0])] = np.nan
+    status = np.arange(900, dtype=np.int8) % 3
+    block = cells.Cases("stick-slip", numbers, (False, False, True), status)
+    for name in ("cells", "digits"):
+        monkeypatch.setitem(sys.modules, f"drysim.core.text.{name}", getattr(fast, name))
+    words = ("ok", "not settled", "")
+    assert bytes(cells._put(words, place, block)) == cells._listed(words, place, block)

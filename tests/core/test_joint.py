@@ -45,3 +45,17 @@ def test_march_that_is_handed_over_goes_on_as_if_never_stopped(kernel):
     assert len(whole[3]) > 50
     for one, other in zip(whole, parts, strict=True):
         assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize(("c", "w"), [(6.7, 100.0), (400.0, 100.0), (0.0, 9e4), (0.0, 0.0)])
+@pytest.mark.parametrize("share", [1e-9, 0.3, 0.999])
+def test_way_is_gone_at_the_same_time_by_series_and_by_closed_form(kernel, c, w, share):
+    # The series is what every step takes; the closed form is there for what it cannot settle.
+    hit, v, a, r, h = kernel.hit, 0.2, -1.0, 3.0, 2.5e-3
+    y, _, Y, YY = kernel.flow.flow(c, w, h)
+    gap = share * (v * y + (a + c * v) * Y + r * YY)
+    s = hit.cross(c, w, v, a, r, gap, h)
+    y, _, Y, YY = kernel.flow.flow(c, w, s)
+    assert 0.0 < s < h
+    assert v * y + (a + c * v) * Y + r * YY == pytest.approx(gap, rel=1e-14)
+    assert hit.cross(c, w, v, a, r, gap / share * 1.01, h) == np.inf

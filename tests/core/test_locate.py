@@ -1,0 +1,24 @@
+"""Zeros of a Taylor series: what is divided out of it before they are looked for."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("series", "last", "zeros"),
+    [([0.0, 0.0, 1.0, 2.0, 3.0], 2, 2), ([0.0, 0.0, 5.0], 0, 2), ([4.0, 0.0, 5.0], 2, 0)],
+)
+def test_zeros_at_the_beginning_of_a_series_are_divided_out(
+    kernel: SimpleNamespace, series: list[float], last: int, zeros: int
+) -> None:
+    c = np.array(series)
+    assert kernel.locate.lowered(c, len(series) - 1) == (last, zeros)
+    assert c[: last + 1].tolist() == series[zeros:]
+
+
+def test_series_of_zeros_alone_is_told_apart(kernel: SimpleNamespace) -> None:
+    assert kernel.locate.lowered(np.zeros(3), 2)[1] == -1
