@@ -136,3 +136,32 @@ def test_samples_at_hand_tell_whether_the_mass_moves(slugs):
 def test_record_that_is_not_at_hand_is_not_read(slugs):
     words = {"excitation": {"kind": "record", "file": "no.csv"}, "solver": {}}
     assert slugs(**words) == {}
+
+
+@pytest.mark.parametrize(("header", "said"), [("t", True), ("t [s]", True), ("t [ms]", False)])
+def test_times_in_milliseconds_without_a_unit_make_a_record_that_is_too_coarse(
+    tmp_path, header, said
+):
+    rows = "".join(f"{2 * k},{np.sin(0.02 * k):.6f}\n" for k in range(100))
+    (tmp_path / "base.csv").write_text(f"{header},a [m/s2]\n{rows}")
+    (tmp_path / "seat.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        "excitation: {kind: record, file: base.csv, time: t, column: a}\n"
+    )
+    scenario = load(tmp_path / "seat.yaml")
+    found = {one.slug: one.sentence for one in cautions(scenario, scenario.excitation.motion())}
+    assert ("coarse-record" in found) is said
+    if said:
+        assert "a sample every 2 s, 0.314 in a natural period" in found["coarse-record"]
+        assert "unless their header has a unit, such as `t [ms]`" in found["coarse-record"]
+
+
+def test_record_of_even_steps_is_not_told_about_units_of_time(tmp_path):
+    (tmp_path / "base.csv").write_text("a [m/s2]\n1\n-1\n1\n")
+    (tmp_path / "seat.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        "excitation: {kind: record, file: base.csv, column: a, step: 0.1}\n"
+    )
+    scenario = load(tmp_path / "seat.yaml")
+    (caution,) = cautions(scenario, scenario.excitation.motion())
+    assert caution.sentence.endswith("of what shakes the mass it tells little")

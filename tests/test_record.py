@@ -163,6 +163,23 @@ CELLS = {
 }
 
 
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("logger X\ndate 2026\n\n", "row 4 names it, and row 1 was taken for the header"),
+        ("7;8\n", "row 2 names it: begin the rows above with # or cut them away"),
+    ],
+)
+def test_rows_of_a_logger_above_the_header_are_told_from_a_header(tmp_path, head, said):
+    text = f"{head}Zeit [s];acc [m/s2]\n0;1\n1;2\n"
+    assert said in problem_of(tmp_path, text, time="Zeit", column="acc").sentence
+    commented = "".join(f"# {line}\n" for line in head.splitlines())
+    commented += text.removeprefix(head)
+    assert problem_of(tmp_path, commented, time="Zeit", column="accc").sentence.endswith(
+        "did you mean `acc`? there are: `Zeit [s]`, `acc [m/s2]`"
+    )
+
+
 @pytest.mark.parametrize(("cell", "sentence"), CELLS.items())
 def test_faulty_cell_is_named_by_row_and_column(tmp_path, cell, sentence):
     found = problem_of(tmp_path, ROWS.replace("0.01,2", f"0.01,{cell}"), time="t")

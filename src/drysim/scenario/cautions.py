@@ -11,6 +11,7 @@ from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.core.signal import largest
 from drysim.errors import Caution
+from drysim.excitation.record import Record
 from drysim.scenario.odd_units import odd_units
 from drysim.scenario.sweep.cautions import needless
 from drysim.scenario.unfit import unfit
@@ -49,6 +50,8 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     found = [*odd_units(scenario, motion)]
     if isinstance(motion, Sines):
         found += _step(scenario, motion)
+    elif isinstance(scenario.excitation, Record) and motion is not None:
+        found += _record(scenario, motion)
     if motion is not None:
         if not any(axis.key.startswith(LOADS) for axis in scenario.axes):
             found += _friction(scenario, motion)
@@ -68,6 +71,21 @@ def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
             f"{1 / (f * STEPS_A_PERIOD):.2g} s would give {STEPS_A_PERIOD}",
             {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
         )
+
+
+def _record(scenario: Scenario, motion: Samples) -> Iterator[Caution]:
+    """Say when the samples of a record are too far apart to shake the oscillator."""
+    m, k_x, _ = scenario.oscillator.plant()
+    f_0 = sqrt(k_x / m) / (2 * pi)
+    if f_0 * motion.dt * STEPS_A_PERIOD <= 1 + ON_GRID:
+        return
+    sentence = (
+        f"the record has a sample every {motion.dt:.6g} s, {1 / (f_0 * motion.dt):.3g} in a "
+        f"natural period of {1 / f_0:.3g} s: of what shakes the mass it tells little"
+    )
+    if getattr(scenario.excitation, "time", None) is not None:
+        sentence += "; times are seconds unless their header has a unit, such as `t [ms]`"
+    yield Caution("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
 
 
 def _weighting(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:

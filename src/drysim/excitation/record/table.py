@@ -94,6 +94,16 @@ class Table(Columns):
         cell = self.header[index] if index is not None and self.header else None
         return fault(self.file.shown, sentence, self.header_line or self.line, cell)
 
+    def elsewhere(self, wanted: str) -> str:
+        """Say which row names the column, where words of a logger above it look like names."""
+        for line, _, text in islice(lines(self.file), LOOKED_AT):
+            named = [name_and_unit(cell.text)[0] for cell in split(text, _delimiter(text))]
+            if line != self.header_line and wanted.strip() in named:
+                taken = f", and row {self.header_line} was taken for the header"
+                hint = "begin the rows above with # or cut them away"
+                return f"; row {line} names it{taken if self.header_line else ''}: {hint}"
+        return ""
+
 
 def tabulate(file: TextFile) -> Table:
     """Find header, delimiter and columns of a text file.
