@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from drysim.errors import UsageError
-from drysim.scenario import load
+from drysim.scenario import Axis, load
+from drysim.study.comparisons.agreement import whereabouts
 from drysim.study.comparisons.compare import compare, named
 from drysim.study.comparisons.comparison import Comparison
+from drysim.study.sweeps.table import Row
 
 SCENE = """\
 drysim: 1
@@ -149,7 +151,26 @@ def test_range_of_agreement_with_gaps_says_so(scene: Path) -> None:
     scene.write_text(SCENE + "sweep: {friction.kinetic: [0, 15, 70]}\n")
     found = compare(load(scene, dull), ("switch", "stick-slip"))
     (sentence,) = (words for words in found.verdict if "agrees within" in words)
-    assert "in 2 of 3 cases, all within kinetic 0 to 70 N" in sentence
+    assert sentence.endswith("in 2 of 3 cases: kinetic 0, 70 N")
+
+
+def lying(good: list[int], count: int, keys: int = 1) -> str:
+    """Say where some of the cases of a sweep lie, at forces of 0, 1, 2 ... N by 2 masses."""
+    axes = (Axis("friction.kinetic", "N", (0.0,)), Axis("oscillator.mass", "kg", (1.0,)))
+    every = [
+        Row({axes[0].key: at // keys, axes[1].key: 1 + at % keys}, "signum", 0.0, 0.0, {})
+        for at in range(count)
+    ]
+    return whereabouts([every[at] for at in good], every, axes)
+
+
+def test_few_cases_that_agree_are_named_and_a_range_of_all_is_not() -> None:
+    assert lying([0, 1, 2], 16) == ": kinetic 0 to 2 N"
+    assert lying([0, 2, 15], 16) == ": kinetic 0, 2, 15 N"
+    assert lying([0, 3], 4, keys=2) == ": kinetic 0 N, mass 1 kg; kinetic 1 N, mass 2 kg"
+    assert lying([0, 1, 2, 4, 6, 8], 16) == ", all within kinetic 0 to 8 N"
+    assert lying([0, 2, 4, 6, 8, 15], 16) == ", scattered over the whole sweep"
+    assert lying([0, 1, 2, 3, 4, 5], 16, keys=2) == ": kinetic 0 to 2 N"
 
 
 def test_diagnosis_is_made_against_the_yardstick_whatever_the_file_solves_with(

@@ -43,6 +43,9 @@ def small(**options):
     return sweep(*axes(frequency=[1, 2, 4], rms=[0.5, 1.0]), **options)
 
 
+RMS = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0]
+
+
 # sweeps
 
 
@@ -145,6 +148,30 @@ def test_isolation_is_told_for_every_curve(capsys, force, lost, said):
     table = spoil(small(force=force, reference=None), NOT_SETTLED, *lost)
     console.show_table(table)
     assert said in words(capsys.readouterr().out)
+
+
+def test_isolation_of_many_curves_is_told_from_where_all_isolate(capsys):
+    """A sample said `from 2 to 4 Hz` where more than half of the cases exceed 1 at 2 Hz."""
+    table = sweep(*axes(frequency=[1, 2, 4], rms=RMS), force=27.0, reference=None)
+    console.show_table(table)
+    early = {row.point["excitation.rms"] for row in table.own if is_early(row)}
+    assert 0 < len(early) < len(RMS)
+    out = words(capsys.readouterr().out)
+    said = "isolation from 4 Hz T_a stays below 1 on all 6 curves; on"
+    assert f"{said} {len(early)} of them from 2 Hz" in out
+    console.show_table(spoil(table, NOT_SETTLED, 2))
+    assert "below 1 on 5 of 6 curves, nowhere on the others" in words(capsys.readouterr().out)
+
+
+def is_early(row):
+    """Tell whether a case isolates at 2 Hz already."""
+    return row.point["excitation.frequency"] == 2.0 and row.metrics["T_a"] < 1.0
+
+
+def test_isolation_is_not_told_where_each_case_has_a_frequency_of_its_own(capsys):
+    frequency, *rest = axes(frequency=[2, 4], rms=[0.5])
+    console.show_table(sweep(replace(frequency, walk="sample"), *rest, reference=None))
+    assert "isolation" not in capsys.readouterr().out
 
 
 def test_isolation_is_not_told_where_no_case_has_numbers(capsys):

@@ -118,7 +118,11 @@ def _rows(table: study.Table) -> Iterator[Row]:
             remark = f"least {least}, greatest {most}" if least != most else least
             yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
             yield from means.known(table.axes, own.seeds, metric)
-    over_frequency = any(axis.key == survey.FREQUENCY for axis in table.axes)
+    # Where the frequency is drawn together with other keys, a curve is a single case.
+    over_frequency = any(
+        axis.key == survey.FREQUENCY and len(axis.values) > 1 and not axis.walk
+        for axis in table.axes
+    )
     if over_frequency and "T_a" in own.extremes and own.cases <= HELD:
         yield _isolation(table, survey.isolation(table.own))
     yield from stroke(table, own)
@@ -132,23 +136,25 @@ def _rows(table: study.Table) -> Iterator[Row]:
 
 
 def _isolation(table: study.Table, found: Sequence[Isolation]) -> Row:
-    """Give from which frequency on the seat isolates."""
-    known = [one for one in found if one.above is not None]
-    if not known:
+    """Give from which frequency on the seat isolates, on every curve that ever does."""
+    begins = [one.above for one in found if one.above is not None]
+    if not begins:
         return Row("isolation", "nowhere", "T_a does not stay below 1 up to the end of a curve")
-    begins = sorted({one.above for one in known if one.above is not None})
-    value = f"from {span(number(begins[0]), number(begins[-1]))} Hz"
-    several = len(found) > 1 and (len(begins) > 1 or len(known) < len(found))
-    remark = "T_a stays below 1"
-    if several and len(found) <= NAMED:
+    first, last, remark = min(begins), max(begins), "T_a stays below 1"
+    alike = first == last and len(begins) == len(found)
+    if not alike and len(found) <= NAMED:
         remark += ": " + "; ".join(
             f"{wording.place(one.point, table.axes)} "
             + ("nowhere" if one.above is None else f"from {number(one.above, 'Hz')}")
             for one in found
         )
-    elif len(known) < len(found):
-        remark += f"; on {len(found) - len(known)} of {len(found)} curves nowhere"
-    return Row("isolation", value, remark)
+    elif not alike:
+        lost = len(begins) < len(found)
+        curves = f"{len(begins)} of {len(found)}" if lost else f"all {len(found)}"
+        remark += f" on {curves} curves" + ", nowhere on the others" * lost
+        if first < last:
+            remark += f"; on {begins.count(first)} of them from {number(first, 'Hz')}"
+    return Row("isolation", f"from {number(last, 'Hz')}", remark)
 
 
 def _missing(table: study.Table) -> Iterator[Row]:

@@ -1,6 +1,7 @@
 """Numbers and scenes in words, for the terminal and for pictures alike."""
 
 from drysim.wording.cases import place as place
+from drysim.wording.cases import places as places
 from drysim.wording.cases import short as short
 from drysim.wording.cases import stretch as stretch
 from drysim.wording.cases import swept as swept

@@ -57,6 +57,17 @@ def place(point: Mapping[str, float], axes: Sequence[Swept]) -> str:
     )
 
 
+def places(points: Sequence[Mapping[str, float]], axes: Sequence[Swept]) -> str:
+    """Give where a few cases are, e.g. `frequency 0.5, 7 Hz`; of several keys one by one."""
+    if len(points[0]) > 1:
+        return "; ".join(place(point, axes) for point in points)
+    units = {axis.key: pretty(axis.unit) for axis in axes}
+    *values, last = sorted(value for point in points for value in point.values())
+    (key,) = points[0]
+    spelled = [*map(number, values), number(last, units.get(key, ""))]
+    return f"{short(key, units)} {', '.join(spelled)}"
+
+
 def stretch(ends: Mapping[str, tuple[float, float]], axes: Sequence[Swept]) -> str:
     """Give between what some cases lie, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
     units = {axis.key: pretty(axis.unit) for axis in axes}

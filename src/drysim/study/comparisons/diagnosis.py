@@ -12,11 +12,12 @@ from drysim.approach.numerics import FIXED_STEP
 from drysim.errors import SolverError
 from drysim.study.case import assemble
 from drysim.study.cautions import at
+from drysim.study.comparisons.agreement import range_of_agreement
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.sweeps.cases import Motions, case_at, measured, response_of
-from drysim.study.sweeps.survey import AGREE, compared, deviations, worst
+from drysim.study.sweeps.survey import AGREE, deviations, worst
 from drysim.study.sweeps.table import Row
-from drysim.wording import number, percent, stretch
+from drysim.wording import number, percent
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
@@ -92,34 +93,6 @@ def told(comparison: Comparison) -> str:
     yardstick, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
     tells = comparison.of_laws and law not in (None, "", yardstick)
     return f"{yardstick} ({law})" if tells else yardstick
-
-
-def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
-    """Say where an approach agrees with the yardstick."""
-    found = list(compared(comparison, name))
-    rows = [row for row, _ in found]
-    good = [row for row, off in found if agrees(off and off[0])]
-    if len(rows) < 2:
-        return
-    if not good:
-        yield f"{name} agrees within {percent(AGREE)} nowhere in this sweep"
-        return
-    ends = {
-        key: (min(row.point[key] for row in good), max(row.point[key] for row in good))
-        for key in good[0].point
-    }
-    inside = [
-        row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
-    ]
-    words = stretch(ends, comparison.table.axes)
-    share = f"{len(good)} of {len(rows)} cases"
-    whole = ":" if len(inside) == len(good) else ", all within"
-    yield f"{name} agrees within {percent(AGREE)} in {share}{whole} {words}"
-
-
-def agrees(deviation: float | None) -> bool:
-    """Tell whether a deviation of T_a is within what counts as agreement; none is not."""
-    return deviation is not None and abs(deviation) <= AGREE
 
 
 def flips(response: Response, exact: Response) -> float:
