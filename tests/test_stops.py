@@ -9,6 +9,7 @@ import pytest
 
 import drysim
 from contacts import at
+from drysim.approach import settled
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.viscous import Viscous
 from drysim.core.motion import Samples, Sines
@@ -163,6 +164,21 @@ def test_orbit_between_stops_closes(name):
     assert end.x_r == pytest.approx(orbit.state.x_r, abs=1e-13)
     assert end.v_r == pytest.approx(orbit.state.v_r, abs=1e-11)
     assert len(track.hits().t) >= 2 * orbit.periods
+
+
+def test_mass_that_bounces_without_loss_is_on_one_orbit_of_a_continuum():
+    """There and back in a period; a little faster, it is back a little sooner for ever."""
+    free, elastic = Plant(75.0, 0.0, 0.0), Stopped(0.0, 0.0, 0.01, e=1.0)
+    orbit = settled.find_orbit(free, elastic, sine(0.0, 1.0), State(0.0, 0.04), 1.0)
+    assert orbit.settled
+    assert not orbit.unique
+
+
+def test_orbit_of_lossy_rebounds_without_a_damper_draws_its_neighbours():
+    undamped = Plant(75.0, 7500.0, 0.0)
+    orbit = StickSlip().orbit(undamped, STOPS["rebound"], sine(2.5, 1.3), REST, 1 / 1.3)
+    assert orbit.settled
+    assert orbit.unique
 
 
 class TestClosedForms:

@@ -8,6 +8,7 @@ from drysim.approach import by_series
 from drysim.approach.bounded import march
 from drysim.approach.by_series import Series
 from drysim.approach.closing import Closing
+from drysim.approach.neighbours import drawn
 from drysim.approach.orbit import Orbit
 from drysim.approach.traced import Traced, follow
 from drysim.approach.ways import AnyOther
@@ -58,7 +59,15 @@ def find_orbit(
         state = closing.onwards()
     settled, run_up = change <= closing.closed, periods * period
     end, left = closing.ends[0], closing.left(change)
-    return Orbit(end, multiple if settled else 1, change, settled, True, run_up, peak, left)
+    multiple = multiple if settled else 1
+
+    def repeat(state: AnyState) -> AnyState:
+        return once(plant, law, motion, state, multiple * period).state(multiple * period)
+
+    unique = True
+    if settled and plant.b == 0.0 and isinstance(law, Stopped) and len(track.turns) > 1:
+        unique = drawn(repeat, end, (closing.scale[0], closing.scale[1]))
+    return Orbit(end, multiple, change, settled, unique, run_up, peak, left)
 
 
 def closed(law: AnyOther | Dynamic) -> float:

@@ -85,10 +85,11 @@ def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
         sentence = f"approach {name} has no use for end stops"
         yield ("stroke", "stops"), f"{sentence}; take them away or choose stick-slip"
     elif SHELF[name].use_friction and _parts(scenario):
+        key = "normal_record" if _recorded(scenario) else "normal_variation"
         sentence = "end stops go with a normal force that stays above zero and is no record"
-        yield ("stroke", "stops"), f"{sentence}; mend that, or take them away"
+        yield ("stroke", "stops"), f"{sentence}; mend friction.{key}, or take them away"
     elif SHELF[name].use_friction and not isinstance(scenario.law(), Law | Stopped):
-        sentence = "end stops go with Coulomb's friction only"
+        sentence = "end stops go with Coulomb's friction only, not with this friction.law"
         yield ("stroke", "stops"), f"{sentence}; choose law coulomb, or take them away"
     if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
         sentence = (
@@ -98,10 +99,14 @@ def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
         yield ("start", "x_r"), sentence
 
 
+def _recorded(scenario: Scenario) -> bool:
+    """Tell whether the normal force was recorded."""
+    return getattr(scenario.acting, "normal_record", None) is not None
+
+
 def _parts(scenario: Scenario) -> bool:
     """Tell whether surfaces may part, or follow a recorded normal force."""
-    recorded = getattr(scenario.acting, "normal_record", None) is not None
-    return recorded or isinstance(scenario.law(), Pressed)
+    return _recorded(scenario) or isinstance(scenario.law(), Pressed)
 
 
 def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
