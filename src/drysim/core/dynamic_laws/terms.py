@@ -24,18 +24,17 @@ def force_term(law, jet, d, n, falls, per_curve):
     per_curve : float
         One over the Stribeck curve at the beginning [1/N].
     """
-    if falls and n > 0:
-        excess_term(law, jet, d, n)
+    known = excess_term(law, jet, d, n) if falls and n > 0 else 0.0
     if law.kind == STRIBECK:
         jet.F[n] = d * ((law.F_fk if n == 0 else 0.0) + jet.g[n])
         return
     if law.kind == LEUVEN:
-        jet.p[n] = (d * law.sigma_0 * jet.z[n] - curve_sum(jet, n, falls)) * per_curve
+        jet.p[n] = (d * law.sigma_0 * jet.z[n] - known) * per_curve
         z_d = travel_term(law, jet, d, n)
         jet.z[n + 1] = deflection_term(jet, n) / (n + 1)
     else:
         product = product_term(jet.v, jet.z, n)
-        jet.p[n] = (d * product - curve_sum(jet, n, falls)) * per_curve
+        jet.p[n] = (d * product - known) * per_curve
         z_d = jet.v[n] - law.sigma_0 * jet.p[n]
         jet.z[n + 1] = z_d / (n + 1)
     jet.F[n] = law.sigma_0 * jet.z[n] + law.sigma_1 * z_d + law.sigma_2 * jet.v[n]
@@ -53,42 +52,40 @@ def excess_start(law, jet, d, v):
 def excess_term(law, jet, d, n):
     """Set term n, above 0, of the excess: its rate is -s' times it.
 
-    `jet.s` holds n times the terms of the exponent, but for the first.
+    `jet.s` holds n times the terms of the exponent, but for the first. Gives the part of term n
+    of the curve times p that is known before p's own. The sums go on side by side: each has to
+    wait for its last term.
     """
+    square, fall, known = 0.0, 0.0, 0.0
+    if n % 2 == 0:
+        k = n // 2
+        square = jet.v[k] * jet.v[k]
+        fall = jet.s[k] * jet.g[k]
+        known = jet.g[k] * jet.p[k]
+    for k in range((n - 1) // 2, 0, -1):
+        m = n - k
+        square += 2.0 * (jet.v[k] * jet.v[m])
+        fall += jet.s[k] * jet.g[m] + jet.s[m] * jet.g[k]
+        known += jet.g[k] * jet.p[m] + jet.g[m] * jet.p[k]
     if law.exponent == 1:
         jet.s[n] = n * d * jet.v[n] / law.v_s
     elif law.exponent == 2:
-        square = 0.0
-        for k in range(1, n):
-            square += jet.v[k] * jet.v[n - k]
         jet.s[n] = n * (square + 2.0 * jet.v[0] * jet.v[n]) / (law.v_s * law.v_s)
     else:
         total = law.exponent * n * jet.v[n] * jet.s[0]
         for k in range(1, n):
             total += (law.exponent * k / (n - k) - 1.0) * jet.v[k] * jet.s[n - k]
         jet.s[n] = total / jet.v[0]
-    total = 0.0
-    for k in range(1, n + 1):
-        total += jet.s[k] * jet.g[n - k]
-    jet.g[n] = -total / n
-
-
-@inlined
-def curve_sum(jet, n, falls):
-    """Give the part of term n of the curve times p that is known before p's own."""
-    total = 0.0
-    if falls:
-        for k in range(1, n + 1):
-            total += jet.g[k] * jet.p[n - k]
-    return total
+    jet.g[n] = -(fall + jet.s[n] * jet.g[0]) / n
+    return known + jet.g[n] * jet.p[0]
 
 
 @inlined
 def product_term(one, two, n):
-    """Give term n of the product of two series."""
-    total = 0.0
-    for k in range(n + 1):
-        total += one[k] * two[n - k]
+    """Give term n of the product of two series, from both ends at once."""
+    total = one[n // 2] * two[n // 2] if n % 2 == 0 else 0.0
+    for k in range((n - 1) // 2, -1, -1):
+        total += one[k] * two[n - k] + one[n - k] * two[k]
     return total
 
 
