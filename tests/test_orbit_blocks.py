@@ -53,6 +53,18 @@ def test_block_of_a_sweep_is_what_its_cases_are_alone(tmp_path, keys):
     same(sweep(scenario), scenario)
 
 
+def test_coefficients_of_friction_are_swept_in_blocks(tmp_path):
+    file = tmp_path / "block.yaml"
+    coefficients = BASE.replace("kinetic: 15", "mu_kinetic: 0.01, mu_static: 0.03")
+    file.write_text(
+        f"{coefficients}sweep:\n  friction.mu_kinetic: [0, 0.02]\n"
+        "  friction.mu_static: [0.02, 0.03]\n  friction.normal: [600, 900]\n"
+        "  oscillator.mass: [60, 90]\n"
+    )
+    scenario = load(file)
+    same(sweep(scenario), scenario)
+
+
 def test_sums_of_sines_and_varying_limits_are_solved_in_blocks(tmp_path):
     file = tmp_path / "block.yaml"
     sines = "{kind: sines, components: [{frequency: 1.2, rms: 1}, {frequency: 2.4, rms: 0.4}]}"

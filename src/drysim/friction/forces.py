@@ -48,8 +48,10 @@ class Kinetic(Block):
 
     def kinetic_force(self, m: float) -> float:
         """Give F_fk [N]; the mass [kg] is the normal force's default."""
+        if self.kinetic is not None:
+            return self.kinetic
         # Neither is given while the faults of a file are being collected.
-        return self.forced(self.mu_kinetic or 0.0, m) if self.kinetic is None else self.kinetic
+        return self.forced(0.0 if self.mu_kinetic is None else self.mu_kinetic, m)
 
     def forced(self, mu: float, m: float) -> float:
         """Give the force [N] behind a coefficient."""
