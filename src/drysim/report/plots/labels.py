@@ -37,8 +37,18 @@ SYMBOLS = {
 
 
 def axis_label(axis: Axis) -> str:
-    """Give the words for a swept key with their unit."""
-    return LABELS.get(axis.key, f"{axis.key} [{wording.pretty(axis.unit) or '–'}]")
+    """Give the words for a swept key with their unit; for `FORCES` those of the force."""
+    return LABELS.get(axis.key) or key_label(axis)
+
+
+def key_label(axis: Axis) -> str:
+    """Give the words for a swept key with its own unit, whatever it comes to."""
+    if axis.key in LABELS and axis.key not in FORCES[1:]:
+        return LABELS[axis.key]
+    symbol = SYMBOLS.get(axis.key)
+    name = axis.key.rpartition(".")[2].replace("_", " ")
+    words = f"{name} {symbol}" if symbol else axis.key
+    return f"{words} [{wording.pretty(axis.unit) or '–'}]"
 
 
 def spoken(point: Mapping[str, float], axes: Sequence[Axis]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.report.plots import heading, ink, layout, scales
-from drysim.report.plots.labels import axis_label
+from drysim.report.plots.labels import key_label
 from drysim.report.plots.scatter import Bins, Scatter, gathered
 from drysim.report.plots.views import along_axis
 from drysim.study.sweeps.rows import HELD, batches_of
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 BANDS = ((0.05, 0.95, "#c9d8e8", "90 % of the cases"), (0.25, 0.75, "#8fb0d0", "half of them"))
 MEDIAN: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
 LIMIT: dict[str, Any] = {"color": "#b3261e", "linewidth": 1.0, "linestyle": (0, (4, 2))}
+
+RIGHT = 0.92
+"""Where the last column ends, so that the numbers of its colours have room beside it."""
 
 
 def scattered(table: Table) -> bool:
@@ -54,7 +57,7 @@ def draw(table: Table, quantities: Sequence[tuple[str, str, float]], limit: bool
     if references:
         gathered(batches_of(table.rows), references[0], beside)
     shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
-    figure, grid = layout.sheet(1 if across is None else 2, len(shown), right=0.94)
+    figure, grid = layout.sheet(1 if across is None else 2, len(shown), right=RIGHT)
     for place, i in enumerate(shown):
         _, words, factor = quantities[i]
         axes = figure.add_subplot(grid[0, place])
@@ -106,21 +109,22 @@ def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
         axes.set_xlim(x[0], x[-1])
     axes.tick_params(labelbottom=named)
     if named:
-        axes.set_xlabel(axis_label(bins.axis))
+        axes.set_xlabel(key_label(bins.axis))
 
 
 def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: bool) -> None:
     """Draw the mean over two swept keys; the first of a row names the key across."""
     assert found.across is not None, "a map has two axes"
-    x, y = found.along.middles, found.across.middles
+    x, y = found.along.fences(), found.across.fences()
     values = np.ma.masked_invalid(found.map * factor)
-    mesh = axes.pcolormesh(x, y, values, shading="nearest", cmap="viridis", rasterized=True)
+    mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
     along_bins(axes, found.along, named=True)
-    if scales.wide(y.tolist()):
+    axes.set_ylim(y[0], y[-1])
+    if scales.wide(found.across.middles.tolist()):
         axes.set_yscale("log")
         scales.decades(axes.yaxis)
     axes.tick_params(labelleft=named)
     if named:
-        axes.set_ylabel(axis_label(found.across.axis))
+        axes.set_ylabel(key_label(found.across.axis))
     axes.grid(visible=False)
     figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.report.plots.scales import wide
 from drysim.scenario.sweep.drawn import Drawn
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ Floats = NDArray[np.float64]
 MOST_VALUES, FEWEST_BINS, BINS = 120, 6, 48
 """Values of a key up to which each is a bin of its own; least and most bins of other keys."""
 
-FINENESS = 64
+FINENESS = 256
 """Bins of a metric to a factor of e: less than the width of a line."""
 
 SPAN = (log(1e-9), log(1e6))
@@ -49,13 +50,24 @@ class Bins:
         low, high = _ends(values)
         even = low > 0 and high >= 10 * low
         scale = np.geomspace if even else np.linspace
-        edges = scale(low, high, min(BINS, max(FEWEST_BINS, isqrt(len(values)))) + 1)
+        most = isqrt(len(values)) if isinstance(values, Drawn) else BINS
+        edges = scale(low, high, min(BINS, max(FEWEST_BINS, most)) + 1)
         middles = np.sqrt(edges[1:] * edges[:-1]) if even else 0.5 * (edges[1:] + edges[:-1])
         return cls(axis, middles, edges[1:-1])
 
     def __len__(self) -> int:
         """Give the number of bins."""
         return len(self.middles)
+
+    def fences(self) -> Floats:
+        """Give the edges of all bins for drawing, halfway by the scale of the axis."""
+        if len(self) == 1:
+            return np.array([self.middles[0] - 0.5, self.middles[0] + 0.5])
+        even = wide(self.middles.tolist())
+        x = np.log(self.middles) if even else self.middles
+        between = 0.5 * (x[1:] + x[:-1])
+        edges = np.array([2 * x[0] - between[0], *between, 2 * x[-1] - between[-1]])
+        return np.asarray(np.exp(edges) if even else edges)
 
     def find(self, values: Floats) -> NDArray[np.intp]:
         """Give the bin of every value."""
@@ -104,8 +116,7 @@ class Scatter:
         with np.errstate(divide="ignore"):
             logs = np.log(values)
         place = np.clip((logs - SPAN[0]) * FINENESS + 1, 0, width - 1).astype(np.int64)
-        found = np.bincount(at * width + place, minlength=self.counts.size)
-        self.counts += found.reshape(self.counts.shape)
+        np.add.at(self.counts, (at, place), 1)
         y = batch.points.get(self.across.axis.key) if self.across else None
         if self.across is not None and y is not None:
             cell = at * len(self.across) + self.across.find(y[known])

@@ -1,0 +1,167 @@
+"""The pictures of sweeps of very many cases, drawn of few: bands, maps and their axes."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from drysim.report.plots import many, scatter
+from drysim.report.plots.transmissibility import draw
+from drysim.scenario import load
+from drysim.study.sweeps.rows import batches_of
+from drysim.study.sweeps.sweep import sweep
+from drysim.study.sweeps.table import FAILED
+from grids import axes as axes_of
+from grids import spoil
+from grids import sweep as stand_in
+
+SEAT = """\
+drysim: 1
+name: seat
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+stroke: {limit: 25 mm}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+reference: viscous
+"""
+BOTH = [("T_x", "T_x", 1.0), ("T_a", "T_a", 1.0)]
+GRID = "{excitation.frequency: [1, 2, 4, 8], friction.kinetic: [5, 15, 45]}"
+SAMPLE = """
+  sample:
+    {kind: sobol, count: 60, seed: 1, over: {
+      excitation.frequency: {from: 0.5, to: 10},
+      oscillator.mass: {distribution: normal, mean: 75, sd: 5, from: 50}}}
+"""
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Give a function that computes the table of a sweep block."""
+
+    def swept(block, seat=SEAT):
+        file = tmp_path / "seat.yaml"
+        file.write_text(f"{seat}sweep: {block}\n")
+        return sweep(load(file))
+
+    return swept
+
+
+def band(panel, words):
+    """Give the lower and upper ends of a band, by x."""
+    (found,) = [one for one in panel.collections if one.get_label() == words]
+    ends = {}
+    for x, y in found.get_paths()[0].vertices:
+        low, high = ends.get(x, (np.inf, -np.inf))
+        ends[x] = min(low, y), max(high, y)
+    return [ends[x] for x in sorted(ends)]
+
+
+def line(panel, words):
+    """Give the curve of a label."""
+    (found,) = [one for one in panel.lines if one.get_label() == words]
+    return found.get_xdata(), found.get_ydata()
+
+
+def mesh(panel):
+    """Give the map of a panel."""
+    (found,) = [one for one in panel.collections if hasattr(one, "get_coordinates")]
+    return found
+
+
+def test_bands_lie_within_each_other_around_the_median(table):
+    bands, *_ = many.draw(table(GRID), BOTH, limit=False).axes
+    outer, inner = band(bands, "90 % of the cases"), band(bands, "half of them")
+    x, median = line(bands, "median")
+    assert x.tolist() == [1, 2, 4, 8]
+    for (low, high), (first, third), middle in zip(outer, inner, median, strict=True):
+        assert 0 < low <= first <= middle <= third <= high
+    assert line(bands, "median without dry friction")[1][1] > median[1]
+
+
+def test_axes_of_many_cases_are_named_and_share_their_range(table):
+    figure = many.draw(table(GRID), BOTH, limit=False)
+    bands, mapped = figure.axes[0], figure.axes[1]
+    assert mapped.get_xlabel() == "frequency $f$ [Hz]"
+    assert mapped.get_ylabel() == "kinetic friction force $F_{fk}$ [N]"
+    assert bands.get_xlabel() == ""
+    assert bands.get_xlim() == mapped.get_xlim() == (1, 8)
+    assert bands.get_ylim()[0] == 0
+
+
+def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
+    swept = table(GRID)
+    figure = many.draw(swept, BOTH, limit=False)
+    known = [row.metrics["T_x"] for row in swept.of("stick-slip")]
+    found = mesh(figure.axes[1])
+    assert found.get_clim() == pytest.approx((min(known), max(known)))
+    values = found.get_array().reshape(3, 4)
+    assert values.ravel().tolist() == pytest.approx(known)
+
+
+def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
+    forces = "friction.kinetic: {from: 1, to: 45, count: 10}"
+    block = f"{{excitation.frequency: {{from: 0.1, to: 100, count: 7, scale: log}}, {forces}}}"
+    mapped = many.draw(table(block), BOTH, limit=False).axes[1]
+    assert (mapped.get_xscale(), mapped.get_yscale()) == ("log", "log")
+    x = mesh(mapped).get_coordinates()[0, :, 0]
+    assert np.diff(np.log(x)).tolist() == pytest.approx([np.log(10) / 2] * 7)
+    # An axis of equal steps does not reach down to zero, where no case is.
+    assert 0.4 < mapped.get_ylim()[0] < 1
+
+
+def test_a_coefficient_of_friction_is_not_called_a_force(table):
+    block = "{excitation.frequency: [1, 2], friction.mu_kinetic: [0.01, 0.02]}"
+    swept = table(block, SEAT.replace("kinetic: 15", "mu_kinetic: 0.02"))
+    assert many.draw(swept, BOTH, limit=False).axes[1].get_ylabel() == "mu kinetic $\\mu_k$ [–]"
+
+
+def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
+    swept = table(SAMPLE)
+    figure = draw(swept)
+    bands, mapped = figure.axes[0], figure.axes[1]
+    assert mapped.get_ylabel() == "mass $m$ [kg]"
+    low, high = bands.get_xlim()
+    assert 0.5 < low < high < 10
+    counts = scatter.Scatter("T_a", scatter.Bins.of(swept.axes[0]), None)
+    scatter.gathered(batches_of(swept.rows), "stick-slip", [counts])
+    assert counts.counts.sum() == 60
+    # White where no case is: the map is masked there and nowhere else.
+    masked = np.ma.getmaskarray(mesh(mapped).get_array())
+    assert 0 < np.count_nonzero(~masked) <= 60
+
+
+def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
+    figure = many.draw(table(GRID), [("x_r_peak", "stroke", 1e3)], limit=True)
+    assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
+    assert figure.axes[0].get_ylim()[1] >= 25
+
+
+def test_one_case_and_one_key_make_a_picture(table):
+    single = many.draw(table("{friction.kinetic: [15]}"), BOTH, limit=False)
+    assert line(single.axes[0], "median")[1][0] == pytest.approx(1.3, abs=0.1)
+    assert len(many.draw(table("{friction.kinetic: [5, 15]}"), BOTH, False).axes) == 2
+
+
+def test_cases_without_numbers_leave_an_empty_panel():
+    lost = spoil(stand_in(*axes_of(frequency=[1, 2], force=[5, 15])), FAILED, *range(8))
+    figure = many.draw(lost, BOTH, limit=False)
+    assert figure.axes[0].get_ylim()[0] == 0
+    assert np.isnan(line(figure.axes[0], "median")[1]).all()
+
+
+def test_quantiles_of_a_picture_are_those_of_the_cases():
+    values = np.random.Generator(np.random.PCG64(2)).lognormal(size=5000)
+    bins = scatter.Bins(axes_of(frequency=[1, 2])[0], np.array([1.0, 2.0]), np.array([1.5]))
+    one = scatter.Scatter("T_a", bins, None)
+
+    class Batch:
+        metrics, points = {"T_a": values}, {"excitation.frequency": np.ones(5000)}
+
+    one.add(Batch)
+    for level in (0.05, 0.25, 0.5, 0.75, 0.95):
+        assert one.quantile(level)[0] == pytest.approx(np.quantile(values, level), rel=4e-3)
+        assert np.isnan(one.quantile(level)[1])
+    assert Counter(one.counts.sum(axis=1).tolist()) == {5000: 1, 0: 1}
