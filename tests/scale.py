@@ -39,7 +39,9 @@ sweep:
 SMALL, MIDDLE, LARGE = (50, 20), (1000, 200), (1000, 1000)
 """Values of the two keys: the same range of scenes by 1,000, 200,000 and 1,000,000 cases."""
 
-REPEATS = 15
+REPEATS, PAIRS = 15, 2
+"""Times that 1,000 cases are computed before and after 1,000,000; and that threads and workers
+compute these in turn."""
 
 
 class Clock:
@@ -125,19 +127,26 @@ def of_threads(folder: Path) -> None:
 
 
 def of_cluster(folder: Path) -> None:
-    """Print the same of two worker processes, beside two threads."""
-    large = Bench(folder, LARGE)
+    """Print the same of two worker processes, side by side with two threads."""
+    large, walls = Bench(folder, LARGE), []
     with joined("local", 2, print) as link:
         warm = Bench(folder, MIDDLE)
         solve_far(warm.case, link, warm.store())
-        large = Bench(folder, LARGE)
-        busy = sum(link.client.run(time.process_time).values())
-        store, clock = large.store(), Clock()
-        solve_far(large.case, link, store)
-        wall, cpu, main = clock.read()
-        busy = sum(link.client.run(time.process_time).values()) - busy
+        for _ in range(PAIRS):
+            near = large.threads(2)
+            busy = sum(link.client.run(time.process_time).values())
+            store, clock = large.store(), Clock()
+            solve_far(large.case, link, store)
+            wall, cpu, main = clock.read()
+            busy = sum(link.client.run(time.process_time).values()) - busy
+            walls.append((wall, near[0], wall / near[0], (busy + cpu) / near[1]))
+    wall, of_threads, ratio, work = (statistics.median(one) for one in zip(*walls, strict=True))
     blocks = len(Pieces(approaches_of(large.case.scenario)))
     print(f"two workers: wall {wall:.1f} s, {large.cases / wall:.0f} cases a second")
+    print(
+        f"two threads beside them: wall {of_threads:.1f} s; workers take {ratio:.2f} times it"
+    )
+    print(f"processor time of all, over that of two threads: {work:.2f}")
     print(f"workers: {large.cases / busy:.0f} a second of their processor time")
     print(f"with the client: {large.cases / (busy + cpu):.0f} a second of processor time")
     print(f"client, main thread: {1e6 * main / large.cases:.2f} µs a case")
