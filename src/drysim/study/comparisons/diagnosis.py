@@ -60,13 +60,14 @@ def sentences(
         return
     if abs(deviation) <= AGREE:
         yield f"{name} agrees with {told(comparison)}: T_a {signed(deviation)}{place}"
-    elif comparison.laws.get(name) == name:  # no error, whatever it changes
-        yield f"{name} differs from {told(comparison)}: T_a {signed(deviation)}{place}"
+    elif (doubt := doubtful(comparison)) or comparison.laws.get(name) == name:
+        # A law is no error, whatever it changes; nor is what the yardstick may err in itself.
+        yield f"{name} differs from {told(comparison)}: T_a {signed(deviation)}{place}{doubt}"
         yield from range_of_agreement(comparison, name)
     else:
         yield f"{name} is off: T_a {signed(deviation)} against {told(comparison)}{place}"
         yield from range_of_agreement(comparison, name)
-    if exact is None:
+    if exact is None or doubtful(comparison):
         return
     case = case_at(scenarios[name], row.point)
     response = response_of(case)
@@ -86,6 +87,16 @@ def sentences(
 def same(one: Scenario, other: Scenario) -> bool:
     """Tell whether two words of a comparison mean one law under one approach."""
     return one.solver.member() == other.solver.member() and one.acting == other.acting
+
+
+def doubtful(comparison: Comparison) -> str:
+    """Say why the yardstick proves no other wrong; nothing where it solves all of the scene."""
+    yardstick, scenario = comparison.yardstick, comparison.table.scenario
+    if losses := scenario.losses(yardstick):
+        return f"; {'; '.join(losses)}"
+    if not hasattr(scenario.compared_by(yardstick).solver.member(), "track"):
+        return f"; {yardstick} marches by fixed steps, so that it may be off itself"
+    return ""
 
 
 def told(comparison: Comparison) -> str:
