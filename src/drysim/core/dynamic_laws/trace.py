@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from drysim.core.compiled import compiled
 from drysim.core.dynamic_laws.dynamic import slow_speed
-from drysim.core.dynamic_laws.jet import ORDER, drive, grow, state_at, value
-from drysim.core.dynamic_laws.memory import EVEN, branch_end, end_branch, head, set_slope
-from drysim.core.dynamic_laws.settled import SETTLED, STIFF, calm_plant, settle, settling_rate
+from drysim.core.dynamic_laws.jet import ORDER, drive, state_at, value
+from drysim.core.dynamic_laws.memory import EVEN, end_branch, head, set_slope
+from drysim.core.dynamic_laws.settled import SETTLED, calm_plant
 from drysim.core.dynamic_laws.stay import break_away, calm_length
+from drysim.core.dynamic_laws.step import begin, extent
 from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, note, sign
 from drysim.core.plant import LEUVEN, STRIBECK
-from drysim.core.samples.foresight import first_zero, followed, foreseen
 from drysim.core.samples.stop import NEVER, RESOLUTION
 from drysim.core.trail import ENOUGH, mark
 
@@ -19,9 +19,6 @@ SLOW = 3
 
 STALL = 100
 """Changes in a row without progress in time that put a scene at the end of double precision."""
-
-LONGEST_WAIT = 31
-"""Steps at most before bristles that had not settled are asked again."""
 
 
 @compiled
@@ -101,9 +98,9 @@ def trace(
         at = mark(trail, at, n, s, x_r, v_r, z, d)
         left = length - s
         if d == 0 and law.kind == STRIBECK:
-            calm = min(left, calm_length(waves))
-            stay, side = break_away(plant, law, waves, x_r, u_0, slope, t, calm)
-            s = length if min(stay, calm) >= left else s + min(stay, calm)
+            looked = min(left, calm_length(waves))
+            stay, side = break_away(plant, law, waves, x_r, u_0, slope, t, looked)
+            s = length if min(stay, looked) >= left else s + min(stay, looked)
             if stay != NEVER:
                 d = 2 * side
                 F_L = -side * law.F_fs
@@ -113,45 +110,23 @@ def trace(
             if law.kind == LEUVEN:
                 set_slope(law, jet)
                 trail.rise[at - 1], trail.bend[at - 1] = jet.slope[0], jet.slope[1]
-            poised = abs(d) == 2
             way = 1 if d >= 0 else -1
             v_least = law.tolerance * jet.scale[0]
-            last, step, rounds = 0, 0.0, 0
-            if law.kind != STRIBECK and settling_rate(law, v_r, z) * min(left, calm) > STIFF:
-                if pause == 0:
-                    last, step, rounds = settle(
-                        plant, law, jet, way, x_r, v_r, z, left, v_least, z_least
-                    )
-                    wait = 0 if rounds > 0 else min(2 * wait + 1, LONGEST_WAIT)
-                    pause = wait
-                else:
-                    pause -= 1
             slow = slow_speed(law, jet)
             creeps = slow > 0.0 and way * v_r <= slow
-            if rounds == 0:
-                last, step = grow(
-                    plant, law, jet, way, x_r, v_r, z, poised, creeps, min(left, wish),
-                    v_least, z_least,
-                )  # fmt: skip
-                if creeps and not poised:
-                    trail.d[at - 1] = way * SLOW
-            else:
-                trail.d[at - 1] = way * (SETTLED + rounds)
+            last, step, rounds, pause, wait = begin(
+                plant, law, jet, d, x_r, v_r, z, creeps, left, min(left, calm), wish, v_least,
+                z_least, pause, wait,
+            )  # fmt: skip
             trail.terms[at - 1] = last
-            step = foreseen(law, jet, last, way, step, slow)
-            stop = first_zero(jet.v, last, way, step)
-            if rounds > 0 and stop != NEVER:
-                step, stop = 0.5 * stop, NEVER
-            end_of_branch, what = NEVER, 0
-            if law.kind == LEUVEN:
-                end_of_branch, what = branch_end(law, jet, last, way, min(stop, step))
+            if rounds > 0:
+                trail.d[at - 1] = way * (SETTLED + rounds)
+            elif creeps and abs(d) != 2:
+                trail.d[at - 1] = way * SLOW
+            step, stop, end_of_branch, what = extent(
+                plant, law, jet, last, way, step, rounds > 0, creeps, slow, v_least
+            )
             event = min(stop, end_of_branch)
-            seen = min(event, step)
-            if not creeps:
-                seen = followed(plant, law, jet, last, way, seen, v_least)
-            if seen < event:
-                step = min(seen, step)
-                stop, end_of_branch, event = NEVER, NEVER, NEVER
             if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
                 event = stop = step
             crawls = min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
