@@ -92,18 +92,18 @@ def end_of_hold(stretch, waves, law, x_0, poised, way, gap, h):
     no longer than it matters.
     """
     change, after, x, v = NEVER, way, stretch.x_r, stretch.v_r
-    likely = way != 0 and swings_to(stretch, way, gap)
-    if likely:
-        until = min(HALF_SWING / math.sqrt(stretch.w), h)
-        change, x, v = leave_hold(stretch, waves, law, x_0, way, poised == way, until)
+    looked = 0.0
+    if way != 0 and swings_to(stretch, way, gap):
+        looked = min(HALF_SWING / math.sqrt(stretch.w), h)
+        change, x, v = leave_hold(stretch, waves, law, x_0, way, poised == way, looked)
     if change < NEVER:
         turn, x_turn = turning_before(stretch, waves, law, way, change, v)
     else:
         turn, x_turn = turning(stretch, waves, way, h)
     # Up to a turn x_r is monotone: a constant limit is not met before it is beyond there.
     short = law.variation == 0.0 and turn < NEVER and way * (x_turn - stretch.x_r) < gap
-    if change == NEVER and way != 0 and not short:
-        until = min(turn, h)
+    until = min(turn, h)
+    if change == NEVER and way != 0 and looked < until and not short:
         change, x, v = leave_hold(stretch, waves, law, x_0, way, poised == way, until)
     if law.variation > 0.0:
         for side in (-1, 1):

@@ -100,6 +100,10 @@ def vanish(stretch, waves, law, blend, zeros, h, stays):
     value, rate, bend, twist = blended(law, waves, blend, x, v, a, j, k, s)
     value = 0.0 if zeros > 0 else max(value, 0.0)
     rate = 0.0 if zeros > 1 else rate
+    most = most_twist(blend, w, a, j, k, swing)
+    if value > h * (max(-rate, 0.0) + h * (max(-bend, 0.0) + h * (most + h * growth))):
+        # Far from zero, as in most steps of a record.
+        return NEVER, x, v
     while True:
         most = most_twist(blend, w, a, j, k, swing)
         if rate < 0.0 < value:
