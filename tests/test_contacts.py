@@ -72,6 +72,21 @@ def test_homogeneity(motion):
     assert (two.x_r == 2 * one.x_r).all()
 
 
+@pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
+def test_grid_under_sines_is_the_motion_read_point_by_point(law):
+    """Whole and in part, by sums of a table's columns; phases round at 20 s in 1e-13."""
+    motion = Sines((1.0, 0.7, 0.5), (1.6, 0.9, 3.3), (0.0, 1.0, 2.0))
+    response = solved(law, motion, duration=20.0)
+    x_r, v_r, _, F_f, _ = response.track.at(response.t)
+    assert np.abs(response.x_r - x_r).max() < 3e-13 * np.abs(x_r).max()
+    assert np.abs(response.v_r - v_r).max() < 3e-13 * np.abs(v_r).max()
+    assert np.abs(response.F_f - F_f).max() < 3e-13 * law.k_t * np.abs(x_r).max()
+    part = response.grid.part(777, 1500)
+    assert (part.x_r == response.x_r[777:1500]).all()
+    assert (part.force == response.F_f[777:1500]).all()
+    assert (response.grid.base(777, 1500) == response.u_dd[777:1500]).all()
+
+
 def test_stiff_contact_comes_to_coulomb_as_one_over_its_stiffness():
     motion = sine(1.0, 1.6)
     coulomb = solved(Law(45.0, 45.0), motion, duration=3.0).x_r

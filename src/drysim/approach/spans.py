@@ -8,11 +8,14 @@ import numpy as np
 
 from drysim.approach.events import Floats
 from drysim.approach.scene import grid_points
+from drysim.core.base import sample_base
+from drysim.core.compiled import held
 from drysim.core.means import mean_squares
 from drysim.core.motion import Samples, Sines, base_acceleration, sample_squares
 from drysim.core.plant import Plant
 from drysim.core.signal import largest
 from drysim.core.state import AnyState
+from drysim.core.table import room
 from drysim.core.waves import Waves
 from drysim.errors import UsageError
 
@@ -39,6 +42,13 @@ def base_on_grid(motion: Sines | Samples, first: int, last: int, dt: float) -> F
     if isinstance(motion, Samples):
         return motion.u_dd[first:last]
     return base_acceleration(motion, times(first, last, dt))
+
+
+def base_of_waves(waves: Waves, first: int, last: int, dt: float) -> Floats:
+    """Give ü [m/s²] at these points from a table of its sines: a long grid in less time."""
+    u_dd, table = held(np.empty(last - first)), held(np.empty(room(waves.size)))
+    sample_base(waves, first, dt, table, u_dd)
+    return np.asarray(u_dd)
 
 
 def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int, float]:

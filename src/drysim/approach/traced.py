@@ -9,9 +9,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from drysim.approach import ways
+from drysim.approach import spans, ways
 from drysim.approach.events import Codes, Events, Floats
-from drysim.approach.points import Held, Points
+from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
 from drysim.approach.room import empty_log, empty_trail, larger
 from drysim.approach.scene import (
@@ -23,17 +23,11 @@ from drysim.approach.scene import (
     refuse_storm,
     waves_of,
 )
-from drysim.approach.spans import (
-    base_on_grid,
-    last_interval,
-    run_length,
-    squares_of_base,
-    times,
-)
+from drysim.approach.touches import Touches
 from drysim.core.compiled import held
 from drysim.core.events import Log
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Plant
+from drysim.core.plant import Plant, Slider
 from drysim.core.state import AnyState, Deflected, Totals
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves
@@ -108,7 +102,7 @@ class Traced:
         x2, v2, x_dd2, power, rub, stuck, *hits = ways.integrate(self.law)(
             *self.scene, begin, end
         )
-        squares = squares_of_base(self.motion, self.waves, begin, end)
+        squares = spans.squares_of_base(self.motion, self.waves, begin, end)
         return Totals(x2, v2, x_dd2, power, rub, stuck, *squares, *hits)
 
     @property
@@ -148,8 +142,8 @@ def follow_as(
     duration: float | None,
 ) -> Made:
     """Solve a scene as `follow` does, and give it as a track of some kind."""
-    duration = run_length(motion, duration)
-    dt, last, length = last_interval(motion, duration)
+    duration = spans.run_length(motion, duration)
+    dt, last, length = spans.last_interval(motion, duration)
     u_dd = motion.u_dd[:] if isinstance(motion, Samples) else np.zeros(2)
     waves, base = waves_of(motion, ways.waving(law)), held(u_dd)
     walk, plain = ways.walk(law), ways.numbers(law)
@@ -195,8 +189,11 @@ def solve(
     track = follow(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     points = grid_points(track.end, dt)
-    x_r, v_r, _, F_f, d = track.at(times(0, points, dt))
     how = numerics(*core_of(law, motion), points, track.events, track.closest)
-    u_dd = base_on_grid(motion, 0, points, dt)
-    grid = Held(dt, u_dd, Points(x_r, v_r, d, F_f))
+    grid: Grid
+    if isinstance(law, Slider) and isinstance(motion, Sines):
+        grid = Touches(track, dt, points)
+    else:
+        x_r, v_r, _, F_f, d = track.at(spans.times(0, points, dt))
+        grid = Held(dt, spans.base_on_grid(motion, 0, points, dt), Points(x_r, v_r, d, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)

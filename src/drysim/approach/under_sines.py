@@ -20,7 +20,7 @@ from drysim.approach.scene import (
     refuse_storm,
     waves_of,
 )
-from drysim.core.base import sample_base
+from drysim.approach.spans import base_of_waves
 from drysim.core.compiled import held
 from drysim.core.events import direction
 from drysim.core.grid import sample_leaps, state_within
@@ -124,10 +124,7 @@ class Leaps:
 
     def base(self, first: int, last: int) -> Floats:
         """Give ü [m/s²] from point number `first` to the one before `last`."""
-        waves = self.track.waves
-        u_dd, table = held(np.empty(last - first)), held(np.empty(room(waves.size)))
-        sample_base(waves, first, self.dt, table, u_dd)
-        return np.asarray(u_dd)
+        return base_of_waves(self.track.waves, first, last, self.dt)
 
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""

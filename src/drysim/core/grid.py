@@ -102,11 +102,30 @@ def sample_leaps(
 def sample_stretch(
     plant, law, waves, table, t, x_r, v_r, d, start, n, end, first, dt, x_out, v_out, d_out
 ):
-    """Write a slip from point n to the one before `end`, by its state at point `start`.
+    """Write a slip from point n to the one before `end`, its mode included."""
+    g, at = -d * law.F_fk / plant.m, n - first
+    write_stretch(
+        plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
+    )
+    if set_mode(d, at, end - n, v_out, d_out):
+        return
+    for k in range(at, end - first):
+        if v_out[k] * d <= 0.0:
+            # Rounding has the last word where the velocity is next to nothing.
+            s = (first + k) * dt - t
+            x_out[k], v_out[k] = state_within(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
 
-    What it lacks of the steady response to the waves fades from there.
+
+@compiled
+def write_stretch(
+    plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
+):
+    """Write a stretch from point n to the one before `end`, by its state at point `start`.
+
+    It begins at time t [s] under the steady force g per mass [m/s²]. What it lacks of the
+    steady response to the waves fades from there.
     """
-    g, w = -d * law.F_fk / plant.m, plant.k_x / plant.m
+    w = plant.k_x / plant.m
     anchor(waves, plant, law, t, d)
     x, v = lack(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
     anchor(waves, plant, law, start * dt, d)
@@ -121,13 +140,6 @@ def sample_stretch(
             from_sine = -values[wave + A] * values[wave + COSINE] * values[wave + OMEGA]
             from_cosine = -values[wave + A] * values[wave + SINE]
         add_wave(table, i, row, end - n, from_sine, from_cosine, at, x_out, v_out)
-    if set_mode(d, at, end - n, v_out, d_out):
-        return
-    for k in range(at, end - first):
-        if v_out[k] * d <= 0.0:
-            # Rounding has the last word where the velocity is next to nothing.
-            s = (first + k) * dt - t
-            x_out[k], v_out[k] = state_within(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
 
 
 @compiled
