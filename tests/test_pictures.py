@@ -11,8 +11,10 @@ import pytest
 from drysim.report import plots
 from drysim.report.plots import moment, views
 from drysim.report.plots.comparison import draw as draw_comparison
+from drysim.report.plots.speed_error import draw as draw_bench
 from drysim.report.plots.transmissibility import draw, draw_stroke
 from drysim.scenario import Axis
+from drysim.study.bench.scores import Bench, Panel, Score
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
 from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, spoil, sweep
 from outcomes import stand_in
@@ -300,3 +302,27 @@ def test_stretch_without_a_stop_holds_the_greatest_deviation():
     gap = moment.difference(yardstick, other, 0.2)
     begin, end = moment.telling(yardstick, [other], 0.2)
     assert begin <= 0.2 + gap.argmax() * yardstick.dt <= end
+
+
+def test_numbers_of_bars_stand_within_their_panel():
+    figure = draw_comparison(orbits(["signum", "switch", "stick-slip"]))
+    figure.draw_without_rendering()
+    for panel in figure.axes[-2:]:
+        room = panel.get_window_extent()
+        for number in panel.texts:
+            box = number.get_window_extent()
+            assert room.x0 <= box.x0
+            assert box.x1 <= room.x1
+
+
+def test_exact_entry_without_an_error_stands_below_all_others_and_says_so():
+    exact = Score("stick-slip", "", True, None, 1, time=150.0, verdict="exact by its balance")
+    coarse = Score("signum", "", True, 1e-3, 1, time=50.0, error_x_r=0.4, error_T_a=-0.4)
+    panel = Panel(stand_in("harmonic"), None, (), (exact, coarse), 7.0, None, ())
+    figure = draw_bench(Bench((panel,), (), "plain"))
+    for shown in figure.axes:
+        lowest = min(
+            y for line in shown.lines if line.get_marker() in "*^" for y in line.get_ydata()
+        )
+        assert lowest == pytest.approx(0.04)
+        assert "stick-slip: exact, no error" in [text.get_text() for text in shown.texts]

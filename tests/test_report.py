@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 from drysim import report
-from drysim.core.motion import Sines
-from drysim.core.plant import Law
+from drysim.core.motion import Input, Sines
+from drysim.core.plant import Law, Slider
 from drysim.core.state import State
 from drysim.errors import Caution, OutputError
 from drysim.report import swap, tables
-from drysim.report.plots import curves
+from drysim.report.plots import curves, heading, panels
 from drysim.report.plots.limit import excursions
 from drysim.report.plots.response import draw
 from killing import kills
@@ -211,6 +211,41 @@ def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
     shown = [text.get_text() for text in legend.get_texts()]
     assert len(shown) == len(set(shown))
     assert {"mass ẍ", "base ü", "stroke limit ±10 mm"} <= set(shown)
+
+
+def legend(figure):
+    """Give the words below a picture."""
+    return {text.get_text() for one in figure.legends for text in one.get_texts()}
+
+
+def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
+    made = outcome(Slider(30.0, 20e3))
+    assert made.metrics["stuck_share"] == 0.0
+    assert {"contact holds", "friction limit ±$F_{fk}$"} <= legend(draw(made))
+    assert {"stuck", "static limit ±$F_{fs}$"} <= legend(draw(outcome(Law(45.0, 54.0))))
+
+
+def test_framed_stretch_is_less_than_half_of_the_run():
+    made = outcome(Law(15.0, 15.0), record(1_000), None)
+    part = curves.zoom(made.response, 0.0)
+    assert 150 < part.stop - part.start < 500
+
+
+def test_crosses_of_many_violations_are_small_enough_to_show_the_peaks():
+    figure = draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.001))
+    crosses = [
+        line for axes in figure.axes for line in axes.lines if line.get_label() == "limit met"
+    ]
+    sizes = {len(line.get_xdata()) > panels.CROWDED: line.get_markersize() for line in crosses}
+    assert sizes[True] < panels.BEYOND["markersize"]
+
+
+def test_words_about_the_base_motion_are_told_to_their_end():
+    made = outcome(motion=record(1_000)._replace(realised={"psd_error": 0.00459}))
+    files = tuple(Input("a-record-with-a-rather-long-name.csv", "", 1) for _ in range(3))
+    motion = made.response.motion._replace(inputs=files)
+    words = heading.lines(replace(made, response=replace(made.response, motion=motion)))[1]
+    assert " ".join(words).endswith("PSD within 0.459 % of its peak")
 
 
 def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):

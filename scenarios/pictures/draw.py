@@ -70,8 +70,9 @@ def loop(law: str) -> Figure:
     figure.text(0.02, 0.92, law, weight="bold", size=11)
     if not motion.law.variation:
         beside = {"transform": axes.get_yaxis_transform(), "va": "center", "size": 9}
-        axes.text(1.01, motion.law.F_fs, "$F_{fs}$", **beside)
-        axes.text(1.01, -motion.law.F_fs, "$-F_{fs}$", **beside)
+        _, symbol = panels.limit_of(motion.law)
+        axes.text(1.01, motion.law.F_fs, symbol, **beside)
+        axes.text(1.01, -motion.law.F_fs, f"$-${symbol}", **beside)
     return figure
 
 

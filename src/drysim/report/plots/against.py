@@ -28,6 +28,9 @@ FAR = 20.0
 """Deviation [%] from which on the scale is logarithmic beyond the band of agreement."""
 
 TICKS = (5, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
+NUMBERS = 0.3
+"""Room for the number of a bar, over the length of the bars."""
+
 PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 1}
 BAND: dict[str, Any] = {"facecolor": "#e8efe6", "edgecolor": "none", "zorder": 0}
 
@@ -127,8 +130,15 @@ def as_bars(
     for axes in (left, right):
         axes.set_yticks(list(places.values()), labels=list(places) if axes is left else [])
         axes.set_ylim(-len(rows) + 0.4, 0.6)
-        axes.margins(x=0.2)
+        _room(axes)
         axes.grid(visible=False, axis="y")
+
+
+def _room(axes: Axes) -> None:
+    """Make room for the numbers beyond the bars, on the side of zero where there are any."""
+    low, high = axes.dataLim.intervalx
+    beyond = NUMBERS * (max(high, 0.0) - min(low, 0.0))
+    axes.set_xlim(low - beyond * (low < 0.0), high + beyond)
 
 
 def _note(axes: Axes, value: float, place: float, words: str) -> None:

@@ -85,8 +85,9 @@ def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bo
     """Draw the acceleration of all approaches over a stretch, what is rough at the bottom."""
     yardstick = made.responses[made.yardstick]
     first, last = moment.telling(yardstick, _rivals(made), _begin(made))
+    held = panels.held(yardstick.law)
     for at, length in curves.stuck_stretches(yardstick, first, last):
-        axes.axvspan(at, at + length, **panels.STUCK, label=f"stuck ({made.yardstick})")
+        axes.axvspan(at, at + length, **panels.STUCK, label=f"{held} ({made.yardstick})")
     rough = sorted(
         made.responses, key=lambda name: -_roughness(made.responses[name], first, last)
     )

@@ -25,6 +25,9 @@ WINDOW = 8.0
 PARTED = 1e-9
 """Share of the mean normal force that is none: what rounding leaves where surfaces part."""
 
+SHARE = 0.4
+"""Share of a response that a zoomed view shows at most: more of it is no closer look."""
+
 POINTS = (150, 4000)
 """Fewest and most grid points in a zoomed view."""
 
@@ -169,7 +172,8 @@ def zoom(response: Response, begin: float) -> slice:
     peak = greatest(response, "x_r" if moves else "u_dd", settled).point
     m, k_x, _ = response.plant
     period = 2 * np.pi * np.sqrt(m / k_x) if k_x > 0 else np.inf
-    points = min(max(WINDOW * period / response.dt, POINTS[0]), POINTS[1], length)
+    points = min(max(WINDOW * period / response.dt, POINTS[0]), POINTS[1])
+    points = min(points, max(SHARE * length, 2.0))
     first = int(min(max(peak - points / 2, 0), length - points))
     return slice(first, first + int(points))
 

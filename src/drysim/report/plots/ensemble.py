@@ -103,7 +103,7 @@ def _distribution(
         axes.axvline(value * quantity.scale, **QUANTILE, label="5, 50 and 95 %")
     axes.axvline(mean, **MEAN, label="mean")
     shares = 100.0 * (np.arange(n) + 0.5) / n
-    axes.plot(ordered, shares, **SEEDS, **mark, label="one seed")
+    axes.plot(ordered, shares, **SEEDS, **mark, label="distribution over the seeds")
     axes.set_yticks([100 * share for share in QUANTILES])
     axes.set_ylim(0.0, 100.0)
     if last:

@@ -41,7 +41,7 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     friction = wording.friction(motion.law, terms=scenario.terms)
     parts = wording.scene(motion.plant), friction, _stops(motion.law)
     scene = "; ".join(filter(None, parts))
-    words = [*_about(scenario), textwrap.shorten(base, WRAP, placeholder=" …")]
+    words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
     return _title(scenario), [*words, seeds] if seeds else words, [scene, _found(outcome)]
 
 

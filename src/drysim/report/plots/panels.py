@@ -9,7 +9,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import Stopped
+from drysim.core.plant import Slider, Stopped
 from drysim.report.plots import curves
 from drysim.report.plots.limit import excursions
 
@@ -21,9 +21,13 @@ if TYPE_CHECKING:
     from drysim.approach.bounded import Bounded
     from drysim.approach.events import Floats
     from drysim.approach.response import Response
+    from drysim.core.plant import AnyLaw
     from drysim.report.plots.curves import Curve
 
 MM = 1e3
+
+CROWDED = 40
+"""Crosses above which they are small, lest they hide the peaks that they mark."""
 
 FEW = 12
 """Points below which each is marked: a line alone might be too short to be seen."""
@@ -33,7 +37,7 @@ BASE: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (0, (
 MASS: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.4}
 LIMIT: dict[str, Any] = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
 STATIC: dict[str, Any] = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
-BEYOND: dict[str, Any] = {"color": "#b3261e", "marker": "X", "markersize": 7, "zorder": 3}
+BEYOND: dict[str, Any] = {"color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3}
 STUCK: dict[str, Any] = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
 FRAME: dict[str, Any] = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
 SETTLED: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (7, 2, 1, 2))}
@@ -77,10 +81,16 @@ def bands(above: Axes, below: Axes, motion: Response) -> None:
 
 
 def stuck(above: Axes, below: Axes, shown: Curve, motion: Response) -> None:
-    """Shade the stretches in which the mass sticks."""
+    """Shade the stretches in which the mass sticks, or holds on to a contact that yields."""
+    word = held(motion.law)
     for begin, length in curves.stuck_stretches(motion, shown.t[0], shown.t[-1]):
         for axes in (above, below):
-            axes.axvspan(begin, begin + length, **STUCK, label="stuck")
+            axes.axvspan(begin, begin + length, **STUCK, label=word)
+
+
+def held(law: AnyLaw) -> str:
+    """Name what is shaded: a contact that is a spring holds while the mass goes on moving."""
+    return "contact holds" if isinstance(law, Slider) else "stuck"
 
 
 def frame(above: Axes, below: Axes, shown: Curve) -> None:
@@ -122,13 +132,9 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
     met = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
     met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, MM)
     if len(met):
-        axes.plot(
-            *met.T,
-            **BEYOND,
-            linestyle="none",
-            clip_on=False,
-            label="stop met" if hits else "limit met",
-        )
+        label = "stop met" if hits else "limit met"
+        style = {**BEYOND, "markersize": 3.5} if len(met) > CROWDED else BEYOND
+        axes.plot(*met.T, **style, linestyle="none", clip_on=False, label=label)
 
 
 def stops_met(response: Response) -> list[tuple[float, float]]:
@@ -153,8 +159,16 @@ def loop(axes: Axes, shown: Curve, motion: Response) -> None:
     axes.plot(shown.x_r * MM, shown.F_f, **MASS, marker="." if len(shown.t) < FEW else "")
     axes.set_xlim(*_room(shown))
     if not (motion.law.variation or isinstance(motion.law, Pressed)):
+        words, symbol = limit_of(motion.law)
         for side in (-1, 1):
-            axes.axhline(side * motion.law.F_fs, **STATIC, label="static limit ±$F_{fs}$")
+            axes.axhline(side * motion.law.F_fs, **STATIC, label=f"{words} ±{symbol}")
+
+
+def limit_of(law: AnyLaw) -> tuple[str, str]:
+    """Name the greatest friction force: what yields, and grips as it drags, is never static."""
+    if law.sticks or law.F_fs > law.F_fk:
+        return "static limit", "$F_{fs}$"
+    return "friction limit", "$F_{fk}$"
 
 
 def _room(shown: Curve) -> tuple[float | None, float | None]:

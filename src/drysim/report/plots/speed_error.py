@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 LEAST = 1e-16
 """Errors below rounding are drawn at rounding [-]."""
 
+BELOW = 0.1
+"""Where the exact entry stands, over the least error of all others [-]: its own is none."""
+
 ALIKE = 1e-11
 """Errors below this [-] are alike: the reference itself knows no better."""
 
@@ -100,18 +103,21 @@ def _panel(
     """Draw the entries of one scene; gives what is to be labelled."""
     axes.set(xscale="log", yscale="log")
     known: dict[str, places.Curve] = {}
+    floor = _floor(panel, error)
     for scores, style in styled(panel.scores):
         shown = sorted(
-            (one.time, max(value, LEAST))
+            (one.time, floor if value is None else max(value, LEAST))
             for one in scores
-            if one.time and (value := error(one)) is not None and isfinite(value)
+            if one.time and ((value := error(one)) is None) is _exact(one)
+            if value is None or isfinite(value)
         )
         if shown:
             t, y = zip(*shown, strict=True)
             axes.plot(t, y, linewidth=0.9, **{"markersize": 5, **style})
             name = scores[0].approach
             before = known[name].lines if name in known else ()
-            known[name] = places.Curve(name, (*before, tuple(shown)), style["color"])
+            label = f"{name}: exact, no error" if any(map(_exact, scores)) else name
+            known[name] = places.Curve(label, (*before, tuple(shown)), style["color"])
     axes.axvline(panel.lfilter, **LFILTER)
     axes.text(
         panel.lfilter, 0.98, "lfilter ", transform=axes.get_xaxis_transform(), size=7.5,
@@ -123,6 +129,17 @@ def _panel(
     axes.autoscale(False)
     _front(axes, [at for curve in known.values() for line in curve.lines for at in line])
     return list(known.values())
+
+
+def _exact(score: Score) -> bool:
+    """Tell whether an entry is what the others are held to, and has no error to be drawn."""
+    return score.own and score.error_x_r is None and score.verdict.startswith("exact")
+
+
+def _floor(panel: Panel, error: Callable[[Score], float | None]) -> float:
+    """Give where the exact entry is drawn: a decade below all others, at least."""
+    found = [value for one in panel.scores if (value := error(one)) and isfinite(value)]
+    return max(BELOW * min(found, default=1.0), LEAST)
 
 
 def _front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
