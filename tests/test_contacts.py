@@ -143,6 +143,18 @@ def test_orbit_closes():
     assert orbit.closure <= 1e-12
 
 
+@pytest.mark.parametrize("k_t", [1e5, 1e7, 1e9])
+def test_orbit_that_begins_as_the_contact_yields_yields_on(k_t):
+    law, period = Slider(45.0, k_t), 1 / 1.6
+    for phase in np.linspace(0.0, 6.0, 13):
+        motion = Sines((1.5,), (1.6,), (phase,))
+        orbit = StickSlip().orbit(PAPER, law, motion, REST, period)
+        response = StickSlip().solve(PAPER, law, motion, orbit.state, STEP, period)
+        assert response.events.t[1] > 1e-9
+        yields = abs(orbit.state.x_r - orbit.state.z) > 0.999999 * 45.0 / k_t
+        assert (response.events.kind[0] != 0) == (yields and orbit.state.v_r != 0.0)
+
+
 @pytest.mark.parametrize("k_t", [1e3, 1e5, 1e6, 1e7, 1e8, 1e9])
 @pytest.mark.parametrize("b", [0.0, 500.0, 5000.0])
 def test_march_agrees_with_the_general_way_at_any_stiffness(k_t, b):

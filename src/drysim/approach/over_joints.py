@@ -41,9 +41,9 @@ def follow(
     u_dd = motion.u_dd[: last + 1]
     x_r, v_r = held(np.empty((2, last + 1)))
     d = held(np.empty(last + 1, dtype=np.int8))
-    mode, x_0 = first_contact(law, start.x_r)
-    x_0 = start[2] if len(start) > 2 else x_0
-    x_r[0], v_r[0], d[0] = start.x_r, start.v_r, 0
+    x_0 = start[2] if len(start) > 2 else start.x_r
+    mode, x_0 = first_contact(law, start.x_r, start.v_r, x_0)
+    x_r[0], v_r[0], d[0] = start.x_r, start.v_r, mode
     room = int(FEW_EVENTS * last) + 4 * ROOM
     trail, log = empty(Pieces, room), empty_log(room)
     for column, value in zip(trail, (0, 0.0, start.x_r, start.v_r, x_0, mode), strict=True):

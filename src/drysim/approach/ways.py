@@ -88,8 +88,8 @@ def first(
         return found
     if isinstance(law, Pressed):
         return x_r, v_r, 0.0, first_pressed(plant, numbers(law), waves, u_0, slope, x_r, v_r)
-    mode, x_0 = first_contact(law, x_r)
-    return x_r, v_r, start[2] if len(start) > 2 and mode == 0 else x_0, mode
+    mode, x_0 = first_contact(law, x_r, v_r, start[2] if len(start) > 2 else x_r)
+    return x_r, v_r, x_0, mode
 
 
 def heading(law: AnyOther, mode: int) -> int:

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled
+from drysim.core.events import sign
 from drysim.core.plant import Plant
 from drysim.core.waves import anchor
 
 HOLD, FREE, POISED = 0, 2, 4
 """Modes of the contact besides yielding in direction +1 or -1: it holds, it is lifted off, or,
 with the sign of the direction, it has just ceased to yield and holds at its very limit."""
+
+SLACK = 1e-14
+"""Relative distance from its limit at which a contact that goes on is at its limit."""
 
 
 @compiled
@@ -51,7 +55,16 @@ def begin_stretch(plant, law, waves, mode, x_0, t):
 
 
 @compiled
-def first_contact(law, x_r):
-    """Give mode and x_0 at t = 0, where the contact carries no force."""
+def first_contact(law, x_r, v_r, x_0):
+    """Give mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
+
+    One that is bent to its limit, and bent on, yields already: its next event is not at once.
+    """
     load = 1.0 + law.variation * math.sin(law.phase)
-    return (HOLD if load > 0.0 else FREE), x_r
+    if load <= 0.0:
+        return FREE, x_r
+    way = sign(x_r - x_0)
+    rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
+    reach = law.F_fk * load / law.k_t
+    bent = abs(x_r - x_0) >= reach - SLACK * (reach + abs(x_r))
+    return (way if bent and law.k_t * way * v_r > rate else HOLD), x_0
