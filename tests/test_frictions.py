@@ -112,7 +112,7 @@ def test_a_law_that_yields_at_a_force_of_zero_is_refused(law, zero):
 
 
 @pytest.mark.parametrize(("exponent", "sentence"), [(0.4, "at least 0.5"), (20, "below 20")])
-def test_exponent_that_no_step_resolves_is_refused_with_what_is_allowed(exponent, sentence):
+def test_exponent_out_of_its_range_is_refused_with_what_is_allowed(exponent, sentence):
     with pytest.raises(ValidationError, match=sentence):
         Stribeck.model_validate({**WORDS[Stribeck], "exponent": exponent})
 
