@@ -222,11 +222,30 @@ def test_varying_normal_force_is_known_to_no_peer_and_said(drysim, tmp_path):
     (tmp_path / "sliding.yaml").write_text(words)
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots")
     assert answer.code == 0
-    assert "no peer knows this friction" in answer.err
+    assert "no peer knows a varying normal force: none takes part" in answer.err
     assert (
         "exact by its energy balance"
         in (tmp_path / "out/sliding-bench/speed_error.csv").read_text()
     )
+
+
+def test_scene_with_end_stops_tells_them_and_that_it_is_they_that_no_peer_knows(
+    drysim, tmp_path
+):
+    words = SLIDING + "stroke: {limit: 3 mm, stops: {stiffness: 1e5}}\n"
+    (tmp_path / "sliding.yaml").write_text(words)
+    answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots")
+    assert "end stops   at ±3 mm, 100000 N/m, 0 N·s/m" in answer.out
+    assert "no peer knows end stops: none takes part" in answer.err
+
+
+def test_law_solved_by_series_is_held_to_the_error_that_it_states(drysim, tmp_path):
+    law = "lugre, bristle_stiffness: 1e5, bristle_damping: 300, stribeck_velocity: 0.01"
+    (tmp_path / "sliding.yaml").write_text(SLIDING.replace("coulomb", law))
+    answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots", "--json")
+    first = json.loads(answer.out)["cases"][0]["scores"][0]
+    assert first["verdict"] == "exact, by the error that it states"
+    assert 0 < first["error_x_r"] < 1e-9
 
 
 @pytest.mark.parametrize(

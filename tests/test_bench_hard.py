@@ -53,6 +53,17 @@ def test_exact_approach_that_breaks_a_check_makes_the_exit_code_1(drysim, tmp_pa
     assert (first["word"], first["how"]) == ("wrong", "1 of 2 checks fail")
 
 
+def test_without_checks_the_exact_approach_holds_nothing(drysim, tmp_path):
+    (tmp_path / "held.yaml").write_text(HELD)
+    answer = drysim("bench", "--hard", "held.yaml")
+    assert answer.code == 0
+    assert "no checks   held: without checks nothing is promised" in answer.out
+    with (tmp_path / "out/held-hard/hard_cases.csv").open() as table:
+        verdicts = {row["approach"]: row["verdict"] for row in csv.DictReader(table)}
+    assert verdicts["stick-slip"] == "no checks"
+    assert verdicts["signum"] == "wrong"
+
+
 def test_approach_that_asks_for_too_much_has_failed_and_says_why(tmp_path):
     words = SLIDING + "measure: {steady: false, settle: 0, duration: 10 s}\n"
     trials = ordeal(tmp_path, words, **{"solver.smooth.sharpness": 1e12})

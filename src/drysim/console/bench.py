@@ -78,6 +78,8 @@ def findings(panel: Panel) -> Iterator[tuple[str, str]]:
                 f"{held.samples} samples: an upper bound"
             ),
         )
+    elif exact.error_x_r is not None:
+        yield "held to", f"{exact.approach} is held to the error of x_r that it states itself"
     others = [
         one for one in panel.scores[1:]
         if one.time and one.error_x_r is not None and one.error_x_r <= EXACT

@@ -9,7 +9,8 @@ import numpy as np
 
 from drysim import wording
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
-from drysim.core.plant import AnyLaw, Law
+from drysim.core.normal_force.normal import Pressed
+from drysim.core.plant import AnyLaw, Law, Stopped
 from drysim.errors import Caution, DrysimError
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Runner, Terms, attempt
@@ -51,14 +52,19 @@ def bench(works: Sequence[Work], terms: Terms, finished: Job = nothing) -> Bench
 
 def entries(work: Work, terms: Terms) -> list[Entry]:
     """Give all entries on a work: the exact one first, the reference last."""
-    known = known_to_peers(work.law)
+    known = not unknown_to_peers(work.law)
     others = peers.entries(work) if terms.peers and known else ()
     return [*shelf.entries(work), *others, *([reference()] if known else [])]
 
 
-def known_to_peers(law: AnyLaw) -> bool:
-    """Tell whether the peers know a law: Coulomb's under a constant normal force."""
-    return isinstance(law, Law) and not law.variation
+def unknown_to_peers(law: AnyLaw) -> str:
+    """Say what the peers do not know: any but Coulomb's friction under a constant force."""
+    if isinstance(law, Stopped):
+        return "end stops"
+    if isinstance(law, Law | Pressed):
+        varies = isinstance(law, Pressed) or law.variation
+        return "a varying normal force" if varies else ""
+    return "this friction law"
 
 
 def panel(work: Work, terms: Terms, finished: Job) -> Panel:
@@ -66,6 +72,7 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
     wanted = entries(work, terms)
     yardstick = Yardstick.of(work)
     scores: list[Score] = []
+    stated: float | None = None
     jobs: list[Job] = [lfilter(work)]
     counts = [terms.repeats]
     for entry in wanted:
@@ -73,6 +80,7 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
         scores.append(judged(entry, one, yardstick))
         # The answer itself, with all its points, is let go here.
         if isinstance(one, Runner):
+            stated = one.answer.error if entry is wanted[0] else stated
             jobs.append(one.run)
             counts.append(repeats(one.once, terms.repeats, terms.patience))
         finished()
@@ -85,7 +93,7 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
             time = 1e9 * spent / score.samples
             scores[at] = replace(score, repeats=count, time=time, ratio=time / plain)
     held = scores[-1] if wanted[-1].approach == reference().approach else None
-    scores[0] = held_to(scores[0], held)
+    scores[0] = held_to(scores[0], held, stated)
     found = (tuple(scores), plain, held, tuple(cautions(work, wanted)))
     return Panel(work.scenario, work.motion, tuple(words_of(work, plain)), *found)
 
@@ -95,6 +103,8 @@ def words_of(work: Work, plain: float) -> Iterator[tuple[str, str]]:
     yield "oscillator", wording.scene(work.plant)
     defaulted, terms = not work.scenario.static_given, work.scenario.terms
     yield "friction", wording.friction(work.law, defaulted, terms=terms)
+    if stops := wording.stops(work.law):
+        yield "end stops", stops
     yield "base", wording.excitation(work.scenario.excitation.kind, work.motion)
     length = number(work.end, "s")
     yield "work", f"{work.samples} samples of {number(work.step, 's')}, {length} from the start"
@@ -128,15 +138,22 @@ def residual(work: Work, answer: Answer) -> float | None:
     return measure(answer.track, (0.0, work.end), None)["energy_residual"]
 
 
-def held_to(exact: Score, held: Score | None) -> Score:
-    """Give the score of the exact approach, whose errors are those of the reference."""
-    if held is None or held.error_x_r is None:
-        closed = (exact.energy_residual or 0.0) <= EXACT
-        words = "exact by its energy balance" if closed else "wrong, its energy balance is open"
-        return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
-    off, T_a = held.error_x_r, held.error_T_a
-    words = verdict((off, T_a), (False, False), False)
-    return replace(exact, error_x_r=off, error_T_a=T_a, verdict=words)
+def held_to(exact: Score, held: Score | None, stated: float | None = None) -> Score:
+    """Give the score of the exact approach, whose errors are those of the reference.
+
+    Without a reference the error that it states itself counts, and else its energy balance.
+    """
+    if held is not None and held.error_x_r is not None:
+        off, T_a = held.error_x_r, held.error_T_a
+        words = verdict((off, T_a), (False, False), False)
+        return replace(exact, error_x_r=off, error_T_a=T_a, verdict=words)
+    if stated is not None:
+        word = verdict((stated, None), (False, False), False).partition(",")[0]
+        words = f"{word}, by the error that it states"
+        return replace(exact, error_x_r=stated, error_T_a=None, verdict=words)
+    closed = (exact.energy_residual or 0.0) <= EXACT
+    words = "exact by its energy balance" if closed else "wrong, its energy balance is open"
+    return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
 
 
 def lfilter(work: Work) -> Job:
@@ -152,5 +169,5 @@ def cautions(work: Work, wanted: Sequence[Entry]) -> Iterator[Caution]:
     yield from work.cautions
     for sentence in dict.fromkeys(words for one in wanted if one.own for words in one.lacks):
         yield Caution("left-out", sentence)
-    if not known_to_peers(work.law):
-        yield Caution("no-peers", "no peer knows this friction: none takes part")
+    if unknown := unknown_to_peers(work.law):
+        yield Caution("no-peers", f"no peer knows {unknown}: none takes part")

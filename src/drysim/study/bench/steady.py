@@ -18,7 +18,7 @@ from drysim.study.bench.patience import at_most
 from drysim.study.bench.peers.scipy_ivp import reference
 from drysim.study.bench.scores import Bench, Panel, Score
 from drysim.study.bench.settling import A_PERIOD, PERIODS, Settling, followed, settlings
-from drysim.study.bench.speed_error import cautions, held_to, known_to_peers, lfilter, nothing
+from drysim.study.bench.speed_error import cautions, held_to, lfilter, nothing, unknown_to_peers
 from drysim.study.bench.work import Work
 from drysim.study.case import prepare
 from drysim.study.sweeps import sweep
@@ -74,7 +74,7 @@ def entries(work: Work, terms: Terms) -> list[Entry]:
     own = [
         one for one in shelf.entries(work) if one.points == 1 and one.approach != "stick-slip"
     ]
-    if not known_to_peers(work.law):
+    if unknown_to_peers(work.law):
         return own
     return [*own, *(peers.entries(work) if terms.peers else ()), reference()]
 
@@ -109,7 +109,7 @@ def panel(case: Case, terms: Terms, finished: Job) -> Panel:
     for one, count, seconds in zip(marches, counts, took, strict=True):
         time = 1e9 * seconds / one.score.samples
         scores.append(replace(one.score, repeats=count, time=time, ratio=time / plain))
-    held = followed(known) if known_to_peers(case.law) else None
+    held = None if unknown_to_peers(case.law) else followed(known)
     failed = [one for one in tried if isinstance(one, Score)]
     scores = [held_to(scores[0], held), *scores[1:], *failed]
     words = tuple(words_of(case, total, len(known), plain))
@@ -122,7 +122,9 @@ def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[s
     varied = [axis.key for axis in case.scenario.axes]
     yield "oscillator", wording.scene(case.plant, varied)
     defaulted, terms = not case.scenario.static_given, case.scenario.terms
-    yield "friction", wording.friction(case.law, defaulted, terms=terms)
+    yield "friction", wording.friction(case.law, defaulted, terms=terms, swept=varied)
+    if stops := wording.stops(case.law, varied):
+        yield "end stops", stops
     heads = ("swept", *[""] * len(varied))
     for head, axis in zip(heads, case.scenario.axes, strict=False):
         yield head, wording.swept(axis)

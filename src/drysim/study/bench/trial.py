@@ -12,6 +12,9 @@ EXACT = "stick-slip"
 
 HELD, WRONG, FAILED = "held", "wrong", "failed"
 
+UNPROMISED = "no checks"
+"""What the exact approach comes to where nothing is promised: it is held to nothing then."""
+
 TOLERANCE = 0.01
 """How far T_a, the RMS and the peak of x_r may be off [-]: what nobody minds."""
 
@@ -31,7 +34,7 @@ class Trial(NamedTuple):
     ----------
     approach : str
     word : str
-        `held`, `wrong` or `failed`.
+        `held`, `wrong` or `failed`; `no checks` of the exact one where nothing is promised.
     how : str
         The worst metric and by how much it is off, or why the approach failed.
     deviations : mapping
@@ -69,7 +72,8 @@ def judged(
     if name == EXACT:
         missed = answer.checks - answer.passed
         how = f"{missed} of {answer.checks} checks fail" if missed else ""
-        return Trial(name, WRONG if missed else HELD, how, {}, *found)
+        word = HELD if answer.checks else UNPROMISED
+        return Trial(name, WRONG if missed else word, how, {}, *found)
     if isinstance(exact, str):
         return Trial(name, FAILED, f"nothing to hold it to: {exact}", {}, *found)
     off = deviations(answer, exact, free)

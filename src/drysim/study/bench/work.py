@@ -35,12 +35,15 @@ class Answer(NamedTuple):
         Gives F_f [N], shape (n + 1,); called when the clock has stopped.
     track : Track or None
         The solution between the samples, where the entry keeps one.
+    error : float or None
+        Bound of the error of x_r relative to its peak [-], where the entry states one.
     """
 
     x_r: Floats
     v_r: Floats
     friction: Callable[[], Floats]
     track: Track | None = None
+    error: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
