@@ -165,3 +165,16 @@ def test_quantiles_of_a_picture_are_those_of_the_cases():
         assert one.quantile(level)[0] == pytest.approx(np.quantile(values, level), rel=4e-3)
         assert np.isnan(one.quantile(level)[1])
     assert Counter(one.counts.sum(axis=1).tolist()) == {5000: 1, 0: 1}
+
+
+def test_range_that_is_drawn_by_difference_has_even_bins_to_its_end(table):
+    force = "friction.kinetic: {from: 0.5, to: 60}"
+    mass = "oscillator.mass: {from: 10, to: 500, scale: log}"
+    sample = f"{{kind: latin, count: 60, seed: 2, over: {{{force}, {mass}}}}}"
+    by_difference, by_ratio = (
+        scatter.Bins.of(axis) for axis in table(f"{{sample: {sample}}}").axes
+    )
+    assert by_difference.fences()[[0, -1]].tolist() == pytest.approx([0.5, 60])
+    assert np.ptp(np.diff(by_difference.middles)) == pytest.approx(0, abs=1e-9)
+    assert by_ratio.fences()[[0, -1]].tolist() == pytest.approx([10, 500])
+    assert (by_difference.even_in_ratio, by_ratio.even_in_ratio) == (False, True)

@@ -102,7 +102,7 @@ def bound(axes: Axes, table: Table, limit: bool) -> None:
 def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
     """Make the axis of the swept key."""
     x = bins.middles
-    if scales.wide(x.tolist()):
+    if bins.even_in_ratio:
         axes.set_xscale("log")
         scales.decades(axes.xaxis)
     if len(x) > 1:
@@ -120,7 +120,7 @@ def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: boo
     mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
     along_bins(axes, found.along, named=True)
     axes.set_ylim(y[0], y[-1])
-    if scales.wide(found.across.middles.tolist()):
+    if found.across.even_in_ratio:
         axes.set_yscale("log")
         scales.decades(axes.yaxis)
     axes.tick_params(labelleft=named)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from math import exp, isfinite, isqrt, log
+from math import exp, isqrt, log
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.report.plots.scales import wide
-from drysim.scenario.sweep.drawn import Drawn
+from drysim.scenario.sweep.drawn import Drawn, LogNormal, Normal
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis
@@ -48,12 +48,17 @@ class Bins:
             middles = np.unique(np.array(values, dtype=float))
             return cls(axis, middles, 0.5 * (middles[1:] + middles[:-1]))
         low, high = _ends(values)
-        even = low > 0 and high >= 10 * low
+        even = _by_ratio(values) and low > 0 and high >= 10 * low
         scale = np.geomspace if even else np.linspace
         most = isqrt(len(values)) if isinstance(values, Drawn) else BINS
         edges = scale(low, high, min(BINS, max(FEWEST_BINS, most)) + 1)
         middles = np.sqrt(edges[1:] * edges[:-1]) if even else 0.5 * (edges[1:] + edges[:-1])
         return cls(axis, middles, edges[1:-1])
+
+    @property
+    def even_in_ratio(self) -> bool:
+        """Whether the key is drawn on a logarithmic axis."""
+        return _by_ratio(self.axis.values) and wide(self.middles.tolist())
 
     def __len__(self) -> int:
         """Give the number of bins."""
@@ -63,7 +68,7 @@ class Bins:
         """Give the edges of all bins for drawing, halfway by the scale of the axis."""
         if len(self) == 1:
             return np.array([self.middles[0] - 0.5, self.middles[0] + 0.5])
-        even = wide(self.middles.tolist())
+        even = self.even_in_ratio
         x = np.log(self.middles) if even else self.middles
         between = 0.5 * (x[1:] + x[:-1])
         edges = np.array([2 * x[0] - between[0], *between, 2 * x[-1] - between[-1]])
@@ -78,12 +83,16 @@ def _ends(values: Any) -> tuple[float, float]:
     """Give the ends of the values of a key, those of a distribution where it has none."""
     if not isinstance(values, Drawn):
         return float(values[0]), float(values[-1])
-    ends = [values.law.low, values.law.high]
-    if not all(map(isfinite, ends)) or ends[0] <= 0.0:
-        far = values.law.quantile(np.array([FAR, 1.0 - FAR]))
-        given = zip(ends, far.tolist(), strict=True)
-        ends = [end if isfinite(end) and end > 0.0 else last for end, last in given]
-    return ends[0], ends[1]
+    share = FAR if isinstance(values.law, Normal | LogNormal) else 0.0
+    low, high = values.law.quantile(np.array([share, 1.0 - share])).tolist()
+    return low, high
+
+
+def _by_ratio(values: Any) -> bool:
+    """Tell whether a logarithmic axis may suit a key: of a drawn one, where it is drawn so."""
+    if not isinstance(values, Drawn):
+        return True
+    return isinstance(values.law, LogNormal) or getattr(values.law, "log", False)
 
 
 @dataclass
