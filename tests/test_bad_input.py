@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -170,3 +171,13 @@ def test_output_is_refused_before_anything_is_computed(seat):
         [sys.executable, "-c", program], cwd=seat.parent, capture_output=True, text=True
     )
     assert done.stdout == "2 False\n"
+
+
+def test_disk_without_room_for_the_response_is_told_before_the_work(drysim, seat, monkeypatch):
+    full = SimpleNamespace(total=10**12, used=10**12 - 5, free=5)
+    monkeypatch.setattr("shutil.disk_usage", lambda place: full)
+    monkeypatch.setattr("drysim.study.run.solve", lambda case: pytest.fail("began to work"))
+    answer = drysim("run", seat)
+    assert answer.code == 2
+    assert "GB at least, and 5e-09 GB are free" in answer.err
+    assert "make room on the disk" in answer.err

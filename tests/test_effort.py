@@ -193,3 +193,16 @@ def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engi
 
 def test_fixed_steps_cost_the_same_whatever_the_law(prepared):
     assert price("switch", prepared(friction=LUGRE).law) == price("switch", prepared().law)
+
+
+def test_rows_and_bytes_of_a_large_response_are_told_before_the_work(prepared):
+    slugs = {one.slug: one for one in prepared(solver__step=1e-9).cautions}
+    told = slugs["large-response"]
+    assert told.numbers["rows"] == 2_000_000_001
+    assert "response.csv with 2e+09 rows, some 200 GB" in told.sentence
+    assert "large-response" not in {one.slug for one in prepared(solver__step=1e-6).cautions}
+
+
+def test_sweep_writes_no_response_and_is_not_told_of_one(prepared):
+    case = prepared(solver__step=1e-9, sweep={"excitation.frequency": [1.0, 2.0]})
+    assert "large-response" not in {one.slug for one in case.cautions}

@@ -72,7 +72,7 @@ def run(
 ) -> int:
     """One case: response, events, metrics, checks; with many seeds, means over them."""
     from drysim.cli import ensembles
-    from drysim.report.claim import check
+    from drysim.report.claim import check, require_room
     from drysim.scenario import load
     from drysim.study.case import prepare
     from drysim.study.ensembles.seeds import most
@@ -93,11 +93,14 @@ def run(
             plots=not no_plots, as_json=as_json, quiet=quiet,
         )  # fmt: skip
     from drysim import console, report
+    from drysim.study import volume
     from drysim.study.effort import SLOW
     from drysim.study.run import solve
 
-    slow = [caution.sentence for caution in case.cautions if caution.slug == SLOW]
-    for sentence in [] if quiet else slow:
+    require_room(folder, volume.LEAST_SHARE * volume.bytes_of(case))
+    ahead = (SLOW, volume.LARGE)
+    known = [caution.sentence for caution in case.cautions if caution.slug in ahead]
+    for sentence in [] if quiet else known:
         console.remark(f"patience: {sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)

@@ -7,6 +7,7 @@ import errno
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,8 @@ SCENARIO = "scenario.yaml"
 
 STRAY = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """What file managers leave behind without being asked; it may go with the folder."""
+
+GIGA = 1e9
 
 ELSEWHERE = "choose another folder with --out"
 HINTS = {
@@ -58,15 +61,37 @@ def check(folder: Path) -> None:
         _refuse_foreign(place)
         for suffix in ("partial", "replaced"):
             _refuse_foreign(beside(place, suffix), leftover=True)
-        parent = place.absolute().parent
-        while not _exists(parent):
-            parent = parent.parent
+        parent = _there(place)
         if not parent.is_dir():
             raise OutputError(
                 f"cannot write {folder}: {parent.name} is not a folder", ELSEWHERE
             )
         if not os.access(parent, os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def require_room(folder: Path, volume: float) -> None:
+    """Find out, before any computation, whether a disk has room for so many bytes.
+
+    Raises
+    ------
+    OutputError
+        When it has not: what is free, and what is needed at least.
+    """
+    with sentences(folder):
+        free = float(shutil.disk_usage(_there(named(folder))).free)
+    if volume > free:
+        needed, has = (f"{size / GIGA:.3g} GB" for size in (volume, free))
+        sentence = f"cannot write {folder}: it takes {needed} at least, and {has} are free"
+        raise OutputError(sentence, HINTS[errno.ENOSPC])
+
+
+def _there(place: Path) -> Path:
+    """Give the nearest folder above a place that is there."""
+    parent = place.absolute().parent
+    while not _exists(parent):
+        parent = parent.parent
+    return parent
 
 
 def named(folder: Path) -> Path:

@@ -14,7 +14,7 @@ from drysim.errors import Caution, UsageError
 from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
-from drysim.study import effort, memory
+from drysim.study import effort, memory, volume
 from drysim.study.base import ON_THE_END, base_motion, misfit, window
 from drysim.study.ensembles import seeds
 from drysim.study.spectral import refusal
@@ -153,7 +153,7 @@ def assemble(
         raise misfit(scenario, f"{key} divides every step: {shortage}", key)
     if excess := effort.excess(case):
         raise misfit(scenario, *excess)
-    return replace(case, cautions=(*remarks, *effort.cautions(case)))
+    return replace(case, cautions=(*remarks, *effort.cautions(case), *volume.cautions(case)))
 
 
 def too_short(case: Case) -> str:
