@@ -32,7 +32,7 @@ WORDS = (
 )  # fmt: skip
 """Of pytest."""
 
-BUDGET = 60.0
+BUDGET = 30.0
 """Seconds of tests that a change is put to; a change that none of them notices survives."""
 
 PATIENCE = 5.0
