@@ -102,8 +102,9 @@ def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool)
 
     store = Store(folder, identity(case.scenario), resume)
     every = Pieces(approaches_of(case.scenario))
-    done = [piece for piece in (every if resume else ()) if store.holds(piece)]
-    cases = sum(every.cases) - sum(piece.end - piece.begin for piece in done)
+    kept = (piece for piece in (every if resume else ()) if store.holds(piece))
+    done = [piece.end - piece.begin for piece in kept]
+    cases = sum(every.cases) - sum(done)
     with console.progress(cases, "cases", quiet, len(every) - len(done)) as advance:
 
         def finished(batch: Batch) -> None:
