@@ -22,6 +22,9 @@ LONG = ORBITS.replace("count: 300", "count: 10000")
 BLOCKS = 79
 """Of them: 59 of orbits, 20 of the reference, which has no friction to vary."""
 
+LONGER = ORBITS.replace("count: 300", "count: 60000")
+"""So much that it is not done before anybody can interrupt it."""
+
 DISASTERS, SEED = 32, 20
 """How many, and by which seed their kind, instant and measure are drawn."""
 
@@ -169,10 +172,10 @@ def strike(kind, far, client):
 
 
 def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):
-    (tmp_path / "long.yaml").write_text(LONG)
+    (tmp_path / "longer.yaml").write_text(LONGER)
     far.mend()
     for way in (far.address, "local"):
-        words = ("sweep", "long.yaml", *QUIET, "-o", "out", "--cluster", way)
+        words = ("sweep", "longer.yaml", *QUIET, "-o", "out", "--cluster", way)
         running = subprocess.Popen(
             command(*words), cwd=tmp_path, stderr=subprocess.PIPE, text=True,
             start_new_session=True,
@@ -186,7 +189,7 @@ def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):
         assert running.returncode == 130
         assert "finished cases are kept in out.partial" in said
         assert len(said.splitlines()) == 1
-        assert answer(tmp_path, "sweep", "long.yaml", "-o", "out", "--resume") == (0, "")
+        assert answer(tmp_path, "sweep", "longer.yaml", "-o", "out", "--resume") == (0, "")
         shutil.rmtree(tmp_path / "out")
 
 
