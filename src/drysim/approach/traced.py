@@ -35,7 +35,7 @@ from drysim.core.waves import Waves
 CAPACITY = 16_384
 """Steps that a kernel may take before it hands over, so that an interrupt is heard."""
 
-FEWEST = 256
+FEWEST = 1024
 """Steps that there is room for to begin with under sines; room is doubled as it fills."""
 
 FEW_EVENTS = 1.2
