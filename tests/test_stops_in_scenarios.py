@@ -141,10 +141,35 @@ def test_seeds_count_their_contacts(tmp_path, drysim):
     noise = "excitation: {kind: psd, points: [[0.8, 1], [4, 1]], duration: 8 s, seeds: 3}"
     old = "excitation: {kind: harmonic, frequency: 1.6, rms: 1.5}"
     (tmp_path / "seat.yaml").write_text(SEAT.replace("STOPS", BUMPERS).replace(old, noise))
-    assert drysim("run", "seat.yaml", "--no-plots").code == 0
+    answer = drysim("run", "seat.yaml", "--no-plots")
+    assert answer.code == 0
     header, *rows = (tmp_path / "out/seat/ensemble.csv").read_text().splitlines()
-    at = header.split(",").index("contacts [-]")
-    assert all(int(float(row.split(",")[at])) > 0 for row in rows)
+    cells = [row.split(",") for row in rows]
+    columns = {name: [row[at] for row in cells] for at, name in enumerate(header.split(","))}
+    assert all(int(float(cell)) > 0 for cell in columns["contacts [-]"])
+    fastest, force = (
+        max(map(float, columns[name])) for name in ("impact_speed [m/s]", "stop_force_peak [N]")
+    )
+    assert f"3 seeds               of 3, at up to {fastest:.4g} m/s with seed" in answer.out
+    assert f"pushing with up to {force:.4g} N with seed" in " ".join(answer.out.split())
+    assert f"end stops with 3 of 3 seeds, with up to {fastest:.4g} m/s with seed" in answer.err
+    assert "all 3 seeds from" in answer.out
+    assert "9 of 10 seeds" not in answer.out
+
+
+def test_speed_that_is_met_while_settling_is_said_to_be(tmp_path):
+    """The summary told 0.185 m/s, of the window, beside a warning of 0.220 m/s."""
+    times = "measure={settle: 4 s, duration: 4 s}"
+    for settle, told in ((times, True), (times.replace("settle: 4 s, ", ""), False)):
+        made = package.run(loaded(tmp_path, BUMPERS, settle))
+        (warning,) = [one for one in made.warnings if one.slug == "stroke-violated"]
+        assert warning.sentence.endswith("settling included") == told
+
+
+def test_rigid_stops_of_any_seed_leave_impacts_out(tmp_path):
+    noise = "excitation={kind: psd, points: [[0.8, 1], [4, 1]], duration: 8 s, seeds: 3}"
+    made = package.run(loaded(tmp_path, RIGID, noise))
+    assert [one.slug for one in made.warnings].count("impacts-left-out") == 1
 
 
 def test_picture_marks_every_hit(tmp_path):

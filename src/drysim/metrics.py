@@ -51,8 +51,8 @@ METRICS = (
         "stroke met once an hour if noise or record went on as in the window: extrapolated "
         "from the tail of its peaks (Weibull, exponent 2); not known below 150 half cycles",
     ),
-    Metric("contacts", "-", "times that the mass came to an end stop"),
-    Metric("impact_speed", "m/s", "greatest |v_r| with which it did"),
+    Metric("contacts", "-", "times that the mass came to an end stop in the window"),
+    Metric("impact_speed", "m/s", "greatest |v_r| with which it did so, in the window"),
     Metric("stop_force_peak", "N", "greatest force between mass and bumper"),
     Metric("impulse_peak", "N·s", "greatest impulse of an impact on a rigid stop"),
     Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k"),

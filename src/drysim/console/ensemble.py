@@ -39,6 +39,17 @@ MAIN = (
 """Name, metric, scale and unit of the rows."""
 
 
+HITS = (
+    ("impact_speed", "m/s", "at up to"),
+    ("stop_force_peak", "N", "pushing with up to"),
+    ("impulse_peak", "N·s", "with an impulse of up to"),
+)
+"""Metric, unit and words of how hard end stops are met."""
+
+FEWEST = 13
+"""Seeds from which on the quantiles of 5 and 95 % are others than the least and greatest."""
+
+
 def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
     """Show what came out of many seeds.
 
@@ -96,7 +107,8 @@ def _remarks(
     """Give how a metric scatters from seed to seed."""
     low, high = (found.quantiles[at] * scale for at in (0, -1))
     if number(low) != number(high):
-        yield f"9 of 10 seeds from {number(low)} to {number(high, unit)}"
+        which = "9 of 10" if found.seeds >= FEWEST else f"all {found.seeds}"
+        yield f"{which} seeds from {number(low)} to {number(high, unit)}"
     if found.seeds < len(ensemble.rows):
         yield f"known with {found.seeds} of {len(ensemble.rows)} seeds"
     if metric == "x_r_peak" and (stroke := ensemble.scenario.stroke):
@@ -106,8 +118,14 @@ def _remarks(
 
 
 def _limit(ensemble: Ensemble) -> Iterator[Row]:
-    """Give how many seeds meet the stroke limit."""
+    """Give how many seeds meet the stroke limit, and how hard where there are end stops."""
     beyond = sum(bool(row.metrics.get("violations")) for row in ensemble.rows)
     if beyond:
         count = "1 seed" if beyond == 1 else f"{beyond} seeds"
-        yield Row("limit met", count, f"of {len(ensemble.rows)}", "bold red")
+        name, how = "limit met", [f"of {len(ensemble.rows)}"]
+        for metric, unit, words in HITS:
+            if (found := ensemble.statistics.get(metric)) and found.greatest[0] > 0:
+                value, seed = found.greatest
+                name = "stops met"
+                how.append(f"{words} {number(value, unit)} with seed {seed}")
+        yield Row(name, count, ", ".join(how), "bold red")

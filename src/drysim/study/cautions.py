@@ -27,7 +27,9 @@ CLOSE = 1e-6
 """A decision nearer than this [-] to its opposite is within what inputs are known to."""
 
 
-def found(response: Response, metrics: Metrics, limit: float | None) -> Iterator[Caution]:
+def found(
+    response: Response, metrics: Metrics, limit: float | None, late: bool = False
+) -> Iterator[Caution]:
     """Give every warning that follows from a response and its metrics.
 
     Parameters
@@ -37,13 +39,15 @@ def found(response: Response, metrics: Metrics, limit: float | None) -> Iterator
         Over the whole response where they concern the stroke.
     limit : float or None
         Stroke limit x_rM [m].
+    late : bool, optional
+        Whether the metrics of the stroke are of more than the window: of the settling, too.
 
     Yields
     ------
     Caution
     """
     if limit is not None and metrics["violations"]:
-        yield stroke_violated(metrics, limit, response.law)
+        yield stroke_violated(metrics, limit, response.law, late)
     if isinstance(response.law, Stopped) and response.law.rigid and metrics["contacts"]:
         yield impacts_left_out()
     residual = metrics["energy_residual"]
@@ -56,21 +60,22 @@ def found(response: Response, metrics: Metrics, limit: float | None) -> Iterator
         yield close_decision(closest)
 
 
-def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw) -> Caution:
+def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw, late: bool = False) -> Caution:
     """Say where the stroke limit was met, and by how much or how hard."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
+    settling = ", settling included" if late else ""
     times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
     if isinstance(law, Stopped):
         sentence = (
             f"the mass comes to its end stops, first at t = {number(t_first, 's')} and with up "
-            f"to {number(metrics['impact_speed'], 'm/s')}"
+            f"to {number(metrics['impact_speed'], 'm/s')}{settling}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
         return Caution("stroke-violated", sentence, numbers)
     sentence = (
         f"the stroke limit of {millimetres(limit)} is met {times}, first at t = "
         f"{number(t_first, 's')}; |x_r| reaches {millimetres(peak)}, "
-        f"{millimetres(peak - limit)} too far"
+        f"{millimetres(peak - limit)} too far{settling}"
     )
     numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
     return Caution("stroke-violated", sentence, numbers)

@@ -67,14 +67,14 @@ def solve(case: Case) -> Outcome:
     metrics |= comfort.weighted(case, response, window)
     spectra, unclear = spectra_of(case, response, window)
     # The stroke limit holds while the motion settles, too.
-    late = window[0] > 0 and metrics["violations"]
+    late = bool(window[0] > 0 and metrics["violations"])
     whole = measure(track, (0.0, window[1]), case.limit) if late else metrics
     return Outcome(
         case.scenario,
         response,
         metrics,
         tuple(check.judge(metrics) for check in case.scenario.checks),
-        (*case.cautions, *doubts, *found(response, whole, case.limit), *unclear),
+        (*case.cautions, *doubts, *found(response, whole, case.limit, late), *unclear),
         spectra,
     )
 

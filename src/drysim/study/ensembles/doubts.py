@@ -7,8 +7,9 @@ from dataclasses import replace
 from math import ceil
 from typing import TYPE_CHECKING
 
+from drysim.core.plant import Stopped
 from drysim.errors import Caution
-from drysim.study.cautions import RESIDUAL, energy_open
+from drysim.study.cautions import RESIDUAL, energy_open, impacts_left_out
 from drysim.study.ensembles.seeds import KEY, most, narrow
 from drysim.study.sweeps.table import FAILED
 from drysim.wording import millimetres, number
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     Found = Mapping[str, Statistic | None]
 
-OF_ALL = {"energy-open", "stroke-violated"}
+OF_ALL = {"energy-open", "stroke-violated", "impacts-left-out"}
 """Warnings about a single seed in whose place stand those about all of them."""
 
 
@@ -49,6 +50,8 @@ def remarks(
     yield from (caution for caution in shown.warnings if caution.slug not in OF_ALL)
     if case.limit is not None:
         yield from strokes(rows, found, case.limit)
+    if isinstance(case.law, Stopped) and case.law.rigid and contacts(found):
+        yield impacts_left_out()
     residual = found.get("energy_residual")
     if residual and residual.greatest[0] > RESIDUAL and "energy-open" in slugs(shown):
         yield energy_open(residual.greatest[0])
@@ -78,8 +81,16 @@ def failures(rows: Sequence[Row]) -> Iterator[Caution]:
 def strokes(rows: Sequence[Row], found: Found, limit: float) -> Iterator[Caution]:
     """Say with how many seeds the stroke limit is met, and where the most."""
     beyond = sum(bool(row.metrics.get("violations")) for row in rows)
-    most_of_all = found["stroke_suffices"]
-    if beyond and most_of_all:
+    most_of_all, hits = found["stroke_suffices"], found.get("impact_speed")
+    if beyond and hits and contacts(found):
+        fastest, seed = hits.greatest
+        sentence = (
+            f"the mass comes to its end stops with {beyond} of {len(rows)} seeds, with up to "
+            f"{number(fastest, 'm/s')} with seed {seed}"
+        )
+        numbers = {"impact_speed": fastest, "seed": seed, "seeds": beyond}
+        yield Caution("stroke-violated", sentence, numbers)
+    elif beyond and most_of_all:
         peak, seed = most_of_all.greatest
         sentence = (
             f"the stroke limit of {millimetres(limit)} is met with {beyond} of {len(rows)} "
@@ -87,6 +98,12 @@ def strokes(rows: Sequence[Row], found: Found, limit: float) -> Iterator[Caution
         )
         numbers = {"limit": limit, "x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield Caution("stroke-violated", sentence, numbers)
+
+
+def contacts(found: Found) -> bool:
+    """Tell whether the mass comes to end stops within the window of any seed."""
+    hits = found.get("contacts")
+    return hits is not None and hits.greatest[0] > 0
 
 
 def wide(case: Case, rows: Sequence[Row]) -> Iterator[Caution]:
