@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from drysim.report.plots import moment, views
 from drysim.report.plots.comparison import draw as draw_comparison
 from drysim.report.plots.speed_error import draw as draw_bench
 from drysim.report.plots.transmissibility import draw, draw_stroke
-from drysim.scenario import Axis
+from drysim.scenario import Axis, load
 from drysim.study.bench.scores import Bench, Panel, Score
+from drysim.study.sweeps.sweep import sweep as solved
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
 from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, spoil, sweep
 from outcomes import stand_in
@@ -326,3 +328,32 @@ def test_exact_entry_without_an_error_stands_below_all_others_and_says_so():
         )
         assert lowest == pytest.approx(0.04)
         assert "stick-slip: exact, no error" in [text.get_text() for text in shown.texts]
+
+
+def test_hits_of_end_stops_are_drawn_where_the_stroke_hardly_differs(tmp_path):
+    text = (
+        "oscillator: {mass: 80, stiffness: 6000, damping: 250}\n"
+        "excitation: {kind: harmonic, frequency: 1.7, rms: 1.5}\n"
+        "solver: {step: 4 ms}\nsweep: {excitation.rms: [1.0, 2.0]}\n"
+    )
+    for stops, title in (
+        ("restitution: 0.4", "impact speed"),
+        ("stiffness: 1e5", "peak force"),
+    ):
+        (tmp_path / "s.yaml").write_text(f"{text}stroke: {{limit: 0.01, stops: {{{stops}}}}}\n")
+        _, hits = draw_stroke(solved(load(tmp_path / "s.yaml"))).axes
+        assert title in hits.get_title("left")
+        (curve,) = [line for line in hits.lines if len(line.get_xdata()) == 2]
+        assert 0 < curve.get_ydata()[0] < curve.get_ydata()[1]
+
+
+def test_numbers_below_a_long_logarithmic_axis_do_not_touch():
+    figure = draw(along("friction.bristle_stiffness", 1e3, 1e4, 1e6, unit="N/m"))
+    figure.draw_without_rendering()
+    for panel in figure.axes:
+        low, high = panel.get_xlim()
+        ticks = [one for one in panel.xaxis.get_major_ticks() if low <= one.get_loc() <= high]
+        ends = [one.label1.get_window_extent() for one in ticks]
+        assert len(ends) >= 4
+        assert all(one.x1 < other.x0 for one, other in pairwise(ends))
+        assert ends[-1].x1 <= figure.bbox.x1

@@ -104,7 +104,7 @@ def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
     x = bins.middles
     if bins.even_in_ratio:
         axes.set_xscale("log")
-        scales.decades(axes.xaxis)
+        scales.decades(axes.xaxis, x[0], x[-1])
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
     axes.tick_params(labelbottom=named)
@@ -122,7 +122,7 @@ def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: boo
     axes.set_ylim(y[0], y[-1])
     if found.across.even_in_ratio:
         axes.set_yscale("log")
-        scales.decades(axes.yaxis)
+        scales.decades(axes.yaxis, y[0], y[-1])
     axes.tick_params(labelleft=named)
     if named:
         axes.set_ylabel(key_label(found.across.axis))

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from math import inf, isnan, sqrt
 from typing import TYPE_CHECKING, Any
 
+from drysim.wording import number
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -13,6 +15,9 @@ if TYPE_CHECKING:
 
 DECADE = 10.0
 """Span from which on an axis is logarithmic."""
+
+LETTERS, MOST = 44, 99
+"""Letters that fit below a panel, two between its numbers; and more numbers than fit."""
 
 FREQUENCIES: dict[str, Any] = {
     "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
@@ -33,7 +38,7 @@ def along(axes: Axes, view: View, named: bool) -> None:
     x = [value for row in rows if not isnan(value := view.x(row))]
     if wide(x):
         axes.set_xscale("log")
-        decades(axes.xaxis)
+        decades(axes.xaxis, min(x), max(x))
     if x and min(x) < max(x):
         axes.set_xlim(min(x), max(x))
     axes.tick_params(labelbottom=named)
@@ -41,12 +46,17 @@ def along(axes: Axes, view: View, named: bool) -> None:
         axes.set_xlabel(view.label)
 
 
-def decades(axis: Any) -> None:
-    """Name 1, 2 and 5 of every decade of a logarithmic axis."""
+def decades(axis: Any, low: float, high: float) -> None:
+    """Name 1, 2 and 5 of every decade of a logarithmic axis; 1 alone where more is too much."""
     from matplotlib.ticker import LogLocator
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
+    def some(*steps: float) -> LogLocator:
+        return LogLocator(subs=steps, numticks=MOST)
+
+    named = [x for x in some(1.0, 2.0, 5.0).tick_values(low, high) if low <= x <= high]
+    letters = sum(len(number(x)) + 2 for x in named)
+    axis.set_major_locator(some(1.0, 2.0, 5.0) if letters <= LETTERS else some(1.0))
+    axis.set_major_formatter(lambda x, _: number(x))
     axis.minorticks_off()
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
+from drysim.core.plant import Stopped
 from drysim.report.plots import (
     bands,
     canvas,
@@ -40,6 +41,10 @@ FAR = 3.0
 """How many times the peak a stroke limit may be away to be drawn."""
 
 
+RIGHT = 0.965
+"""Where panels end, so that half of the last number below them has room."""
+
+
 class Quantity(NamedTuple):
     """What a panel shows: its words and symbol, its metric, in which scale."""
 
@@ -62,6 +67,8 @@ class Quantity(NamedTuple):
 T_X = Quantity("relative displacement transmissibility", "$T_x$ [–]", "T_x")
 T_A = Quantity("acceleration transmissibility", "$T_a$ [–]", "T_a")
 PEAK = Quantity("stroke:", "peak |$x_r$| [mm]", "x_r_peak", 1e3)
+HIT = Quantity("end stops:", "impact speed [m/s]", "impact_speed")
+FORCE = Quantity("end stops:", "peak force [N]", "stop_force_peak")
 
 
 def transmissibility(table: Table, folder: Path) -> None:
@@ -89,7 +96,7 @@ def draw(table: Table) -> Figure:
     drawn = view(table)
     known = [one for one in (T_X, T_A) if any(True for _ in ink.known(drawn, one.of))] or [T_A]
 
-    def unity(axes: Axes, panel: Panel) -> None:
+    def unity(axes: Axes, panel: Panel, quantity: Quantity) -> None:
         axes.axhline(1.0, **ink.UNITY)
 
     return _drawn(table, drawn, known, unity)
@@ -99,26 +106,31 @@ def draw_stroke(table: Table) -> Figure:
     """Give the picture of the stroke, not yet rendered."""
     if many.scattered(table):
         return many.draw(table, [("x_r_peak", f"{PEAK.title} {PEAK.symbol}", 1e3)], limit=True)
+    # Where there are stops, |x_r| hardly tells one case from another.
+    law = table.scenario.law()
+    hits = [HIT if law.rigid else FORCE] if isinstance(law, Stopped) else []
     drawn = view(table)
     top = max(ink.known(drawn, PEAK.of), default=0.0)
 
-    def bound(axes: Axes, panel: Panel) -> None:
+    def bound(axes: Axes, panel: Panel, quantity: Quantity) -> None:
+        if quantity is not PEAK:
+            return
         _limit(axes, table, drawn, panel, FAR * top)
         _violations(axes, drawn, panel)
 
-    return _drawn(table, drawn, [PEAK], bound)
+    return _drawn(table, drawn, [PEAK, *hits], bound)
 
 
 def _drawn(
     table: Table,
     drawn: View,
     quantities: Sequence[Quantity],
-    extra: Callable[[Axes, Panel], None],
+    extra: Callable[[Axes, Panel, Quantity], None],
 ) -> Figure:
     """Give a picture with a row for each panel of the view, a column for each quantity."""
     count = len(drawn.panels)
     coloured = drawn.line is not None and len(drawn.panels[0].lines) > ink.FEW_LINES
-    figure, grid = layout.sheet(count, len(quantities), right=0.89 if coloured else 0.98)
+    figure, grid = layout.sheet(count, len(quantities), right=0.89 if coloured else RIGHT)
     for place, quantity in enumerate(quantities):
         first = None
         for at, panel in enumerate(drawn.panels):
@@ -129,7 +141,7 @@ def _drawn(
             scales.along(axes, drawn, named=at == count - 1)
             ink.curves(axes, drawn, panel, quantity.of)
             bands.along(axes, drawn, panel, quantity.of, quantity.width)
-            extra(axes, panel)
+            extra(axes, panel, quantity)
             _upright(axes, list(ink.known(drawn, quantity.of)) if quantity is T_A else ())
             ink.gaps(axes, drawn, panel)
             _marks(axes, table, drawn)
