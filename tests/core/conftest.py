@@ -11,8 +11,9 @@ import pytest
 PARTS = (
     "plant", "state", "motion", "compiled", "flow", "wave", "events", "waves", "fade",
     "table", "grid", "integrals", "means", "turns", "forms", "recursion", "law", "stepping",
-    "stretches", "trail", "samples.series", "samples.steps", "samples.stop", "samples.glide",
-    "samples.eventful", "samples.march", "sines.slide", "sines.cease", "sines.leave",
+    "stretches", "trail", "samples.series", "samples.longer", "samples.steps", "samples.stop",
+    "samples.within", "samples.glide", "samples.eventful", "samples.march",
+    "sines.slide", "sines.cease", "sines.leave",
     "sines.leap", "sines.stretch", "sines.vanish", "sines.period_map", "sines.orbit",
     "sines.orbits", "text.decimal", "text.digits", "text.cells", "many.lanes",
     "many.products", "many.abreast", "many.lockstep", "many.records", "contacts.hit",

@@ -9,26 +9,31 @@ import numpy as np
 import pytest
 
 
+@pytest.mark.parametrize("radians", [0.099, 0.499])
 @pytest.mark.parametrize(
     ("c", "w"),
     [(0.0, 100.0), (6.7, 100.0), (20.0, 100.0), (900.0, 100.0), (0.0, 0.0), (9.0, 0.0)],
 )
-def test_short_way_and_long_way_are_one(kernel: SimpleNamespace, c: float, w: float) -> None:
+def test_short_way_and_long_way_are_one(
+    kernel: SimpleNamespace, c: float, w: float, radians: float
+) -> None:
     rng = np.random.Generator(np.random.PCG64(5))
-    h = 0.099 / (c + math.sqrt(w)) if c + w else 1.0
+    h = radians / (c + math.sqrt(w)) if c + w else 1.0
     plant, law = kernel.plant.Plant(1.0, w, c), kernel.plant.Law(0.0, 0.0)
     short_way = kernel.steps.steps_of(plant, law, h)
-    long_way = short_way._replace(short=False)
+    long_way = short_way._replace(short=False, brief=False)
     assert short_way.short
+    assert short_way.brief == (radians < 0.1 or c + w == 0.0)
     stops = 0
     for _ in range(300):
         v, a, r = abs(rng.normal()), rng.normal() * 2 / h, rng.normal() * 4 / h**2
         scale = v + abs(a) * h + abs(r) * h * h
-        one, other = (kernel.stop.coast(way, v, a, r, h) for way in (short_way, long_way))
+        one, other = (kernel.within.coast(way, v, a, r, h) for way in (short_way, long_way))
         assert one[0] == pytest.approx(other[0], abs=1e-14 * scale * h)
         assert one[1] == pytest.approx(other[1], abs=1e-14 * scale)
         short, long = (
-            kernel.stop.stop_within(way, v, a, r, other[1], h) for way in (short_way, long_way)
+            kernel.within.stop_within(way, v, a, r, other[1], h)
+            for way in (short_way, long_way)
         )
         if math.inf in (short[0], long[0]):
             assert short[0] == long[0]
@@ -56,3 +61,40 @@ def test_series_is_the_flow_to_the_last_digit(kernel: SimpleNamespace) -> None:
         assert kernel.series.distance(q, s) == pytest.approx(v * y + p * Y + r * YY, rel=1e-15)
         assert kernel.series.speed(q, s) == pytest.approx(v * y_d + p * y + r * Y, rel=1e-14)
         assert kernel.series.rate(q, s) == pytest.approx(a * y_d + (r - w * v) * y, rel=1e-14)
+
+
+def test_six_terms_more_carry_the_series_on_to_the_last_digit(kernel: SimpleNamespace) -> None:
+    c, w, s = 6.7, 900.0, 0.0136
+    y, y_d, Y, YY = kernel.flow.flow(c, w, s)
+    tail = kernel.series.tail_of(c, w)
+    more = kernel.longer.more_of(tail, c, w)
+    for v, a, r in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -70.0, 900.0)):
+        j = r - c * a - w * v
+        brief = kernel.series.series(tail, v, a, j)
+        longer = kernel.longer.longer_series(tail, more, v, a, j)
+        p = a + c * v
+        way = v * y + p * Y + r * YY
+        assert kernel.series.distance(longer, s) == pytest.approx(way, rel=3e-15, abs=0.0)
+        assert kernel.series.distance(brief, s) != pytest.approx(way, rel=1e-14, abs=0.0)
+        assert kernel.series.speed(longer, s) == pytest.approx(
+            v * y_d + p * y + r * Y, rel=1e-14, abs=0.0
+        )
+        assert kernel.series.rate(longer, s) == pytest.approx(
+            a * y_d + (r - w * v) * y, rel=1e-14, abs=0.0
+        )
+
+
+def test_stiff_step_without_an_extremum_holds_no_stop(kernel: SimpleNamespace) -> None:
+    plant, law = kernel.plant.Plant(1.0, 9e4, 600.0), kernel.plant.Law(0.0, 0.0)
+    steps = kernel.steps.steps_of(plant, law, 2.5e-3)
+    assert not steps.short
+    rng = np.random.Generator(np.random.PCG64(8))
+    found = {True: 0, False: 0}
+    for _ in range(300):
+        v, a, r = abs(rng.normal()), 1e3 * rng.normal(), 1e6 * rng.normal()
+        v_end = kernel.within.coast(steps, v, a, r, steps.dt)[1]
+        stop, _ = kernel.within.stop_within(steps, v, a, r, v_end, steps.dt)
+        truth = kernel.stop.locate_stop(steps.c, steps.w, v, a, r, steps.dt)
+        assert stop == truth
+        found[math.isinf(stop)] += 1
+    assert min(found.values()) > 50

@@ -12,14 +12,14 @@ NODES = (
 WEIGHTS = (
     0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692,
 )  # fmt: skip
-"""Gauss-Legendre: on a stretch that is short enough for `series` four exhaust double
+"""Gauss-Legendre: on a stretch that is brief enough for `series` four exhaust double
 precision, for the error is below (2·0.1)⁸/10⁹."""
 
 
 @inlined
 def stretch(plant, law, steps, waves, u_0, slope, x_r, v_r, d, h):
     """Give x2, v2, x_dd2, power and rub of one stretch between events, as in `Totals`."""
-    if d != 0 and not steps.short:
+    if d != 0 and not steps.brief:
         return integrate(plant, law, waves, u_0, slope, 0.0, x_r, v_r, d, 0.0, h)
     if d == 0:
         u_1 = u_0 + slope * h

@@ -25,6 +25,7 @@ from drysim.core.many.lanes import (
 )
 from drysim.core.many.lockstep import CLOSEST, E_X2, EVENTS, KEPT, gather, settle, step_all
 from drysim.core.many.products import add_products
+from drysim.core.samples.series import BRIEF
 from drysim.core.samples.steps import parts_of, steps_of
 
 (
@@ -132,7 +133,7 @@ def march_abreast(
     plant, law, steps, waves, records, first, count, n, end, side, turns, answers
 ):
     """March records from sample n to sample `end`, and sum."""
-    parts, lanes, at = parts_of(steps), lanes_of(count), side.at
+    parts, lanes, at = parts_of(steps, BRIEF), lanes_of(count), side.at
     inner = steps_of(plant, law, steps.dt / parts)
     gathered = n + GATHERED
     fetched, until = n, n

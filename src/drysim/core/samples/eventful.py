@@ -15,7 +15,8 @@ from drysim.core.events import (
     tightness,
 )
 from drysim.core.samples.steps import step_end
-from drysim.core.samples.stop import NEVER, coast, stop_within
+from drysim.core.samples.stop import NEVER
+from drysim.core.samples.within import coast, stop_within
 
 CANCELS = 1e-3
 """Where a reversal leaves less than this share of a velocity, it is worked out afresh."""
@@ -117,8 +118,9 @@ def through_events(
 ):
     """Carry the state through one step that may hold any number of events.
 
-    A step too long for `series` is walked in `parts` that are not, the steps `inner`: the base
-    moves on a line in each as in the whole. Else parameters and returns as in `through_part`.
+    A fine step too long for a series is walked in `parts` that are not, the steps `inner`: the
+    base moves on a line in each as in the whole. Else parameters and returns as in
+    `through_part`.
     """
     room = count + ROOM
     if parts == 1:

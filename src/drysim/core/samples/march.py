@@ -15,6 +15,7 @@ from drysim.core.compiled import compiled, held, inlined
 from drysim.core.events import ROOM, holding_force
 from drysim.core.samples.eventful import through_events
 from drysim.core.samples.glide import glide, look_ahead
+from drysim.core.samples.longer import SHORT
 from drysim.core.samples.steps import parts_of, steps_of
 
 STRETCH = 256
@@ -70,7 +71,7 @@ def march_on(
     x_ahead, v_ahead,
 ):  # fmt: skip
     """March stretch by stretch, as `march` says; the last two are scratch for one stretch."""
-    parts = parts_of(steps)
+    parts = parts_of(steps, SHORT)
     inner = steps_of(plant, law, steps.dt / parts)
     begin, until = n, n
     closest = math.inf

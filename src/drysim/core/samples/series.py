@@ -1,5 +1,7 @@
 """A short stretch of sliding as its power series: what most steps that hold an event need.
 
+Ten terms serve a brief one; with those that `longer` adds they serve one five times as long.
+
 The general way (`flow`, `stop`) serves every length; on a step far shorter than the times of
 the oscillator itself a few terms do the same for a third of the work.
 """
@@ -11,8 +13,12 @@ from typing import NamedTuple
 
 from drysim.core.compiled import compiled, inlined
 
-SHORT = 0.1
-"""Radians (or decays) in a short stretch: ten terms of its series exhaust double precision."""
+TERMS, MORE = 10, 6
+"""Terms of the series, and those that `longer` adds. They are counted from the end, for the
+compiler leaves out what a series has not, but looks whether it could be there."""
+
+BRIEF = 0.1
+"""Radians (or decays) in a brief stretch: ten terms of its series exhaust double precision."""
 
 NEARLY = 1e-6
 """Relative step of Halley's method, of third order, after which nothing is left to mend."""
@@ -76,7 +82,15 @@ def distance(q, s):
     high = (q[4] * (1.0 / 5.0) + q[5] * (1.0 / 6.0) * s) + s_2 * (
         q[6] * (1.0 / 7.0) + q[7] * (1.0 / 8.0) * s
     )
-    return s * (low + s_4 * (high + s_4 * (q[8] * (1.0 / 9.0) + q[9] * (1.0 / 10.0) * s)))
+    high += s_4 * (q[8] * (1.0 / 9.0) + q[9] * (1.0 / 10.0) * s)
+    if len(q) > TERMS:
+        n = len(q) - MORE
+        far = (q[n] * (1.0 / 11.0) + q[n + 1] * (1.0 / 12.0) * s) + s_2 * (
+            (q[n + 2] * (1.0 / 13.0) + q[n + 3] * (1.0 / 14.0) * s)
+            + s_2 * (q[n + 4] * (1.0 / 15.0) + q[n + 5] * (1.0 / 16.0) * s)
+        )
+        high += s_4 * s_2 * far
+    return s * (low + s_4 * high)
 
 
 @compiled
@@ -85,7 +99,14 @@ def speed(q, s):
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * s) + s_2 * (q[2] + q[3] * s)
-    return low + s_4 * ((q[4] + q[5] * s) + s_2 * (q[6] + q[7] * s) + s_4 * (q[8] + q[9] * s))
+    high = (q[4] + q[5] * s) + s_2 * (q[6] + q[7] * s) + s_4 * (q[8] + q[9] * s)
+    if len(q) > TERMS:
+        n = len(q) - MORE
+        far = (q[n] + q[n + 1] * s) + s_2 * (
+            (q[n + 2] + q[n + 3] * s) + s_2 * (q[n + 4] + q[n + 5] * s)
+        )
+        high += s_4 * s_2 * far
+    return low + s_4 * high
 
 
 @compiled
@@ -95,7 +116,15 @@ def rate(q, s):
     s_4 = s_2 * s_2
     low = (q[1] + 2.0 * q[2] * s) + s_2 * (3.0 * q[3] + 4.0 * q[4] * s)
     high = (5.0 * q[5] + 6.0 * q[6] * s) + s_2 * (7.0 * q[7] + 8.0 * q[8] * s)
-    return low + s_4 * (high + s_4 * (9.0 * q[9]))
+    high += s_4 * (9.0 * q[9])
+    if len(q) > TERMS:
+        n = len(q) - MORE
+        far = (10.0 * q[n] + 11.0 * q[n + 1] * s) + s_2 * (
+            (12.0 * q[n + 2] + 13.0 * q[n + 3] * s)
+            + s_2 * (14.0 * q[n + 4] + 15.0 * q[n + 5] * s)
+        )
+        high += s_4 * s * far
+    return low + s_4 * high
 
 
 @inlined

@@ -7,14 +7,15 @@ from typing import NamedTuple
 
 from drysim.core.compiled import compiled
 from drysim.core.flow import flow
-from drysim.core.samples.series import SHORT, Tail, tail_of
+from drysim.core.samples.longer import SHORT, More, more_of
+from drysim.core.samples.series import BRIEF, Tail, tail_of
 
 FINE = 1.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a third, far above
 rounding, and extrema are π apart."""
 
 MOST_PARTS = 16
-"""Parts that a fine step is walked in, at most, where it is too long for `series`."""
+"""Parts that a fine step is walked in, at most, where it is too long for a series."""
 
 MARGIN = 2.0
 """What the bound on a dip between samples is widened by, so that rounding cannot matter."""
@@ -43,9 +44,12 @@ class Steps(NamedTuple):
         b/m [1/s], k_x/m [1/s²] and F_fk/m [m/s²].
     dt : float
         Length of a step [s].
-    fine, short : bool
-        Whether a step holds one extremum of v_r at most, and whether `series` serves it.
-    tail : Tail
+    whole : tuple of float, shape (4,)
+        `flow` over a step.
+    fine, short, brief : bool
+        Whether a step holds one extremum of v_r at most, and whether `longer_series` and
+        `series` serve it.
+    tail, more : Tail, More
     one, four : Map
         Of one step and of four.
     x_0, x_1, v_0, v_1 : float
@@ -61,9 +65,12 @@ class Steps(NamedTuple):
     w: float
     f: float
     dt: float
+    whole: tuple[float, float, float, float]
     fine: bool
     short: bool
+    brief: bool
     tail: Tail
+    more: More
     one: Map
     four: Map
     x_0: float
@@ -102,7 +109,8 @@ def steps_of(plant, law, dt):
     """
     c, w, f = plant.b / plant.m, plant.k_x / plant.m, law.F_fk / plant.m
     radians = (c + math.sqrt(w)) * dt
-    y, _, Y, YY = flow(c, w, dt)
+    whole = flow(c, w, dt)
+    y, _, Y, YY = whole
     x_1, v_1 = YY / dt, Y / dt
     x_0, v_0 = Y - x_1, y - v_1
     # What each end of a step gives, one, two and three steps later.
@@ -110,9 +118,11 @@ def steps_of(plant, law, dt):
     b, q = left_of(c, w, 2.0 * dt, x_0, v_0), left_of(c, w, 2.0 * dt, x_1, v_1)
     g, r = left_of(c, w, 3.0 * dt, x_0, v_0), left_of(c, w, 3.0 * dt, x_1, v_1)
     tame = 1.0 - (4.0 * c + 2.0 * w * dt) * dt
+    tail = tail_of(c, w)
     bend = MARGIN * 2.0 / tame if tame > 0.25 else math.inf
     return Steps(
-        c, w, f, dt, radians <= FINE, radians <= SHORT, tail_of(c, w),
+        c, w, f, dt, whole, radians <= FINE, radians <= SHORT, radians <= BRIEF, tail,
+        more_of(tail, c, w),
         map_of(c, w, f, dt), map_of(c, w, f, 4.0 * dt), x_0, x_1, v_0, v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
@@ -121,11 +131,13 @@ def steps_of(plant, law, dt):
 
 
 @compiled
-def parts_of(steps):
-    """Give in how many parts a step that holds events is walked: a power of two."""
+def parts_of(steps, longest):
+    """Give in how many parts, a power of two, of so many radians a fine step is walked."""
     parts = 1
-    if steps.fine and not steps.short:
-        while parts < MOST_PARTS and (steps.c + math.sqrt(steps.w)) * steps.dt > SHORT * parts:
+    if steps.fine:
+        while (
+            parts < MOST_PARTS and (steps.c + math.sqrt(steps.w)) * steps.dt > longest * parts
+        ):
             parts *= 2
     return parts
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled, inlined
+from drysim.core.compiled import compiled
 from drysim.core.flow import flow
-from drysim.core.samples.series import distance, fall, rate, series, speed
 
 NEVER = math.inf
 
@@ -138,49 +137,3 @@ def locate_stop(c, w, v, a, r, h):
         begin = end + gap
         end = begin + gap
     return NEVER
-
-
-@inlined
-def coast(steps, v, a, r, h):
-    """Give distance and velocity after sliding for a time h, parameters as in `locate_stop`."""
-    if steps.short:
-        q = series(steps.tail, v, a, r - steps.c * a - steps.w * v)
-        return distance(q, h), speed(q, h)
-    y, y_d, Y, YY = flow(steps.c, steps.w, h)
-    p = a + steps.c * v
-    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
-
-
-@inlined
-def stop_within(steps, v, a, r, v_end, h):
-    """Give the first stop in a step, or in what is left of it.
-
-    Parameters
-    ----------
-    steps : Steps
-    v, a, r, h : float
-        As in `locate_stop`.
-    v_end : float
-        Velocity at the end, should the mass not stop before [m/s].
-
-    Returns
-    -------
-    stop, way : float
-        When it stops [s] and how far it slides until then [m]; infinity when it does not.
-    """
-    c, w = steps.c, steps.w
-    if steps.short:
-        q = series(steps.tail, v, a, r - c * a - w * v)
-        if v_end > 0.0 and (a >= 0.0 or rate(q, h) <= 0.0):
-            return NEVER, 0.0
-        if v > 0.0 and v_end <= 0.0:
-            stop = fall(q, h)
-            if stop > 0.0:
-                return stop, distance(q, stop)
-    stop = locate_stop(c, w, v, a, r, h)
-    if stop == NEVER:
-        if v_end > 0.0 or v == 0.0:
-            return NEVER, 0.0
-        stop = h
-    y, _, Y, YY = flow(c, w, stop)
-    return stop, v * y + (a + c * v) * Y + r * YY

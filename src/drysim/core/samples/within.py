@@ -1,0 +1,74 @@
+"""How far the mass slides within a step and where it stops, by what its length allows."""
+
+from __future__ import annotations
+
+from drysim.core.compiled import inlined
+from drysim.core.flow import flow
+from drysim.core.samples.longer import longer_series
+from drysim.core.samples.series import distance, fall, rate, series, speed
+from drysim.core.samples.stop import NEVER, first_extremum, locate_stop
+
+
+@inlined
+def coast(steps, v, a, r, h):
+    """Give distance and velocity after sliding for a time h, parameters as in `locate_stop`."""
+    if steps.brief:
+        q = series(steps.tail, v, a, r - steps.c * a - steps.w * v)
+        return distance(q, h), speed(q, h)
+    if steps.short:
+        q = longer_series(steps.tail, steps.more, v, a, r - steps.c * a - steps.w * v)
+        return distance(q, h), speed(q, h)
+    y, y_d, Y, YY = steps.whole if h == steps.dt else flow(steps.c, steps.w, h)
+    p = a + steps.c * v
+    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+
+
+@inlined
+def stop_within(steps, v, a, r, v_end, h):
+    """Give the first stop in a step, or in what is left of it.
+
+    Parameters
+    ----------
+    steps : Steps
+    v, a, r, h : float
+        As in `locate_stop`.
+    v_end : float
+        Velocity at the end, should the mass not stop before [m/s].
+
+    Returns
+    -------
+    stop, way : float
+        When it stops [s] and how far it slides until then [m]; infinity when it does not.
+    """
+    c, w = steps.c, steps.w
+    j = r - c * a - w * v
+    stop, way = -1.0, 0.0
+    if steps.brief:
+        stop, way = stop_by_series(series(steps.tail, v, a, j), v_end, h)
+    elif steps.short:
+        q = longer_series(steps.tail, steps.more, v, a, j)
+        stop, way = stop_by_series(q, v_end, h)
+    elif v_end > 0.0 and first_extremum(c, w, a, j) >= h:
+        # Without an extremum the velocity has no way down to zero and up again.
+        stop = NEVER
+    if stop > 0.0:
+        return stop, way
+    stop = locate_stop(c, w, v, a, r, h)
+    if stop == NEVER:
+        if v_end > 0.0 or v == 0.0:
+            return NEVER, 0.0
+        stop = h
+    y, _, Y, YY = flow(c, w, stop)
+    return stop, v * y + (a + c * v) * Y + r * YY
+
+
+@inlined
+def stop_by_series(q, v_end, h):
+    """Give what `stop_within` does of a short stretch; -1 leaves it to the general way."""
+    if v_end > 0.0 and (q[1] >= 0.0 or rate(q, h) <= 0.0):
+        return NEVER, 0.0
+    if q[0] > 0.0 and v_end <= 0.0:
+        stop = fall(q, h)
+        if stop > 0.0:
+            return stop, distance(q, stop)
+    return -1.0, 0.0
