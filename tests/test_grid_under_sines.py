@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from drysim.approach import under_sines
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Sines, base_acceleration
 from drysim.core.plant import Law, Plant
@@ -63,3 +64,24 @@ def test_mirrored_base_gives_the_mirrored_grid_to_the_last_bit():
     other = StickSlip().solve(plant, law, mirrored, State(0.0, 0.0), step, 3000 * step)
     assert (one.x_r == -other.x_r).all()
     assert (one.v_r == -other.v_r).all()
+
+
+def test_base_is_computed_for_those_who_ask_for_it():
+    plant, law, motion, step = SCENES["one sine"]
+    found = StickSlip().solve(plant, law, motion, State(0.0, 0.0), step, 300 * step)
+    assert len(found.x_r) == len(found.v_r) == 301
+    assert "u_dd" not in vars(found)
+    assert np.abs(found.u_dd - base_acceleration(motion, found.t)).max() < 1e-13
+
+
+@pytest.mark.parametrize("room", [2, 3, 7])
+def test_room_for_events_that_grows_leaves_no_trace(room, monkeypatch):
+    plant, law, motion, step = SCENES["two sines"]
+    scene = (plant, law, motion, State(0.02, 0.1), step, 3000 * step)
+    one = StickSlip().solve(*scene)
+    monkeypatch.setattr(under_sines, "FEW_EVENTS", room)
+    other = StickSlip().solve(*scene)
+    assert len(one.events) > 20
+    for name in ("t", "kind", "x_r", "F_L"):
+        assert np.array_equal(getattr(one.events, name), getattr(other.events, name))
+    assert one.numerics.closest_decision == other.numerics.closest_decision
