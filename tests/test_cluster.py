@@ -253,6 +253,23 @@ def test_first_blocks_go_to_all_workers(swept, address, monkeypatch):
     assert sorted(Counter(found).values()) == [2, 2]
 
 
+def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address, monkeypatch):
+    from distributed.client import Future
+
+    cleared, ended = [], Future.__del__
+
+    def last(future):
+        cleared.append(future._cleared)
+        ended(future)
+
+    monkeypatch.setattr(Future, "__del__", last)
+    made = parcel.Parcel.of(load(swept / "orbits.yaml"))
+    with link.joined(address, None, print) as joined:
+        assert len(list(flight.computed(joined, made, range(3), 3))) == 3
+        gc.collect()
+    assert cleared == [True] * 3
+
+
 @pytest.mark.parametrize("name", ["orbits", "record"])
 def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypatch, name):
     monkeypatch.setattr(tempfile, "tempdir", str(swept))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
+from contextlib import suppress
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any
@@ -109,16 +110,19 @@ class Flight:
 
         future = self.link.wait(self._landed)
         numbers, _ = self._held.pop(future.key)
-        if future.status == "error":
-            fault = future.exception()
-            if not isinstance(fault, KilledWorker):
-                raise told(fault)
-            self._suspects.extend(numbers)
-            return
         try:
+            if future.status == "error":
+                fault = future.exception()
+                if not isinstance(fault, KilledWorker):
+                    raise told(fault)
+                self._suspects.extend(numbers)
+                return
             blocks, took = future.result()
         except (CancelledError, OSError, TimeoutError) as fault:
             raise self.link.gone() from fault
+        finally:
+            with suppress(RuntimeError):  # of a loop that is closed
+                future.release()  # here: an interrupt is lost in what Python does by itself
         if load:
             load.took(blocks, took)
         yield from zip(numbers, blocks, strict=True)
