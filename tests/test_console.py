@@ -226,3 +226,19 @@ def test_window_is_that_of_the_metrics_on_a_grid_that_misses_its_end(seat, capsy
     console.show_outcome(made)
     assert "window      1 s after settling for 1 s" in capsys.readouterr().out
     assert made.metrics["a_u"] == pytest.approx(fine.metrics["a_u"], rel=1e-9)
+
+
+def test_repetition_is_counted_in_periods_of_the_base(seat, capsys):
+    """5 Hz under a normal force of 9 Hz repeats after 1 s: `a period` was said of five."""
+    words = ["measure=null", "excitation.frequency=5", "solver.step=1e-3"]
+    varied = "friction.normal_variation={amplitude: 0.4, frequency: 9}"
+    console.show_outcome(package.run(package.load(seat, [*words, varied])))
+    assert "steady orbit (5 periods)" in capsys.readouterr().out
+    console.show_outcome(package.run(package.load(seat, words)))
+    assert "steady orbit (a period)" in capsys.readouterr().out
+
+
+def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):
+    made = package.compare(package.load(seat), ("signum", "stick-slip"))
+    console.show_comparison(made)
+    assert "base        harmonic 1.6 Hz, 1 m/s² RMS" in capsys.readouterr().out

@@ -19,6 +19,7 @@ from drysim.console.parts import (
     steps,
 )
 from drysim.core.plant import Stopped
+from drysim.scenario.measure import common_period
 from drysim.wording import millimetres, number, percent
 
 if TYPE_CHECKING:
@@ -63,15 +64,19 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield from steps(wording.clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:
-        times = (
-            "a period"
-            if numerics.period_multiple == 1
-            else f"{numerics.period_multiple} periods"
-        )
+        count = _periods(outcome, numerics.period_multiple)
+        times = "a period" if count == 1 else f"{count} periods"
         closure = number(numerics.closure, digits=2)
         yield "window", f"one repetition of the steady orbit ({times}), closes to {closure}"
     else:
         yield "window", _window(outcome)
+
+
+def _periods(outcome: Outcome, multiple: int) -> int:
+    """Give how many periods of the base a repetition takes; other forces may need several."""
+    base = common_period(getattr(outcome.scenario.excitation, "frequencies", ()))
+    length = (len(outcome.response) - 1) * outcome.response.dt
+    return round(length / base) if base else multiple
 
 
 def _window(outcome: Outcome) -> str:

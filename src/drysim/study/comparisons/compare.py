@@ -18,7 +18,7 @@ from drysim.study.comparisons.diagnosis import diagnose
 from drysim.study.spectral import run_only
 from drysim.study.sweeps import over_seeds, survey
 from drysim.study.sweeps.cases import case_at, response_of
-from drysim.study.sweeps.gathering import how
+from drysim.study.sweeps.gathering import how, shared
 from drysim.study.sweeps.rows import Rows
 from drysim.study.sweeps.sweep import Finished, nothing, settle, solved
 from drysim.study.sweeps.table import Row, Table
@@ -130,7 +130,7 @@ def solve(
     warnings = (*told, *statuses(tallies.values(), scenario.axes), *met)
     table = Table(
         scenario, scenario.axes, Rows.of(batches), own.verdicts, warnings, numerics=how(case),
-        told=tallies,
+        motion=case.motion if shared(scenario.axes) else None, told=tallies,
     )  # fmt: skip
     shown = telling(table, names, yardstick)
     responses = dict(responses_at(shown.point, scenarios, yardstick))
