@@ -100,5 +100,5 @@ def test_record_whose_motion_leaves_the_numbers_spoils_no_other() -> None:
     ],
     ids=["varying", "dynamic", "coarse"],
 )
-def test_what_no_lockstep_can_follow_is_told_beforehand(law: AnyLaw, dt: float) -> None:
+def test_what_cannot_be_marched_side_by_side_is_told_beforehand(law: AnyLaw, dt: float) -> None:
     assert not exact.measurable(Plant(75.0, 7500.0, 500.0), law, dt)

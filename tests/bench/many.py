@@ -1,4 +1,4 @@
-"""Time seeds measured in lockstep and the orbits of the paper's Figs. 3 and 4 beside lfilter.
+"""Time seeds measured side by side and the orbits of the paper's Figs. 3 and 4 beside lfilter.
 
     python tests/bench/many.py [--records 256] [--samples 24000] [--repeats 7]
 

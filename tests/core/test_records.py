@@ -1,4 +1,4 @@
-"""Many records in lockstep: alike under both engines, and mirrored."""
+"""Many records side by side: alike under both engines, and mirrored."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ def answers(
     plant, law = kernel.plant.Plant(75.0, 7500.0, 500.0), kernel.plant.Law(*F)
     lanes, length = kernel.lanes, 4 * kernel.events.ROOM
     kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
-    side = kernel.lockstep.Side(
-        np.zeros(lanes.SIZE), np.zeros((lanes.FETCHED + 1) * lanes.LANES),
-        np.zeros(kernel.abreast.ROWS * lanes.LANES), np.zeros(lanes.LANES),
-        np.zeros(lanes.LANES, dtype=np.int64), np.zeros((lanes.LANES, kernel.lockstep.KEPT)),
-        np.zeros(lanes.LANES, dtype=np.int64),
-        kernel.events.Log(*(np.zeros(length, dtype=kind) for kind in kinds)), length,
+    rule = kernel.trapezia.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
+    side = kernel.settle.Side(
+        np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES),
+        np.zeros(kernel.queue.SIZE), np.zeros(lanes.LANES, dtype=np.int64),
+        np.zeros((lanes.LANES, kernel.settle.KEPT)), np.zeros(lanes.LANES, dtype=np.int64),
+        kernel.events.Log(*(np.zeros(length, dtype=kind) for kind in kinds)),
     )  # fmt: skip
     found, turns = np.zeros((len(u_dd), kernel.records.FOUND)), np.zeros(u_dd.shape)
     waves = kernel.waves.Waves(np.zeros(0), 0, 0)
     kernel.records.measure_records(
-        plant, law, kernel.steps.steps_of(plant, law, dt), waves, u_dd, 101, SAMPLES - 1,
-        kernel.state.State(x_r, 0.0), side, turns, found,
+        plant, law, kernel.steps.steps_of(plant, law, dt), rule, waves, u_dd, 101,
+        SAMPLES - 1, kernel.state.State(x_r, 0.0), side, turns, found,
     )  # fmt: skip
     return found, turns
 
@@ -46,7 +46,7 @@ def noise(records: int) -> np.ndarray:
 
 @pytest.mark.parametrize("F", [(15.0, 15.0), (30.0, 36.0), (0.0, 0.0)])
 @pytest.mark.parametrize("dt", [DT, 4.0 * DT], ids=["short", "in parts"])
-def test_engines_agree_on_records_in_lockstep(plain, fast, F, dt):
+def test_engines_agree_on_records_side_by_side(plain, fast, F, dt):
     u_dd = noise(5)
     for one, other in zip(answers(plain, u_dd, F, dt), answers(fast, u_dd, F, dt), strict=True):
         assert other == pytest.approx(one, rel=1e-12, abs=1e-20)
@@ -58,5 +58,5 @@ def test_mirrored_records_give_mirrored_stops(kernel):
     mirrored, back = answers(kernel, -u_dd, (20.0, 24.0), x_r=-0.001)
     assert (found[:, r.COUNT] > 0).all()
     assert np.array_equal(turns, -back)
-    alike = [*range(kernel.lanes.KINDS), *range(r.BEGIN, r.FOUND)]
+    alike = [*range(kernel.trapezia.INTEGRALS), *range(r.BEGIN, r.FOUND)]
     assert np.array_equal(found[:, alike], mirrored[:, alike])

@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 from drysim.approach.events import Floats
 from drysim.approach.room import empty_log
 from drysim.approach.scene import LOG_LENGTH, waves_of
-from drysim.core.forms import integrals, step_forms
-from drysim.core.many import abreast, records
-from drysim.core.many.lanes import FETCHED, LANES, SIZE
-from drysim.core.many.lockstep import KEPT, Side
-from drysim.core.many.products import STUCK, STUCK_U2, WAY
+from drysim.core.many import queue, records
+from drysim.core.many.lanes import LANES, PLACES, SIZE
+from drysim.core.many.settle import KEPT, Side
+from drysim.core.many.trapezia import INTEGRALS, trapezia
 from drysim.core.motion import Samples, Sines, sample_squares
 from drysim.core.plant import Law, Plant
 from drysim.core.samples.steps import steps_of
 from drysim.core.state import State, Totals
+
+STEPS_A_STOP, FEW_STOPS = 8, 1024
+"""There is room for a stop in so many steps, and for some more; a record with even more of
+them is measured by itself."""
 
 
 class Measured(NamedTuple):
@@ -55,7 +58,7 @@ class Measured(NamedTuple):
 
 
 def measurable(plant: Plant, law: object, dt: float) -> bool:
-    """Tell whether many records of one scene can be marched in lockstep.
+    """Tell whether many records of one scene can be marched side by side.
 
     They can where friction is Coulomb's with limits that do not vary, and a step so short that
     it holds one extremum of v_r at most.
@@ -95,10 +98,11 @@ def measure_many(
     """
     u_dd, dt = np.array([motion.u_dd[:] for motion in motions]), motions[0].dt
     answers = np.empty((len(u_dd), records.FOUND))
-    turns: Floats = np.empty(u_dd.shape)
+    turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_A_STOP + FEW_STOPS))
+    rule = trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
     records.measure_records(
-        plant, law, steps_of(plant, law, dt), waves_of(Sines((), (), ())), u_dd, *window, start,
-        empty_side(), turns, answers,
+        plant, law, steps_of(plant, law, dt), rule, waves_of(Sines((), (), ())), u_dd, *window,
+        start, empty_side(), turns, answers,
     )  # fmt: skip
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
         return answered(plant, motions, start, window, turns, answers)
@@ -117,43 +121,32 @@ def answered(
     first = State(column[records.X_BEGIN], column[records.V_BEGIN])
     last = State(column[records.X_END], column[records.V_END])
     begins, ends = column[[records.BEGIN, records.TURNS]].astype(int)
-    squares = [sample_squares(motion, *(n * dt for n in window)) for motion in motions]
-    u_dd2: Any = np.array([one for one, _ in squares])
-    u2: Any = None if motions[0].u is None else np.array([other for _, other in squares])
-    x2, v2, x_dd2, power, rub, stuck = integrated(plant, dt, column)
+    u2: Any = None
+    if motions[0].u is not None:
+        u2 = np.array([sample_squares(each, *(n * dt for n in window))[1] for each in motions])
+    x2, v2, x_dd2, power, rub, stuck, u_dd2 = column[:INTEGRALS]
     ends_of = column[[records.X_BEGIN, records.X_END]].T
     paths = [
         np.concatenate((at[:1], row[b:e], at[1:]))
         for at, row, b, e in zip(ends_of, turns, begins, ends, strict=True)
     ]
-    before = [np.abs(row[:b]).max(initial=0.0) for row, b in zip(turns, begins, strict=True)]
-    within = [np.abs(path).max() for path in paths]
+    farthest = np.abs(column[[records.FAR, records.X_BEGIN, records.X_END]]).max(axis=0)
     return Measured(
         np.isfinite(last.x_r + last.v_r) & (ends <= turns.shape[1]),
         Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2),
         first,
         last,
         tuple(paths),
-        np.maximum(np.maximum(before, within), abs(start.x_r)),
+        np.maximum(farthest, abs(start.x_r)),
         column[records.COUNT],
         column[records.TIGHT],
     )
 
 
-def integrated(plant: Plant, dt: float, column: Floats) -> Floats:
-    """Give the integrals, those over whole steps from their products, as in `Totals`."""
-    forms = step_forms(plant.b / plant.m, plant.k_x / plant.m, dt)
-    sums: Floats = integrals(forms, column[:WAY], column[WAY : WAY + 3])
-    sums[2] += dt / 3.0 * column[STUCK_U2]
-    sums[5] = dt * column[STUCK]
-    sums += column[records.X2 : records.STUCK_TIME + 1]
-    return sums
-
-
 def empty_side() -> Side:
-    """Give the scratch of a march in lockstep."""
+    """Give the scratch of a march side by side."""
     return Side(
-        np.zeros(SIZE), np.zeros((FETCHED + 1) * LANES), np.zeros(abreast.ROWS * LANES),
-        np.zeros(LANES), np.zeros(LANES, dtype=np.int64), np.zeros((LANES, KEPT)),
-        np.zeros(LANES, dtype=np.int64), empty_log(LOG_LENGTH), LOG_LENGTH,
+        np.zeros(SIZE), np.zeros(PLACES * LANES), np.zeros(queue.SIZE),
+        np.zeros(LANES, dtype=np.int64), np.zeros((LANES, KEPT)),
+        np.zeros(LANES, dtype=np.int64), empty_log(LOG_LENGTH),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""One step of many records abreast that may hold one event: as many at once as there is room.
+"""Lanes that wait, abreast: each walks up to a step that may hold one event, and through it.
 
 What is not so plain - two events in a step, a velocity that only touches zero, a root that
 strays - is left to the march of one record.
@@ -10,22 +10,30 @@ import math
 
 from drysim.core.compiled import compiled, inlined
 from drysim.core.events import ROUNDING
+from drysim.core.many.beside import beside
 from drysim.core.many.lanes import LANES, WIDTH
+from drysim.core.many.queue import (
+    EVENTS,
+    HERE,
+    PLAIN,
+    RISE,
+    STOPS,
+    SUMS,
+    TIGHT,
+    U_1,
+    WENT,
+    X_STOP,
+    D,
+    U,
+    V,
+    X,
+)
+from drysim.core.many.trapezia import ends, halves
+from drysim.core.many.walk import walk
 from drysim.core.samples.series import NEARLY, distance, rate, series, speed
-from drysim.core.stretches import NODES, WEIGHTS
 
-X, V, D, U_0, U_1 = range(5)
-(
-    X_END, V_END, D_END, X_STOP, TIGHT, STOPS, EVENTS, X2, V2, X_DD2, POWER, RUB, STUCK, PLAIN,
-) = range(5, 19)  # fmt: skip
-"""Rows of a step: state, direction and ü at its ends; the state at its end, x_r where it stops,
-how tight that decision is, whether it stops and how many events there are; the integrals as in
-`Totals`; and whether all that holds. ROWS is their number."""
-
-ROWS = 19
-
-ALONE = 2.0
-"""Tightness of what was no decision: above all that are."""
+NO_DECISION = math.inf
+"""Tightness of what was no stop."""
 
 ROUNDS = 3
 """Of Halley's method, of third order: the first guess is good to a thousandth mostly."""
@@ -60,107 +68,99 @@ def fall_abreast(q, h):
     return min(s, h), good and abs(step) <= NEARLY * s
 
 
-@inlined
-def bend_of(steps, a, j):
-    """Give what a velocity can fall below its lower end within a step that is short."""
-    h = steps.dt
-    return 0.25 * h * h * (abs(j) + h * (steps.c * abs(j) + steps.w * abs(a)))
-
-
-@inlined
-def integrals_abreast(steps, q, u_0, slope, x_r, d, h):
-    """Give what `short_stretch` gives of a stretch of length h; d is 0 where it sticks."""
-    c, w, f = steps.c, steps.w, d * steps.f
-    x2, v2, x_dd2, power = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(NODES)):
-        s = h * NODES[i]
-        u = u_0 + slope * s
-        x, v = x_r + d * distance(q, s), d * speed(q, s)
-        felt = w * x + c * v + f
-        x_dd = u if d == 0.0 else felt
-        x2 += WEIGHTS[i] * x * x
-        v2 += WEIGHTS[i] * v * v
-        x_dd2 += WEIGHTS[i] * x_dd * x_dd
-        power += WEIGHTS[i] * u * v
-    return h * x2, h * v2, h * x_dd2, h * power
-
-
 @compiled
-def through_abreast(plant, law, steps, at, count):
-    """Carry that many states through a step each; `at` has the rows named above.
+def through_abreast(plant, law, steps, pace, rule, parts, at, count):
+    """Carry that many lanes up to an event each, or to the last sample, and through it.
 
-    A number above `count` is filled up to whole registers with steps that are no matter.
+    `at` has the rows of `queue`. A number above `count` is filled up to whole registers with
+    lanes that are no matter.
     """
     for first in range(0, count, WIDTH):
-        eight(plant, law, steps, at[first:])
+        walk(pace, rule, at[first:])
+        if parts == 1:
+            eight(plant, law, steps, rule, at[first:])
+        else:
+            leave(at[first:])
 
 
 @compiled
-def eight(plant, law, steps, at):
-    """Carry as many states as a register holds through a step each."""
+def eight(plant, law, steps, rule, at):
+    """Carry as many lanes as a register holds through the step that they stand before."""
     h, c, w, f = steps.dt, steps.c, steps.w, steps.f
-    m, k_x, F_fs, F_fk = plant.m, plant.k_x, law.F_fs, law.F_fk
+    m, k_x, F_fs = plant.m, plant.k_x, law.F_fs
+    per_h, per_m = 1.0 / h, 1.0 / m
     for i in range(WIDTH):
-        x, v, d = at[X * LANES + i], at[V * LANES + i], at[D * LANES + i]
-        u_0, u_1 = at[U_0 * LANES + i], at[U_1 * LANES + i]
+        x, v, d, u, u_1 = at[X + i], at[V + i], at[D + i], at[U + i], at[U_1 + i]
         slides = d != 0.0
-        slope = (u_1 - u_0) / h
-        a = -d * (u_0 + c * v + w * x + d * f)
-        j = -d * slope - c * a - w * (d * v)
-        q = series(steps.tail, d * v, a, j)
+        slope = (u_1 - u) * per_h
+        felt = c * v + (w * x + d * f)
+        a = -d * (u + felt)
+        q = series(steps.tail, d * v, a, -d * slope - c * a - w * (d * v))
         v_end = speed(q, h)
         stop, good = fall_abreast(q, h)
-        bend = bend_of(steps, a, j)
-        none = slides and min(d * v, v_end) > bend
+        # A short step holds one extremum at most.
+        none = slides and v_end > 0.0 and (a >= 0.0 or rate(q, h) <= 0.0)
         # Break-away: F_L is linear in time, so it meets the limit at a quotient.
-        F_1 = m * u_1 + k_x * x
-        way_out = 1.0 if F_1 < 0.0 else -1.0
-        rise = m * slope
-        meets = (-way_out * F_fs - (m * u_0 + k_x * x)) / (rise if rise != 0.0 else 1.0)
-        meets = min(max(meets, 0.0), h)
-        stop = stop if slides else meets
-        stop = h if none else stop
+        F_0, climb = m * u + k_x * x, m * slope
+        F_out = F_fs if F_0 + climb * h >= 0.0 else -F_fs
+        meets = (F_out - F_0) / (climb if climb != 0.0 else 1.0)
+        stop = stop if slides else min(max(meets, 0.0), h)
         way = distance(q, stop)
-        x_stop = x + d * way
-        u_stop = u_0 + slope * stop
-        F_L = m * u_stop + k_x * x_stop
-        hold = F_fs + ROUNDING * (F_fs + abs(k_x * x_stop))
+        x_s, u_s = x + d * way, u + slope * stop
+        F_L = m * u_s + k_x * x_s
+        hold = F_fs + ROUNDING * (F_fs + abs(k_x * x_s))
         sticks = slides and abs(F_L) <= hold
-        turned = 1.0 if F_L < 0.0 else -1.0
-        d_2 = turned if slides else way_out
+        F_L = F_L if slides else F_out
+        d_2 = 1.0 if F_L < 0.0 else -1.0
         d_2 = 0.0 if sticks else d_2
-        d_2 = d if none else d_2
-        jump = (abs(F_L) - F_fk) / m if slides else (F_fs - F_fk) / m
-        a_2 = 0.0 if none or sticks else jump
-        j_2 = 0.0 if none or sticks else -d_2 * slope - c * a_2
-        q_2 = series(steps.tail, 0.0, a_2, j_2)
+        a_2 = 0.0 if sticks else abs(F_L) * per_m - f
+        q_2 = series(steps.tail, 0.0, a_2, 0.0 if sticks else -d_2 * slope - c * a_2)
         rest = h - stop
-        way_2, v_2 = distance(q_2, rest), speed(q_2, rest)
-        x_2 = x_stop + d_2 * way_2
-        bears = abs(m * u_1 + k_x * x_stop) <= hold
-        fine = v_2 > 0.0
-        fine = bears if sticks else fine
-        falls = good and v_end <= 0.0 and d * F_L > 0.0
-        falls = good and v_end <= 0.0 if sticks else falls
-        fine = fine and (falls if slides else rise != 0.0)
-        fine = fine or none
+        way_2, v_2 = distance(q_2, rest), d_2 * speed(q_2, rest)
+        x_2 = x_s + d_2 * way_2
+        bears = abs(m * u_1 + k_x * x_s) <= hold
+        fine = bears if sticks else d_2 * v_2 > 0.0 and (not slides or d * F_L > 0.0)
+        fine = fine and ((good and v_end <= 0.0) if slides else climb != 0.0)
+        here = at[HERE + i] > 0.0
+        goes_on, counts = here and none, here and fine and not none
+        stops = counts and slides
         larger = max(abs(F_L), F_fs)
         tight = abs(abs(F_L) - F_fs) / (larger if larger > 0.0 else 1.0)
-        one = integrals_abreast(steps, q, u_0, slope, x, d, stop)
-        two = integrals_abreast(steps, q_2, u_stop, slope, x_stop, d_2, rest)
-        at[X_END * LANES + i] = x_2
-        at[V_END * LANES + i] = d * v_end if none else d_2 * v_2
-        at[D_END * LANES + i] = d_2
-        at[X_STOP * LANES + i] = x_stop
-        stops = slides and not none
-        at[TIGHT * LANES + i] = tight if stops else ALONE
-        at[STOPS * LANES + i] = 1.0 if stops else 0.0
-        at[EVENTS * LANES + i] = 0.0 if none else 1.0
-        at[X2 * LANES + i] = one[0] + two[0]
-        at[V2 * LANES + i] = one[1] + two[1]
-        at[X_DD2 * LANES + i] = one[2] + two[2]
-        at[POWER * LANES + i] = one[3] + two[3]
-        at[RUB * LANES + i] = way + way_2
-        still = stop if d == 0.0 else 0.0
-        at[STUCK * LANES + i] = still + (rest if d_2 == 0.0 else 0.0)
-        at[PLAIN * LANES + i] = 1.0 if fine else 0.0
+        # Sums count what the rule makes of the step; the integrals take its place.
+        a_s = -(d * F_L * per_m + f) if slides else 0.0
+        back = series(steps.tail, 0.0, a_s, -d * slope - c * a_s)
+        felt_2 = c * v_2 + (w * x_2 + d_2 * f)
+        one = beside(steps, back, x_s, d, u_s, slope, -stop, x, v, felt, u)
+        two = beside(steps, q_2, x_s, d_2, u_s, slope, rest, x_2, v_2, felt_2, u_1)
+        p, r = halves(rule, d, x, felt, u, v), halves(rule, d_2, x_2, felt_2, u_1, v_2)
+        b = ends(rule, d, x, felt, u, v, slope)
+        e = ends(rule, d_2, x_2, felt_2, u_1, v_2, slope)
+        still = (0.0 if slides else stop) + (rest if sticks else 0.0)
+        x2 = one[0] + two[0] - ((p[0] + r[0]) + (e[0] - b[0]))
+        v2 = one[1] + two[1] - ((p[1] + r[1]) + (e[1] - b[1]))
+        x_dd2 = one[2] + two[2] - ((p[2] + r[2]) + (e[2] - b[2]))
+        power = one[3] + two[3] - ((p[3] + r[3]) + (e[3] - b[3]))
+        rub = way + way_2 - ((p[4] + r[4]) + (e[4] - b[4]))
+        at[SUMS + i] += x2 if counts else 0.0
+        at[SUMS + LANES + i] += v2 if counts else 0.0
+        at[SUMS + 2 * LANES + i] += x_dd2 if counts else 0.0
+        at[SUMS + 3 * LANES + i] += power if counts else 0.0
+        at[SUMS + 4 * LANES + i] += rub if counts else 0.0
+        at[SUMS + 5 * LANES + i] += still - (p[5] + r[5]) if counts else 0.0
+        x_2, v_2 = x + d * distance(q, h) if none else x_2, d * v_end if none else v_2
+        moves = goes_on or counts
+        at[X + i], at[V + i] = x_2 if moves else x, v_2 if moves else v
+        at[D + i] = d_2 if counts else d
+        at[U + i], at[RISE + i] = u_1 if moves else u, u_1 - u if moves else at[RISE + i]
+        at[X_STOP + i], at[TIGHT + i] = x_s, tight if stops else NO_DECISION
+        at[STOPS + i], at[EVENTS + i] = 1.0 if stops else 0.0, 1.0 if counts else 0.0
+        at[WENT + i] += 1.0 if moves else 0.0
+        at[PLAIN + i] = 1.0 if moves or not here else 0.0
+
+
+@compiled
+def leave(at):
+    """Leave as many lanes as a register holds before the steps that they stand before."""
+    for i in range(WIDTH):
+        at[TIGHT + i], at[STOPS + i], at[EVENTS + i] = NO_DECISION, 0.0, 0.0
+        at[PLAIN + i] = 0.0 if at[HERE + i] > 0.0 else 1.0

@@ -8,43 +8,38 @@ from drysim.core.compiled import compiled, inlined
 from drysim.core.events import first_mode
 from drysim.core.many.abreast import through_abreast
 from drysim.core.many.lanes import (
-    EVENTFUL,
     FETCHED,
     KINDS,
     LANES,
-    PRODUCTS,
-    TILE,
+    PLACE,
+    RISE,
+    SUMS,
     WIDTH,
     D,
     U,
     V,
     X,
     fetch,
-    go_round,
-    take,
-)
-from drysim.core.many.lockstep import CLOSEST, E_X2, EVENTS, KEPT, gather, settle, step_all
-from drysim.core.many.products import add_products
+    look_ahead,
+)  # fmt: skip
+from drysim.core.many.queue import gather
+from drysim.core.many.settle import CLOSEST, EVENTS, FARTHEST, KEPT, settle
+from drysim.core.many.stride import pace_of, stride
+from drysim.core.many.trapezia import INTEGRALS, ends, halves, summed
 from drysim.core.samples.series import BRIEF
 from drysim.core.samples.steps import parts_of, steps_of
 
-(
-    X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, COUNT, TIGHT, X2, V2, X_DD2, POWER, RUB,
-    STUCK_TIME, FOUND,
-) = range(KINDS, KINDS + 15)  # fmt: skip
-"""Columns of an answer, after the sums of products over the whole steps of the window: the
-states at both ends of the window; stops before the window, and in all; events; tightest stop
-decision; the integrals over the steps of the window that hold events, as in `Totals`. FOUND is
-their number."""
-
-GATHERED = 1024
-"""Samples after which sums are added to those of longer stretches: so rounding does not grow
-with the length of a record."""
+X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, COUNT, TIGHT, FAR, FOUND = range(
+    INTEGRALS, INTEGRALS + 10
+)
+"""Columns of an answer after the integrals over the window: the states at both ends of the
+window; stops before the window, and in all; events; tightest stop decision; greatest |x_r| at
+a stop. FOUND is their number."""
 
 
 @compiled
 def measure_records(
-    plant, law, steps, waves, records, begin, end, start, side, turns, answers
+    plant, law, steps, rule, waves, records, begin, end, start, side, turns, answers
 ):  # fmt: skip
     """March and measure every record.
 
@@ -52,6 +47,8 @@ def measure_records(
     ----------
     plant, law, steps
         Steps that are `fine`.
+    rule : Trapezia
+        Of such a step.
     waves : Waves
         None of them.
     records : array, shape (records, samples)
@@ -70,13 +67,13 @@ def measure_records(
         count = min(LANES, len(records) - first)
         set_out(plant, law, records, first, count, start, side)
         march_abreast(
-            plant, law, steps, waves, records, first, count, 0, begin, side, turns, answers
+            plant, law, steps, rule, waves, records, first, count, 0, begin, side, turns
         )
-        note_begin(side, answers, first, count)
+        note_begin(steps, rule, side, answers, first, count)
         march_abreast(
-            plant, law, steps, waves, records, first, count, begin, end, side, turns, answers
+            plant, law, steps, rule, waves, records, first, count, begin, end, side, turns
         )
-        note_end(side, answers, first, count)
+        note_end(steps, rule, side, answers, first, count)
 
 
 @inlined
@@ -89,10 +86,13 @@ def lanes_of(count):
 def set_out(plant, law, records, first, count, start, side):
     """Begin with every record; lanes that are left over follow the last one."""
     at = side.at
+    for i in range(KINDS * LANES):
+        at[SUMS + i] = 0.0
     for lane in range(lanes_of(count)):
         u_dd = records[first + min(lane, count - 1), 0]
         at[X + lane], at[V + lane] = start.x_r, start.v_r
         at[D + lane] = first_mode(plant, law, start.x_r, start.v_r, u_dd)
+        at[U + lane], at[RISE + lane] = u_dd, 0.0
         side.turns[lane] = 0
         for i in range(KEPT):
             side.kept[lane, i] = 0.0
@@ -100,84 +100,82 @@ def set_out(plant, law, records, first, count, start, side):
 
 
 @compiled
-def note_begin(side, answers, first, count):
+def note_begin(steps, rule, side, answers, first, count):
     """Note the beginning of the window, and sum from there on."""
     at = side.at
+    for lane in range(lanes_of(count)):
+        at[RISE + lane] = 0.0
+        for i in range(INTEGRALS):
+            side.kept[lane, i] = 0.0
+        end_of_window(steps, rule, side, lane, -1.0)
     for lane in range(count):
         answer = answers[first + lane]
-        for i in range(KINDS):
-            answer[i] = 0.0
         answer[X_BEGIN], answer[V_BEGIN] = at[X + lane], at[V + lane]
         answer[BEGIN] = side.turns[lane]
-        for i in range(6):
-            side.kept[lane, E_X2 + i] = 0.0
-    for i in range(KINDS * LANES):
-        at[PRODUCTS + i] = 0.0
 
 
 @compiled
-def note_end(side, answers, first, count):
+def note_end(steps, rule, side, answers, first, count):
     """Note the end of the window and what has been found."""
     at = side.at
     for lane in range(count):
         answer, kept = answers[first + lane], side.kept[lane]
+        end_of_window(steps, rule, side, lane, 1.0)
         answer[X_END], answer[V_END] = at[X + lane], at[V + lane]
         answer[TURNS], answer[COUNT] = side.turns[lane], kept[EVENTS]
-        answer[TIGHT] = kept[CLOSEST]
-        for i in range(6):
-            answer[X2 + i] = kept[E_X2 + i]
+        answer[TIGHT], answer[FAR] = kept[CLOSEST], kept[FARTHEST]
+        for i in range(INTEGRALS):
+            answer[i] = kept[i]
+
+
+@inlined
+def end_of_window(steps, rule, side, lane, way):
+    """Add half a sample at the end of the window; take it off at its beginning."""
+    at, kept = side.at, side.kept[lane]
+    x, v, d, u = at[X + lane], at[V + lane], at[D + lane], at[U + lane]
+    felt = steps.c * v + (steps.w * x + d * steps.f)
+    half = halves(rule, d, x, felt, u, v)
+    end = ends(rule, d, x, felt, u, v, at[RISE + lane] / steps.dt)
+    for i in range(INTEGRALS):
+        kept[i] += way * (half[i] + end[i])
 
 
 @compiled
-def march_abreast(
-    plant, law, steps, waves, records, first, count, n, end, side, turns, answers
-):
+def march_abreast(plant, law, steps, rule, waves, records, first, count, n, end, side, turns):
     """March records from sample n to sample `end`, and sum."""
     parts, lanes, at = parts_of(steps, BRIEF), lanes_of(count), side.at
-    inner = steps_of(plant, law, steps.dt / parts)
-    gathered = n + GATHERED
-    fetched, until = n, n
+    inner, pace = steps_of(plant, law, steps.dt / parts), pace_of(plant, law, steps)
     while n < end:
-        if n >= until:
-            fetched, until = n, min(n + FETCHED, end)
-            fetch(side.base, records, first, count, n, until - n)
-        here = min(TILE, until - n)
-        take(at, side.base, lanes, n - fetched, here)
-        for k in range(here):
-            tile = at[k * LANES :]
-            step_all(plant, law, steps, tile, lanes)
-            some = gather(tile, lanes, side.some, side.events, side.lane)
-            if parts == 1:
-                through_abreast(plant, law, steps, side.events, some)
-            settle(plant, law, steps, inner, parts, waves, side, tile, some, turns, first)
-        for k in range(here, TILE):
-            leave_out(at, lanes, k)
-        add_products(steps, at, lanes)
-        go_round(at, lanes)
-        n += here
-        if n >= gathered or n >= end:
-            gathered = n + GATHERED
-            gather_sums(at, answers, first, count)
+        length = min(FETCHED, end - n)
+        fetch(side.base, records, first, count, lanes, n, length)
+        for lane in range(lanes):
+            at[PLACE + lane] = 0.0
+        going = lanes
+        while going > 0:
+            look_ahead(at, side.base, lanes)
+            stride(pace, at, lanes, float(length))
+            some = gather(at, lanes, float(length), side.queue, side.lane)
+            through_abreast(plant, law, steps, pace, rule, parts, side.queue, some)
+            settle(plant, law, steps, rule, inner, parts, waves, side, some, turns, first)
+            going = 0
+            for lane in range(lanes):
+                going += 1 if at[PLACE + lane] < length else 0
+        n += length
+        gather_sums(rule, pace, side, lanes)
 
 
 @compiled
-def leave_out(at, lanes, k):
-    """Let a step of a tile count for nothing, and lead to where it begins."""
+def gather_sums(rule, pace, side, lanes):
+    """Add the sums to what is kept of a whole window: so rounding does not grow with them."""
+    at = side.at
     for lane in range(lanes):
-        at[X + (k + 1) * LANES + lane] = at[X + k * LANES + lane]
-        at[V + (k + 1) * LANES + lane] = at[V + k * LANES + lane]
-        at[D + (k + 1) * LANES + lane] = at[D + k * LANES + lane]
-        at[X + k * LANES + lane], at[V + k * LANES + lane] = 0.0, 0.0
-        at[D + k * LANES + lane] = EVENTFUL
-        at[U + (k + 1) * LANES + lane] = 0.0
-
-
-@compiled
-def gather_sums(at, answers, first, count):
-    """Add the sums of products to those of a whole window."""
-    for lane in range(count):
-        answer = answers[first + lane]
-        for i in range(KINDS):
-            answer[i] += at[PRODUCTS + i * LANES + lane]
+        i = SUMS + lane
+        z = (
+            at[i], at[i + LANES], at[i + 2 * LANES], at[i + 3 * LANES], at[i + 4 * LANES],
+            at[i + 5 * LANES], at[i + 6 * LANES], at[i + 7 * LANES], at[i + 8 * LANES],
+        )  # fmt: skip
+        total = summed(rule, pace, z, at[i + 11 * LANES], at[i + 9 * LANES], at[i + 10 * LANES])
+        for k in range(INTEGRALS):
+            side.kept[lane, k] += total[k]
     for i in range(KINDS * LANES):
-        at[PRODUCTS + i] = 0.0
+        at[SUMS + i] = 0.0

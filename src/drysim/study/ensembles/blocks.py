@@ -52,7 +52,7 @@ def length_of(case: Case, seeds: int) -> int:
 
 
 def fits(case: Case) -> bool:
-    """Tell whether the exact solution of a case can be measured in lockstep with others."""
+    """Tell whether the exact solution of a case can be measured side by side with others."""
     from drysim.approach.exact import measurable
 
     return (
