@@ -13,6 +13,8 @@ from drysim.core.motion import Samples
 from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Law, Plant
 from drysim.core.state import Deflected
 from drysim.metrics import measure
+from drysim.scenario import load
+from drysim.study.case import prepare
 from hysteresis import swing
 from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
 
@@ -32,6 +34,27 @@ def test_motion_agrees_with_bristles_told_by_their_travel(power, a_u):
     other = swing(law, PAPER, base, 2.0, response.t)
     assert np.abs(other - response.x_r).max() < 1e-8 * np.abs(response.x_r).max()
     assert response.numerics.error < (1e-7 if power < 10 else 1e-5)
+
+
+RANDOM = """\
+drysim: 1
+oscillator: {mass: 80, stiffness: 6000, damping: 250}
+friction:
+  {law: leuven, kinetic: 30, static: 45, stribeck_velocity: 20 mm/s,
+   bristle_stiffness: 100 kN/m, bristle_damping: 100}
+excitation: {kind: psd, duration: 12 s, points: [[0.8, 0.3], [3, 0.6], [15, 0.02]], seed: 3}
+solver: {step: 4 ms}
+"""
+
+
+def test_loop_that_closes_at_the_limit_leaves_the_bristles_there(tmp_path):
+    """At 4.696 s speed leaves the limit alone and a loop of no width closes: no event storm."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(RANDOM)
+    case = prepare(load(scene))
+    response = solved(case.law, case.motion, duration=5.0, plant=case.plant)
+    assert response.numerics.error < 1e-8
+    assert measure(response.track, (0.0, 5.0), None)["energy_residual"] < 1e-10
 
 
 STIFF = Plant(75.0, 0.0, 5000.0)

@@ -184,7 +184,6 @@ def to_limit(law, jet, work, n, d, h):
 @compiled
 def end_branch(law, jet, what, z):
     """Go over to the next branch; gives the deflection [m] there, freed of rounding."""
-    jet.branch[EVEN] = 0
     if what == LOOP:
         z = loop_end(jet)
         close_loop(jet)

@@ -139,10 +139,10 @@ def trace(
             x_r, v_r, z = state_at(jet, last, step)
             jet.scale[0] = max(jet.scale[0], abs(v_r))
             d = way
+            if law.kind == LEUVEN and step > 0.0:
+                jet.branch[EVEN] = 0
             if end_of_branch < stop:
                 z = end_branch(law, jet, what, z)
-            elif law.kind == LEUVEN and step > 0.0:
-                jet.branch[EVEN] = 0
             if stop <= end_of_branch and stop != NEVER:
                 v_r = 0.0
                 F_L = limit_force(plant, x_r, value(jet.u, ORDER, step))
