@@ -118,7 +118,8 @@ def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
 def test_the_number_of_seeds_may_be_swept(noisy):
     table = sweep(load(noisy, {"sweep": {"excitation.seeds": [2, 8]}, "reference": None}))
     assert [row.seeds for row in table.rows] == [2, 8]
-    assert table[0].over.T_a == table[1].over.T_a[:2]
+    # Few seeds are solved one by one, many by blocks: rounding may tell.
+    assert table[0].over.T_a == pytest.approx(table[1].over.T_a[:2], rel=1e-13)
 
 
 def test_deviations_are_paired_by_seed(drysim, noisy, tmp_path):

@@ -185,7 +185,10 @@ def to_limit(law, jet, work, n, d, h):
 def end_branch(law, jet, what, z):
     """Go over to the next branch; gives the deflection [m] there, freed of rounding."""
     if what == LOOP:
-        z = loop_end(jet)
+        level = loop_end(jet)
+        if law.sigma_0 * abs(level - z) > NOISE * law.F_fs:
+            jet.branch[EVEN] = 0
+        z = level
         close_loop(jet)
     elif what == EDGE:
         z = jet.branch[WAY] * edge(law, jet)
