@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import resource
 import shutil
 import signal
@@ -145,9 +146,11 @@ def test_full_disk_leaves_nothing_but_what_can_be_resumed(small_disk, name, size
     disk = small_disk(size)
     (disk / "seat.yaml").write_text(SCENARIO)
     code, said = finished(disk, *COMMANDS[name])
-    assert (code, said.splitlines()[:1]) in (
-        (0, []), (2, ["error: cannot write out: no space left on device"])
-    )  # fmt: skip
+    assert code == 0 or re.match(
+        r"error: cannot write out: (no space left on device|it takes .+ and .+ are free)$",
+        said.splitlines()[0],
+    )
+    assert code in (0, 2)
     assert (disk / "out").exists() == (code == 0)
     left = {path.name for path in disk.iterdir()} - {"seat.yaml", "out"}
     assert left <= ({"out.partial"} if name == "sweep" else set())

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim.approach import StickSlip
+from drysim.core.motion import Samples
 from drysim.core.normal_force.normal import Pressed
+from drysim.core.plant import Law, Plant
+from drysim.core.state import State
 from drysim.errors import RecordError, ScenarioError
 from drysim.scenario import load
 from drysim.study.validate import examine
@@ -176,3 +180,11 @@ def test_end_stops_refuse_surfaces_that_part(scene, force):
     with pytest.raises(ScenarioError) as found:
         load(scene(force), stops)
     assert "end stops go with a normal force" in found.value.problems[0].sentence
+
+
+def test_faintest_force_that_varies_holds_what_nothing_pulls():
+    """The squares of its rates are below the numbers: a margin that stays was missed."""
+    law = Law(1e-300, 1e-300, 0.5, 1.0, 0.0)
+    still = Samples(np.zeros(3), 2.5)
+    events = StickSlip().solve(Plant(1.0, 1.0, 0.0), law, still, State(0.0, 0.0), 2.5).events
+    assert events.t.tolist() == [0.0]

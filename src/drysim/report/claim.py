@@ -33,7 +33,8 @@ SCENARIO = "scenario.yaml"
 STRAY = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """What file managers leave behind without being asked; it may go with the folder."""
 
-GIGA = 1e9
+SIZES = {"GB": 1e9, "MB": 1e6, "kB": 1e3}
+"""Units that sizes are told in [B]."""
 
 ELSEWHERE = "choose another folder with --out"
 HINTS = {
@@ -81,9 +82,17 @@ def require_room(folder: Path, volume: float) -> None:
     with sentences(folder):
         free = float(shutil.disk_usage(_there(named(folder))).free)
     if volume > free:
-        needed, has = (f"{size / GIGA:.3g} GB" for size in (volume, free))
+        needed, has = spoken(volume), spoken(free)
         sentence = f"cannot write {folder}: it takes {needed} at least, and {has} are free"
         raise OutputError(sentence, HINTS[errno.ENOSPC])
+
+
+def spoken(size: float) -> str:
+    """Give a number of bytes in words."""
+    for unit, one in SIZES.items():
+        if size >= one:
+            return f"{size / one:.3g} {unit}"
+    return f"{size:.0f} bytes"
 
 
 def _there(place: Path) -> Path:

@@ -16,11 +16,16 @@ from drysim.core.waves import OMEGA, SINE, STRIDE, THETA, A
 TOUCH = 1e-6
 """A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
 
+FAINT = 1e-140
+"""Below this, squares lose digits to the end of double precision."""
+
 
 @compiled
 def parabola(value, rate, bend):
     """Give the largest h up to which value + rate h - bend h²/2 stays above zero."""
     root = math.sqrt(rate * rate + 2.0 * bend * value)
+    if root < FAINT and value > 0.0:
+        root = math.hypot(rate, math.sqrt(2.0 * bend) * math.sqrt(value))
     if rate <= 0.0:
         return 2.0 * value / (root - rate) if root > rate else NEVER
     return (rate + root) / bend if bend > 0.0 else NEVER
