@@ -23,7 +23,7 @@ from drysim.checks.condition import (
 from drysim.checks.verdict import UNITS
 from drysim.checks.verdict import Verdict as Verdict
 from drysim.checks.verdict import badness as badness
-from drysim.quantity import near, shown
+from drysim.quantity import meant_or_known, shown
 
 Metrics = Mapping[str, float | None]
 Column = NDArray[Any]
@@ -68,9 +68,8 @@ class Check:
             raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(text)}")
         metric, op = form["metric"], form["op"]
         if metric not in UNITS:
-            nearest = near(metric, UNITS)
-            hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(UNITS)}"
-            raise ValueError(f"unknown metric {shown(metric)}; {hint}")
+            hint = meant_or_known(metric, UNITS)
+            raise ValueError(f"unknown metric {shown(metric)}{hint}")
         refuse_unknown(op)
         bound = limit(form["limit"], UNITS[metric])
         return cls(text, metric, op, bound, conditions(where[0], units) if where else ())

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-from drysim.quantity import convert, near, shown
+from drysim.quantity import convert, meant, near, shown
 
 Point = Mapping[str, float]
 
@@ -71,8 +71,7 @@ def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
         raise ValueError(f"write `at key >= value`, such as `{example}`, not {shown(found)}")
     key, op = form["key"], form["op"]
     if units is not None and key not in units:
-        nearest = next((other for other in units if _alike(key, other)), "")
-        hint = f"; did you mean `{nearest}`?" if nearest else ""
+        hint = meant(next((other for other in units if _alike(key, other)), None))
         raise ValueError(f"{shown(key)} behind `at` is no numeric key of this scenario{hint}")
     refuse_unknown(op)
     return Condition(key, op, limit(form["limit"], units[key] if units else ""))

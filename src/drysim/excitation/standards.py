@@ -12,7 +12,7 @@ from drysim.core.motion import Samples
 from drysim.errors import Caution
 from drysim.excitation.generated import Drawn
 from drysim.excitation.noise import Floats, lines, noise
-from drysim.quantity import near, shown
+from drysim.quantity import meant, near, shown
 
 FINE = 100_000
 """Points of the midpoint rule for the integral of a spectrum: nine digits."""
@@ -91,8 +91,7 @@ class Standard(Drawn):
     @classmethod
     def _known(cls, name: str) -> str:
         if name not in CLASSES:
-            nearest = near(name, CLASSES)
-            hint = f"; did you mean `{nearest}`?" if nearest else ""
+            hint = meant(near(name, CLASSES))
             raise ValueError(
                 f"must be EM1 to EM9, IT1 to IT4 or AG1 to AG3, not {shown(name)}{hint}"
             )

@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from drysim.quantity.kinds import ASCII, KINDS, PLAIN
-from drysim.quantity.words import near, short
+from drysim.quantity.words import meant, near, short
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 """A decimal number; possessive, so that a megabyte of digits costs no more than reading it."""
@@ -90,16 +90,15 @@ def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
     """Give the factor by the units library, which is imported only for this."""
     found = _look_up(spelt)
     if found is None:
-        nearest = near(unit_text.strip(), PLAIN[unit])
-        hint = f"; did you mean `{nearest.replace('^2', '²')}`?" if nearest else ""
+        nearest = near(unit_text.strip(), PLAIN[unit]) or ""
+        hint = meant(nearest.replace("^2", "²"))
         raise ValueError(f"unknown unit `{short(unit_text)}`{hint}")
     target = _target(unit)
     # Per second, a radian is 1/2π of a cycle; anywhere else but in an angle it is a slip.
     if unit == "Hz" and found.angle and found.dimension == target.dimension:
         return found.factor / (2 * math.pi)
     if found[1:] != target[1:]:
-        same = next((u for u in PLAIN[unit] if u.lower() == spelt.lower()), "")
-        hint = f"; did you mean `{same}`?" if same else ""
+        hint = meant(next((u for u in PLAIN[unit] if u.lower() == spelt.lower()), None))
         wrong = _measured(found)
         raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {_named(unit)}{hint}")
     computed = found.factor / target.factor

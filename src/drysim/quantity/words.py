@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 LONG_WHOLE = 10**1000
 """From here on the digits of a whole number are no longer told."""
@@ -26,6 +26,16 @@ def near(name: str, candidates: Iterable[str]) -> str | None:
         if slips <= max(1, len(word) // 3) and (best is None or rank < best):
             best = rank
     return best[-1] if best else None
+
+
+def meant(nearest: str | None) -> str:
+    """Ask behind a sentence for what was probably meant; nothing where none comes near."""
+    return f"; did you mean `{nearest}`?" if nearest else ""
+
+
+def meant_or_known(name: str, known: Collection[str]) -> str:
+    """Ask for the known name that was probably meant, or else list them all."""
+    return meant(near(name, known)) or f"; known are {', '.join(known)}"
 
 
 def _slips(a: str, b: str) -> int:

@@ -18,7 +18,7 @@ from drysim.quantity import (
     Quantity,
     Stiffness,
     Velocity,
-    near,
+    meant_or_known,
     shown,
 )
 from drysim.quantity.arithmetic import root
@@ -134,11 +134,9 @@ SHELF: dict[str, type[Approach]] = {
 def on_the_shelf(name: str) -> str:
     """Give the name of an approach that there is."""
     if name not in SHELF:
-        nearest = near(name, SHELF)
-        hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(SHELF)}"
-        if name in LAWS:
-            hint = "it is a friction law: friction.law takes it"
-        raise ValueError(f"unknown approach {shown(name)}; {hint}")
+        hint = "; it is a friction law: friction.law takes it"
+        hint = hint if name in LAWS else meant_or_known(name, SHELF)
+        raise ValueError(f"unknown approach {shown(name)}{hint}")
     return name
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from drysim.errors import Problem
-from drysim.quantity import near, short, shown, texts_of
+from drysim.quantity import meant, near, short, shown, texts_of
 from drysim.scenario.laws import BY_NAME, excluded, of_other_laws
 from drysim.scenario.shape import Model, homes, keys_of, member_meant, models_in, tag_of
 from drysim.source import LOST, Document, Keys
@@ -111,8 +111,8 @@ class Reading:
             self.fault(sentence, at, at_key=True)
         else:
             nearest = member_meant(word, tags) if isinstance(word, str) else None
-            hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(tags)}"
-            sentence = f"unknown {tag} {shown(word)} in {dotted(at)}; {hint}"
+            hint = meant(nearest) or f"; known are {', '.join(tags)}"
+            sentence = f"unknown {tag} {shown(word)} in {dotted(at)}{hint}"
             self.fault(sentence, (*at, tag))
         self.closed.add(at)
         return None
@@ -146,7 +146,7 @@ class Reading:
         elif tag and tag[0] == BY_NAME and (hint := of_other_laws(key)):
             nearest = None
         else:
-            hint = f"; did you mean `{nearest}`?" if nearest else _instead(key, fields)
+            hint = meant(nearest) or _instead(key, fields)
         self.fault(f"unknown key {shown(key)}{where}{hint}", (*at, key), at_key=True)
         return nearest if nearest not in given else None
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from drysim.metrics import BOUNDED, COMFORT, LIMITED, METRICS
-from drysim.quantity import near, shown
+from drysim.quantity import meant_or_known, shown
 from drysim.source import Keys
 
 NAMES = tuple(metric.name for metric in METRICS)
@@ -22,9 +22,8 @@ def unmeasured(words: Mapping[str, Any]) -> Iterator[tuple[Keys, str]]:
         return
     at = f"excitation.until.metric: {shown(name)} is not known"
     if name not in NAMES:
-        nearest = near(name, NAMES)
-        hint = f"did you mean `{nearest}`?" if nearest else f"known are {', '.join(NAMES)}"
-        yield METRIC, f"excitation.until.metric: unknown metric {shown(name)}; {hint}"
+        hint = meant_or_known(name, NAMES)
+        yield METRIC, f"excitation.until.metric: unknown metric {shown(name)}{hint}"
     elif name == "closure":
         yield METRIC, f"{at} for random base motion, which has no periodic orbit"
     elif name in LIMITED and "stroke" not in words:

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from drysim.quantity import Misfit, near, shown
+from drysim.quantity import Misfit, meant, near, shown
 from drysim.scenario.reading import dotted
 from drysim.source import Keys
 
@@ -79,12 +79,8 @@ def worded(error: ErrorDetails) -> str:
     given, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
         expected = str(context["expected"]).replace("'", "")
-        nearest = (
-            near(given, expected.replace(" or ", ", ").split(", "))
-            if isinstance(given, str)
-            else None
-        )
-        hint = f"; did you mean `{nearest}`?" if nearest else ""
+        words = expected.replace(" or ", ", ").split(", ")
+        hint = meant(near(given, words)) if isinstance(given, str) else ""
         return f"must be {expected}, not {shown(given)}{hint}"
     form = _WORDED.get(error["type"])
     return form.format(given=shown(given), **context) if form else error["msg"]

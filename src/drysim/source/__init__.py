@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from drysim.errors import Problem
-from drysim.quantity import near as near
 from drysim.quantity import shown
 from drysim.source.overrides import Overrides as Overrides
 from drysim.source.overrides import laid_over, plain

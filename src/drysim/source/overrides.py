@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from drysim.errors import Problem
-from drysim.quantity import near, short
+from drysim.quantity import meant, near, short
 from drysim.source.place import Place, Unreadable
 from drysim.source.text import screen
 from drysim.source.tree import MAX_DEPTH, Node, parse
@@ -139,8 +139,7 @@ def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") 
     elif new.value is not None:
         children[step] = new
     elif children.pop(step, None) is None:
-        nearest = near(step, children)
-        hint = f"; did you mean `{nearest}`?" if nearest else ""
+        hint = meant(near(step, children))
         raise Unreadable(place.problem(f"there is no `{short(step)}` to take away{hint}"))
     if step in children:
         children[step] = children[step]._replace(

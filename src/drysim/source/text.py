@@ -8,7 +8,7 @@ from pathlib import Path
 from yaml.reader import Reader
 
 from drysim import regular
-from drysim.quantity import near
+from drysim.quantity import meant, near
 from drysim.source.place import Place, Unreadable, placer, split_lines
 
 MAX_BYTES = 1_000_000
@@ -100,10 +100,10 @@ def _neighbour(path: Path) -> str:
     except OSError:
         return ""
     nearest = near(path.name, (name for name in names if name.endswith((".yaml", ".yml"))))
-    return f"; did you mean `{path.parent / nearest}`?" if nearest else ""
+    return meant(nearest and str(path.parent / nearest))
 
 
 def _inside(path: Path) -> str:
     """Give the only scenario of a folder, as a hint."""
     found = [*path.glob("*.yaml"), *path.glob("*.yml")]
-    return f"; did you mean `{found[0]}`?" if len(found) == 1 else "; name a file in it"
+    return meant(str(found[0])) if len(found) == 1 else "; name a file in it"

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import drysim
 from drysim.errors import OutputError, UsageError
-from drysim.source import near, read
+from drysim.quantity import meant, near
+from drysim.source import read
 
 SUFFIX = ".yaml"
 
@@ -71,11 +72,8 @@ def find(name: str) -> Piece:
     files = {name_of(file): file for file in sorted(found)}
     known = files.get(name.removesuffix(SUFFIX))
     if known is None:
-        close = near(name, list(files))
-        guess = f"; did you mean `{close}`?" if close else ""
-        raise UsageError(
-            f"the gallery has no scenario `{name}`{guess}", hint="`drysim init --list` shows it"
-        )
+        sentence = f"the gallery has no scenario `{name}`{meant(near(name, files))}"
+        raise UsageError(sentence, "`drysim init --list` shows it")
     return piece(known)
 
 

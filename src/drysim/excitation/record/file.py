@@ -13,7 +13,7 @@ from typing import NamedTuple
 from drysim import regular
 from drysim.errors import Problem, RecordError
 from drysim.excitation.record.reader import Reader, changed, examine
-from drysim.quantity import near
+from drysim.quantity import meant, near
 
 COPIES = 3
 """The file, what is made of its bytes, and the numbers: room for three at least."""
@@ -154,8 +154,8 @@ def _neighbour(path: Path, suffixes: Collection[str]) -> str:
     if path.is_symlink():
         return ": it is a link that leads nowhere"
     files = islice(path.parent.iterdir(), LOOKED_AT)
-    nearest = near(path.name, (file.name for file in files if file.suffix.lower() in suffixes))
-    return f"; did you mean `{nearest}`?" if nearest else ""
+    names = (file.name for file in files if file.suffix.lower() in suffixes)
+    return meant(near(path.name, names))
 
 
 def _memory() -> float:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
-from drysim.quantity import NUMBER, Block, Frequency, Misfit, Quantity, Time, near, shown
+from drysim.quantity import NUMBER, Block, Frequency, Misfit, Quantity, Time, meant, near, shown
 
 SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "force": "N"}
 """The unit of ü, u̇ and u, and of a normal force."""
@@ -111,8 +111,7 @@ def _removal(given: object) -> object:
         return {"below": given}
     if isinstance(given, str) and re.match(r"\s*[-+]?\.?[0-9]", given):
         return {"below": given}
-    nearest = near(given, WORDS) if isinstance(given, str) else None
-    hint = f"; did you mean `{nearest}`?" if nearest else ""
+    hint = meant(near(given, WORDS)) if isinstance(given, str) else ""
     raise ValueError(f"must be {', '.join(WORDS)} or a frequency, not {shown(given)}{hint}")
 
 

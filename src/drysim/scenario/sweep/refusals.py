@@ -7,7 +7,7 @@ from itertools import takewhile
 from typing import Any
 
 from drysim.excitation import EXCITATIONS
-from drysim.quantity import near, shown
+from drysim.quantity import meant, near, shown
 from drysim.scenario.laws import LAWS
 from drysim.scenario.rules import broken
 from drysim.scenario.seeds import beside_seeds
@@ -57,8 +57,8 @@ def _no_number(key: str, known: Known) -> str:
     if key in known:
         return f"{key} is not a number, so it cannot be swept"
     top = key.partition(".")[0]
-    if nearest := _meant(key, known):
-        hint = f"; did you mean `{nearest}`?"
+    if nearest := _nearest(key, known):
+        hint = meant(nearest)
     elif top in known and not any(other.startswith(f"{top}.") for other in known):
         hint = f"; this scenario has no {top} block"
     else:
@@ -81,7 +81,7 @@ def _instead(top: str, known: Known) -> str:
     return f"; known in {top}{kind} are {', '.join(key.partition('.')[2] for key in inside)}"
 
 
-def _meant(key: str, known: Known) -> str | None:
+def _nearest(key: str, known: Known) -> str | None:
     """Give the numeric key that was probably meant by one that is not there."""
     steps, best, found = key.split("."), (0, False, 0), None
     if len(steps) == 3 and steps[1] in LAWS and known.get(without := f"{steps[0]}.{steps[2]}"):
