@@ -12,7 +12,7 @@ import typer
 from drysim.cli.streams import reader_may_leave
 from drysim.errors import EXIT_OK
 from drysim.study.ensembles.seeds import most
-from drysim.wording import clean_up, number
+from drysim.wording import clean_up, listed, number, several
 
 if TYPE_CHECKING:
     from drysim.study.case import Case
@@ -89,11 +89,9 @@ def show_grid(
         if as_json:
             typer.echo(json.dumps(fields, indent=2))
         elif not quiet:
-            count = "1 case" if cases == 1 else f"{cases} cases"
-            *some, last = words
-            by = f"{', '.join(some)} and {last}" if some else last
-            by += f", each {seeds}" if (seeds := many_seeds(case)) else ""
-            console.say(f"{scenario.name}: {count} by {by}; {', '.join(swept) or 'no sweep'}")
+            each = f", each {seeds}" if (seeds := many_seeds(case)) else ""
+            what = f"{several(cases, 'case')} by {listed(words)}{each}"
+            console.say(f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}")
             console.say("\n".join(sentences(case, folder)[1:]))
         if not quiet:
             console.show_warnings(case.cautions)

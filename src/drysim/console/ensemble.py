@@ -18,7 +18,7 @@ from drysim.console.parts import (
 )
 from drysim.console.summary import scene
 from drysim.study.sweeps.table import OK
-from drysim.wording import around, number, percent, seeds
+from drysim.wording import around, number, percent, seeds, several
 
 if TYPE_CHECKING:
     from drysim.study.ensembles.ensemble import Ensemble
@@ -98,7 +98,7 @@ def _rows(ensemble: Ensemble) -> Iterator[Row]:
         words = number(residual.greatest[0], digits=2)
         yield Row("energy", words, "is the most that an energy balance leaves, relative")
     if lost := sum(row.status != OK for row in ensemble.rows):
-        yield Row("failed", "1 seed" if lost == 1 else f"{lost} seeds", style="bold red")
+        yield Row("failed", several(lost, "seed"), style="bold red")
 
 
 def _remarks(
@@ -121,11 +121,10 @@ def _limit(ensemble: Ensemble) -> Iterator[Row]:
     """Give how many seeds meet the stroke limit, and how hard where there are end stops."""
     beyond = sum(bool(row.metrics.get("violations")) for row in ensemble.rows)
     if beyond:
-        count = "1 seed" if beyond == 1 else f"{beyond} seeds"
         name, how = "limit met", [f"of {len(ensemble.rows)}"]
         for metric, unit, words in HITS:
             if (found := ensemble.statistics.get(metric)) and found.greatest[0] > 0:
                 value, seed = found.greatest
                 name = "stops met"
                 how.append(f"{words} {number(value, unit)} with seed {seed}")
-        yield Row(name, count, ", ".join(how), "bold red")
+        yield Row(name, several(beyond, "seed"), ", ".join(how), "bold red")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from drysim.console.paper import line, result, talk, workflow_command
 from drysim.errors import DrysimError, Problem, RecordError
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.console.paper import Paper
@@ -76,10 +77,10 @@ def _verdict(paper: Paper, file: str, problems: Sequence[Problem]) -> None:
     errors = sum(problem.severity == "error" for problem in problems)
     warnings = sum(problem.severity == "warning" for problem in problems)
     if errors:
-        count = "1 problem" if errors == 1 else f"{errors} problems"
+        count = several(errors, "problem")
         line(paper, ("error: ", "bold red"), f"{file} is not a scenario yet: {count}")
     elif warnings:
-        count = "1 warning" if warnings == 1 else f"{warnings} warnings"
+        count = several(warnings, "warning")
         line(paper, ("ok: ", "green"), f"{file} is a scenario, with {count}")
     else:
         line(paper, ("ok: ", "green"), f"{file} is a scenario")

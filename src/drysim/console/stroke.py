@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from drysim import wording
 from drysim.console.parts import Row
 from drysim.study.sweeps.table import stroke_limit
-from drysim.wording import millimetres, number, percent
+from drysim.wording import millimetres, number, percent, several
 
 if TYPE_CHECKING:
     from drysim.study.sweeps.table import Table
@@ -28,9 +28,8 @@ def stroke(table: Table, own: Tally) -> Iterator[Row]:
         most = percent(used[1].value)
         yield Row("", most, f"of the stroke limit at the most, {at(table, used[1])}")
     if own.beyond:
-        cases = "1 case" if own.beyond == 1 else f"{own.beyond} cases"
         name, remark = _met(table, own)
-        yield Row(name, cases, f"of {own.cases}, {remark}", "bold red")
+        yield Row(name, several(own.beyond, "case"), f"of {own.cases}, {remark}", "bold red")
 
 
 def _met(table: Table, own: Tally) -> tuple[str, str]:

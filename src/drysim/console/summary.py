@@ -20,7 +20,7 @@ from drysim.console.parts import (
 )
 from drysim.core.plant import Stopped
 from drysim.scenario.measure import common_period
-from drysim.wording import millimetres, number, percent
+from drysim.wording import millimetres, number, percent, several, times
 
 if TYPE_CHECKING:
     from drysim.study.outcome import Outcome
@@ -65,9 +65,9 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:
         count = _periods(outcome, numerics.period_multiple)
-        times = "a period" if count == 1 else f"{count} periods"
+        long = "a period" if count == 1 else several(count, "period")
         closure = number(numerics.closure, digits=2)
-        yield "window", f"one repetition of the steady orbit ({times}), closes to {closure}"
+        yield "window", f"one repetition of the steady orbit ({long}), closes to {closure}"
     else:
         yield "window", _window(outcome)
 
@@ -107,14 +107,13 @@ def _hits(metrics: Mapping[str, float | int | None]) -> Iterator[Row]:
     if not metrics["contacts"]:
         yield Row("end stops", "not met")
         return
-    times = "once" if metrics["contacts"] == 1 else f"{metrics['contacts']} times"
     hardest = f"at up to {number(metrics['impact_speed'], 'm/s')}, "
     if metrics["stop_force_peak"] is None:
         hardest += f"{number(metrics['impulse_peak'], 'N·s')}"
     else:
         hardest += f"pushing with up to {number(metrics['stop_force_peak'], 'N')}"
     lost = f"; they take {number(metrics['energy_stops'], 'J')}"
-    yield Row("stops met", times, hardest + lost, "bold red")
+    yield Row("stops met", times(metrics["contacts"]), hardest + lost, "bold red")
 
 
 def _rows(outcome: Outcome) -> Iterator[Row]:
@@ -136,13 +135,11 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     if isinstance(outcome.response.law, Stopped):
         yield from _hits(metrics)
     elif metrics["violations"]:
-        times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
         first = number(metrics["t_first_violation"], "s")
-        beyond = number(metrics["t_beyond"], "s")
-        yield Row("limit met", times, f"first at {first}, beyond for {beyond}", "bold red")
-    events = len(outcome.response.events)
-    counted = "1 event" if events == 1 else f"{events} events"
-    yield Row("stuck", percent(metrics["stuck_share"]), counted)
+        when = f"first at {first}, beyond for {number(metrics['t_beyond'], 's')}"
+        yield Row("limit met", times(metrics["violations"]), when, "bold red")
+    events = several(len(outcome.response.events), "event")
+    yield Row("stuck", percent(metrics["stuck_share"]), events)
     residual = number(metrics["energy_residual"], digits=2)
     yield Row("energy", residual, "is what the energy balance leaves, relative")
     if (error := outcome.response.numerics.error) is not None:

@@ -24,7 +24,7 @@ from drysim.console.stroke import at, stroke
 from drysim.study.sweeps import survey
 from drysim.study.sweeps.rows import HELD
 from drysim.study.sweeps.tally import Tally
-from drysim.wording import number, percent
+from drysim.wording import number, percent, several
 
 if TYPE_CHECKING:
     from drysim.study.sweeps import table as study
@@ -70,7 +70,7 @@ def show_interrupted(kept: int, what: str, folder: Path) -> None:
     if not kept:
         line(paper, f"interrupted before any {what} was finished")
         return
-    cases = f"1 finished {what} is" if kept == 1 else f"{kept} finished {what}s are"
+    cases = f"{several(kept, f'finished {what}')} {'is' if kept == 1 else 'are'}"
     line(
         paper,
         f"interrupted: {cases} kept in {folder}.partial; the same command with --resume "
@@ -166,9 +166,9 @@ def _missing(table: study.Table) -> Iterator[Row]:
             counts[status] += count
             firsts.setdefault(status, first)
     for status, first in firsts.items():
-        cases = "1 case" if counts[status] == 1 else f"{counts[status]} cases"
         where = wording.place(first.point, table.axes)
         note = f": {first.note}" if first.note else ""
+        cases = several(counts[status], "case")
         yield Row(status, cases, f"the first at {where}{note}", "bold red")
 
 

@@ -9,6 +9,7 @@ from drysim.friction import FRICTIONS
 from drysim.friction.coulomb import Coulomb
 from drysim.quantity import Block
 from drysim.scenario.shape import tag_of
+from drysim.wording import listed
 
 if TYPE_CHECKING:
     from drysim.friction import Friction
@@ -27,9 +28,8 @@ def of_other_laws(key: str) -> str:
     names = [name for name, law in LAWS.items() if key in law.model_fields]
     if not names:
         return ""
-    *some, last = names
-    which = f"{', '.join(some)} or {last}" if some else last
-    hint = f"; it belongs to law {which}: choose {'such a' if some else 'that'} law"
+    one = "such a" if len(names) > 1 else "that"
+    hint = f"; it belongs to law {listed(names, 'or')}: choose {one} law"
     if key in Coulomb.model_fields:  # a force, which the block has in other words
         return hint
     return f"{hint}, or for comparisons write `{names[0]}: {{{key}: ...}}`"

@@ -18,6 +18,7 @@ from drysim.scenario.sentences import sentences
 from drysim.scenario.sweep.points import in_conflict
 from drysim.scenario.sweep.words import SWEEP, with_axes
 from drysim.source import Document, Overrides, Unreadable, read
+from drysim.wording import several
 
 KIND = ("excitation", "kind")
 """What asks for a block that is missing: some excitations need a step, some a duration."""
@@ -95,7 +96,7 @@ def _name(stem: str) -> str:
 
 def _error(file: str, problems: list[Problem]) -> ScenarioError:
     """Give the error that holds the problems of a file, as many as anybody reads."""
-    count = f"{len(problems)} problem{'s' if len(problems) != 1 else ''}"
+    count = several(len(problems), "problem")
     if len(problems) > MOST_PROBLEMS:
         count = f"more than {MOST_PROBLEMS} problems; the first are these"
     told = tuple(problems[:MOST_PROBLEMS])

@@ -12,6 +12,7 @@ from drysim.scenario.laws import BY_NAME, LAWS, own_options, words_for
 from drysim.scenario.sentences import worded
 from drysim.scenario.shape import Model, keys_of
 from drysim.scenario.sweep.numerals import numerals
+from drysim.wording import listed
 
 if TYPE_CHECKING:
     from drysim.friction import Friction
@@ -40,9 +41,8 @@ def faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
     if friction is None or name in ("", friction.law):
         return
     if needed := lacking(friction, name):
-        last = needed.pop()
-        keys = f"{', '.join(needed)} and {last}" if needed else last
-        yield "friction", f"law {name} needs {keys}: give them in a block `{name}` of friction"
+        way = f"give them in a block `{name}` of friction"
+        yield "friction", f"law {name} needs {listed(needed)}: {way}"
         return
     try:
         LAWS[name].model_validate(words_for(friction, name) | {BY_NAME: name})

@@ -10,6 +10,7 @@ from drysim.scenario import laws, others
 from drysim.scenario.misfits import faults
 from drysim.scenario.rules import STATIC
 from drysim.scenario.sweep.points import in_conflict
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.friction import Friction
@@ -44,8 +45,8 @@ def acted_by(scenario: Scenario, name: str) -> Scenario:
         found = in_conflict(scene)
         if not found:
             return scene
-    file, many = scenario.origin["file"] or scenario.name, "s" * (len(found) > 1)
-    sentence = f"{file} is not a scenario for law {name} yet: {len(found)} problem{many}"
+    file, count = scenario.origin["file"] or scenario.name, several(len(found), "problem")
+    sentence = f"{file} is not a scenario for law {name} yet: {count}"
     raise ScenarioError(sentence, tuple(found))
 
 

@@ -9,7 +9,7 @@ from drysim.approach.numerics import FIXED_STEP
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.errors import Caution
 from drysim.study.sweeps.table import FAILED, LIMIT, stroke_limit
-from drysim.wording import millimetres, number, place
+from drysim.wording import millimetres, number, place, times
 
 if TYPE_CHECKING:
     from drysim.approach.orbit import Orbit
@@ -64,7 +64,6 @@ def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw, late: bool = Fa
     """Say where the stroke limit was met, and by how much or how hard."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
     settling = ", settling included" if late else ""
-    times = "once" if metrics["violations"] == 1 else f"{metrics['violations']} times"
     if isinstance(law, Stopped):
         sentence = (
             f"the mass comes to its end stops, first at t = {number(t_first, 's')} and with up "
@@ -73,8 +72,8 @@ def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw, late: bool = Fa
         numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
         return Caution("stroke-violated", sentence, numbers)
     sentence = (
-        f"the stroke limit of {millimetres(limit)} is met {times}, first at t = "
-        f"{number(t_first, 's')}; |x_r| reaches {millimetres(peak)}, "
+        f"the stroke limit of {millimetres(limit)} is met {times(metrics['violations'])}, "
+        f"first at t = {number(t_first, 's')}; |x_r| reaches {millimetres(peak)}, "
         f"{millimetres(peak - limit)} too far{settling}"
     )
     numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}

@@ -9,10 +9,13 @@ from drysim.wording.means import around as around
 from drysim.wording.means import seeds as seeds
 from drysim.wording.numbers import UNKNOWN as UNKNOWN
 from drysim.wording.numbers import clean as clean
+from drysim.wording.numbers import listed as listed
 from drysim.wording.numbers import millimetres as millimetres
 from drysim.wording.numbers import number as number
 from drysim.wording.numbers import percent as percent
 from drysim.wording.numbers import pretty as pretty
+from drysim.wording.numbers import several as several
+from drysim.wording.numbers import times as times
 from drysim.wording.scenes import clean_up as clean_up
 from drysim.wording.scenes import excitation as excitation
 from drysim.wording.scenes import friction as friction

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from math import floor, log10
 
 SIGNIFICANT = 4
@@ -53,6 +54,22 @@ def percent(share: float | None) -> str:
     if 0 < share < 0.001 or 0.999 < share < 1:
         return "below 0.1 %" if share < 0.5 else "above 99.9 %"
     return number(share * 100, "%", 3)
+
+
+def several(count: int, thing: str) -> str:
+    """Give how many things there are, e.g. `1 case` or `3 cases`."""
+    return f"{count} {thing}{'s' * (count != 1)}"
+
+
+def times(count: float | None) -> str:
+    """Give how often something happened, e.g. `once` or `3 times`."""
+    return "once" if count == 1 else f"{count} times"
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """Give words as a list in a sentence, e.g. `a, b and c`; `last` stands before the last."""
+    *most, end = words
+    return f"{', '.join(most)} {last} {end}" if most else end
 
 
 def clean(text: str) -> str:

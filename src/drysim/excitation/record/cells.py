@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from drysim.excitation.record.columns import GAP, Floats
 from drysim.excitation.record.file import Cell, fault, room
 from drysim.quantity import NUMBER
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.excitation.record.table import Table
@@ -133,7 +134,7 @@ def _careful(table: Table, wanted: list[int], gappy: int | None = None) -> list[
         if not cells:
             raise fault(table.file.shown, f"row {line} is empty: {GAP}", line)
         if len(cells) != table.width:
-            sentence = f"row {line} has {_count(len(cells))}, not {table.width}"
+            sentence = f"row {line} has {several(len(cells), 'cell')}, not {table.width}"
             raise fault(table.file.shown, sentence, line)
         for index, column in zip(wanted, found, strict=True):
             lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
@@ -164,7 +165,3 @@ def _complaint(cell: Cell, table: Table) -> str:
     if NUMBER.fullmatch(text.replace(",", ".", 1)):
         return f"`{cell.quote}` has a decimal comma; write points throughout"
     return f"`{cell.quote}` is not a number"
-
-
-def _count(cells: int) -> str:
-    return f"{cells} cell" if cells == 1 else f"{cells} cells"

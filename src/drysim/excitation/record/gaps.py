@@ -9,6 +9,7 @@ import numpy as np
 from drysim.excitation.record.columns import GAP, Columns, Floats
 from drysim.excitation.record.grid import HOLE, Grid
 from drysim.excitation.record.reports import Report, report
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.excitation.record.spoken import Gaps
@@ -66,7 +67,8 @@ def closed(
     longest = float(steps[holes].max()) * grid.dt
     numbers = {"gaps": len(holes), "samples": int(missing.sum()), "longest": longest}
     sentence = (
-        f"{_gaps(len(holes))} of {numbers['samples']} samples in all filled by {gaps.fill}s, "
+        f"{several(len(holes), 'gap')} of {numbers['samples']} samples in all filled by "
+        f"{gaps.fill}s, "
         f"the longest of {longest:.4g} s"
     )
     told = report("gaps", sentence, known, filled, unit, numbers)
@@ -85,14 +87,10 @@ def between(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
 def _refusal(width: float, dt: float, gaps: Gaps | None, number: int) -> str:
     """Say what is missing in a gap of so many steps, and what can be done about it."""
     missing = round(width) - 1
-    count = "1 sample is" if missing == 1 else f"{missing} samples are"
-    more = f" ({_gaps(number)} in all)" if number > 1 else ""
+    count = f"{several(missing, 'sample')} {'is' if missing == 1 else 'are'}"
+    more = f" ({several(number, 'gap')} in all)" if number > 1 else ""
     way = GAP if gaps is None else f"`gaps.at_most` allows {gaps.at_most:.6g} s"
     return (
         f"{count} missing before this row: {width * dt:.6g} s to it, {dt:.6g} s as a rule"
         f"{more}: {way}"
     )
-
-
-def _gaps(number: int) -> str:
-    return "1 gap" if number == 1 else f"{number} gaps"

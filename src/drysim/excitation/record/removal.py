@@ -8,6 +8,7 @@ from drysim.excitation.record.file import fault
 from drysim.excitation.record.filters import high_pass, low_pass, trend
 from drysim.excitation.record.reports import Report, report
 from drysim.excitation.record.shape import Series
+from drysim.wording import listed
 
 if TYPE_CHECKING:
     from drysim.excitation.record.spoken import Removal
@@ -56,17 +57,12 @@ def without(series: Series, wanted: Removal, unit: str, shown: str) -> Rest:
     taken = series.values[:] - rest
     mean, drift = float(taken.mean()), float(taken[-1] - taken[0])
     sentence = (
-        f"{_listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
+        f"{listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
         f"{drift:+.4g} {unit}"
     )
     numbers = {"mean": mean, "drift": drift}
     told = report("remove", sentence, series.values[:], rest, unit, numbers)
     return Rest(series._replace(values=rest), slow, told)
-
-
-def _listed(words: list[str]) -> str:
-    *most, last = words
-    return f"{', '.join(most)} and {last}" if most else last
 
 
 def _check(frequency: float, side: str, series: Series, shown: str) -> None:
