@@ -18,7 +18,7 @@ from drysim.console.paper import result
 from drysim.console.parts import Row, show_rows
 from drysim.errors import Caution
 from drysim.scenario import Axis
-from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Table
+from drysim.study.sweeps.table import FAILED, NOT_SETTLED
 from grids import axes, comparison, orbits, spoil, sweep
 from outcomes import judgement, record, stand_in
 
@@ -183,6 +183,7 @@ def test_isolation_is_not_told_where_no_case_has_numbers(capsys):
 def test_interrupted_sweep_says_how_to_go_on(capsys):
     table = replace(small(), complete=False)
     console.show_table(table, Path("out/seat"))
+    console.show_interrupted(len(table), "case", Path("out/seat"))
     out, err = capsys.readouterr()
     assert "written" not in out
     assert err == (
@@ -192,8 +193,7 @@ def test_interrupted_sweep_says_how_to_go_on(capsys):
 
 
 def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
-    table = Table(stand_in("harmonic"), axes(frequency=[1, 2]), (), complete=False)
-    console.show_table(table, Path("out/seat"))
+    console.show_interrupted(0, "case", Path("out/seat"))
     assert capsys.readouterr().err == "interrupted before any case was finished\n"
 
 

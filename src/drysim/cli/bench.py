@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from drysim.cli import options
-from drysim.cli.streams import reader_may_leave
 from drysim.cli.studies import app as app
+from drysim.cli.voice import Voice
 from drysim.errors import EXIT_OK, Caution
 
 if TYPE_CHECKING:
@@ -70,9 +70,9 @@ def bench(
     quiet: options.Quiet = False,
 ) -> int:
     """Speed against error: all approaches, and programs that people know."""
-    command = shlex.join(["drysim", *context.obj])
+    voice, command = Voice(as_json, quiet), shlex.join(["drysim", *context.obj])
     if hard:
-        return held(scenario, changes or [], out, patience, dry_run, as_json, quiet, command)
+        return held(scenario, changes or [], out, patience, dry_run, voice, command)
     from drysim.report.claim import check
     from drysim.study.bench import default
     from drysim.study.bench.attempt import Terms
@@ -83,7 +83,7 @@ def bench(
     folder = folder_of(out, scenario, asked, "steady" if steady else "bench")
     check(folder)
     if dry_run:
-        return plan(job.cases, terms._asdict(), folder, job.cautions, as_json, quiet)
+        return plan(job.cases, terms._asdict(), folder, job.cautions, voice)
     from drysim import console, report
 
     total = sum(case["entries"] for case in job.cases)
@@ -92,8 +92,7 @@ def bench(
     told = report.write_bench(
         made, folder, plots=not no_plots, command=command, exit_code=EXIT_OK
     )
-    shown(folder, told, lambda: console.show_bench(made, folder), made.warnings, as_json, quiet)
-    return EXIT_OK
+    return voice.answer(told, partial(console.show_bench, made, folder), made.warnings, folder)
 
 
 def held(
@@ -102,8 +101,7 @@ def held(
     out: Path | None,
     patience: float | None,
     dry_run: bool,
-    as_json: bool,
-    quiet: bool,
+    voice: Voice,
     command: str,
 ) -> int:
     """Put every approach through the hard cases."""
@@ -117,15 +115,14 @@ def held(
     limit = patience or HARD_PATIENCE
     if dry_run:
         cases = [{"name": one.name, "entries": len(SHELF)} for one in asked]
-        return plan(cases, {"patience": limit}, folder, (), as_json, quiet)
+        return plan(cases, {"patience": limit}, folder, (), voice)
     from drysim import console, report
 
-    with console.progress(len(asked) * len(SHELF), "trials", quiet) as advance:
+    with console.progress(len(asked) * len(SHELF), "trials", voice.quiet) as advance:
         made = hard.run(asked, limit, advance)
     code = made.exit_code()
     told = report.write_hard(made, folder, command=command, exit_code=code)
-    shown(folder, told, lambda: console.show_hard(made, folder), (), as_json, quiet)
-    return code
+    return voice.answer(told, partial(console.show_hard, made, folder), (), folder, code)
 
 
 def folder_of(
@@ -137,47 +134,18 @@ def folder_of(
     return Path("out", word if scenario is None else f"{asked[0].name}-{word}")
 
 
-def shown(
-    folder: Path,
-    told: dict[str, Any],
-    show: Callable[[], None],
-    warnings: Sequence[Caution],
-    as_json: bool,
-    quiet: bool,
-) -> None:
-    """Show what came out, in words or as JSON."""
-    from drysim import console, report
-
-    with reader_may_leave(folder):
-        if as_json:
-            typer.echo(report.text(told), nl=False)
-        elif not quiet:
-            show()
-        if as_json and not quiet:
-            console.show_warnings(warnings)
-
-
 def plan(
     cases: Sequence[dict[str, Any]],
     terms: dict[str, Any],
     folder: Path,
     cautions: Sequence[Caution],
-    as_json: bool,
-    quiet: bool,
+    voice: Voice,
 ) -> int:
     """Show what a bench would do."""
-    from drysim import console
-
-    fields = {"dry_run": True, "cases": cases, **terms, "folder": folder.as_posix()}
-    with reader_may_leave():
-        if as_json:
-            typer.echo(json.dumps(fields, indent=2))
-        elif not quiet:
-            for case in cases:
-                size = f" on {case['samples']} samples" if "samples" in case else ""
-                console.say(f"{case['name']}: {case['entries']} entries{size}")
-            console.say(f"would be written to {folder}")
-            console.say("dry run: nothing was computed, nothing was written")
-        if not quiet:
-            console.show_warnings(cautions)
-    return EXIT_OK
+    sentences = [
+        f"{case['name']}: {case['entries']} entries"
+        + (f" on {case['samples']} samples" if "samples" in case else "")
+        for case in cases
+    ]
+    fields = {"cases": cases, **terms, "folder": folder.as_posix()}
+    return voice.plan(fields, sentences, cautions)

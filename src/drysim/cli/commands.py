@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,8 @@ from typer.core import TyperGroup
 
 from drysim.cli import options
 from drysim.cli.streams import reader_may_leave
-from drysim.errors import (
-    EXIT_NOTHING_COMPUTED,
-    EXIT_NUMERICS_FAILED,
-    EXIT_OK,
-)
+from drysim.cli.voice import Voice
+from drysim.errors import EXIT_NOTHING_COMPUTED, EXIT_NUMERICS_FAILED, EXIT_OK
 
 
 class Commands(TyperGroup):
@@ -77,20 +75,21 @@ def run(
     from drysim.study.case import prepare
     from drysim.study.ensembles.seeds import most
 
+    voice = Voice(as_json, quiet)
     case = prepare(load(scenario, options.overrides(changes, approach)))
     if most(case.scenario) == 1:
         ensembles.refuse_needless(workers, resume)
-    folder = Path("out", case.scenario.name) if out is None else out
+    folder = out or Path("out", case.scenario.name)
     check(folder)
     if dry_run:
         from drysim.cli import plans
 
-        return plans.show(case, folder, as_json, quiet)
+        return plans.show(case, folder, voice)
     command = shlex.join(["drysim", *context.obj])
     if most(case.scenario) > 1:
         return ensembles.run(
-            case, folder, command, workers=workers, resume=resume, strict=strict,
-            plots=not no_plots, as_json=as_json, quiet=quiet,
+            case, folder, command, voice, workers=workers, resume=resume, strict=strict,
+            plots=not no_plots,
         )  # fmt: skip
     from drysim import console, report
     from drysim.study import volume
@@ -99,20 +98,14 @@ def run(
 
     require_room(folder, volume.LEAST_SHARE * volume.bytes_of(case))
     ahead = (SLOW, volume.LARGE)
-    known = [caution.sentence for caution in case.cautions if caution.slug in ahead]
-    for sentence in [] if quiet else known:
-        console.remark(f"patience: {sentence}")
+    for caution in case.cautions:
+        if caution.slug in ahead:
+            voice.remark(f"patience: {caution.sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)
     told = report.write(outcome, folder, plots=not no_plots, command=command, exit_code=code)
-    with reader_may_leave(folder, code):
-        if as_json:
-            typer.echo(report.text(told), nl=False)
-        elif not quiet:
-            console.show_outcome(outcome, folder)
-        if as_json and not quiet:
-            console.show_warnings(outcome.warnings)
-    return code
+    show = partial(console.show_outcome, outcome, folder)
+    return voice.answer(told, show, outcome.warnings, folder, code)
 
 
 @app.command()

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
-from drysim.cli.streams import reader_may_leave
 from drysim.errors import EXIT_INTERRUPTED, UsageError
 
 if TYPE_CHECKING:
+    from drysim.cli.voice import Voice
     from drysim.study.case import Case
     from drysim.study.ensembles.ensemble import Ensemble
 
@@ -30,37 +29,24 @@ def run(
     case: Case,
     folder: Path,
     command: str,
+    voice: Voice,
     *,
     workers: int | None,
     resume: bool,
     strict: bool,
     plots: bool,
-    as_json: bool,
-    quiet: bool,
 ) -> int:
     """Compute, write and show the ensemble of a case; give the exit code."""
     from drysim import console, report
 
-    anew = not (resume or quiet) and report.resumable(folder)
-    with report.claim_partial(folder, resume) as claim:
-        if anew:
-            console.remark(
-                f"beginning anew: the finished seeds in {folder}.partial are given up"
-            )
-        ensemble = solved(case, claim.journal, workers, resume, quiet)
-        code = ensemble.exit_code(strict) if ensemble.complete else EXIT_INTERRUPTED
-        told = report.write_ensemble(
-            ensemble, claim, plots=plots, command=command, exit_code=code
-        )
-    with reader_may_leave(folder if ensemble.complete else claim.partial, code):
-        if as_json:
-            typer.echo(report.text(told), nl=False)
-        elif not quiet:
-            console.show_ensemble(ensemble, folder)
-        if as_json and not quiet:
-            console.show_warnings(ensemble.warnings)
-        if not ensemble.complete:
-            console.show_interrupted(len(ensemble.rows), "seed", folder)
+    with voice.claimed(folder, resume, "seeds") as claim:
+        made = solved(case, claim.journal, workers, resume, voice.quiet)
+        code = made.exit_code(strict) if made.complete else EXIT_INTERRUPTED
+        told = report.write_ensemble(made, claim, plots=plots, command=command, exit_code=code)
+    show = partial(console.show_ensemble, made, folder)
+    voice.answer(told, show, made.warnings, folder if made.complete else claim.partial, code)
+    if not made.complete:
+        console.show_interrupted(len(made.rows), "seed", folder)
     return code
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from drysim.errors import UsageError
 
 if TYPE_CHECKING:
+    from drysim.cli.voice import Voice
     from drysim.study.case import Case
     from drysim.study.sweeps.batch import Batch
     from drysim.study.sweeps.store import Store
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def place(cluster: str | None, workers: int | None, quiet: bool) -> Iterator[Compute]:
+def place(cluster: str | None, workers: int | None, voice: Voice) -> Iterator[Compute]:
     """Give the function that computes a sweep where it is wanted, as long as it is there."""
     from drysim.study.sweeps.sweep import solve, solve_far
 
@@ -27,7 +28,6 @@ def place(cluster: str | None, workers: int | None, quiet: bool) -> Iterator[Com
             case, workers=workers, store=store, finished=finished
         )
         return
-    from drysim import console
     from drysim.study.cluster.link import LOCAL, joined
 
     if workers is not None and cluster != LOCAL:
@@ -35,10 +35,5 @@ def place(cluster: str | None, workers: int | None, quiet: bool) -> Iterator[Com
             "--workers has no meaning beside the address of a cluster",
             "its workers are as many as were started; --cluster local takes --workers",
         )
-
-    def say(sentence: str) -> None:
-        if not quiet:
-            console.remark(sentence)
-
-    with joined(cluster, workers, say) as link:
+    with joined(cluster, workers, voice.remark) as link:
         yield lambda case, store, finished: solve_far(case, link, store, finished=finished)

@@ -2,51 +2,50 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
-from drysim.cli.streams import reader_may_leave
-from drysim.errors import EXIT_OK
 from drysim.study.ensembles.seeds import most
 from drysim.wording import clean_up, listed, number, several
 
 if TYPE_CHECKING:
+    from drysim.cli.voice import Voice
     from drysim.study.case import Case
 
 
-def show(case: Case, folder: Path, as_json: bool, quiet: bool) -> int:
+def show(case: Case, folder: Path, voice: Voice) -> int:
     """Show what a run would do; everything up to the computation was found in order."""
-    from drysim import console
-
-    with reader_may_leave():
-        if as_json:
-            typer.echo(json.dumps(plan(case, folder), indent=2))
-        elif not quiet:
-            console.say("\n".join(sentences(case, folder)))
-        if not quiet:
-            console.show_warnings(case.cautions)
-    return EXIT_OK
+    seeds = f"{many}, " if (many := many_seeds(case)) else ""
+    first, *rest = sentences(case)
+    words = [f"{case.scenario.name}: {seeds}{first}", *rest]
+    return voice.plan(plan(case, folder), words, case.cautions)
 
 
-def sentences(case: Case, folder: Path) -> list[str]:
-    """Give the plan for people."""
+def show_grid(case: Case, folder: Path, words: Sequence[str], voice: Voice) -> int:
+    """Show what a sweep or a comparison would do, by some approaches or laws."""
+    from drysim.scenario.sweep.axis import size
+
+    scenario = case.scenario
+    cases = size(scenario.axes)
+    swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.axes]
+    each = f", each {many}" if (many := many_seeds(case)) else ""
+    what = f"{several(cases, 'case')} by {listed(words)}{each}"
+    first = f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}"
+    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": len(words)}
+    return voice.plan(fields, [first, *sentences(case)[1:]], case.cautions)
+
+
+def sentences(case: Case) -> list[str]:
+    """Give the plan for people: the march, and what is done to a record before it."""
     begin, end = case.window
     span = f"{number(begin, 's')} to {number(end, 's')}"
-    many = f"{seeds}, " if (seeds := many_seeds(case)) else ""
     over = "one repetition of the periodic orbit" if case.period else span
+    kind, steps = case.scenario.excitation.kind, clean_up(case.motion, case.law)
     return [
-        f"{case.scenario.name}: {many}{case.steps} steps of {number(case.step, 's')} by "
-        f"{case.approach.approach}, metrics over {over}",
-        *(
-            f"{case.scenario.excitation.kind}: {step}"
-            for step in clean_up(case.motion, case.law)
-        ),
-        f"would be written to {folder}",
-        "dry run: nothing was computed, nothing was written",
+        f"{case.steps} steps of {number(case.step, 's')} by {case.approach.approach}, metrics "
+        f"over {over}",
+        *(f"{kind}: {step}" for step in steps),
     ]
 
 
@@ -60,7 +59,6 @@ def many_seeds(case: Case) -> str:
 def plan(case: Case, folder: Path) -> dict[str, object]:
     """Give the plan for scripts."""
     return {
-        "dry_run": True,
         "name": case.scenario.name,
         "approach": case.approach.approach,
         "step": case.step,
@@ -72,27 +70,3 @@ def plan(case: Case, folder: Path) -> dict[str, object]:
         "folder": folder.as_posix(),
         "warnings": [caution.sentence for caution in case.cautions],
     }
-
-
-def show_grid(
-    case: Case, folder: Path, words: Sequence[str], as_json: bool, quiet: bool
-) -> int:
-    """Show what a sweep or a comparison would do, by some approaches or laws."""
-    from drysim import console
-    from drysim.scenario.sweep.axis import size
-
-    scenario = case.scenario
-    cases = size(scenario.axes)
-    swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.axes]
-    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": len(words)}
-    with reader_may_leave():
-        if as_json:
-            typer.echo(json.dumps(fields, indent=2))
-        elif not quiet:
-            each = f", each {seeds}" if (seeds := many_seeds(case)) else ""
-            what = f"{several(cases, 'case')} by {listed(words)}{each}"
-            console.say(f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}")
-            console.say("\n".join(sentences(case, folder)[1:]))
-        if not quiet:
-            console.show_warnings(case.cautions)
-    return EXIT_OK

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import typer
 
 from drysim.cli import options
 from drysim.cli.commands import app as app
-from drysim.cli.streams import reader_may_leave
+from drysim.cli.voice import Voice
 from drysim.errors import EXIT_INTERRUPTED
 
 HERE = "scenario.yaml"
@@ -23,7 +24,6 @@ FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
 if TYPE_CHECKING:
     from drysim.cli.places import Compute
     from drysim.study.case import Case
-    from drysim.study.sweeps.batch import Batch
     from drysim.study.sweeps.table import Table
 
 
@@ -51,9 +51,10 @@ def sweep(
     from drysim.study.case import prepare
     from drysim.study.sweeps.sweep import approaches_of
 
+    voice = Voice(as_json, quiet)
     case = prepare(load(scenario, options.overrides(changes, approach)))
     wanted = approaches_of(case.scenario)
-    folder = Path("out", case.scenario.name) if out is None else out
+    folder = out or Path("out", case.scenario.name)
     check(folder)
     if form == "parquet":
         from drysim.report.parquet import require
@@ -62,33 +63,23 @@ def sweep(
     if dry_run:
         from drysim.cli import plans
 
-        return plans.show_grid(case, folder, [one.word for one in wanted], as_json, quiet)
+        return plans.show_grid(case, folder, [one.word for one in wanted], voice)
     from drysim import console, report
 
     command = shlex.join(["drysim", *context.obj])
-    anew = not (resume or quiet) and report.resumable(folder)
     with (
-        place(cluster, workers, quiet) as compute,
-        report.claim_partial(folder, resume) as claim,
+        place(cluster, workers, voice) as compute,
+        voice.claimed(folder, resume, "cases") as claim,
     ):
-        if anew:
-            console.remark(
-                f"beginning anew: the finished cases in {folder}.partial are given up"
-            )
         table = swept(case, claim.cases, compute, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
         told = report.write_table(
             table, claim, plots=not no_plots, command=command, exit_code=code, form=form
         )
-    with reader_may_leave(folder if table.complete else claim.partial, code):
-        if as_json:
-            typer.echo(report.text(told), nl=False)
-        elif not quiet:
-            console.show_table(table, folder)
-        if as_json and not quiet:
-            console.show_warnings(table.warnings)
-        if not table.complete and (as_json or quiet):
-            console.show_interrupted(len(table.rows), "case", folder)
+    show = partial(console.show_table, table, folder)
+    voice.answer(told, show, table.warnings, folder if table.complete else claim.partial, code)
+    if not table.complete:
+        console.show_interrupted(len(table.rows), "case", folder)
     return code
 
 
@@ -106,12 +97,8 @@ def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool)
     done = [piece.end - piece.begin for piece in kept]
     cases = sum(every.cases) - sum(done)
     with console.progress(cases, "cases", quiet, len(every) - len(done)) as advance:
-
-        def finished(batch: Batch) -> None:
-            advance(len(batch))
-
         try:
-            return compute(case, store, finished)
+            return compute(case, store, lambda batch: advance(len(batch)))
         except KeyboardInterrupt:
             return leftover(case, store)
 
@@ -137,41 +124,33 @@ def compare(
     from drysim.study.comparisons.compare import named, scenarios_of, solve
     from drysim.study.sweeps.cases import count
 
-    names = named(approaches)
-    loaded = load(scenario_or_default(scenario, names, quiet), changes or [])
+    voice, names = Voice(as_json, quiet), named(approaches)
+    loaded = load(scenario_or_default(scenario, names, voice), changes or [])
     case = prepare(loaded.compared_by(names[-1]))
     wanted = scenarios_of(loaded, names)
-    folder = Path("out", f"{loaded.name}-compare") if out is None else out
+    folder = out or Path("out", f"{loaded.name}-compare")
     check(folder)
     if dry_run:
         from drysim.cli import plans
 
-        return plans.show_grid(case, folder, [*wanted], as_json, quiet)
+        return plans.show_grid(case, folder, [*wanted], voice)
     from drysim import console, report
 
     total = count(list(wanted.values()))
     with console.progress(total, "cases", quiet) as advance:
-
-        def finished(batch: Batch) -> None:
-            advance(len(batch))
-
-        comparison = solve(loaded, case, names, workers=workers, finished=finished)
-    code = comparison.table.exit_code(strict)
+        made = solve(
+            loaded, case, names, workers=workers, finished=lambda batch: advance(len(batch))
+        )
+    code = made.table.exit_code(strict)
     command = shlex.join(["drysim", *context.obj])
     told = report.write_comparison(
-        comparison, folder, plots=not no_plots, command=command, exit_code=code
+        made, folder, plots=not no_plots, command=command, exit_code=code
     )
-    with reader_may_leave(folder, code):
-        if as_json:
-            typer.echo(report.text(told), nl=False)
-        elif not quiet:
-            console.show_comparison(comparison, folder)
-        if as_json and not quiet:
-            console.show_warnings(comparison.table.warnings)
-    return code
+    show = partial(console.show_comparison, made, folder)
+    return voice.answer(told, show, made.table.warnings, folder, code)
 
 
-def scenario_or_default(file: str | None, names: Sequence[str], quiet: bool) -> str:
+def scenario_or_default(file: str | None, names: Sequence[str], voice: Voice) -> str:
     """Give the scenario to compare: the one named, else ./scenario.yaml, else the gallery's."""
     if file is not None:
         return file
@@ -181,8 +160,5 @@ def scenario_or_default(file: str | None, names: Sequence[str], quiet: bool) -> 
     from drysim.study import gallery
 
     name = FALLBACK_OF_LAWS if LAWS.keys() & {*names} else FALLBACK
-    if not quiet:
-        from drysim import console
-
-        console.remark(f"no {HERE} here: comparing the gallery's {name}")
+    voice.remark(f"no {HERE} here: comparing the gallery's {name}")
     return str(gallery.find(name).file)

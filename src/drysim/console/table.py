@@ -60,8 +60,6 @@ def show_table(table: study.Table, folder: Path | None = None) -> None:
     if table.complete:
         show_folder(paper, folder)
     show_warnings(table.warnings)
-    if not table.complete and folder is not None:
-        show_interrupted(len(table.rows), "case", folder)
 
 
 def show_interrupted(kept: int, what: str, folder: Path) -> None:

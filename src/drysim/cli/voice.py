@@ -1,0 +1,89 @@
+"""How a command speaks: in words, by one JSON object, or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import typer
+
+from drysim.cli.streams import reader_may_leave
+from drysim.errors import EXIT_OK, Caution
+
+if TYPE_CHECKING:
+    from drysim.report import Claim
+
+
+class Voice(NamedTuple):
+    """What `--json` and `--quiet` leave of the words; faults are shown in any case."""
+
+    as_json: bool
+    quiet: bool
+
+    def answer(
+        self,
+        told: Mapping[str, Any],
+        show: Callable[[], None],
+        warnings: Sequence[Caution],
+        folder: Path | None = None,
+        code: int = EXIT_OK,
+    ) -> int:
+        """Tell what came out, and give the exit code.
+
+        Parameters
+        ----------
+        told : mapping
+            What `--json` prints.
+        show : callable
+            Says it in words, warnings included.
+        warnings : sequence of Caution
+            Go to stderr beside the JSON.
+        folder : Path, optional
+            Where the results are by now; `code` is the exit code of the work.
+        """
+        from drysim import console, report
+
+        with reader_may_leave(folder, code):
+            if self.as_json:
+                typer.echo(report.text(told), nl=False)
+            elif not self.quiet:
+                show()
+            if self.as_json and not self.quiet:
+                console.show_warnings(warnings)
+        return code
+
+    def plan(
+        self, fields: Mapping[str, Any], sentences: Sequence[str], cautions: Sequence[Caution]
+    ) -> int:
+        """Tell what would be done, and that nothing was."""
+        from drysim import console
+
+        def show() -> None:
+            console.say("\n".join(sentences))
+            console.say(f"would be written to {fields['folder']}")
+            console.say("dry run: nothing was computed, nothing was written")
+            console.show_warnings(cautions)
+
+        return self.answer({"dry_run": True, **fields}, show, cautions)
+
+    def remark(self, sentence: str) -> None:
+        """Say something on stderr while the work goes on."""
+        if not self.quiet:
+            from drysim import console
+
+            console.remark(sentence)
+
+    @contextmanager
+    def claimed(self, folder: Path, resume: bool, what: str) -> Iterator[Claim]:
+        """Claim an output folder; say which finished work, `seeds` or `cases`, is given up."""
+        from drysim import report
+
+        anew = not resume and report.resumable(folder)
+        with report.claim_partial(folder, resume) as claim:
+            if anew:
+                self.remark(
+                    f"beginning anew: the finished {what} in {folder}.partial are given up"
+                )
+            yield claim
