@@ -1,10 +1,10 @@
-"""Both engines of the core, each in a private copy, so that they cannot drift apart."""
+"""Both engines of the core side by side, so that they cannot drift apart."""
 
 from __future__ import annotations
 
 import importlib
 import sys
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -22,7 +22,24 @@ PARTS = (
 )  # fmt: skip
 
 
-def private_core(engine: str) -> SimpleNamespace:
+def core_under(engine: str) -> SimpleNamespace:
+    """Give the session's own core if it has that engine, and else a private copy.
+
+    Kernels of a private copy are compiled anew in every session: the cache on the disk knows
+    their parameters as those of the session's own core.
+    """
+    own = importlib.import_module("drysim.core.compiled")
+    found = parts() if own.is_plain() == (engine == "plain") else private_parts(engine)
+    named = {module.__name__.rpartition(".")[2]: module for module in found}
+    return SimpleNamespace(engine=engine, **named)
+
+
+def parts() -> list[ModuleType]:
+    """Import the core, as it is loaded or anew."""
+    return [importlib.import_module(f"drysim.core.{name}") for name in PARTS]
+
+
+def private_parts(engine: str) -> list[ModuleType]:
     """Import the core anew under one engine, leaving the session's own core in place."""
     patch = pytest.MonkeyPatch()
     patch.setenv("DRYSIM_ENGINE", engine)
@@ -34,7 +51,7 @@ def private_core(engine: str) -> SimpleNamespace:
     package = sys.modules["drysim"]
     attribute = vars(package).get("core")
     try:
-        found = [importlib.import_module(f"drysim.core.{name}") for name in PARTS]
+        return parts()
     finally:
         for name in [name for name in sys.modules if name.startswith("drysim.core")]:
             del sys.modules[name]
@@ -42,20 +59,18 @@ def private_core(engine: str) -> SimpleNamespace:
         if attribute is not None:
             vars(package)["core"] = attribute
         patch.undo()
-    parts = {module.__name__.rpartition(".")[2]: module for module in found}
-    return SimpleNamespace(engine=engine, **parts)
 
 
 @pytest.fixture(scope="session")
 def plain() -> SimpleNamespace:
     """Give the core as plain Python."""
-    return private_core("plain")
+    return core_under("plain")
 
 
 @pytest.fixture(scope="session")
 def fast() -> SimpleNamespace:
     """Give the core as compiled by numba."""
-    return private_core("compiled")
+    return core_under("compiled")
 
 
 @pytest.fixture(scope="session", params=["plain", "compiled"])
