@@ -8,10 +8,12 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import nullcontext
 from functools import partial
 
 import pytest
 
+from drysim import console
 from drysim.cli import leave
 from test_cli import tree
 
@@ -131,6 +133,30 @@ def test_fault_that_comes_of_an_interruption_is_no_bug(drysim, seat, monkeypatch
     answer = drysim("run", seat)
     assert answer.code == 130
     assert "Traceback" not in answer.err
+
+
+NOISE = "{kind: psd, points: [[1, 1], [4, 1]], duration: 1, seeds: 30}"
+MANY = {
+    "cases": ("sweep", "--set", f"sweep={{{MASSES}, {DAMPERS}}}"),
+    "seeds": ("run", "--set", f"excitation={NOISE}", "--set", "measure=null"),
+}
+
+
+@pytest.mark.parametrize("kind", MANY)
+def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monkeypatch, kind):
+    class Finalised:
+        def __del__(self):
+            leave.ASKED.set()  # and the exception is printed, but goes no further
+
+    def progress(*_):
+        return nullcontext(lambda number=1: Finalised() and None)
+
+    monkeypatch.setattr(leave, "ASKED", threading.Event())
+    monkeypatch.setattr(console, "progress", progress)
+    done = drysim(*MANY[kind][:1], seat, *MANY[kind][1:], "--workers", 1, "--no-plots", "-q")
+    assert done.code == 130
+    assert kind[:-1] in done.err
+    assert "kept in out/seat.partial; the same command with --resume" in done.err
 
 
 def test_signal_that_is_ignored_stays_so(seat):

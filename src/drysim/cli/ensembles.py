@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drysim.cli import leave
 from drysim.errors import EXIT_INTERRUPTED, UsageError
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: boo
             def finished(number: int, row: Row) -> None:
                 journal.add(number, row)
                 advance()
+                leave.if_asked()
 
             try:
                 return solve(case, workers=workers, done=done, finished=finished)

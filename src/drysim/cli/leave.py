@@ -23,6 +23,15 @@ def tidy_up_first() -> None:
             signal.signal(number, _interrupt)
 
 
+def if_asked() -> None:
+    """Interrupt the work once more, in case that has been lost.
+
+    Python passes over an exception in a finaliser or in a call of C, and the work went on.
+    """
+    if ASKED.is_set():
+        raise KeyboardInterrupt
+
+
 def _interrupt(number: int, frame: FrameType | None) -> None:
     ASKED.set()
     raise KeyboardInterrupt

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from drysim.cli import options
+from drysim.cli import leave, options
 from drysim.cli.commands import app as app
 from drysim.cli.voice import Voice
 from drysim.errors import EXIT_INTERRUPTED
@@ -24,6 +24,7 @@ FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
 if TYPE_CHECKING:
     from drysim.cli.places import Compute
     from drysim.study.case import Case
+    from drysim.study.sweeps.batch import Batch
     from drysim.study.sweeps.table import Table
 
 
@@ -98,9 +99,15 @@ def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool)
     cases = sum(every.cases) - sum(done)
     with console.progress(cases, "cases", quiet, len(every) - len(done)) as advance:
         try:
-            return compute(case, store, lambda batch: advance(len(batch)))
+            return compute(case, store, partial(finished, advance))
         except KeyboardInterrupt:
             return leftover(case, store)
+
+
+def finished(advance: Callable[[int], None], batch: Batch) -> None:
+    """Tell that a block of cases is finished; an interrupt that was lost on the way ends it."""
+    advance(len(batch))
+    leave.if_asked()
 
 
 @app.command()
@@ -138,9 +145,8 @@ def compare(
 
     total = count(list(wanted.values()))
     with console.progress(total, "cases", quiet) as advance:
-        made = solve(
-            loaded, case, names, workers=workers, finished=lambda batch: advance(len(batch))
-        )
+        tell = partial(finished, advance)
+        made = solve(loaded, case, names, workers=workers, finished=tell)
     code = made.table.exit_code(strict)
     command = shlex.join(["drysim", *context.obj])
     told = report.write_comparison(
