@@ -60,3 +60,13 @@ def test_mirrored_records_give_mirrored_stops(kernel):
     assert np.array_equal(turns, -back)
     alike = [*range(kernel.trapezia.INTEGRALS), *range(r.BEGIN, r.FOUND)]
     assert np.array_equal(found[:, alike], mirrored[:, alike])
+
+
+@pytest.mark.parametrize(("v", "a", "j"), [(0.78, 1e-4, -16.0), (0.14, -0.99, -311.0)])
+def test_root_that_strays_is_told_and_stays_within_its_step(kernel, v, a, j):
+    # Its lane is left to the march of one record; far away its numbers had overflowed.
+    plant, law = kernel.plant.Plant(75.0, 7500.0, 500.0), kernel.plant.Law(15.0, 15.0)
+    steps = kernel.steps.steps_of(plant, law, DT)
+    s, good = kernel.abreast.fall_abreast(kernel.series.series(steps.tail, v, a, j), DT)
+    assert not good
+    assert 0.0 <= s <= DT

@@ -65,7 +65,8 @@ def fall_abreast(q, h):
         step -= step * step * (q[2] + 3.0 * q[3] * s) * per_a
         step = step if good else 0.0
         s += step
-    return min(s, h), good and abs(step) <= NEARLY * s
+    # A root that strays may be anywhere; what is made of it shall stay among the numbers.
+    return min(max(s, 0.0), h), good and abs(step) <= NEARLY * s
 
 
 @compiled
