@@ -49,5 +49,6 @@ def add_angles(table, i, row, rows, sine, cosine, at, u_out):
     if begin < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
         return
+    second = begin + ROWS
     for k in range(rows):
-        u_out[at + k] += sine * table[begin + k + ROWS] + cosine * table[begin + k]
+        u_out[at + k] += sine * table[second + k] + cosine * table[begin + k]

@@ -64,8 +64,10 @@ def add_free(table, row, rows, x_r, v_r, push, at, x_out, v_out):
     if row < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
         return
+    # Added up here, not in the loop, or neighbours would not be loaded side by side.
+    second, third = row + ROWS, row + 2 * ROWS
     for k in range(rows):
-        y, y_d, Y = table[row + k], table[row + k + ROWS], table[row + k + 2 * ROWS]
+        y, y_d, Y = table[row + k], table[second + k], table[third + k]
         x_out[at + k] = x_r + (v_r * y + push * Y)
         v_out[at + k] = v_r * y_d + push * y
 
@@ -77,8 +79,9 @@ def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
     if begin < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
         return
+    second, third = begin + ROWS, begin + 2 * ROWS
     for k in range(rows):
-        R, P, P_d = table[begin + k], table[begin + k + ROWS], table[begin + k + 2 * ROWS]
+        R, P, P_d = table[begin + k], table[second + k], table[third + k]
         x_out[at + k] += from_sine * R + from_cosine * P
         v_out[at + k] += from_sine * P + from_cosine * P_d
 
