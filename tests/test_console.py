@@ -90,7 +90,7 @@ def test_metric_that_is_not_known_is_said_to_be_so(capsys):
 def test_steady_orbit_shows_how_well_it_closes(capsys):
     made = outcome()
     numerics = replace(made.response.numerics, closure=1.23e-13, period_multiple=2)
-    console.show_outcome(replace(made, response=replace(made.response, numerics=numerics)))
+    console.show_outcome(replace(made, response=replace(made.response, how=lambda: numerics)))
     assert "steady orbit (2 periods), closes to 1.2e-13" in capsys.readouterr().out
 
 

@@ -126,7 +126,8 @@ def test_open_energy_balance_and_close_decision_are_warnings(seat):
     outcome = outcome_of(seat)
     response, metrics = outcome.response, outcome.metrics
     assert list(found(response, metrics, None)) == []
-    close = replace(response, numerics=replace(response.numerics, closest_decision=1e-8))
+    numerics = replace(response.numerics, closest_decision=1e-8)
+    close = replace(response, how=lambda: numerics)
     said = list(found(close, {**metrics, "energy_residual": 1e-6}, None))
     assert [caution.slug for caution in said] == ["energy-open", "close-decision"]
     not_a_number = list(found(response, {**metrics, "energy_residual": math.nan}, None))

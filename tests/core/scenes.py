@@ -14,10 +14,8 @@ PAPER = (75.0, 7500.0, 500.0)
 
 def log_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
     """Give an empty log."""
-    whole = np.zeros(length, dtype=np.int64)
-    return kernel.events.Log(
-        whole, np.zeros(length), whole.copy(), np.zeros(length), np.zeros(length)
-    )
+    whole, kind = np.zeros(length, dtype=np.int64), np.zeros(length, dtype=np.int8)
+    return kernel.events.Log(whole, np.zeros(length), kind, np.zeros(length), np.zeros(length))
 
 
 def march(

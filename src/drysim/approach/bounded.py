@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,9 @@ from drysim.approach.numerics import Numerics
 from drysim.approach.orbit import Orbit
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response, Track
-from drysim.approach.scene import core_of, grid_points
+from drysim.approach.scene import grid_points, numerics
 from drysim.approach.spans import base_on_grid, times
 from drysim.approach.unreached import Hits, Unreached
-from drysim.core.compiled import engine
 from drysim.core.events import CONTACT, RELEASE, REVERSAL, SLIP, STICK, tightness
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Plant, Stopped
@@ -129,8 +128,8 @@ def solve(
     bare = exact.solve(plant, law.coulomb, motion, start, step, duration, whole)
     assert bare.track is not None, "it is solved with its track"
     if not reached(bare.track, law.x_rM):
-        how = replace(bare.numerics, why=f"{bare.numerics.why}; {NOT_REACHED}")
-        return replace(bare, law=law, numerics=how, track=Unreached(law, bare.track))
+        how = partial(unreached_numerics, bare)
+        return replace(bare, law=law, how=how, track=Unreached(law, bare.track))
     track = march(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     n = grid_points(track.end, dt)
@@ -142,10 +141,13 @@ def solve(
         kind, at_stop = np.abs(events.kind), np.abs(events.x_r) == law.x_rM
         stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
         events, approach = chosen(events, stays), "viscous"
-    closest = None if math.isinf(track.closest) else track.closest
-    core = core_of(law, motion)
-    how = Numerics(approach, *core, engine(), n - 1, len(events), closest)
+    how = partial(numerics, law, motion, n, events, track.closest, approach=approach)
     return Response(plant, law, motion, grid, events, how, track)
+
+
+def unreached_numerics(bare: Response) -> Numerics:
+    """Give how the numbers of a response were made that never reaches the stops."""
+    return replace(bare.numerics, why=f"{bare.numerics.why}; {NOT_REACHED}")
 
 
 def find_orbit(

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.legs import Course
 from drysim.approach.marks import first_mark
-from drysim.approach.numerics import Numerics
 from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
-from drysim.approach.scene import core_of, first_u_dd, grid_points, waves_of
+from drysim.approach.scene import first_u_dd, grid_points, numerics, waves_of
 from drysim.approach.spans import (
     base_on_grid,
     faint_speed,
@@ -22,7 +22,6 @@ from drysim.approach.spans import (
     squares_of_base,
     times,
 )
-from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import LEUVEN, Dynamic, Plant
 from drysim.core.signal import BLOCK, KEPT
@@ -158,9 +157,7 @@ def solve(
     if points <= KEPT:
         grid = Held(dt, grid.base(0, points), grid.part(0, points))
     error = distance(grid, follow(plant, coarser(law), motion, start, duration))
-    how = Numerics(
-        "stick-slip", *core_of(law, motion), engine(), points - 1, len(track.turns), error=error
-    )
+    how = partial(numerics, law, motion, points, track.turns, math.inf, error)
     return Response(plant, law, motion, grid, track.turns, how, track)
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drysim.approach import under_sines
 from drysim.approach.events import Events
+from drysim.approach.numerics import Numerics
 from drysim.approach.orbit import Orbit
 from drysim.approach.points import Sliding
 from drysim.approach.response import Response, Track
@@ -109,11 +111,16 @@ def frictionless(response: Response) -> Response:
     """Give the response of a scene without dry friction: turning points are not events then."""
     events = response.events
     begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
+    grid, how = Sliding(response.grid), partial(viscous_numerics, response)
+    return replace(response, grid=grid, events=begin, how=how)
+
+
+def viscous_numerics(response: Response) -> Numerics:
+    """Give how the numbers of a response were made, where there is no dry friction."""
     why = "no dry friction: the same flow, with turning points for the peaks only"
-    numerics = replace(
+    return replace(
         response.numerics, approach="viscous", why=why, events=1, closest_decision=None
     )
-    return replace(response, grid=Sliding(response.grid), events=begin, numerics=numerics)
 
 
 def find_orbit(

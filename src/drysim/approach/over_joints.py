@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from drysim.approach.events import Events
 from drysim.approach.jointed import Jointed
-from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
 from drysim.approach.room import empty, empty_log, larger
-from drysim.approach.scene import core_of, grid_points, refuse_storm
+from drysim.approach.scene import grid_points, numerics, refuse_storm
 from drysim.approach.spans import run_length
-from drysim.core.compiled import engine, held
+from drysim.core.compiled import held
 from drysim.core.contacts.contact import first_contact
 from drysim.core.contacts.joint import march_joint
 from drysim.core.events import ROOM, Log
@@ -79,6 +80,6 @@ def solve(
     x_0 = track.trail.z[track.latest[:n]]
     F_f = np.where(d == 0, law.k_t * (x_r - x_0), d * law.F_fk)
     heading = np.where(v_r < 0.0, -1, 1).astype(np.int8)
-    how = Numerics("stick-slip", *core_of(law, motion), engine(), n - 1, len(track.events))
+    how = partial(numerics, law, motion, n, track.events, math.inf)
     grid = Held(motion.dt, track.u_dd[:n], Points(x_r, v_r, heading, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from drysim.approach.events import Events, Floats
 from drysim.approach.march import Block, March, Marched, march_samples
 from drysim.approach.response import Response
-from drysim.approach.scene import core_of, grid_points, numerics
+from drysim.approach.scene import grid_points, numerics
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
 from drysim.core.forms import PAIRS, integrals, step_forms, step_rows
@@ -142,5 +143,5 @@ def solve_samples(
     march, found, closest = march_samples(plant, law, motion, start, beyond, whole)
     turns = found.until(end_time)
     track = StepTrack(march, turns, end_time, closest)
-    how = numerics(*core_of(law, motion), n_end + 1, turns, closest)
+    how = partial(numerics, law, motion, n_end + 1, turns, closest)
     return Response(plant, law, motion, Marched(march, n_end + 1), turns, how, track)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
@@ -67,7 +67,8 @@ class Response:
     grid : Grid
         Where its points come from.
     events : Events
-    numerics : Numerics
+    how : callable
+        Gives how the numbers were made.
     track : Track or None
         The solution between the grid points; None where only the motion was asked for.
     """
@@ -77,7 +78,7 @@ class Response:
     motion: Sines | Samples
     grid: Grid
     events: Events
-    numerics: Numerics
+    how: Callable[[], Numerics]
     track: Track | None = None
     _latest: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
 
@@ -89,6 +90,11 @@ class Response:
     def dt(self) -> float:
         """Distance of the grid points [s]."""
         return self.grid.dt
+
+    @cached_property
+    def numerics(self) -> Numerics:
+        """How the numbers were made."""
+        return self.how()
 
     @cached_property
     def whole(self) -> Points:

@@ -10,12 +10,12 @@ from drysim.core.compiled import held
 from drysim.core.events import Log
 from drysim.core.trail import Trail
 
-WHOLE = ("n", "d", "kind", "terms")
+WHOLE = ("n", "d", "terms")
 """Columns of whole numbers."""
 
 
 def empty(kind: Any, size: int) -> Any:
-    """Give room for a trail, for pieces or for a log of events."""
+    """Give room for a trail or for pieces."""
     return kind(
         *[
             held(np.empty(size, np.int64 if name in WHOLE else np.float64))
@@ -32,13 +32,20 @@ def empty_trail(size: int) -> Trail:
 
 def empty_log(size: int) -> Log:
     """Give room for events."""
-    log: Log = empty(Log, size)
-    return log
+    n, kind = held(np.empty(size, np.int64)), held(np.empty(size, np.int8))
+    s, x_r, F_L = held(np.empty((3, size)))
+    return Log(n, s, kind, x_r, F_L)
 
 
 def larger(room: Any, size: int) -> Any:
     """Give the same values with more room."""
-    wider = empty(type(room), size)
-    for column, before in zip(wider, room, strict=True):
-        column[: len(before)] = before
+    return type(room)(*(longer(column, size) for column in room))
+
+
+def longer(column: Any, size: int) -> Any:
+    """Give a column with more room behind its values."""
+    if isinstance(column, list):
+        return column + [0] * (size - len(column))
+    wider = np.empty(size, column.dtype)
+    wider[: len(column)] = column
     return wider

@@ -37,7 +37,9 @@ def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
     base = len(rows)
     if law.variation:
         rows.append((0.0, law.omega / (2.0 * math.pi), law.phase))
-    values = [column for row in rows for column in wave_of(*row)]
+    values: list[float] = []
+    for row in rows:
+        values += wave_of(*row)
     return Waves(held(np.array(values)), len(rows), base)
 
 
@@ -66,17 +68,27 @@ def grid_points(duration: float, step: float) -> int:
     return (whole if abs(steps - whole) <= ON_GRID * max(1.0, whole) else int(steps)) + 1
 
 
-def numerics(core: str, why: str, points: int, turns: Events, closest: float) -> Numerics:
+def numerics(
+    law: AnyLaw,
+    motion: Sines | Samples,
+    points: int,
+    turns: Events,
+    closest: float,
+    error: float | None = None,
+    approach: str = "stick-slip",
+) -> Numerics:
     """Give what is to be said of how the numbers were made."""
+    core, why = core_of(law, motion)
     decision = None if math.isinf(closest) else closest
-    return Numerics("stick-slip", core, why, engine(), points - 1, len(turns), decision)
+    counts = points - 1, len(turns)
+    return Numerics(approach, core, why, engine(), *counts, decision, error=error)
 
 
 def refuse_storm(count: int, t: float, state: Any, step: float | None = None) -> None:
     """Raise where there are too many events in a step, or the state has left the numbers."""
     if count < 0:
         raise storm(t) if step is None else crowd(t, step)
-    if not all(math.isfinite(value) for value in state[:2]):
+    if not (math.isfinite(state[0]) and math.isfinite(state[1])):
         raise overflow(t)
 
 

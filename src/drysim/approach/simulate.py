@@ -134,10 +134,12 @@ def linear(plant: Plant, motion: Samples, start: State) -> Response:
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
     why = "no dry friction: one affine map a step, no event code"
-    numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
     modes = np.ones(n, dtype=np.int8)
     grid = Held(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
-    return Response(plant, Law(0.0, 0.0), motion, grid, events, numerics)
+    return Response(
+        plant, Law(0.0, 0.0), motion, grid, events,
+        lambda: Numerics("viscous", "recursion", why, engine(), n - 1, 1),
+    )  # fmt: skip
 
 
 def refuse_nonsense(plant: Plant, law: Law, u_dd: Floats, dt: float, start: State) -> None:

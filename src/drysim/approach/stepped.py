@@ -181,11 +181,14 @@ def respond(
             "take a smaller solver.step, or an approach that needs none",
         )
     events = mode_changes(plant, u_dd, dt, x_r, d)
-    numerics = Numerics(how[0], FIXED_STEP, how[1], engine(), len(x_r) - 1, len(events))
+    counts = len(x_r) - 1, len(events)
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
     track = SteppedTrack(plant, law, motion, dt, u_dd, x_r, v_r, x_dd, force, d)
     points = Held(dt, u_dd, Points(x_r, v_r, d, force))
-    return Response(plant, law, motion, points, events, numerics, track)
+    return Response(
+        plant, law, motion, points, events,
+        lambda: Numerics(how[0], FIXED_STEP, how[1], engine(), *counts), track,
+    )  # fmt: skip
 
 
 def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Codes) -> Events:

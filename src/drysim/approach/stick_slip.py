@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from functools import cache
+from typing import Any, ClassVar, Literal
 
 from drysim.approach.orbit import Orbit
 from drysim.approach.response import Response, Track
@@ -10,6 +11,14 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState
 from drysim.quantity import Block
+
+
+@cache
+def core() -> Any:
+    """Give the module that solves; it brings the kernels, so it is loaded when first used."""
+    from drysim.approach import exact
+
+    return exact
 
 
 class StickSlip(Block):
@@ -52,9 +61,8 @@ class StickSlip(Block):
         SolverError
             When events follow each other without end or the motion leaves the numbers.
         """
-        from drysim.approach import exact
-
-        return exact.solve(plant, law, motion, start, step, duration, whole=True)
+        response: Response = core().solve(plant, law, motion, start, step, duration, True)
+        return response
 
     def by_parts(
         self,
@@ -66,9 +74,8 @@ class StickSlip(Block):
         duration: float | None = None,
     ) -> Response:
         """Give the response as `solve` does; of a long one no more than a part is ever held."""
-        from drysim.approach import exact
-
-        return exact.solve(plant, law, motion, start, step, duration, whole=False)
+        response: Response = core().solve(plant, law, motion, start, step, duration, False)
+        return response
 
     def track(
         self,
@@ -83,14 +90,12 @@ class StickSlip(Block):
 
         Parameters and errors as in `solve`; under sines no grid takes part.
         """
-        from drysim.approach import exact
-
-        return exact.follow(plant, law, motion, start, duration)
+        track: Track = core().follow(plant, law, motion, start, duration)
+        return track
 
     def orbit(
         self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
     ) -> Orbit:
         """Give the periodic orbit that the start leads to; period of the excitation in s."""
-        from drysim.approach import exact
-
-        return exact.find_orbit(plant, law, motion, start, period)
+        orbit: Orbit = core().find_orbit(plant, law, motion, start, period)
+        return orbit

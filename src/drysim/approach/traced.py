@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,7 +15,6 @@ from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
 from drysim.approach.room import empty_log, empty_trail, larger
 from drysim.approach.scene import (
-    core_of,
     first_u_dd,
     grid_points,
     numerics,
@@ -189,7 +188,7 @@ def solve(
     track = follow(plant, law, motion, start, duration)
     dt = motion.dt if isinstance(motion, Samples) else step
     points = grid_points(track.end, dt)
-    how = numerics(*core_of(law, motion), points, track.events, track.closest)
+    how = partial(numerics, law, motion, points, track.events, track.closest)
     grid: Grid
     if isinstance(law, Slider) and isinstance(motion, Sines):
         grid = Touches(track, dt, points)

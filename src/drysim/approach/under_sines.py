@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from drysim.approach.response import Response
 from drysim.approach.room import empty_log, larger
 from drysim.approach.scene import (
     LOG_LENGTH,
-    core_of,
     grid_points,
     numerics,
     refuse_storm,
@@ -91,7 +91,7 @@ def follow_sines(
     waves = waves_of(motion, law)
     log = empty_log(FEW_EVENTS)
     begin, x_r, v_r, d, count, closest = leap_off(
-        plant, law, waves, duration, start.x_r, start.v_r, log, len(log.n)
+        plant[:], law[:], waves[:], duration, *start, log[:], FEW_EVENTS
     )
     refuse_storm(count, begin, (x_r, v_r))
     while begin < duration:
@@ -102,11 +102,8 @@ def follow_sines(
         )  # fmt: skip
         refuse_storm(count, begin, (x_r, v_r))
         closest = min(closest, tight)
-    kind = np.asarray(log.kind[:count], dtype=np.int8)
-    turns = Events(
-        np.asarray(log.s[:count]), kind, np.asarray(log.x_r[:count]),
-        np.asarray(log.F_L[:count]),
-    )  # fmt: skip
+    t, kind, *rest = (np.asarray(column[:count]) for column in log[1:])
+    turns = Events(t, kind.astype(np.int8, copy=False), *rest)
     return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
 
 
@@ -141,8 +138,8 @@ class Leaps:
         x_r, v_r = held(np.empty((2, n)))
         modes, table = held(np.empty(n, dtype=np.int8)), held(np.empty(room(track.waves.size)))
         sample_leaps(
-            track.plant, track.law, track.waves, t, kind, x_0, v_0, first, self.dt, table,
-            x_r, v_r, modes,
+            track.plant[:], track.law[:], track.waves[:], t, kind, x_0, v_0, first, self.dt,
+            table, x_r, v_r, modes,
         )  # fmt: skip
         return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
 
@@ -151,7 +148,7 @@ def on_grid(track: LeapTrack, step: float) -> Response:
     """Give a solution on the grid n·step."""
     plant, law, motion, turns = track.plant, track.law, track.motion, track.turns
     n = grid_points(track.end, step)
-    how = numerics(*core_of(law, motion), n, turns, track.closest)
+    how = partial(numerics, law, motion, n, turns, track.closest)
     return Response(plant, law, motion, Leaps(track, step, n), turns, how, track)
 
 

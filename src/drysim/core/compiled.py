@@ -69,7 +69,8 @@ def compiled(function: Kernel) -> Kernel:
     """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine.
 
     A kernel may not allocate: arrays come from its caller and are not counted as references,
-    which would cost more than a step at each call.
+    which would cost more than a step at each call. One that serves small scenes is called with
+    plain tuples, `plant[:]`: numba takes longer to tell what a named one is.
     """
     return function if is_plain() else jit(function, forceinline=False)
 

@@ -27,7 +27,7 @@ class Log(NamedTuple):
         Sample at or before the event.
     s : array of float, shape (capacity,)
         Time since that sample [s].
-    kind : array of int, shape (capacity,)
+    kind : array of int8, shape (capacity,)
         0 stick, ±1 slip, ±2 reversal, ±4, ±5, ±6 contact with an end stop, its end, an impact;
         the sign is the new direction of v_r.
     x_r, F_L : array of float, shape (capacity,)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from drysim.core.compiled import compiled
 from drysim.core.events import direction
 from drysim.core.fade import fade
+from drysim.core.plant import Law, Plant
 from drysim.core.sines.slide import from_rest, slide
 from drysim.core.table import ROWS, add_free, add_wave, fill, set_mode
 from drysim.core.waves import (
@@ -16,6 +17,7 @@ from drysim.core.waves import (
     V_START,
     X_START,
     A,
+    Waves,
     anchor,
 )
 
@@ -50,6 +52,8 @@ def sample_leaps(
 
     Parameters
     ----------
+    plant, law, waves : tuple
+        They may be plain.
     t, kind, x_r : array, shape (events,)
         The events; the first is before the first point and leaves with `v_first` [m/s].
     first : int
@@ -66,6 +70,7 @@ def sample_leaps(
     Between two events the points are sums of a few columns of the table, anew from the first of
     every `ROWS` behind the event: always the same ones, so that blocks change no number.
     """
+    plant, law, waves = Plant(*plant), Law(*law), Waves(*waves)
     last = first + len(x_out)
     filled = 0
     event = 0

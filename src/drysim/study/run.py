@@ -102,4 +102,4 @@ def repetition(case: Case) -> Solved:
         error=None if error is None else error + orbit.left,
     )
     doubts = tuple(orbit_doubtful(orbit, case.limit))
-    return replace(response, numerics=numerics), (0.0, length), doubts
+    return replace(response, how=lambda: numerics), (0.0, length), doubts

@@ -9,17 +9,19 @@ from drysim.core.events import (
     ROUNDING,
     SLIP,
     STICK,
+    Log,
     limit_force,
     note,
     opening,
     sign,
     tightness,
 )
+from drysim.core.plant import Law, Plant
 from drysim.core.samples.stop import NEVER
 from drysim.core.sines.cease import leave_slip
 from drysim.core.sines.leave import leave_stick
 from drysim.core.sines.slide import slide
-from drysim.core.waves import anchor, base_motion, normal_force
+from drysim.core.waves import Waves, anchor, base_motion, normal_force
 
 STALL = 100
 """Events in a row without progress in time that put a scene at the end of double precision."""
@@ -113,8 +115,9 @@ def leap_off(plant, law, waves, end, x_r, v_r, log, capacity):
     """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
 
     Parameters and returns as in `leap`; the log begins with the state at t = 0, and `closest`
-    counts how near its mode is to the other.
+    counts how near its mode is to the other. Tuples may be plain.
     """
+    plant, law, waves, log = Plant(*plant), Law(*law), Waves(*waves), Log(*log)
     anchor(waves, plant, law, 0.0, 0)
     u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
     d, F_L, margin = opening(plant, law, x_r, v_r, u_dd)

@@ -80,9 +80,8 @@ def entry(
 
         def run() -> Answer:
             found = approach.solve(work.plant, law, motion, work.start, step, duration)
-            part, error = slice(None, None, count), found.numerics.error
-            series = found.x_r[part], found.v_r[part]
-            return Answer(*series, lambda: found.F_f[part], found.track, error)
+            part = slice(None, None, count)
+            return Answer(found.x_r[part], found.v_r[part], lambda: found.F_f[part], found)
 
         return run
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from drysim.approach.events import Floats
-    from drysim.approach.response import Track
+    from drysim.approach.response import Response, Track
     from drysim.core.plant import AnyLaw, Plant
     from drysim.core.state import State
     from drysim.errors import Caution
@@ -33,17 +33,24 @@ class Answer(NamedTuple):
         Relative displacement [m] and velocity [m/s].
     friction : callable
         Gives F_f [N], shape (n + 1,); called when the clock has stopped.
-    track : Track or None
-        The solution between the samples, where the entry keeps one.
-    error : float or None
-        Bound of the error of x_r relative to its peak [-], where the entry states one.
+    response : Response or None
+        The whole of it, from an entry of drysim's own.
     """
 
     x_r: Floats
     v_r: Floats
     friction: Callable[[], Floats]
-    track: Track | None = None
-    error: float | None = None
+    response: Response | None = None
+
+    @property
+    def track(self) -> Track | None:
+        """The solution between the samples, where the entry keeps one."""
+        return None if self.response is None else self.response.track
+
+    @property
+    def error(self) -> float | None:
+        """Bound of the error of x_r relative to its peak [-], where the entry states one."""
+        return None if self.response is None else self.response.numerics.error
 
 
 @dataclass(frozen=True, eq=False)
