@@ -163,21 +163,87 @@ CELLS = {
 }
 
 
-@pytest.mark.parametrize(
-    ("head", "said"),
-    [
-        ("logger X\ndate 2026\n\n", "row 4 names it, and row 1 was taken for the header"),
-        ("7;8\n", "row 2 names it: begin the rows above with # or cut them away"),
-    ],
-)
-def test_rows_of_a_logger_above_the_header_are_told_from_a_header(tmp_path, head, said):
-    text = f"{head}Zeit [s];acc [m/s2]\n0;1\n1;2\n"
-    assert said in problem_of(tmp_path, text, time="Zeit", column="acc").sentence
-    commented = "".join(f"# {line}\n" for line in head.splitlines())
-    commented += text.removeprefix(head)
-    assert problem_of(tmp_path, commented, time="Zeit", column="accc").sentence.endswith(
-        "did you mean `acc`? there are: `Zeit [s]`, `acc [m/s2]`"
+LOGGER = [
+    "logger X\ndate 2026\n\n",
+    "7;8\n",
+    "Test 12\n2026-03-12 10:00\nchannels: 2\nnotes;none\n",
+    "t0 = 0\n# remark\n1;2;3\n\n",
+]
+
+
+@pytest.mark.parametrize("head", LOGGER)
+def test_rows_of_a_logger_above_the_header_are_told_and_passed_over(tmp_path, head):
+    text, rows = f"{head}Zeit [s];acc [m/s2]\n0;1\n1;2\n", head.count("\n")
+    found = problem_of(tmp_path, text, time="Zeit", column="acc")
+    assert f"row {rows + 1} looks like the header" in found.sentence
+    assert found.sentence.endswith(f"`skip: {rows}` passes over the rows above it")
+    assert found.line == rows + 1
+    motion = motion_of(tmp_path, text, time="Zeit", column="acc", skip=rows)
+    assert motion.u_dd.tolist() == [1, 2]
+    bad = problem_of(tmp_path, text + "2;oops\n", time="Zeit", column="acc", skip=rows)
+    assert bad.line == rows + 4  # as an editor counts
+
+
+def test_rows_may_be_passed_over_where_there_is_no_header(tmp_path):
+    words = {"skip": 1, "column": 2, "unit": "m/s2", "step": 1}
+    assert motion_of(tmp_path, "run 7\n1,2\n3,4\n", **words).u_dd.tolist() == [2, 4]
+    assert motion_of(tmp_path, "\ufeffrun 7\r\n1,2\r\n3,4\r\n", **words).u_dd.tolist() == [2, 4]
+
+
+def test_more_rows_than_there_are_cannot_be_passed_over(tmp_path):
+    found = problem_of(tmp_path, "a [g]\n1\n2\n", skip=3, step=1)
+    assert found.sentence == "`skip` passes over 3 rows, and the file has no more"
+    with pytest.raises(ValidationError, match="a WAV is no table of text; remove `skip`"):
+        record(tmp_path, file="r.wav", skip=1)
+
+
+def test_row_of_units_below_the_names_is_read(tmp_path):
+    text = "Time,Acc,Temp\nms,(g),degC\n\n0,1,20\n10,2,21\n"
+    motion = motion_of(tmp_path, text, time="Time", column="Acc")
+    assert motion.dt == 0.01
+    assert motion.u_dd.tolist() == [9.80665, 2 * 9.80665]
+    said = problem_of(tmp_path, text, time="Time", column="Acc", unit="m/s2").sentence
+    assert "the header says `g`, the scenario says `unit: m/s2`" in said
+    said = problem_of(tmp_path, text, time="Time", column="Temp").sentence
+    assert said.startswith("column 3 (`Temp`): unknown unit `degC`")
+
+
+def test_row_of_words_below_the_names_is_no_row_of_units(tmp_path):
+    for row in ("left,right", "s,g,m", "0,g"):
+        said = problem_of(tmp_path, f"t [s],a [g]\n{row}\n0,1\n1,2\n", time="t").sentence
+        assert "is not a number" in said or "names 2 columns" in said, row
+    assert (
+        "`left` is not a number"
+        in problem_of(tmp_path, "t,a\nleft,right\n0,1\n1,2\n", time="t").sentence
     )
+
+
+def test_header_may_be_written_by_a_spreadsheet_under_windows(tmp_path):
+    text = "Zeit [s];Schütteln [m/s²]\n0;1\n1;2\n".encode("cp1252")
+    assert motion_of(tmp_path, text, time="Zeit", column="Schütteln").u_dd.tolist() == [1, 2]
+
+
+def test_column_without_a_name_need_not_be_told_from_the_samples(tmp_path):
+    text = "t [s],a [m/s2],\n0,1,\n1,2,\n"
+    assert motion_of(tmp_path, text, time="t").u_dd.tolist() == [1, 2]
+    text = ",t [s],a [m/s2]\n0,0,1\n1,1,2\n"
+    assert motion_of(tmp_path, text, time="t").u_dd.tolist() == [1, 2]
+
+
+def test_what_is_missing_is_asked_for_in_order(tmp_path):
+    text = "Zeit [ms];acc [m/s2];b [m/s2]\n0;1;3\n1;2;4\n"
+    said = problem_of(tmp_path, text).sentence
+    assert said.endswith("`time: Zeit` is what is missing, as the header has `Zeit [ms]`")
+    assert problem_of(tmp_path, text, time="Zeit").sentence.startswith("give `column`")
+
+
+def test_times_of_day_are_told_from_other_words(tmp_path):
+    for stamp in ("10:00:00.002", "2026-03-12T10:00:00Z", "12.03.2026 10:00"):
+        text = f"t,a [g]\n{stamp},1\n{stamp},2\n"
+        said = problem_of(tmp_path, text, time="t").sentence
+        assert said.endswith(
+            "is a time of day, which is not read; give `rate` or `step` in place of `time`"
+        )
 
 
 @pytest.mark.parametrize(("cell", "sentence"), CELLS.items())
@@ -244,7 +310,7 @@ FAULTS = {
     "header alone": ("# x\na [g]\n", {"step": 1}, "the record holds no rows of numbers"),
     "binary": (b"a\0b\n1\n", {"step": 1}, "the record is binary"),
     "UTF-16": ("a [g]\n1\n".encode("utf-16"), {"step": 1}, "the record is UTF-16 text"),
-    "Latin-1": ("a [m/s²]\n1\n2\n".encode("latin-1"), {"step": 1}, "the header is not UTF-8"),
+    "no letters": (b"a\x81 [m/s2]\n1\n2\n", {"step": 1}, "the header is not UTF-8"),
     "headers": ("a,b\n1\n2\n", {"step": 1}, "the header names 2 columns, but row 2 has 1"),
     "first row": ("1,x\n2,3\n", {"step": 1, "column": 2, "unit": "g"}, "`x` is not a number"),
     "damaged start": ("-0.4x\n2\n", {"step": 1, "unit": "g"}, "`-0.4x` is not a number"),

@@ -80,10 +80,21 @@ def factor(unit_text: str, unit: str) -> float:
     unit = ASCII.get(unit, unit)
     if len(unit_text) > LONGEST_UNIT:
         raise ValueError(f"unknown unit `{short(unit_text)}`")
-    spelt = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_SIGNS).strip())
-    spelt = re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelt))
+    spelt = _spelt(unit_text)
     known = PLAIN[unit].get(spelt)
     return float(known) if known is not None else _rare_factor(unit_text, spelt, unit)
+
+
+def usual(unit_text: str, unit: str) -> bool:
+    """Tell whether a text is a usual way to write a unit of the kind of one of `KINDS`."""
+    short_enough = len(unit_text) <= LONGEST_UNIT
+    return short_enough and _spelt(unit_text) in PLAIN[ASCII.get(unit, unit)]
+
+
+def _spelt(unit_text: str) -> str:
+    """Give a unit as `PLAIN` spells it."""
+    spelt = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_SIGNS).strip())
+    return re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelt))
 
 
 def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:

@@ -84,7 +84,10 @@ def _record(scenario: Scenario, motion: Samples) -> Iterator[Caution]:
         f"natural period of {1 / f_0:.3g} s: of what shakes the mass it tells little"
     )
     if getattr(scenario.excitation, "time", None) is not None:
-        sentence += "; times are seconds unless their header has a unit, such as `t [ms]`"
+        sentence += (
+            "; times are seconds unless their header has a unit, such as `t [ms]`: where that "
+            "is what is wrong, give `step` or `rate` in place of `time`"
+        )
     yield Caution("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
 
 

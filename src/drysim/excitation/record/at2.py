@@ -14,7 +14,13 @@ from drysim.errors import RecordError
 from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import Cell, File, TextFile, fault, fit
-from drysim.excitation.record.format import NO_FULL_SCALE, ONE_SERIES, OWN_STEP, Format
+from drysim.excitation.record.format import (
+    NO_FULL_SCALE,
+    NO_TABLE,
+    ONE_SERIES,
+    OWN_STEP,
+    Format,
+)
 from drysim.excitation.record.lines import behind, lines
 from drysim.excitation.record.text import plain
 from drysim.quantity import NUMBER
@@ -113,6 +119,7 @@ FORMAT = Format(
     "an AT2",
     columns,
     {
+        "skip": NO_TABLE,
         "column": ONE_SERIES,
         "channel": ONE_SERIES,
         "time": OWN_STEP,

@@ -29,6 +29,11 @@ BLANKS = b" \t\v\f"
 MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
 """What a cell without a number holds."""
 
+CLOCK = re.compile(
+    r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
+)
+"""A time of day, with or without its date."""
+
 
 def numbers(table: Table, wanted: list[int], gappy: int | None = None) -> list[Floats]:
     """Give columns of a table as numbers.
@@ -164,4 +169,7 @@ def _complaint(cell: Cell, table: Table) -> str:
         return f"`{cell.quote}` is not a finite number"
     if NUMBER.fullmatch(text.replace(",", ".", 1)):
         return f"`{cell.quote}` has a decimal comma; write points throughout"
+    if CLOCK.fullmatch(text):
+        instead = "give `rate` or `step` in place of `time`"
+        return f"`{cell.quote}` is a time of day, which is not read; {instead}"
     return f"`{cell.quote}` is not a number"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from drysim.errors import RecordError
-from drysim.excitation.record.columns import Columns
+from drysim.excitation.record.columns import Columns, Label
 from drysim.excitation.record.spoken import SI
-from drysim.quantity import convert, factor
+from drysim.quantity import convert, factor, usual
 
 TIME_NAMES = ("t", "time")
 
@@ -86,11 +86,16 @@ def missing_spacing(columns: Columns) -> RecordError:
         f"give `time` (a {columns.word}), `rate` or `step`"
     )
     for label in columns.labels:
-        if label.name.lower() in TIME_NAMES and label.unit in ("", "s"):
+        if _is_time(label):
             where = f"the {columns.place} has `{label.quote}`"
             sentence += f"; `time: {label.name}` is what is missing, as {where}"
             break
     return columns.fault(sentence)
+
+
+def _is_time(label: Label) -> bool:
+    """Tell whether a column holds times, by its unit, or by its name where it has no unit."""
+    return usual(label.unit, "s") if label.unit else label.name.lower() in TIME_NAMES
 
 
 def _factor(columns: Columns, index: int, written: str, si: str) -> float:

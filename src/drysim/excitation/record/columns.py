@@ -91,10 +91,6 @@ class Columns:
         """Give the step and the first time [s] that the file itself knows of a column."""
         return None
 
-    def elsewhere(self, wanted: str) -> str:
-        """Say where a name stands that no column has; nothing where it stands nowhere."""
-        return ""
-
     def series(self) -> list[int]:
         """Give the 0-based columns that may be samples."""
         return list(range(self.width))
@@ -140,5 +136,6 @@ class Columns:
             raise self.fault(f"{both}; give the {self.word}'s number")
         nearest = near(wanted, filter(None, bare + full))
         guess = f" did you mean {shown(nearest)}?" if nearest else ""
-        sentence = f"there is no {self.word} {shown(wanted)};{guess} there are: {self.names()}"
-        raise self.fault(sentence + self.elsewhere(wanted))
+        raise self.fault(
+            f"there is no {self.word} {shown(wanted)};{guess} there are: {self.names()}"
+        )

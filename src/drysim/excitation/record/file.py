@@ -46,12 +46,16 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class File:
-    """A record as it was read first: its SHA-256; `shown` is the path as messages name it."""
+    """A record as it was read first: its SHA-256; `shown` is the path as messages name it.
+
+    `skip` is the number of rows at its top that do not count.
+    """
 
     shown: str
     path: Path
     reader: Reader
     sha256: str
+    skip: int = 0
 
     @cached_property
     def raw(self) -> bytes:
@@ -61,11 +65,12 @@ class File:
 
 
 class TextFile(NamedTuple):
-    """Text of a record, which begins behind the byte order mark."""
+    """Text of a record, which begins at an offset: the one of a line counted from 1."""
 
     shown: str
     text: Reader | bytes
     begin: int = 0
+    line: int = 1
 
 
 def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:

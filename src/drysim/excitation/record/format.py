@@ -13,6 +13,7 @@ NO_TIME = "knows the times of its samples; remove `{key}`"
 AS_CHANNEL = "has channels; write `channel` in place of `column`"
 NO_CHANNEL = "has no channels; write `column` in place of `channel`"
 ONE_SERIES = "has one series only; remove `{key}`"
+NO_TABLE = "is no table of text; remove `skip`"
 NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and give `unit` if it has none"
 
 

@@ -27,6 +27,9 @@ SHORTEST = 1e-300
 HOLE = 1.5
 """From this many usual steps on, a step is a hole in which samples are missing."""
 
+POOR = "give `rate` or `step` in place of `time` where only the printed times are poor"
+"""What to say of times that samples cannot have had."""
+
 
 class Grid(NamedTuple):
     """Where samples lie.
@@ -81,7 +84,8 @@ def grid_of(
     if halt.size:
         row = int(halt[0]) + 1
         what = "runs backwards" if steps[row - 1] < 0 else "stands still"
-        raise columns.at(row, index, f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}")
+        sentence = f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}"
+        raise columns.at(row, index, sentence + ("" if steps[row - 1] < 0 else f"; {POOR}"))
     digit, first = columns.last_digit(index), float(t[0]) * second
     dt = _even(t, np.arange(float(len(t))), digit, second)
     if dt is not None:
@@ -138,7 +142,6 @@ def _uneven(steps: Floats, usual: float, columns: Columns, index: int) -> Record
     sentence = (
         f"the time steps are uneven: {steps[row - 1]:.6g} to this row, {usual:.6g} as a rule, "
         f"{steps.min():.6g} to {steps.max():.6g} in all; `resample` puts the record onto an "
-        "even grid; or give `rate` or `step` in place of `time` where only the printed times "
-        "are poor"
+        f"even grid; or {POOR}"
     )
     return columns.at(row, index, sentence)

@@ -13,18 +13,35 @@ LONGEST_NAME = 200
 """Characters of a header cell that may still be a name with a unit."""
 
 
-def lines(file: TextFile, start: int = 0, line: int = 1) -> Iterator[tuple[int, int, str]]:
-    """Give line number, offset and text of every line that is not a comment."""
-    text, start = file.text, max(start, file.begin)
+def lines(file: TextFile, start: int = 0, line: int = 0) -> Iterator[tuple[int, int, str]]:
+    """Give line number, offset and text of every line that is not a comment.
+
+    The first is where the text begins, or at an offset that is that of a line number.
+    """
+    for number, at, part in rows(file, start, line):
+        words = _decoded(part)
+        if not words.lstrip().startswith("#"):
+            yield number, at, words
+
+
+def rows(file: TextFile, start: int = 0, line: int = 0) -> Iterator[tuple[int, int, bytes]]:
+    """Give line number, offset and bytes of every line, from where `lines` begins."""
+    text, start, line = file.text, max(start, file.begin), line or file.line
     while start < len(text):
         end = text.find(b"\n", start)
         end = end if end >= 0 else len(text)
         for part in text[start:end].removesuffix(b"\r").split(b"\r"):
-            words = part.decode("utf-8", "replace")
-            if not words.lstrip().startswith("#"):
-                yield line, start, words
+            yield line, start, part
             start, line = start + len(part) + 1, line + 1
         start = end + 1
+
+
+def _decoded(part: bytes) -> str:
+    """Give the text of a line: UTF-8, or else what spreadsheets under Windows write."""
+    try:
+        return part.decode("utf-8")
+    except UnicodeDecodeError:
+        return part.decode("cp1252", "replace")
 
 
 def behind(file: TextFile, start: int) -> int:

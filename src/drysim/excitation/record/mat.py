@@ -8,7 +8,7 @@ from __future__ import annotations
 from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import File, fault
-from drysim.excitation.record.format import NO_CHANNEL, NO_FULL_SCALE, Format
+from drysim.excitation.record.format import NO_CHANNEL, NO_FULL_SCALE, NO_TABLE, Format
 from drysim.excitation.record.mat4 import variables as variables_of_4
 from drysim.excitation.record.mat5 import variables as variables_of_5
 
@@ -39,5 +39,5 @@ def columns(file: File) -> Channels:
 FORMAT = Format(
     "a MAT file",
     columns,
-    {"channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
+    {"skip": NO_TABLE, "channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
 )

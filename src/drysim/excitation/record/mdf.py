@@ -13,7 +13,7 @@ from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import File, fault, fit
 from drysim.excitation.record.foreign import package, read_by
-from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, NO_TIME, Format
+from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, NO_TABLE, NO_TIME, Format
 
 LONGEST = 1 << 20
 """Bytes of a row of samples that a small packed file may still hold."""
@@ -91,5 +91,5 @@ def _load(file: File, group: int, at: int, what: str) -> NDArray[np.generic]:
 FORMAT = Format(
     "an MDF",
     columns,
-    {"column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
+    {"skip": NO_TABLE, "column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -82,7 +83,7 @@ def _read(record: Recorded) -> tuple[Cleaned, Input]:
     source = Input(record.named, file.sha256, len(file.reader))
     member = format_of(record.file)
     assert member is not None  # `read` has made sure
-    columns = member.columns(file)
+    columns = member.columns(replace(file, skip=record.skip))
     del file
     return series_of(record, columns), source
 

@@ -19,12 +19,18 @@ from drysim.excitation.record.spoken import (
 )
 from drysim.quantity import Block, Frequency, Misfit, Plain, Quantity, convert, factor, shown
 
+MOST_SKIPPED = 10_000
+"""Rows that may be passed over: words of a logger are fewer, and what is more are samples."""
+
 
 class Recorded(Block):
     """Evenly spaced samples in a column or channel of a file, and how they are read."""
 
     file: Annotated[str, Field(min_length=1)]
     """The record, relative to the scenario's folder; its suffix tells its format."""
+    skip: Annotated[int, Field(strict=True, ge=0, le=MOST_SKIPPED)] = 0
+    """Rows at the top of a text file that are passed over, as words of a logger above the
+    header are [-]; default 0."""
     column: Column | None = None
     """Column of the samples: its name in the header, with or without unit, or its number from
     1; of MATLAB files the variable. May be left out when there is but one besides the time."""
@@ -78,11 +84,11 @@ class Recorded(Block):
             raise ValueError(f"must be above 0 {si}, not {shown(full_scale)}")
         return full_scale
 
-    @field_validator("column", "channel", "unit", "full_scale", "time", "rate", "step")
+    @field_validator("skip", "column", "channel", "unit", "full_scale", "time", "rate", "step")
     @classmethod
     def _of_the_format(cls, value: Any, info: ValidationInfo) -> Any:
         """Refuse a key that says nothing about a file of this format."""
-        if value is None:
+        if not value:
             return value
         from drysim.excitation.record.formats import format_of
 

@@ -12,7 +12,13 @@ from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import File, fault
 from drysim.excitation.record.foreign import package, read_by
-from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, OWN_STEP, Format
+from drysim.excitation.record.format import (
+    AS_CHANNEL,
+    NO_FULL_SCALE,
+    NO_TABLE,
+    OWN_STEP,
+    Format,
+)
 
 DAMAGED = "the record is no RPC III time history, or damaged"
 
@@ -59,6 +65,7 @@ FORMAT = Format(
     "an RPC III file",
     columns,
     {
+        "skip": NO_TABLE,
         "column": AS_CHANNEL,
         "time": OWN_STEP,
         "rate": OWN_STEP,

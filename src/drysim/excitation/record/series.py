@@ -79,6 +79,8 @@ def as_read(record: Recorded, grid: Grid) -> bool:
 def _read(record: Recorded, columns: Columns) -> tuple[Signal, Grid, int]:
     """The samples in SI, NaN where one is missing; where they lie, and their 0-based column."""
     time = None if record.time is None else columns.find(record.time)
+    if not _spaced(record, columns):
+        raise missing_spacing(columns)
     index = data_column(columns, record.column or record.channel, time)
     time, own = _clock(record, columns, index, time)
     unit = conversion(columns, index, record.unit, record.full_scale, record.measured)
@@ -92,6 +94,13 @@ def _read(record: Recorded, columns: Columns) -> tuple[Signal, Grid, int]:
         return values, Grid(*own), index
     grid = grid_of(times[0][:], second, columns, time, may_jitter=record.resample is not None)
     return values, grid, index
+
+
+def _spaced(record: Recorded, columns: Columns) -> bool:
+    """Whether scenario or file says how the samples of any column are spaced."""
+    said = record.time or record.rate or record.step
+    own = (columns.own(i) or columns.clock(i) is not None for i in columns.series())
+    return bool(said) or any(own)
 
 
 def _clock(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
@@ -11,21 +10,18 @@ from itertools import islice
 from drysim.core.signal import Signal
 from drysim.errors import RecordError
 from drysim.excitation.record.cells import numbers
-from drysim.excitation.record.columns import Columns, Label
+from drysim.excitation.record.columns import Columns
 from drysim.excitation.record.file import Cell, TextFile, fault
-from drysim.excitation.record.lines import lines, name_and_unit, split
-from drysim.quantity import NUMBER
-
-DELIMITERS = "\t;,"
-"""Tried in this order on the first row of numbers; a row with none is split at blanks."""
-
-LOOKED_AT = 100
-"""Rows whose printed digits are counted."""
-
-NOT_A_NAME = re.compile(r"(?i)[+-]?(?:nan|inf|infinity|\d*[.,]\d.*|\d+e[+-]?\d+)", re.ASCII)
-"""With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
-
-WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
+from drysim.excitation.record.heads import (
+    LOOKED_AT,
+    delimiter_of,
+    header_cells,
+    is_header,
+    is_units,
+    labels_of,
+    likely_header,
+)
+from drysim.excitation.record.lines import lines, split
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,15 +90,10 @@ class Table(Columns):
         cell = self.header[index] if index is not None and self.header else None
         return fault(self.file.shown, sentence, self.header_line or self.line, cell)
 
-    def elsewhere(self, wanted: str) -> str:
-        """Say which row names the column, where words of a logger above it look like names."""
-        for line, _, text in islice(lines(self.file), LOOKED_AT):
-            named = [name_and_unit(cell.text)[0] for cell in split(text, _delimiter(text))]
-            if line != self.header_line and wanted.strip() in named:
-                taken = f", and row {self.header_line} was taken for the header"
-                hint = "begin the rows above with # or cut them away"
-                return f"; row {line} names it{taken if self.header_line else ''}: {hint}"
-        return ""
+    def series(self) -> list[int]:
+        """Give the 0-based columns that may be samples: one without a name is none of them."""
+        named = [i for i, label in enumerate(self.labels) if label.text]
+        return named or super().series()
 
 
 def tabulate(file: TextFile) -> Table:
@@ -115,32 +106,40 @@ def tabulate(file: TextFile) -> Table:
     """
     content = ((n, at, text) for n, at, text in lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
-    header_line, header_text = 0, ""
-    if line and _is_header(split(text, _delimiter(text))):
+    if (likely := likely_header(file)) > line:
+        hint = f"`skip: {likely - 1}` passes over the rows above it"
+        raise fault(
+            file.shown, f"row {likely} looks like the header, not row {line}: {hint}", likely
+        )
+    header_line, header_text, units = 0, "", list[Cell]()
+    if line and is_header(split(text, delimiter_of(text))):
         header_line, header_text = line, text
         if "\ufffd" in text:
             raise fault(file.shown, "the header is not UTF-8; save the record as UTF-8", line)
         line, start, text = next(content, (0, 0, ""))
+        below = split(text, delimiter_of(text))
+        if line and is_units(below, header_cells(header_text, delimiter_of(text), len(below))):
+            units = below
+            line, start, text = next(content, (0, 0, ""))
     if not line:
         raise fault(file.shown, "the record holds no rows of numbers", header_line)
-    delimiter = _delimiter(text)
+    delimiter = delimiter_of(text)
     cells = split(text, delimiter)
     width = len(cells)
-    if header_line and _is_header(cells):  # a text: none of its words are names of columns
+    if header_line and is_header(cells):  # a text: none of its words are names of columns
         cell = next(cell for cell in cells if cell.text)
         raise fault(file.shown, f"row {line}: `{cell.quote}` is not a number", line, cell)
-    header = _header(header_text, delimiter, width) if header_line else ()
+    header = header_cells(header_text, delimiter, width) if header_line else []
     if header and len(header) != width:
         sentence = f"the header names {len(header)} columns, but row {line} has {width}"
         raise fault(file.shown, sentence, line)
-    decimal = _decimal(file, start, delimiter)
     return Table(
         shown=file.shown,
-        labels=tuple(Label(cell.text, *name_and_unit(cell.text)) for cell in header),
+        labels=labels_of(header, units),
         width=width,
         file=file,
         delimiter=delimiter,
-        decimal=decimal,
+        decimal=_decimal(file, start, delimiter),
         header=tuple(header),
         start=start,
         line=line,
@@ -148,27 +147,7 @@ def tabulate(file: TextFile) -> Table:
     )
 
 
-def _delimiter(text: str) -> str:
-    return next((mark for mark in DELIMITERS if mark in text), "")
-
-
 def _decimal(file: TextFile, start: int, delimiter: str) -> str:
     """Comma where it cannot be a delimiter and no point contradicts it."""
     commas = delimiter in ("\t", ";") and file.text.find(b",", start) >= 0
     return "," if commas and file.text.find(b".", start) < 0 else "."
-
-
-def _is_header(cells: list[Cell]) -> bool:
-    written = [cell.text for cell in cells if cell.text]
-    return bool(written) and not any(
-        NUMBER.fullmatch(text) or NOT_A_NAME.fullmatch(text) for text in written
-    )
-
-
-def _header(text: str, delimiter: str, width: int) -> list[Cell]:
-    mark = delimiter or _delimiter(text)
-    if mark:
-        return split(text, mark)
-    if width == 1:
-        return [Cell(text.strip(), len(text) - len(text.lstrip()) + 1)]
-    return [Cell(m.group(), m.start() + 1) for m in WORD_WITH_UNIT.finditer(text)]

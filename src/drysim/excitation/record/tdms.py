@@ -13,7 +13,7 @@ from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import File, fault
 from drysim.excitation.record.foreign import package, read_by
-from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, Format
+from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, NO_TABLE, Format
 
 UNITS = ("unit_string", "NI_UnitDescription")
 """Properties that may hold the unit of a channel."""
@@ -66,5 +66,5 @@ def _load(file: File, group: str, name: str) -> NDArray[np.generic]:
 FORMAT = Format(
     "a TDMS",
     columns,
-    {"column": AS_CHANNEL, "full_scale": NO_FULL_SCALE},
+    {"skip": NO_TABLE, "column": AS_CHANNEL, "full_scale": NO_FULL_SCALE},
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 from drysim.excitation.record.file import File, TextFile, fault
 from drysim.excitation.record.format import NO_CHANNEL, NO_FULL_SCALE, Format
+from drysim.excitation.record.lines import rows
 from drysim.excitation.record.table import Table, tabulate
 
 MARK = b"\xef\xbb\xbf"
@@ -11,12 +14,12 @@ MARK = b"\xef\xbb\xbf"
 
 
 def plain(file: File) -> TextFile:
-    """Give the text of a file, which is still to be read.
+    """Give the text of a file below the rows that do not count; it is still to be read.
 
     Raises
     ------
     RecordError
-        When it is binary, or text in another encoding.
+        When it is binary, text in UTF-16, or has no more rows than do not count.
     """
     head = file.reader[: len(MARK)]
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -25,7 +28,15 @@ def plain(file: File) -> TextFile:
         raise fault(
             file.shown, "the record is binary: it holds a zero byte, which text never does"
         )
-    return TextFile(file.shown, file.reader, len(MARK) if head == MARK else 0)
+    text = TextFile(file.shown, file.reader, len(MARK) if head == MARK else 0)
+    if not file.skip:
+        return text
+    below = next(islice(rows(text), file.skip, None), None)
+    if below is None:
+        raise fault(
+            file.shown, f"`skip` passes over {file.skip} rows, and the file has no more"
+        )
+    return text._replace(line=below[0], begin=below[1])
 
 
 def columns(file: File) -> Table:

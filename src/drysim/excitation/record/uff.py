@@ -14,7 +14,7 @@ from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import File, fault
 from drysim.excitation.record.foreign import package, read_by
-from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, NO_TIME, Format
+from drysim.excitation.record.format import AS_CHANNEL, NO_FULL_SCALE, NO_TABLE, NO_TIME, Format
 from drysim.quantity import factor
 
 FUNCTIONS = 58
@@ -108,5 +108,5 @@ def _load(file: File, sets: Any, n: int, count: int, what: str) -> NDArray[np.ge
 FORMAT = Format(
     "a universal file",
     columns,
-    {"column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
+    {"skip": NO_TABLE, "column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
 )

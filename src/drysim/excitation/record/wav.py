@@ -11,7 +11,7 @@ from drysim.errors import RecordError
 from drysim.excitation.record.channels import Channel, Channels, channels
 from drysim.excitation.record.columns import Floats, Label
 from drysim.excitation.record.file import File, fault
-from drysim.excitation.record.format import AS_CHANNEL, OWN_STEP, Format
+from drysim.excitation.record.format import AS_CHANNEL, NO_TABLE, OWN_STEP, Format
 from drysim.excitation.record.reader import Reader
 from drysim.excitation.record.stored import Stored
 
@@ -147,5 +147,11 @@ def _wrong(file: File, what: str) -> RecordError:
 FORMAT = Format(
     "a WAV",
     columns,
-    {"column": AS_CHANNEL, "time": OWN_STEP, "rate": OWN_STEP, "step": OWN_STEP},
+    {
+        "skip": NO_TABLE,
+        "column": AS_CHANNEL,
+        "time": OWN_STEP,
+        "rate": OWN_STEP,
+        "step": OWN_STEP,
+    },
 )

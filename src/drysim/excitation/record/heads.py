@@ -1,0 +1,100 @@
+"""What stands above the numbers of a text file: header, row of units, words of a logger."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import islice, pairwise
+
+from drysim.excitation.record.columns import Label
+from drysim.excitation.record.file import Cell, TextFile
+from drysim.excitation.record.lines import lines, name_and_unit, split
+from drysim.excitation.record.spoken import SI
+from drysim.quantity import NUMBER, usual
+
+DELIMITERS = "\t;,"
+"""Tried in this order on the first row of numbers; a row with none is split at blanks."""
+
+LOOKED_AT = 100
+"""Rows among which a header is looked for."""
+
+NOT_A_NAME = re.compile(r"(?i)[+-]?(?:nan|inf|infinity|\d*[.,]\d.*|\d+e[+-]?\d+)", re.ASCII)
+"""With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
+
+WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
+
+
+def delimiter_of(text: str) -> str:
+    """Give the delimiter of a row."""
+    return next((mark for mark in DELIMITERS if mark in text), "")
+
+
+def is_header(cells: Sequence[Cell]) -> bool:
+    """Tell whether none of the cells of a row could be meant for a number."""
+    written = [cell.text for cell in cells if cell.text]
+    return bool(written) and not any(
+        NUMBER.fullmatch(text) or NOT_A_NAME.fullmatch(text) for text in written
+    )
+
+
+def header_cells(text: str, delimiter: str, width: int) -> list[Cell]:
+    """Give the cells of a header above rows of a delimiter and a number of columns."""
+    mark = delimiter or delimiter_of(text)
+    if mark:
+        return split(text, mark)
+    if width == 1:
+        return [Cell(text.strip(), len(text) - len(text.lstrip()) + 1)]
+    return [Cell(m.group(), m.start() + 1) for m in WORD_WITH_UNIT.finditer(text)]
+
+
+def labels_of(header: Sequence[Cell], units: Sequence[Cell]) -> tuple[Label, ...]:
+    """Give what header and row of units, where there is one, say of each column."""
+    labels = tuple(Label(cell.text, *name_and_unit(cell.text)) for cell in header)
+    if not units:
+        return labels
+    return tuple(
+        Label(label.text, label.text, cell.text.strip("[]()").strip(), firm=False)
+        for label, cell in zip(labels, units, strict=True)
+    )
+
+
+def is_units(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
+    """Tell whether a row of words is one of units, below a header that has none of its own."""
+    fits = len(cells) == len(header) and is_header(cells)
+    if not fits or any(name_and_unit(cell.text)[1] for cell in header):
+        return False
+    words = (cell.text.strip("[]()") for cell in cells)
+    return any(usual(word, si) for word in words for si in ("s", *SI.values()))
+
+
+def likely_header(file: TextFile) -> int:
+    """Give the line of the first row that names as many columns as there are numbers below it.
+
+    Returns
+    -------
+    int
+        1-based; 0 where there is none above the first two rows of as many numbers.
+    """
+    content = islice((row for row in lines(file) if row[2].strip()), LOOKED_AT)
+    first = [(line, text, split(text, delimiter_of(text))) for line, _, text in content]
+    top = first[0][0] if first else 0
+    for at, ((line, text, _), (_, below, row)) in enumerate(pairwise(first)):
+        head = header_cells(text, delimiter_of(below), len(row))
+        if at + 2 < len(first) and is_units(row, head):
+            row = first[at + 2][2]
+        if len(row) == len(head) and all(map(_is_number, row)):
+            if is_header(head):
+                return top if _names(first[0][1], delimiter_of(below), len(row)) else line
+            if all(map(_is_number, head)):
+                return 0
+    return 0
+
+
+def _names(text: str, delimiter: str, width: int) -> bool:
+    """Whether a row names some columns: then words between it and their numbers are a fault."""
+    cells = header_cells(text, delimiter, width)
+    return width > 1 and len(cells) == width and is_header(cells)
+
+
+def _is_number(cell: Cell) -> bool:
+    return NUMBER.fullmatch(cell.text.replace(",", ".", 1)) is not None
