@@ -74,6 +74,9 @@ METRICS = (
     Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
 )
 
+UNITS = {metric.name: metric.unit for metric in METRICS}
+"""Unit of every metric, by name."""
+
 COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 """Those that only a weighting gives."""
 

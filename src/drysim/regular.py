@@ -6,8 +6,8 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 KINDS = (
     (stat.S_ISDIR, "a folder"),
@@ -44,7 +44,7 @@ def content(path: Path, most: int) -> bytes:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[BinaryIO]:
+def opened(path: Path) -> Iterator[BufferedReader]:
     """Open a regular file to read its bytes; errors as in `size`."""
     with open(path, "rb", opener=_without_waiting) as stream:
         _refuse_others(os.fstat(stream.fileno()))  # it may be another one by now

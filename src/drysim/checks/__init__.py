@@ -20,9 +20,9 @@ from drysim.checks.condition import (
     limit,
     refuse_unknown,
 )
-from drysim.checks.verdict import UNITS
 from drysim.checks.verdict import Verdict as Verdict
 from drysim.checks.verdict import badness as badness
+from drysim.metrics import UNITS
 from drysim.quantity import meant_or_known, shown
 
 Metrics = Mapping[str, float | None]

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from drysim.checks.condition import Point
-from drysim.metrics import METRICS
+from drysim.metrics import UNITS
 from drysim.wording import number
 
 if TYPE_CHECKING:
     from drysim.checks import Check
-
-UNITS = {metric.name: metric.unit for metric in METRICS}
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,8 @@ from drysim import wording
 from drysim.console.columns import show_columns
 from drysim.console.paper import line, paragraph, result
 from drysim.console.parts import HEAD
-from drysim.metrics import METRICS
+from drysim.metrics import UNITS
 from drysim.wording import number
-
-UNITS = {metric.name: wording.pretty(metric.unit) for metric in METRICS}
 
 HEADINGS = (
     "metric", "unit", "value", "mean", "±", "least", "5 %", "median", "95 %", "greatest"
@@ -109,7 +107,8 @@ def _row(name: str, found: Any) -> tuple[str, ...] | None:
         **{head: share.get(one, share.get(other)) for head, (one, other) in SHARES.items()},
     }
     known = (values.get(head) for head in HEADINGS[2:])
-    return name, UNITS[name], *("" if one is None else number(one) for one in known)
+    cells = ("" if one is None else number(one) for one in known)
+    return name, wording.pretty(UNITS[name]), *cells
 
 
 def _judged(check: Fields) -> str:

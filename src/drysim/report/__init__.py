@@ -12,8 +12,8 @@ from drysim.report.claim import SCENARIO
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
 from drysim.report.folder import claim_partial as claim_partial
+from drysim.report.folder import put
 from drysim.report.folder import resumable as resumable
-from drysim.report.placing import put
 from drysim.report.sidecar import sidecar as sidecar
 from drysim.report.sidecar import text as text
 from drysim.source import dump

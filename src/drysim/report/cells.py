@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.compiled import is_plain
 
-if TYPE_CHECKING:
-    from concurrent.futures import Future
-
-WORKERS = min(os.cpu_count() or 1, 4)
-"""Threads that make text; one more writes it down, and hardly a disk is faster than these."""
+WORKERS = 4
+"""Most threads that make text; one more writes it down, and hardly a disk is faster."""
 
 Text = bytes | memoryview
 Given = TypeVar("Given")
-Made = TypeVar("Made")
 
 
 class Block(NamedTuple):
@@ -77,12 +72,17 @@ def _printed(words: Sequence[str], place: int, block: Block) -> memoryview:
     """Give the rows of a block by the kernel."""
     from drysim.core.text.digits import WIDTH, put_rows
 
-    numbers, letters = np.stack(block.numbers), np.array([word.encode() for word in words])
-    table = letters.view(np.uint8).reshape(len(words), -1)
+    numbers, table = np.stack(block.numbers), _table(words)
     longest = len(numbers) * (WIDTH + 1) + table.shape[1] + 1
     out = np.empty(len(block.codes) * longest, np.uint8)
     codes = block.codes.astype(np.int64)
     return out[: put_rows(numbers.view(np.uint64), codes, table, place, out)].data
+
+
+def _table(words: Sequence[str]) -> NDArray[np.uint8]:
+    """Give words as rows of letters, as the kernel wants them."""
+    letters = np.array([word.encode() for word in words])
+    return letters.view(np.uint8).reshape(len(words), -1)
 
 
 def cases(blocks: Iterable[Cases], words: Sequence[str], place: int) -> Iterator[Text]:
@@ -107,8 +107,7 @@ def _put(words: Sequence[str], place: int, block: Cases) -> memoryview:
     from drysim.core.text.cells import put_cases
     from drysim.core.text.digits import WIDTH
 
-    letters = np.array([word.encode() for word in words])
-    table = letters.view(np.uint8).reshape(len(words), -1)
+    table = _table(words)
     name = np.frombuffer(block.approach.encode(), np.uint8)
     longest = len(block.numbers) * (WIDTH + 1) + table.shape[1] + len(name) + 2
     out = np.empty(len(block.status) * longest, np.uint8)
@@ -117,15 +116,13 @@ def _put(words: Sequence[str], place: int, block: Cases) -> memoryview:
     return out[: put_cases(bits, whole, name, codes, table, place, out)].data
 
 
-def _ahead(make: Callable[[Given], Made], blocks: Iterable[Given]) -> Iterator[Made]:
-    """Give what is made of every block, in order; some are made ahead, in threads."""
-    from concurrent.futures import ThreadPoolExecutor
+def _ahead(make: Callable[[Given], memoryview], blocks: Iterable[Given]) -> Iterator[Text]:
+    """Give the text of every block, in order; some are made ahead, in threads."""
+    from drysim.study.in_order import in_order
 
-    with ThreadPoolExecutor(WORKERS) as pool:
-        waiting: deque[Future[Made]] = deque()
-        for block in blocks:
-            waiting.append(pool.submit(make, block))
-            if len(waiting) > WORKERS:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+    return in_order(make, blocks, min(os.cpu_count() or 1, WORKERS))
+
+
+def text(value: float | None) -> str:
+    """Give the shortest text that reads back as the same number; nothing for not known."""
+    return "" if value is None else str(value + 0)

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drysim.metrics import BOUNDED, COMFORT, METRICS
+from drysim.metrics import BOUNDED, COMFORT, UNITS
 from drysim.report.cells import joined
 from drysim.report.rows import VIOLATION, known
 from drysim.report.sidecar import Fields, excitation, framed, software
@@ -18,8 +18,7 @@ from drysim.study.sweeps.table import OK
 
 if TYPE_CHECKING:
     from drysim.study.ensembles.ensemble import Ensemble
-    from drysim.study.hashes import sha256_together
-from drysim.study.ensembles.statistics import Statistic
+    from drysim.study.ensembles.statistics import Statistic
 
 SEED = "excitation.seed [-]"
 
@@ -36,11 +35,11 @@ def ensemble(made: Ensemble, folder: Path) -> None:
     left_out = {"closure"}
     left_out |= set() if made.scenario.measure.weights else {*COMFORT}
     left_out |= set() if made.scenario.stops else {*BOUNDED}
-    names = [one for one in METRICS if one.name not in left_out]
-    headings = [SEED, *(f"{one.name} [{one.unit}]" for one in names), "status", "sha256"]
+    names = [name for name in UNITS if name not in left_out]
+    headings = [SEED, *map(heading, names), "status", "sha256"]
     columns = [
         map(str, made.seeds),
-        *known(made.rows, [one.name for one in names]),
+        *known(made.rows, names),
         [row.status for row in made.rows],
         [row.sha256 for row in made.rows],
     ]

@@ -1,17 +1,25 @@
-"""The output folder: it appears complete or not at all, by one rename of `<name>.partial`."""
+"""The output folder: it appears complete or not at all, by one rename of `<name>.partial`.
+
+Knows no file but the sidecar, which names and hashes all others.
+"""
 
 from __future__ import annotations
 
-import contextlib
+import hashlib
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
+from drysim.errors import EXIT_INTERRUPTED
 from drysim.report.claim import CASES, DRAFT, JOURNAL, MARKER, beside, check, named, sentences
+from drysim.report.sidecar import text
 from drysim.report.swap import alone, empty, recover, remove, swap, sync
+
+Made = TypeVar("Made")
 
 
 class Claim(NamedTuple):
@@ -31,7 +39,7 @@ class Claim(NamedTuple):
         return self.partial / CASES
 
 
-@contextlib.contextmanager
+@contextmanager
 def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
     """Take `<name>.partial` for ourselves, marked as ours and locked, for as long as the block.
 
@@ -113,3 +121,38 @@ def _resumable(partial: Path) -> bool:
             return len(list(islice(lines, 2))) == 2
     except OSError:
         return False
+
+
+def put(
+    made: Made,
+    folder: Path | Claim,
+    writers: Sequence[Callable[[Made, Path], None]],
+    tell: Callable[[Made, str, int, dict[str, str]], dict[str, Any]],
+    command: str,
+    exit_code: int,
+) -> dict[str, Any]:
+    """Let all writers write, tell what made their files, and put the folder in its place."""
+    held = nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder)
+    with held as claim:
+        for writer in writers:
+            writer(made, claim.partial)
+        files = {
+            path.relative_to(claim.partial).as_posix(): _sha256(path)
+            for path in written(claim.partial)
+        }
+        told = tell(made, command, exit_code, files)
+        mark(claim.partial, text(told))
+        (leave if exit_code == EXIT_INTERRUPTED else finish)(claim)
+    return told
+
+
+def written(partial: Path) -> list[Path]:
+    """Give every file of a result, those in folders of its own included."""
+    inner = (path for path in partial.iterdir() if path.name not in (CASES, JOURNAL, MARKER))
+    files = (path.rglob("*") if path.is_dir() else [path] for path in inner)
+    return sorted(path for found in files for path in found if path.is_file())
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -7,12 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import drysim
-from drysim.errors import EXIT_NUMERICS_FAILED
-from drysim.report.bare import bare_command, plain
-from drysim.report.cells import joined
-from drysim.report.scored import quoted, text
-from drysim.report.sidecar import FORMAT, Fields, created, origin, software
+from drysim.report.bare import plain
+from drysim.report.cells import joined, text
+from drysim.report.scored import quoted
+from drysim.report.sidecar import Fields, head, origin, software
 from drysim.report.tables import heading, write
 from drysim.study.bench.trial import COMPARED
 
@@ -63,12 +61,7 @@ def of_ordeals(
         for case in ordeals.cases
     ]
     fields: Fields = {
-        "format": FORMAT,
-        "version": drysim.__version__,
-        "command": bare_command(command),
-        "created": created(),
-        "complete": exit_code != EXIT_NUMERICS_FAILED,
-        "exit_code": exit_code,
+        **head(command, exit_code),
         "numerics": {"engine": ordeals.engine, "cases": len(cases)},
         "software": software(),
         "metrics": metrics,

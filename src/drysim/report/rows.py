@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim.metrics import BOUNDED, COMFORT
-from drysim.report.cells import Cases, Text, cases, joined
+from drysim.report.cells import Cases, Text, cases, joined, text
 from drysim.report.tables import STROKE, heading, write
 from drysim.study.sweeps.batch import COUNTED, STATUSES
 from drysim.study.sweeps.rows import HELD, batches_of
@@ -42,18 +42,18 @@ def transmissibility(table: Table, folder: Path) -> None:
     """
     headings, felt = _headings(table), felt_of(table)
     if len(table.rows) <= HELD or _many(table):
-        text: Iterable[Text] = [joined(_columns(table))]
+        lines: Iterable[Text] = [joined(_columns(table))]
     else:
         keys = [axis.key for axis in table.axes]
         blocks = (_block(batch, keys, felt) for batch in batches_of(table.rows))
-        text = cases(blocks, STATUSES, len(headings) - len(felt) - 2)
-    write(folder / "transmissibility.csv", headings, text)
+        lines = cases(blocks, STATUSES, len(headings) - len(felt) - 2)
+    write(folder / "transmissibility.csv", headings, lines)
 
 
 def comparison(made: Comparison, folder: Path) -> None:
     """Write comparison.csv: every case under every approach, and what it is off by."""
     found = [made.off(row) or (None, None) for row in made.table.rows]
-    off = [[_text(value) for value in column] for column in zip(*found, strict=True)]
+    off = [[text(value) for value in column] for column in zip(*found, strict=True)]
     names = ["T_a_deviation", "T_a_deviation_half_width"]
     if not _many(made.table):
         del off[1], names[1]
@@ -101,8 +101,8 @@ def _columns(table: Table) -> list[Iterable[str]]:
     return [
         [row.approach for row in rows],
         *_points(table, rows),
-        [_text(row.F_fk) for row in rows],
-        [_text(row.F_fs) for row in rows],
+        [text(row.F_fk) for row in rows],
+        [text(row.F_fs) for row in rows],
         *known(rows, METRICS),
         [row.status for row in rows],
         *known(rows, felt_of(table)),
@@ -150,7 +150,7 @@ def _spread(table: Table) -> list[list[str]]:
     names, rows = means_of(table), table.rows
     if not names:
         return []
-    widths = [[_text(row.half_widths.get(name)) for row in rows] for name in names]
+    widths = [[text(row.half_widths.get(name)) for row in rows] for name in names]
     return [[str(row.seeds) for row in rows], *widths]
 
 
@@ -160,14 +160,9 @@ def _keys(table: Table) -> list[str]:
 
 
 def _points(table: Table, rows: Sequence[Row]) -> list[list[str]]:
-    return [[_text(row.point.get(axis.key)) for row in rows] for axis in table.axes]
+    return [[text(row.point.get(axis.key)) for row in rows] for axis in table.axes]
 
 
 def known(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
     """Give the cells of some metrics, column by column."""
-    return [[_text(row.metrics.get(name)) for row in rows] for name in metrics]
-
-
-def _text(value: float | None) -> str:
-    """Give the shortest text that reads back as the same number; nothing for not known."""
-    return "" if value is None else str(value + 0)
+    return [[text(row.metrics.get(name)) for row in rows] for name in metrics]

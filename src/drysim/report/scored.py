@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drysim.report.cells import joined
+from drysim.report.cells import joined, text
 from drysim.report.claim import SCENARIO
 from drysim.report.sidecar import Fields, framed, software
 from drysim.report.tables import heading, write
@@ -90,11 +90,6 @@ def _found(panel: Panel) -> Fields:
         "error_T_a": exact.error_T_a,
         "energy_residual": exact.energy_residual,
     }
-
-
-def text(value: float | None) -> str:
-    """Give the shortest text that reads back as the same number; nothing for not known."""
-    return "" if value is None else str(value + 0)
 
 
 def quoted(words: str) -> str:

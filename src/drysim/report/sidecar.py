@@ -89,12 +89,7 @@ def framed(
     """
     scenario, complete = made.scenario, getattr(made, "complete", True)
     fields = {
-        "format": FORMAT,
-        "version": drysim.__version__,
-        "command": bare_command(command),
-        "created": created(),
-        "complete": complete and exit_code not in (EXIT_NUMERICS_FAILED, EXIT_INTERRUPTED),
-        "exit_code": exit_code,
+        **head(command, exit_code, complete),
         "scenario": {"name": scenario.name, **origin(scenario.origin)},
         "inputs": [
             {"file": bare_name(file), "sha256": sha256, "size": size}
@@ -107,6 +102,18 @@ def framed(
         "files": files,
     }
     return {key: plain(value) for key, value in fields.items()}
+
+
+def head(command: str, exit_code: int, complete: bool = True) -> Fields:
+    """Give what every drysim.json begins with."""
+    return {
+        "format": FORMAT,
+        "version": drysim.__version__,
+        "command": bare_command(command),
+        "created": created(),
+        "complete": complete and exit_code not in (EXIT_NUMERICS_FAILED, EXIT_INTERRUPTED),
+        "exit_code": exit_code,
+    }
 
 
 def _forces(scenario: Scenario) -> tuple[Input, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from drysim.approach.events import EVENT_NAMES
 from drysim.core.plant import Stopped
 from drysim.core.signal import BLOCK
+from drysim.metrics import UNITS as METRIC_UNITS
 from drysim.report.cells import Block, Text, joined, rows
 
 if TYPE_CHECKING:
@@ -18,61 +19,21 @@ if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.study.outcome import Outcome
 
+NUMBERS = (
+    "stuck", "seeds", "checks", "passed", "samples", "repeats", "error_x_r", "error_T_a",
+    "T_a_deviation", "T_a_deviation_half_width", "x_r_peak_deviation", "x_r_rms_deviation",
+    "time_over_lfilter",
+)  # fmt: skip
+"""Columns of plain numbers that are no metrics."""
+
 UNITS = {
-    "t": "s",
-    "u_dd": "m/s2",
-    "x_r": "m",
-    "v_r": "m/s",
-    "x_dd": "m/s2",
-    "F_f": "N",
-    "F_stop": "N",
-    "F_L": "N",
-    "stuck": "-",
-    "event": "",
-    "t_first": "s",
-    "x_r_peak": "m",
-    "t_beyond": "s",
-    "violations": "-",
-    "F_fk": "N",
-    "F_fs": "N",
-    "a_u": "m/s2",
-    "a_x": "m/s2",
-    "T_a": "-",
-    "T_x": "-",
-    "x_r_rms": "m",
-    "stroke_used": "-",
-    "stuck_share": "-",
-    "chatter_share": "-",
-    "closure": "-",
-    "T_a_deviation": "-",
-    "law": "",
-    "T_a_deviation_half_width": "-",
-    "seeds": "-",
-    "x_r_peak_deviation": "-",
-    "x_r_rms_deviation": "-",
-    "checks": "-",
-    "passed": "-",
-    "time": "s",
-    "step": "s",
-    "time_per_sample": "ns",
-    "error_x_r": "-",
-    "error_T_a": "-",
-    "energy_residual": "-",
-    "time_over_lfilter": "-",
-    "samples": "-",
-    "repeats": "-",
-    "a_w": "m/s2",
-    "SEAT": "-",
-    "VDV": "m/s^1.75",
-    "SEAT_VDV": "-",
-    "MTVV": "m/s2",
-    "crest_factor": "-",
-    "contacts": "-",
-    "impact_speed": "m/s",
-    "stop_force_peak": "N",
-    "impulse_peak": "N·s",
-    "energy_stops": "J",
-}
+    **METRIC_UNITS,
+    **dict.fromkeys(NUMBERS, "-"),
+    "t": "s", "t_first": "s", "time": "s", "step": "s", "time_per_sample": "ns",
+    "u_dd": "m/s2", "x_dd": "m/s2", "x_r": "m", "v_r": "m/s",
+    "F_f": "N", "F_stop": "N", "F_L": "N", "F_fk": "N", "F_fs": "N",
+    "event": "", "law": "",
+}  # fmt: skip
 """Every column of fixed name, with its unit; an empty one stands for words."""
 
 RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")

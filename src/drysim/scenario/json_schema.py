@@ -7,11 +7,11 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from drysim.metrics import UNITS
 from drysim.scenario.blocks import SHELF
 from drysim.scenario.heading import FORMAT
 from drysim.scenario.laws import BY_NAME, LAWS
 from drysim.scenario.options import with_options
-from drysim.scenario.seeds import NAMES
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -46,7 +46,7 @@ def describe() -> dict[str, Any]:
     for law in LAWS.values():
         words["$defs"][f"{law.__name__}Options"]["properties"].pop(BY_NAME)
     words["$defs"]["Until"]["properties"]["metric"]["enum"] = [
-        name for name in NAMES if name != "closure"
+        name for name in UNITS if name != "closure"
     ]
     del words["$defs"]["Measure"]["properties"]["steady"]["default"]
     del words["properties"]["sweep"]["default"]  # no sweep is no block

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from drysim.metrics import BOUNDED, COMFORT, LIMITED, METRICS
+from drysim.metrics import BOUNDED, COMFORT, LIMITED, UNITS
 from drysim.quantity import meant_or_known, shown
 from drysim.source import Keys
 
-NAMES = tuple(metric.name for metric in METRICS)
 METRIC = ("excitation", "until", "metric")
 SEED = "excitation.seed"
 
@@ -21,8 +20,8 @@ def unmeasured(words: Mapping[str, Any]) -> Iterator[tuple[Keys, str]]:
     if not isinstance(name, str):
         return
     at = f"excitation.until.metric: {shown(name)} is not known"
-    if name not in NAMES:
-        hint = meant_or_known(name, NAMES)
+    if name not in UNITS:
+        hint = meant_or_known(name, UNITS)
         yield METRIC, f"excitation.until.metric: unknown metric {shown(name)}{hint}"
     elif name == "closure":
         yield METRIC, f"{at} for random base motion, which has no periodic orbit"

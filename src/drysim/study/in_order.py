@@ -7,19 +7,11 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-from drysim.study.sweeps.table import Row
-
 Asked = TypeVar("Asked")
 Given = TypeVar("Given")
 
-Finished = Callable[[int, Row], None]
-
 AHEAD = 2
 """Pieces of work in hand for each thread: one under way and one waiting for it."""
-
-
-def nothing(number: int, row: Row) -> None:
-    """Do nothing with a finished case."""
 
 
 def in_order(

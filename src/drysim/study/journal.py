@@ -12,7 +12,7 @@ import drysim
 from drysim import regular
 from drysim.core.compiled import source_digest
 from drysim.errors import UsageError
-from drysim.study.files import hashes_of
+from drysim.study.hashes import hashes_of
 from drysim.study.sweeps.table import OverSeeds, Row
 
 if TYPE_CHECKING:

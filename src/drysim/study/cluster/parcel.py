@@ -18,7 +18,7 @@ from drysim.core import compiled
 from drysim.errors import DrysimError
 from drysim.source import dump
 from drysim.study.cluster.alike import refuse_late, versions
-from drysim.study.files import named_files
+from drysim.study.hashes import named_files
 from drysim.study.sweeps.packing import packed
 from drysim.study.sweeps.plan import Plan
 

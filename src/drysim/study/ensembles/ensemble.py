@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,6 @@ from drysim.study.case import Case, assemble
 from drysim.study.ensembles.by_seed import rows_of, threads
 from drysim.study.ensembles.seeds import KEY, most, of_seed
 from drysim.study.ensembles.statistics import Statistic, statistics
-from drysim.study.in_order import Finished, nothing
 from drysim.study.sweeps.table import FAILED, OK, Row
 
 if TYPE_CHECKING:
@@ -23,6 +22,13 @@ if TYPE_CHECKING:
     from drysim.errors import Caution
     from drysim.scenario import Scenario
     from drysim.study.outcome import Outcome
+
+
+Finished = Callable[[int, Row], None]
+
+
+def nothing(number: int, row: Row) -> None:
+    """Do nothing with a finished seed."""
 
 
 @dataclass(frozen=True, eq=False)

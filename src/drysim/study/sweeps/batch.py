@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.metrics import METRICS
+from drysim.metrics import UNITS
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, OverSeeds, Row
 
 STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
@@ -18,7 +18,7 @@ STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
 COUNTED = frozenset({"violations", "contacts"})
 """Metrics that are whole numbers, unless they are means over many seeds."""
 
-NAMES = tuple(metric.name for metric in METRICS)
+NAMES = tuple(UNITS)
 
 Floats = NDArray[np.float64]
 
