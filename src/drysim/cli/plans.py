@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drysim.study.ensembles.seeds import most
+from drysim.study.ensembles.seeds import most, until_of
 from drysim.wording import clean_up, listed, number, several
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def sentences(case: Case) -> list[str]:
 def many_seeds(case: Case) -> str:
     """Give how many seeds there are to be, where there are many."""
     seeds = most(case.scenario)
-    up_to = "up to " if getattr(case.scenario.excitation, "until", None) else ""
+    up_to = "up to " if until_of(case.scenario) else ""
     return f"{up_to}{seeds} seeds" if seeds > 1 else ""
 
 

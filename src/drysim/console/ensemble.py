@@ -17,6 +17,7 @@ from drysim.console.parts import (
     show_warnings,
 )
 from drysim.console.summary import scene
+from drysim.study.ensembles.seeds import until_of
 from drysim.study.sweeps.table import OK
 from drysim.wording import around, number, percent, seeds, several
 
@@ -74,13 +75,13 @@ def _scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
     for name, words in scene(ensemble.shown):
         yield name, words
         if name == "base":
-            until = getattr(ensemble.scenario.excitation, "until", None)
+            until = until_of(ensemble.scenario)
             yield "seeds", seeds(ensemble.seeds, until)
 
 
 def _rows(ensemble: Ensemble) -> Iterator[Row]:
     """Give the metrics that matter most, and the one that decided when to stop."""
-    until = getattr(ensemble.scenario.excitation, "until", None)
+    until = until_of(ensemble.scenario)
     rows, good = list(MAIN), sum(row.status == OK for row in ensemble.rows)
     if until and until.metric not in {metric for _, metric, _, _ in MAIN}:
         rows.append((until.metric, until.metric, 1.0, ""))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from drysim import wording
 from drysim.console.parts import Row
+from drysim.study.ensembles.seeds import until_of
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis, Scenario
@@ -18,7 +19,7 @@ def seeds(scenario: Scenario, found: Seeds | None) -> str:
     if found is None:
         return ""
     first: int = getattr(scenario.excitation, "seed", 1)
-    until = getattr(scenario.excitation, "until", None)
+    until = until_of(scenario)
     counts = sorted({found.least, found.most})
     return wording.seeds(range(first, first + found.most), until, counts)
 

@@ -56,10 +56,7 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics
     defaulted = not scenario.static_given
-    yield "oscillator", wording.scene(response.plant)
-    yield "friction", wording.friction(response.law, defaulted, terms=scenario.terms)
-    if stops := wording.stops(response.law):
-        yield "end stops", stops
+    yield from wording.scene(response.plant, response.law, defaulted, scenario.terms)
     yield "base", wording.excitation(scenario.excitation.kind, response.motion)
     yield from steps(wording.clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"

@@ -82,22 +82,15 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     varied = [axis.key for axis in axes]
     kind = scenario.excitation.kind
     defaulted = not {*varied} & STATIC and not scenario.static_given
-    if oscillator := wording.scene(scenario.oscillator.plant(), varied):
-        yield "oscillator", oscillator
-    shared, terms = _own(table).shared, scenario.terms
-    if words := wording.friction(
-        scenario.law(), defaulted, **shared, terms=terms, swept=varied
-    ):
-        yield "friction", words
-    if stops := wording.stops(scenario.law(), varied):
-        yield "end stops", stops
+    plant, law, shared = scenario.oscillator.plant(), scenario.law(), _own(table).shared
+    yield from wording.scene(plant, law, defaulted, scenario.terms, varied, shared)
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
     yield from steps(wording.clean_up(table.motion) if fixed else ())
     if words := means.seeds(scenario, _own(table).seeds):
         yield "seeds", words
-    for name, axis in zip(["swept"] + [""] * len(axes), axes, strict=False):
-        yield name, wording.swept(axis)
+    for i, axis in enumerate(axes):
+        yield "" if i else "swept", wording.swept(axis)
     counts = (f"{tally.cases} by {name}" for name, tally in table.tallies.items())
     yield "cases", ", ".join(counts)
 

@@ -12,6 +12,7 @@ from drysim.report.cells import joined
 from drysim.report.rows import VIOLATION, known
 from drysim.report.sidecar import Fields, excitation, framed, software
 from drysim.report.tables import STROKE, heading, write
+from drysim.study.ensembles.seeds import until_of
 from drysim.study.ensembles.statistics import CONFIDENCE, QUANTILES
 from drysim.study.hashes import sha256_together
 from drysim.study.sweeps.table import OK
@@ -87,7 +88,7 @@ def _drawn(made: Ensemble) -> Fields:
 
 def _ensemble(made: Ensemble) -> Fields:
     """Give the statistics of every metric that is known."""
-    until = getattr(made.scenario.excitation, "until", None)
+    until = until_of(made.scenario)
     return {
         "seeds": len(made.rows),
         "first": made.seeds[0],

@@ -10,7 +10,7 @@ from drysim.core.plant import Law, Stopped
 from drysim.excitation import EXCITATIONS
 from drysim.scenario.blocks import SHELF, Solver, Stops
 from drysim.scenario.seeds import unmeasured
-from drysim.scenario.shape import tag_of
+from drysim.scenario.shape import block_in, tag_of
 from drysim.source import Keys
 
 if TYPE_CHECKING:
@@ -28,14 +28,14 @@ _KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
 
 def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
     """Give the sentence for every rule on keys that is broken, and the keys to blame."""
-    kind = _block(words, "excitation").get("kind")
+    kind = block_in(words, "excitation").get("kind")
     if kind in _KINDS:
-        yield from _step(_block(words, "solver"), kind)
-        recorded = "normal_record" in _block(words, "friction")
-        yield from _measure(_block(words, "measure"), kind, recorded)
+        yield from _step(block_in(words, "solver"), kind)
+        recorded = "normal_record" in block_in(words, "friction")
+        yield from _measure(block_in(words, "measure"), kind, recorded)
         yield from unmeasured(words)
     yield from _reference(words)
-    approach = _block(words, "solver").get("approach")
+    approach = block_in(words, "solver").get("approach")
     if approach in SHELF and "friction" in words and not SHELF[approach].use_friction:
         yield (
             ("friction",),
@@ -47,7 +47,7 @@ def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
 def _reference(words: Mapping[str, Any]) -> Iterator[Fault]:
     """A reference is another approach beside a sweep."""
     reference = words.get("reference")
-    approach = _block(words, "solver").get("approach", DEFAULT)
+    approach = block_in(words, "solver").get("approach", DEFAULT)
     if reference is not None and "sweep" not in words:
         yield ("reference",), "reference has a meaning only beside sweep"
     elif reference is not None and reference == approach:
@@ -107,12 +107,6 @@ def _recorded(scenario: Scenario) -> bool:
 def _parts(scenario: Scenario) -> bool:
     """Tell whether surfaces may part, or follow a recorded normal force."""
     return _recorded(scenario) or isinstance(scenario.law(), Pressed)
-
-
-def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """Give a block, empty where there is none."""
-    block = words.get(name)
-    return block if isinstance(block, Mapping) else {}
 
 
 def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:

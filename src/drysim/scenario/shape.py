@@ -48,3 +48,9 @@ def homes(model: Model, key: str) -> Iterator[str]:
     for name, field in keys_of(model).items():
         if any(key in keys_of(block) for block in models_in(field.annotation)):
             yield name
+
+
+def block_in(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Give a block of the words of a file, empty where there is none."""
+    block = words.get(name)
+    return block if isinstance(block, Mapping) else {}

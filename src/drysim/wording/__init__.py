@@ -20,4 +20,3 @@ from drysim.wording.scenes import clean_up as clean_up
 from drysim.wording.scenes import excitation as excitation
 from drysim.wording.scenes import friction as friction
 from drysim.wording.scenes import scene as scene
-from drysim.wording.scenes import stops as stops

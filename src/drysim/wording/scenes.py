@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cmath import rect
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import pi, sqrt
 
 from drysim.core.motion import Samples, Sines
@@ -11,8 +11,32 @@ from drysim.core.normal_force.normal import Pressed, Pressure
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.wording.numbers import clean, millimetres, number, percent
 
+EVERY = {"kinetic": True, "static": True}
+"""Friction forces that all cases share, where there is one case."""
 
-def scene(plant: Plant, swept: Collection[str] = ()) -> str:
+
+def scene(
+    plant: Plant,
+    law: AnyLaw,
+    defaulted: bool = False,
+    terms: Sequence[str] = (),
+    swept: Collection[str] = (),
+    shared: Mapping[str, bool] = EVERY,
+) -> Iterator[tuple[str, str]]:
+    """Give what is solved, head by head: oscillator, friction, end stops where there are any.
+
+    `shared` says whether all cases have one `kinetic` and one `static` friction force; the
+    other parameters are those of `oscillator` and `friction`. What varies is left out.
+    """
+    heads = (
+        ("oscillator", oscillator(plant, swept)),
+        ("friction", friction(law, defaulted, **shared, terms=terms, swept=swept)),
+        ("end stops", stops(law, swept)),
+    )
+    return ((head, words) for head, words in heads if words)
+
+
+def oscillator(plant: Plant, swept: Collection[str] = ()) -> str:
     """Give mass, spring and damper, with what follows from them.
 
     Parameters
@@ -54,7 +78,7 @@ def friction(
     terms : sequence of str, optional
         The name of a law other than Coulomb's, and what it has besides its forces.
     swept : collection of str, optional
-        As in `scene`: how the normal force varies is left out where they decide it.
+        As in `oscillator`: how the normal force varies is left out where they decide it.
     """
     if law.F_fs == 0 and kinetic and static:
         return "no dry friction"
@@ -86,7 +110,7 @@ def _variation(law: Law | Stopped | Pressed | Slider, varied: Collection[str]) -
 
 
 def stops(law: AnyLaw, swept: Collection[str] = ()) -> str:
-    """Give the end stops, empty where there are none; `swept` as in `scene`."""
+    """Give the end stops, empty where there are none; `swept` as in `oscillator`."""
     if not isinstance(law, Stopped):
         return ""
     parts = [("limit", f"at ±{millimetres(law.x_rM)}")]

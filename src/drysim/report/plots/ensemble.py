@@ -10,6 +10,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.report.plots import canvas, heading, ink, layout, panels
+from drysim.study.ensembles.seeds import until_of
 from drysim.study.ensembles.statistics import QUANTILES, student
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def draw(made: Ensemble) -> Figure:
 def _shown(made: Ensemble) -> Iterator[Quantity]:
     """Give what is drawn: the main metrics, and the one that decided when to stop."""
     yield from (one for one in MAIN if made.statistics[one.metric])
-    until = getattr(made.scenario.excitation, "until", None)
+    until = until_of(made.scenario)
     others = {quantity.metric for quantity in MAIN}
     if until and until.metric not in others and made.statistics[until.metric]:
         yield Quantity(until.metric, until.metric)
@@ -156,7 +157,7 @@ def _limits(
 
 def _words(made: Ensemble) -> heading.Lines:
     """Give the heading: the scene, the seeds and the main results."""
-    until = getattr(made.scenario.excitation, "until", None)
+    until = until_of(made.scenario)
     drawn = f"seeds: {wording.seeds(made.seeds, until)}"
     title, words, (scene, _) = heading.lines(made.shown, drawn)
     found = [

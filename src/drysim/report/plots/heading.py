@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 from drysim import wording
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Iterable
 
     from matplotlib.figure import Figure
 
-    from drysim.core.plant import AnyLaw
     from drysim.scenario import Scenario
     from drysim.study.comparisons.comparison import Comparison
     from drysim.study.outcome import Outcome
@@ -24,6 +23,9 @@ WRAP = 118
 
 LINE = 0.19
 """Height of a line [inch]."""
+
+STOPS = "end stops"
+"""The head that a line of the scene keeps; all others go without saying."""
 
 Lines = tuple[str, list[str], list[str]]
 """Title; words of the user, taken as they are; words of drysim, in which x_r is a symbol."""
@@ -38,10 +40,8 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
     base += f": {wording.excitation(scenario.excitation.kind, motion.motion)}"
-    friction = wording.friction(motion.law, terms=scenario.terms)
-    parts = wording.scene(motion.plant), friction, _stops(motion.law)
-    scene = "; ".join(filter(None, parts))
-    words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
+    scene = _scene(wording.scene(motion.plant, motion.law, terms=scenario.terms))
+    words = [*_about(scenario), *_wrapped(base)]
     return _title(scenario), [*words, seeds] if seeds else words, [scene, _found(outcome)]
 
 
@@ -60,15 +60,11 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
     if left_out:
         base += f" ({left_out} curves are not drawn)"
     varied = [axis.key for axis in table.axes]
-    shared = next(iter(table.tallies.values())).shared if len(table.rows) else {}
-    parts = (
-        wording.scene(scenario.oscillator.plant(), varied),
-        wording.friction(scenario.law(), **shared, terms=scenario.terms, swept=varied),
-        _stops(scenario.law(), varied),
-    )
-    scene = "; ".join(part for part in parts if part)
-    words = [*_about(scenario), *textwrap.wrap(base, WRAP, max_lines=2, placeholder=" …")]
-    return _title(scenario), words, [scene] if scene else []
+    known: dict[str, Any] = {"terms": scenario.terms, "swept": varied}
+    if own:
+        known["shared"] = own.shared
+    scene = _scene(wording.scene(scenario.oscillator.plant(), scenario.law(), **known))
+    return _title(scenario), [*_about(scenario), *_wrapped(base)], [scene] if scene else []
 
 
 def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
@@ -76,10 +72,7 @@ def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
     title, words, symbols = of_table(made.table)
     if left_out:
         words[-1] += f" ({left_out} combinations are not drawn)"
-    verdict = textwrap.wrap(
-        wording.clean(". ".join(made.verdict[:1])), WRAP, max_lines=2, placeholder=" …"
-    )
-    return title, words, [*symbols, *verdict]
+    return title, words, [*symbols, *_wrapped(wording.clean(". ".join(made.verdict[:1])))]
 
 
 def _title(scenario: Scenario) -> str:
@@ -87,8 +80,16 @@ def _title(scenario: Scenario) -> str:
 
 
 def _about(scenario: Scenario) -> list[str]:
-    about = wording.clean(scenario.about or "")
-    return textwrap.wrap(about, WRAP, max_lines=2, placeholder=" …")
+    return _wrapped(wording.clean(scenario.about or ""))
+
+
+def _wrapped(words: str) -> list[str]:
+    return textwrap.wrap(words, WRAP, max_lines=2, placeholder=" …")
+
+
+def _scene(words: Iterable[tuple[str, str]]) -> str:
+    """Give what is solved in one line."""
+    return "; ".join(f"{head} {said}" if head == STOPS else said for head, said in words)
 
 
 def _found(outcome: Outcome) -> str:
@@ -111,12 +112,6 @@ def _found(outcome: Outcome) -> str:
         periods = "one period" if multiple == 1 else f"{multiple} periods"
         parts.append(f"steady orbit over {periods}")
     return ", ".join(parts)
-
-
-def _stops(law: AnyLaw, varied: Collection[str] = ()) -> str:
-    """Give the end stops, if there are any."""
-    words = wording.stops(law, varied)
-    return f"end stops {words}" if words else ""
 
 
 def height(head: Lines) -> float:

@@ -17,8 +17,8 @@ from drysim.scenario.sweep.drawn import Drawn
 from drysim.scenario.sweep.spread import Spread
 from drysim.source import Keys
 
-_Number = Annotated[object, WithJsonSchema({"type": ["number", "string"]})]
-
+Number = Annotated[object, WithJsonSchema({"type": ["number", "string"]})]
+"""A number or a text with a unit, which the rules of its key are to read."""
 
 ZIP, SAMPLE = "zip", "sample"
 """Keys of a sweep block that are no keys of the scenario: several walk together there."""
@@ -68,11 +68,11 @@ class Axis:
 class Range(Block):
     """Evenly spread values, both ends included."""
 
-    low: _Number = Field(alias="from")
+    low: Number = Field(alias="from")
     """First value, a number in SI or a text with a unit."""
-    high: _Number = Field(alias="to")
+    high: Number = Field(alias="to")
     """Last value, above the first."""
-    step: _Number = None
+    step: Number = None
     """Distance of the values, which meets `to`."""
     count: int | None = None
     """Number of values, at least 2, in place of `step`."""

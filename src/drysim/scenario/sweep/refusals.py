@@ -11,7 +11,7 @@ from drysim.quantity import meant, near, shown
 from drysim.scenario.laws import LAWS
 from drysim.scenario.rules import broken
 from drysim.scenario.seeds import beside_seeds
-from drysim.scenario.shape import keys_of, tag_of
+from drysim.scenario.shape import block_in, keys_of, tag_of
 from drysim.scenario.sweep.numerals import Known, Numeral
 
 STEADY = {
@@ -122,16 +122,10 @@ def _excluded(block: str, name: str, numeral: Numeral, beside: set[str]) -> str 
 
 def _windowed(words: Mapping[str, Any]) -> bool:
     """Whether the metrics are taken over a window, not over the periodic orbit."""
-    measure, kind = _block(words, "measure"), _block(words, "excitation").get("kind")
+    measure, kind = block_in(words, "measure"), block_in(words, "excitation").get("kind")
     return kind not in STEADY or bool({"settle", "duration"} & measure.keys())
 
 
 def _with(words: Mapping[str, Any], block: str, name: str) -> Mapping[str, Any]:
     """Give the words with some number at a key of a block that is not within another."""
-    return words if "." in block else {**words, block: {**_block(words, block), name: 1.0}}
-
-
-def _block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """Give a block, empty where there is none."""
-    block = words.get(name)
-    return block if isinstance(block, Mapping) else {}
+    return words if "." in block else {**words, block: {**block_in(words, block), name: 1.0}}

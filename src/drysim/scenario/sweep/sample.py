@@ -7,28 +7,27 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, WithJsonSchema
 
 from drysim.quantity import Block
-
-_Number = Annotated[object, WithJsonSchema({"type": ["number", "string"]})]
+from drysim.scenario.sweep.axis import Number
 
 
 class Draw(Block):
     """How the values of one key scatter: between two ends, or by a distribution."""
 
-    low: _Number = Field(None, alias="from")
+    low: Number = Field(None, alias="from")
     """Least value. A normal or lognormal distribution is cut there; without ends it is cut at
     the bounds of the key itself, as a mass is above 0."""
-    high: _Number = Field(None, alias="to")
+    high: Number = Field(None, alias="to")
     """Greatest value; as for `from`."""
     scale: Literal["linear", "log"] | None = None
     """Whether equal differences (linear, the default) or equal ratios (log) have equal chances;
     for the uniform distribution."""
     distribution: Literal["uniform", "normal", "lognormal", "triangular"] | None = None
     """Default: uniform."""
-    mean: _Number = None
+    mean: Number = None
     """Mean of a normal or lognormal distribution."""
-    sd: _Number = None
+    sd: Number = None
     """Standard deviation of a normal or lognormal distribution, in the unit of the key."""
-    mode: _Number = None
+    mode: Number = None
     """Most likely value of a triangular distribution."""
 
     takes: ClassVar[dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {

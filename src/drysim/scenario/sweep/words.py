@@ -69,14 +69,19 @@ def _axes(reading: Reading, known: Known) -> Any:
     return tuple(axes)
 
 
-def _inner(block: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the keys that a sweep block holds within its groups."""
+def _groups(block: Any) -> list[Mapping[str, Any]]:
+    """Give the groups of keys in a sweep block: those that `zip` and `sample` hold."""
     if not isinstance(block, Mapping):
-        return False  # the key `sweep` itself is mistyped, which is a problem of its own
+        return []  # the key `sweep` itself is mistyped, which is a problem of its own
     zips, sample = block.get(ZIP), block.get(SAMPLE)
     several = zips if isinstance(zips, list) else [zips]
     over = sample.get("over") if isinstance(sample, Mapping) else None
-    groups = [group for group in (*several, over) if isinstance(group, Mapping)]
+    return [group for group in (*several, over) if isinstance(group, Mapping)]
+
+
+def _inner(block: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the keys that a sweep block holds within its groups."""
+    groups = _groups(block)
     return {key: given for group in groups for key, given in group.items() if key != LOST}
 
 
@@ -152,13 +157,8 @@ def _numeral(reading: Reading, known: Known, at: Keys, key: str) -> Numeral | No
 
 def _twice(block: Any, key: str) -> bool:
     """Whether a sweep block has a key more than once, in its groups or beside them."""
-    if not isinstance(block, Mapping):
-        return False  # the key `sweep` itself is mistyped, which is a problem of its own
-    zips, sample = block.get(ZIP), block.get(SAMPLE)
-    several = zips if isinstance(zips, list) else [zips]
-    over = sample.get("over") if isinstance(sample, Mapping) else None
-    groups = [block, *several, over]
-    return sum(isinstance(group, Mapping) and key in group for group in groups) > 1
+    groups = _groups(block)
+    return sum(key in group for group in (block, *groups)) > 1 if groups else False
 
 
 def _check(reading: Reading, known: Known, i: int, text: Any) -> Any:

@@ -100,11 +100,8 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
 
 def words_of(work: Work, plain: float) -> Iterator[tuple[str, str]]:
     """Give in words what every entry solves, and how long the filter takes [ns]."""
-    yield "oscillator", wording.scene(work.plant)
     defaulted, terms = not work.scenario.static_given, work.scenario.terms
-    yield "friction", wording.friction(work.law, defaulted, terms=terms)
-    if stops := wording.stops(work.law):
-        yield "end stops", stops
+    yield from wording.scene(work.plant, work.law, defaulted, terms)
     yield "base", wording.excitation(work.scenario.excitation.kind, work.motion)
     length = number(work.end, "s")
     yield "work", f"{work.samples} samples of {number(work.step, 's')}, {length} from the start"

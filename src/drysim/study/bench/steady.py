@@ -120,14 +120,10 @@ def panel(case: Case, terms: Terms, finished: Job) -> Panel:
 def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[str, str]]:
     """Give in words what is solved, and how long the filter takes [ns]."""
     varied = [axis.key for axis in case.scenario.axes]
-    yield "oscillator", wording.scene(case.plant, varied)
     defaulted, terms = not case.scenario.static_given, case.scenario.terms
-    yield "friction", wording.friction(case.law, defaulted, terms=terms, swept=varied)
-    if stops := wording.stops(case.law, varied):
-        yield "end stops", stops
-    heads = ("swept", *[""] * len(varied))
-    for head, axis in zip(heads, case.scenario.axes, strict=False):
-        yield head, wording.swept(axis)
+    yield from wording.scene(case.plant, case.law, defaulted, terms, varied)
+    for at, axis in enumerate(case.scenario.axes):
+        yield "" if at else "swept", wording.swept(axis)
     each = f"{PERIODS} periods of {A_PERIOD} samples"
     others = f"the others march through up to {few} of them"
     yield "work", f"{total} steady states, each as {each}; {EXACT} finds all orbits, {others}"

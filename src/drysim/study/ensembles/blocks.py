@@ -15,6 +15,7 @@ from drysim.core.plant import Law
 from drysim.metrics import METRICS
 from drysim.peaks import stroke_statistics
 from drysim.stroke import excursions
+from drysim.study.ensembles.seeds import until_of
 from drysim.study.sweeps.cases import track_of
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def length_of(case: Case, seeds: int) -> int:
     threads, nor do results: what a seed comes to does not depend on those beside it.
     """
     room = min(MOST, NUMBERS // max(case.steps, 1))
-    if getattr(case.scenario.excitation, "until", None):
+    if until_of(case.scenario):
         room = min(room, TO_BE_JUDGED)
     if room < FEWEST or seeds < FEWEST or not fits(case):
         return 1

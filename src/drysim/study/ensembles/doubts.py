@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from drysim.core.plant import Stopped
 from drysim.errors import Caution
 from drysim.study.cautions import RESIDUAL, energy_open, impacts_left_out
-from drysim.study.ensembles.seeds import KEY, most, narrow
+from drysim.study.ensembles.seeds import KEY, most, narrow, until_of, width_of
 from drysim.study.sweeps.table import FAILED
 from drysim.wording import millimetres, number
 
@@ -108,7 +108,7 @@ def contacts(found: Found) -> bool:
 
 def wide(case: Case, rows: Sequence[Row]) -> Iterator[Caution]:
     """Say when the interval is not as narrow as asked after all seeds that there may be."""
-    until = getattr(case.scenario.excitation, "until", None)
+    until = until_of(case.scenario)
     if until is None or len(rows) < most(case.scenario) or narrow(case.scenario, rows):
         return
     mean, half_width, known = width_of(rows, until.metric)
@@ -130,15 +130,6 @@ def wide(case: Case, rows: Sequence[Row]) -> Iterator[Caution]:
             f"excitation.seeds: {number(needed, digits=2)} would do"
         )
         yield Caution("interval-wide", sentence, {"half_width": share, "seeds": n})
-
-
-def width_of(rows: Sequence[Row], metric: str) -> tuple[float, float | None, int]:
-    """Give mean and half-width of a metric over the seeds that know it, and their number."""
-    from drysim.study.ensembles.statistics import interval
-
-    values = [row.metrics.get(metric) for row in rows]
-    known = [value for value in values if value is not None]
-    return (*interval(known), len(known)) if known else (0.0, None, 0)
 
 
 def undecided(verdicts: Sequence[Verdict]) -> Iterator[Caution]:

@@ -10,6 +10,7 @@ from drysim.excitation.generated import Drawn
 from drysim.study.ensembles.statistics import interval
 
 if TYPE_CHECKING:
+    from drysim.excitation.generated import Until
     from drysim.scenario import Scenario
     from drysim.study.sweeps.table import Row
 
@@ -24,6 +25,12 @@ def most(scenario: Scenario) -> int:
     """Give how many seeds a scenario asks for at most; 1 where it asks for no more."""
     excitation = scenario.excitation
     return excitation.most_seeds if isinstance(excitation, Drawn) else 1
+
+
+def until_of(scenario: Scenario) -> Until | None:
+    """Give when the seeds of a scenario are to be enough; None where their number is given."""
+    excitation = scenario.excitation
+    return excitation.until if isinstance(excitation, Drawn) else None
 
 
 def asked(scenario: Scenario) -> range:
@@ -65,12 +72,17 @@ def narrow(scenario: Scenario, rows: Sequence[Row]) -> bool:
 
     A seed that does not know the metric, or has failed, leaves it open.
     """
-    until = getattr(scenario.excitation, "until", None)
+    until = until_of(scenario)
     if until is None:
         return False
-    values = [row.metrics.get(until.metric) for row in rows]
-    known = [value for value in values if value is not None]
-    if len(known) < len(values) or not known:
+    mean, half_width, known = width_of(rows, until.metric)
+    if known < len(rows) or half_width is None:
         return False
-    mean, half_width = interval(known)
-    return half_width is not None and half_width <= until.half_width * abs(mean)
+    return half_width <= until.half_width * abs(mean)
+
+
+def width_of(rows: Sequence[Row], metric: str) -> tuple[float, float | None, int]:
+    """Give mean and half-width of a metric over the seeds that know it, and their number."""
+    values = [row.metrics.get(metric) for row in rows]
+    known = [value for value in values if value is not None]
+    return (*interval(known), len(known)) if known else (0.0, None, 0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.errors import Caution
 from drysim.study.ensembles.by_seed import rows_of, threads
-from drysim.study.ensembles.seeds import KEY, most, narrow
+from drysim.study.ensembles.seeds import KEY, most, narrow, until_of
 from drysim.study.ensembles.statistics import statistics
 from drysim.study.hashes import sha256_together
 from drysim.study.sweeps import cases
@@ -61,7 +61,7 @@ def together(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]
         which = f"{len(lost)} of {len(rows)} seeds, the first {lost[0].point[KEY]}"
         return replace(case, status=FAILED, note=f"{which}: {lost[0].note}")
     found = statistics(rows, KEY)
-    until = getattr(scenario.excitation, "until", None)
+    until = until_of(scenario)
     over = OverSeeds(
         len(rows),
         {name: one.half_width for name, one in found.items() if one},
@@ -77,7 +77,7 @@ def remarks(scenario: Scenario, found: Seeds | None) -> Iterator[Caution]:
     """Say which intervals are wider than asked, and which checks are not decided."""
     if found is None:
         return
-    until = getattr(scenario.excitation, "until", None)
+    until = until_of(scenario)
     if found.wide and until:
         sentence = (
             f"in {found.wide.cases} of {found.cases} cases the interval of {until.metric} is "
