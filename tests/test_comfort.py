@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import drysim
+from drysim import machine
 from drysim.comfort import greatest_running, weighted
 from drysim.scenario.measure import Measure
 from drysim.study import memory
@@ -221,7 +222,7 @@ def test_grid_that_is_too_coarse_to_weigh_on_is_a_warning(seat):
 
 
 def test_memory_of_weighting_counts(monkeypatch):
-    monkeypatch.setattr(memory, "machine", lambda: 100.0)
+    monkeypatch.setattr(machine, "memory", lambda: 100.0)
     assert memory.shortage(1) == ""
     assert memory.shortage(1, weighed=True)
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from drysim import machine
 from drysim.errors import RecordError
 from drysim.excitation.record import Record
 from drysim.excitation.record import cells as cells_module
-from drysim.excitation.record import file as file_module
 from drysim.excitation.record.cells import _careful, _quick
 from drysim.excitation.record.file import read
 from drysim.excitation.record.formats import SUFFIXES
@@ -353,13 +353,13 @@ def test_only_regular_files_of_known_kinds_are_read(tmp_path):
 
 
 def test_record_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(file_module, "_memory", lambda: 5.0)
+    monkeypatch.setattr(machine, "memory", lambda: 5.0)
     sentence = problem_of(tmp_path, ROWS, time="t").sentence
     assert sentence == "the record needs 9e-09 GB of memory, this machine has 5e-09 GB"
 
 
 def test_record_whose_numbers_are_larger_than_the_memory_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(file_module, "_memory", lambda: 40.0)
+    monkeypatch.setattr(machine, "memory", lambda: 40.0)
     sentence = problem_of(tmp_path, ROWS, time="t").sentence
     assert "GB of memory, this machine has 4e-08 GB" in sentence
 

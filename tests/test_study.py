@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 import drysim
+from drysim import machine
 from drysim.errors import Caution
 from drysim.study import gallery, memory
 from drysim.study.cautions import found
@@ -135,21 +136,21 @@ def test_open_energy_balance_and_close_decision_are_warnings(seat):
 
 
 def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(monkeypatch):
-    monkeypatch.setattr(memory, "machine", lambda: 8e9)
+    monkeypatch.setattr(machine, "memory", lambda: 8e9)
     assert memory.shortage(int(8e9 / memory.BYTES_PER_STEP)) == ""
     said = memory.shortage(int(16e9 / memory.BYTES_PER_STEP))
     assert "need 16 GB of memory, this machine has 8 GB" in said
 
 
 def test_response_by_parts_needs_a_fraction_of_the_memory_unless_it_is_weighed(monkeypatch):
-    monkeypatch.setattr(memory, "machine", lambda: 8e9)
+    monkeypatch.setattr(machine, "memory", lambda: 8e9)
     assert memory.shortage(10**9, by_parts=True) == ""
     assert memory.shortage(10**9, weighed=True, by_parts=True)
     assert memory.shortage(2 * 10**9, by_parts=True)
 
 
 def test_machine_has_some_memory():
-    assert memory.machine() > 1e8
+    assert machine.memory() > 1e8
 
 
 @pytest.mark.parametrize(

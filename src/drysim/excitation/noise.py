@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from math import ceil, floor, pi, sqrt
@@ -11,6 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim import machine
 from drysim.core.motion import Samples
 from drysim.core.signal import BLOCK, KEPT
 from drysim.errors import Caution
@@ -160,7 +160,7 @@ def _share(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]
         return [do(job) for job in jobs]
     from concurrent.futures import ThreadPoolExecutor
 
-    with ThreadPoolExecutor(min(os.cpu_count() or 1, MOST)) as pool:
+    with ThreadPoolExecutor(min(machine.processors(), MOST)) as pool:
         return list(pool.map(do, jobs))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple, TypeVar
@@ -10,6 +9,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim import machine
 from drysim.core.compiled import is_plain
 
 WORKERS = 4
@@ -120,7 +120,7 @@ def _ahead(make: Callable[[Given], memoryview], blocks: Iterable[Given]) -> Iter
     """Give the text of every block, in order; some are made ahead, in threads."""
     from drysim.study.in_order import in_order
 
-    return in_order(make, blocks, min(os.cpu_count() or 1, WORKERS))
+    return in_order(make, blocks, min(machine.processors(), WORKERS))
 
 
 def text(value: float | None) -> str:

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from drysim.quantity import Misfit, meant, near, shown
-from drysim.scenario.reading import dotted
+from drysim.scenario.reading import Reading, dotted
 from drysim.source import Keys
 
 READ_BEFORE = {"missing", "extra_forbidden", "union_tag_invalid", "union_tag_not_found"}
@@ -55,6 +55,11 @@ def sentences(
             keys = (*keys, *cause.at)
         text = str(cause) if cause is not None else worded(error)
         yield keys, about(keys, text)
+
+
+def refuse(reading: Reading, sentence: str, keys: Keys, at_key: bool = False) -> None:
+    """Note a problem of a value, whose name begins the sentence."""
+    reading.fault(about(keys, sentence), keys, at_key)
 
 
 def about(keys: Keys, text: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+from drysim import machine
 
 BYTES_PER_STEP = 64
 """Memory of one step where a response is held whole, as by fixed steps, or a signal is made:
@@ -23,13 +23,8 @@ GIGA = 1e9
 
 def shortage(steps: int, weighed: bool = False, by_parts: bool = False) -> str:
     """Say what a response of so many steps lacks, or nothing when it fits."""
-    wanted, owned = bytes_of(steps, weighed, by_parts), machine()
-    if wanted <= owned:
-        return ""
-    return (
-        f"{steps:.4g} steps need {wanted / GIGA:.3g} GB of memory, this machine has "
-        f"{owned / GIGA:.3g} GB; take a longer step or a shorter duration"
-    )
+    wanted = bytes_of(steps, weighed, by_parts)
+    return _lacking(f"{steps:.4g} steps", wanted, "take a longer step or a shorter duration")
 
 
 def bytes_of(steps: int, weighed: bool = False, by_parts: bool = False) -> float:
@@ -44,18 +39,15 @@ def bytes_of(steps: int, weighed: bool = False, by_parts: bool = False) -> float
 
 def shortage_of_seeds(seeds: int) -> str:
     """Say what the metrics of so many seeds lack, or nothing when they fit."""
-    wanted, owned = float(seeds) * BYTES_PER_SEED, machine()
+    return _lacking(f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "take fewer")
+
+
+def _lacking(what: str, wanted: float, way: str) -> str:
+    """Say what memory lacks for something [bytes], and what to do; nothing when it fits."""
+    owned = machine.memory()
     if wanted <= owned:
         return ""
     return (
-        f"{seeds:.4g} seeds need {wanted / GIGA:.3g} GB of memory, this machine has "
-        f"{owned / GIGA:.3g} GB; take fewer"
+        f"{what} need {wanted / GIGA:.3g} GB of memory, this machine has "
+        f"{owned / GIGA:.3g} GB; {way}"
     )
-
-
-def machine() -> float:
-    """Give the memory of this machine [bytes]; infinity where the system does not tell."""
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, OSError, ValueError):
-        return float("inf")

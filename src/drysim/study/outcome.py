@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from drysim.errors import EXIT_CHECK_FAILED, EXIT_OK, Caution
+from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, Caution
 
 if TYPE_CHECKING:
     from drysim.approach.events import Events
@@ -49,5 +50,14 @@ class Outcome:
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 0, or 1 when a check failed; `strict` counts a warning as a failed check."""
-        failed = not all(verdict.passed for verdict in self.checks)
-        return EXIT_CHECK_FAILED if failed or (strict and self.warnings) else EXIT_OK
+        return exit_code(self.checks, self.warnings, strict)
+
+
+def exit_code(
+    checks: Sequence[Verdict], warnings: Sequence[Caution], strict: bool, lost: bool = False
+) -> int:
+    """Give 3 when a case was lost, 1 when a check failed, else 0; `strict` counts warnings."""
+    if lost:
+        return EXIT_NUMERICS_FAILED
+    failed = not all(verdict.passed for verdict in checks)
+    return EXIT_CHECK_FAILED if failed or (strict and warnings) else EXIT_OK

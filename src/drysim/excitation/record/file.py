@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-from drysim import regular
+from drysim import machine, regular
 from drysim.errors import Problem, RecordError
 from drysim.excitation.record.reader import Reader, changed, examine
 from drysim.quantity import meant, near
@@ -147,7 +146,7 @@ def fit(shown: str, size: int) -> None:
 
 def room(shown: str, need: float) -> None:
     """Make sure that the machine has so many bytes for a record; errors as in `fit`."""
-    have = _memory()
+    have = machine.memory()
     if need > have:
         sentence = f"the record needs {need / 1e9:.3g} GB of memory"
         raise fault(shown, f"{sentence}, this machine has {have / 1e9:.3g} GB")
@@ -161,10 +160,3 @@ def _neighbour(path: Path, suffixes: Collection[str]) -> str:
     files = islice(path.parent.iterdir(), LOOKED_AT)
     names = (file.name for file in files if file.suffix.lower() in suffixes)
     return meant(near(path.name, names))
-
-
-def _memory() -> float:
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, ValueError, OSError):
-        return float("inf")

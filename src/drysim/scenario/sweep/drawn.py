@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, log, sqrt
-from typing import Any, Protocol, overload
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.scenario.sweep.design import Design
+from drysim.scenario.sweep.lazy import Lazy
 from drysim.wording import number
 
 Floats = NDArray[np.float64]
@@ -21,9 +21,6 @@ SURE = 1.0 - 2.0**-53
 
 class Distribution(Protocol):
     """How the values of a key scatter."""
-
-    low: float
-    high: float
 
     def quantile(self, share: Floats) -> Floats:
         """Give the values below which these shares of all lie."""
@@ -118,28 +115,20 @@ class Triangular:
 
 
 @dataclass(frozen=True)
-class Drawn(Sequence[float]):
+class Drawn(Lazy[float]):
     """The values of one dimension of a design."""
 
     design: Design
     dimension: int
-    law: Any
+    law: Distribution
 
     def __len__(self) -> int:
         """Give the number of points."""
         return self.design.count
 
-    @overload
-    def __getitem__(self, number: int) -> float: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[float]: ...
-    def __getitem__(self, number: int | slice) -> float | Sequence[float]:
-        """Give one value, or some."""
-        if isinstance(number, slice):
-            some: list[float] = self.at(np.arange(len(self))[number]).tolist()
-            return some
-        one: float = self.at(np.array([range(len(self))[number]])).item()
-        return one
+    def one(self, number: int) -> float:
+        """Give one value."""
+        return float(self.at(np.array([number])).item())
 
     def at(self, numbers: NDArray[np.int64]) -> Floats:
         """Give some values by their numbers."""
@@ -147,5 +136,4 @@ class Drawn(Sequence[float]):
 
     def of(self, shares: Floats) -> Floats:
         """Give the values of points of the design, shape (n, dimensions)."""
-        values: Floats = self.law.quantile(shares[:, self.dimension])
-        return values
+        return self.law.quantile(shares[:, self.dimension])

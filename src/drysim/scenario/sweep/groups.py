@@ -8,10 +8,17 @@ from typing import Any
 from drysim.excitation.generated import as_whole
 from drysim.quantity import Quantity, shown
 from drysim.scenario.reading import Reading
-from drysim.scenario.sentences import about
+from drysim.scenario.sentences import refuse
 from drysim.scenario.sweep.axis import Axis
 from drysim.scenario.sweep.design import Design
-from drysim.scenario.sweep.drawn import Drawn, LogNormal, Normal, Triangular, Uniform
+from drysim.scenario.sweep.drawn import (
+    Distribution,
+    Drawn,
+    LogNormal,
+    Normal,
+    Triangular,
+    Uniform,
+)
 from drysim.scenario.sweep.numerals import Numeral
 from drysim.scenario.sweep.sample import Draw, Sample
 from drysim.scenario.sweep.values import Values
@@ -39,7 +46,7 @@ def zipped(
                 f"has {len(axis.values)} values, and {found[0].key} beside it has "
                 f"{len(found[0].values)}; keys that walk together have as many"
             )
-            reading.fault(about((*at, axis.key), sentence), (*at, axis.key))
+            refuse(reading, sentence, (*at, axis.key))
             return
     name = ".".join(map(str, at[1:]))
     yield from (axis.walking(name, (*at, axis.key)) for axis in found)
@@ -59,7 +66,7 @@ def sampled(
         return
     if words["kind"] not in Sample.model_fields["kind"].annotation.__args__:  # type: ignore[union-attr]
         sentence = f"must be latin, sobol or uniform, not {shown(words['kind'])}"
-        reading.fault(about((*at, "kind"), sentence), (*at, "kind"))
+        refuse(reading, sentence, (*at, "kind"))
         return
     design = Design(words["kind"], count, len(laws), seed)
     head = {name: words[name] for name in ("kind", "count", "seed")}
@@ -82,32 +89,32 @@ def _whole(
     if given is None:
         return None  # noted when the block was read
     if isinstance(given, bool) or not isinstance(given, int):
-        reading.fault(about(place, f"must be a whole number, not {shown(given)}"), place)
+        refuse(reading, f"must be a whole number, not {shown(given)}", place)
         return None
     if not least <= given <= most:
         sentence = f"must be {least} to {most:.0e}, not {shown(given)}"
-        reading.fault(about(place, sentence), place)
+        refuse(reading, sentence, place)
         return None
     return given
 
 
 def _law(
     reading: Reading, at: Keys, given: Any, numeral: Numeral
-) -> tuple[Any, dict[str, Any]] | None:
+) -> tuple[Distribution, dict[str, Any]] | None:
     """Give how a key scatters, and how a file says it in SI; None when it has a problem."""
     noted = len(reading.problems)
     if not isinstance(given, Mapping):
         form = "{from, to}, or a distribution such as {distribution: normal, mean, sd}"
-        reading.fault(about(at, f"must be {form}; not {shown(given)}"), at)
+        refuse(reading, f"must be {form}; not {shown(given)}", at)
         return None
     if numeral.quantity is None:
-        reading.fault(about(at, "takes whole numbers; list them in sweep instead"), at)
+        refuse(reading, "takes whole numbers; list them in sweep instead", at)
         return None
     words = reading.block(Draw, given, at)
     kind = words.get("distribution", "uniform")
     if kind not in Draw.takes:
         sentence = f"must be {', '.join(Draw.takes)}; not {shown(kind)}"
-        reading.fault(about((*at, "distribution"), sentence), (*at, "distribution"))
+        refuse(reading, sentence, (*at, "distribution"))
         return None
     needed, allowed = Draw.takes[kind]
     for name in needed:
@@ -115,14 +122,18 @@ def _law(
             reading.fault(f"{'.'.join(map(str, (*at, name)))} is required ({kind})", at)
     for name in words.keys() - {*needed, *allowed, "distribution"}:
         place = (*at, name)
-        reading.fault(about(place, f"has no use for a {kind} distribution"), place, at_key=True)
+        refuse(reading, f"has no use for a {kind} distribution", place, at_key=True)
     values = {name: _one(reading, (*at, name), words[name], numeral, name) for name in words
               if name not in ("distribution", "scale")}  # fmt: skip
     if len(reading.problems) > noted:
         return None
     spoken = {**values} | {n: words[n] for n in ("scale", "distribution") if n in words}
-    law = _made(reading, at, kind, values, words.get("scale", "linear"), numeral.quantity)
-    return None if law is None else (law, spoken)
+    scale = words.get("scale", "linear")
+    if found := _misfit(kind, values, scale):
+        sentence, name = found
+        refuse(reading, sentence, (*at, name))
+        return None
+    return _made(kind, values, scale, numeral.quantity), spoken
 
 
 def _one(reading: Reading, at: Keys, given: Any, numeral: Numeral, name: str) -> float:
@@ -132,39 +143,34 @@ def _one(reading: Reading, at: Keys, given: Any, numeral: Numeral, name: str) ->
             return Quantity(numeral.unit, above=0).read(given)
         return numeral.read(given)
     except ValueError as fault:
-        reading.fault(about(at, str(fault)), at)
+        refuse(reading, str(fault), at)
         return float("nan")
 
 
-def _made(
-    reading: Reading,
-    at: Keys,
-    kind: str,
-    values: Mapping[str, float],
-    scale: Any,
-    quantity: Quantity,
-) -> Any:
-    """Give a distribution of values that fit each other, within the bounds of the key."""
-
-    def refuse(sentence: str, name: str) -> None:
-        place = (*at, name) if name else at
-        reading.fault(about(place, sentence), place)
-
+def _misfit(kind: str, values: Mapping[str, float], scale: Any) -> tuple[str, str] | None:
+    """Give what is wrong with values that do not fit each other, and the one to blame."""
     low, high = values.get("from", float("nan")), values.get("to", float("nan"))
     if low >= high:
-        return refuse(f"must be above `from`, {low:.12g}", "to")
+        return f"must be above `from`, {low:.12g}", "to"
     if scale not in ("linear", "log"):
-        return refuse(f"must be linear or log, not {shown(scale)}", "scale")
+        return f"must be linear or log, not {shown(scale)}", "scale"
     if scale == "log" and low <= 0:
-        return refuse(f"must be above 0 on a log scale, not {low:.12g}", "from")
-    if kind == "uniform":
-        return Uniform(low, high, scale == "log")
-    if kind == "triangular":
-        if not low <= values["mode"] <= high:
-            return refuse(f"must lie from {low:.12g} to {high:.12g}", "mode")
-        return Triangular(low, values["mode"], high)
+        return f"must be above 0 on a log scale, not {low:.12g}", "from"
+    if kind == "triangular" and not low <= values["mode"] <= high:
+        return f"must lie from {low:.12g} to {high:.12g}", "mode"
     if kind == "lognormal" and values["mean"] <= 0:
-        return refuse("must be above 0 for a lognormal distribution", "mean")
+        return "must be above 0 for a lognormal distribution", "mean"
+    return None
+
+
+def _made(
+    kind: str, values: Mapping[str, float], scale: str, quantity: Quantity
+) -> Distribution:
+    """Give a distribution, cut at the bounds of its key where it has no ends of its own."""
+    if kind == "uniform":
+        return Uniform(values["from"], values["to"], scale == "log")
+    if kind == "triangular":
+        return Triangular(values["from"], values["mode"], values["to"])
     least, most = quantity.ends
     if kind == "lognormal":
         least = max(least, 0.0)

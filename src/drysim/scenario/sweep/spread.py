@@ -8,7 +8,8 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
 from math import lcm
-from typing import overload
+
+from drysim.scenario.sweep.lazy import Lazy
 
 MOST_VALUES = 10_000_000
 """Values of one axis: beyond it somebody has typed a step in other units."""
@@ -39,7 +40,7 @@ def steps_between(low: float, high: float, step: float) -> tuple[int, float]:
 
 
 @dataclass(frozen=True)
-class Spread(Sequence[float]):
+class Spread(Lazy[float]):
     """Evenly spread values, each made when it is asked for: (first + i width)/common.
 
     On a log scale each is low (high/low)^(i/n).
@@ -54,15 +55,9 @@ class Spread(Sequence[float]):
         """Give the number of values."""
         return self.steps + 1
 
-    @overload
-    def __getitem__(self, number: int) -> float: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[float]: ...
-    def __getitem__(self, number: int | slice) -> float | Sequence[float]:
-        """Give one value, or some."""
-        if isinstance(number, slice):
-            return tuple(self[i] for i in range(*number.indices(len(self))))
-        return self.at([range(len(self))[number]])[0]
+    def one(self, number: int) -> float:
+        """Give one value."""
+        return self.at([number])[0]
 
     def at(self, numbers: Sequence[int]) -> list[float]:
         """Give some values by their numbers, each named once."""

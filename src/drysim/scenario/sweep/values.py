@@ -9,7 +9,7 @@ from typing import Any
 from drysim.excitation.generated import as_whole
 from drysim.quantity import Quantity, shown
 from drysim.scenario.reading import Reading
-from drysim.scenario.sentences import about
+from drysim.scenario.sentences import refuse
 from drysim.scenario.sweep.axis import Axis, Range
 from drysim.scenario.sweep.numerals import Numeral
 from drysim.scenario.sweep.spread import (
@@ -58,7 +58,7 @@ class Values:
     def _fault(self, sentence: str, *inner: str | int) -> Faulty:
         """Note a problem of a value."""
         keys = (*self.at, *inner)
-        self.reading.fault(about(keys, sentence), keys)
+        refuse(self.reading, sentence, keys)
         return Faulty()
 
     def _one(self, given: Any, *inner: str | int) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 from drysim.checks import AT, Check
 from drysim.quantity import shown
 from drysim.scenario.reading import Reading
-from drysim.scenario.sentences import about
+from drysim.scenario.sentences import refuse
 from drysim.scenario.shape import keys_of
 from drysim.scenario.sweep.axis import SAMPLE, ZIP, Axis
 from drysim.scenario.sweep.groups import sampled, zipped
@@ -93,7 +93,7 @@ def _zipped(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
         groups = [((SWEEP, ZIP, i), group) for i, group in enumerate(given)]
     for at, group in groups:
         if not isinstance(group, Mapping) or len(group) < 2:
-            reading.fault(about(at, f"must be two {form}; not {shown(group)}"), at)
+            refuse(reading, f"must be two {form}; not {shown(group)}", at)
         else:
             yield from zipped(reading, at, group, _numerals(reading, known, at, group))
 
@@ -103,7 +103,7 @@ def _sampled(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
     at = (SWEEP, SAMPLE)
     if not isinstance(given, Mapping):
         form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
-        reading.fault(about(at, f"must be {form}; not {shown(given)}"), at)
+        refuse(reading, f"must be {form}; not {shown(given)}", at)
         return
     words = reading.block(Sample, given, at)
     over = words.get("over")
@@ -111,7 +111,7 @@ def _sampled(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
         return
     if not isinstance(over, Mapping) or not over:
         sentence = "must be keys, each with {from, to} or a distribution"
-        reading.fault(about((*at, "over"), f"{sentence}; not {shown(over)}"), (*at, "over"))
+        refuse(reading, f"{sentence}; not {shown(over)}", (*at, "over"))
         return
     yield from sampled(reading, at, words, _numerals(reading, known, (*at, "over"), over))
 

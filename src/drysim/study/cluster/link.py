@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from drysim import machine
 from drysim.errors import ClusterError, UsageError
 from drysim.study.cluster import deaf
 from drysim.study.cluster.alike import refuse_others, teller
@@ -156,7 +156,7 @@ def own(workers: int | None) -> Iterator[Any]:
     with (
         dask.config.set({"logging": QUIET} | UNWATCHED),
         distributed.LocalCluster(
-            n_workers=workers or os.cpu_count() or 1,
+            n_workers=workers or machine.processors(),
             threads_per_worker=1,
             processes=True,
             memory_limit=0,

@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 
 from drysim.approach.numerics import FIXED_STEP
-from drysim.errors import SolverError
-from drysim.study.case import assemble
 from drysim.study.cautions import at
 from drysim.study.comparisons.agreement import range_of_agreement
 from drysim.study.comparisons.comparison import Comparison
-from drysim.study.sweeps.cases import Motions, case_at, measured, response_of
+from drysim.study.sweeps.cases import Motions, attempted, case_at, response_of
 from drysim.study.sweeps.survey import AGREE, deviations, worst
 from drysim.study.sweeps.table import Row
 from drysim.wording import number, percent
@@ -152,10 +150,7 @@ def tried(case: Scenario, change: Mapping[str, Any], T_a: float | None) -> float
     """Give the deviation from T_a of a case whose solver is changed; None where it fails."""
     solver = case.solver.model_copy(update=dict(change))
     changed = case.model_copy(update={"solver": solver})
-    try:
-        metrics, _, _ = measured(assemble(changed, Motions().of(changed)))
-    except SolverError:
-        return None
+    metrics, _, _ = attempted(changed, Motions().of)
     found = metrics.get("T_a")
     return found / T_a - 1.0 if found is not None and T_a else None
 

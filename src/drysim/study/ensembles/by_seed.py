@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from itertools import chain
 from typing import TYPE_CHECKING
 
+from drysim import machine
 from drysim.core import compiled
 from drysim.core.motion import Samples
-from drysim.errors import SolverError
 from drysim.study import memory
 from drysim.study.base import base_motion
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.seeds import KEY, asked, enough, of_seed
 from drysim.study.hashes import sha256_of
 from drysim.study.in_order import in_order
-from drysim.study.sweeps.cases import measured
-from drysim.study.sweeps.table import FAILED, Row
+from drysim.study.sweeps.cases import attempted
+from drysim.study.sweeps.table import Row
 
 if TYPE_CHECKING:
     from drysim.core.motion import Sines
@@ -79,14 +78,9 @@ def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion
     """Give the row of one seed; a failure of the numerics is a status, not an end."""
     alone, law = of_seed(scenario, seed), scenario.law()
     motion = sampled(motion_of(alone))
-    try:
-        metrics, status, note = measured(assemble(alone, motion))
-    except SolverError as fault:
-        metrics, status, note = {}, FAILED, str(fault)
-    approach = scenario.word
-    return Row(
-        {KEY: seed}, approach, law.F_fk, law.F_fs, metrics, status, note, sha256_of(motion.u_dd)
-    )
+    found = attempted(alone, lambda _: motion)
+    sha256 = sha256_of(motion.u_dd)
+    return Row({KEY: seed}, scenario.word, law.F_fk, law.F_fs, *found, sha256)
 
 
 def sampled(motion: Sines | Samples) -> Samples:
@@ -100,6 +94,6 @@ def threads(case: Case, workers: int | None) -> int:
     if compiled.engine() == compiled.PLAIN:
         return 1  # plain Python does one thing at a time
     room = int(
-        memory.machine() // memory.bytes_of(case.steps, bool(case.scenario.measure.weights))
+        machine.memory() // memory.bytes_of(case.steps, bool(case.scenario.measure.weights))
     )
-    return max(1, min(workers or os.cpu_count() or 1, room))
+    return max(1, min(workers or machine.processors(), room))

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from drysim.core import compiled
-from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, SolverError
+from drysim.errors import SolverError
 from drysim.study.base import base_motion
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.by_seed import rows_of, threads
 from drysim.study.ensembles.seeds import KEY, most, of_seed
 from drysim.study.ensembles.statistics import Statistic, statistics
+from drysim.study.outcome import exit_code
 from drysim.study.sweeps.table import FAILED, OK, Row
 
 if TYPE_CHECKING:
@@ -82,10 +83,8 @@ class Ensemble:
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 3 when a seed failed, 1 when a check did; `strict` counts warnings as checks."""
-        if any(row.status == FAILED for row in self.rows):
-            return EXIT_NUMERICS_FAILED
-        failed = not all(verdict.passed for verdict in self.checks)
-        return EXIT_CHECK_FAILED if failed or (strict and self.warnings) else EXIT_OK
+        lost = any(row.status == FAILED for row in self.rows)
+        return exit_code(self.checks, self.warnings, strict, lost)
 
 
 def solve(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -22,12 +22,17 @@ if TYPE_CHECKING:
     from drysim.approach.response import Response, Track
     from drysim.scenario import Scenario
 
+    MotionOf = Callable[[Scenario], Sines | Samples]
+
 KEPT = 4
 """Base motions kept: neighbouring cases differ in friction more often than in motion."""
 
 KEPT_BYTES = 256e6
 """Memory up to which all seeds of a case are kept, as the other cases have the same."""
 
+
+Found = tuple[Mapping[str, float | int | None], str, str]
+"""Metrics of a case, its status and a note; no metrics where the numerics fail."""
 
 ONE_OF_MANY = "one of a continuum of orbits"
 
@@ -81,18 +86,21 @@ def words(scenario: Scenario) -> tuple[object, ...]:
 
 
 def row_of(job: Job, motions: Motions) -> Row:
-    """Give the row of one case; a failure of the numerics is a status, not an end."""
+    """Give the row of one case."""
     scenario = job.scenario.at(job.point)
-    law = scenario.law()
-    approach = scenario.word
+    law, found = scenario.law(), attempted(scenario, motions.of)
+    return Row(job.point, scenario.word, law.F_fk, law.F_fs, *found)
+
+
+def attempted(scenario: Scenario, motion_of: MotionOf) -> Found:
+    """Give what `measured` does; a failure of the numerics is a status, not an end."""
     try:
-        metrics, status, note = measured(assemble(scenario, motions.of(scenario)))
+        return measured(assemble(scenario, motion_of(scenario)))
     except SolverError as fault:
-        metrics, status, note = {}, FAILED, str(fault)
-    return Row(job.point, approach, law.F_fk, law.F_fs, metrics, status, note)
+        return {}, FAILED, str(fault)
 
 
-def measured(case: Case) -> tuple[Mapping[str, float | int | None], str, str]:
+def measured(case: Case) -> Found:
     """Give the metrics of a case, its status and what is to be said about it."""
     from drysim.metrics import METRICS, measure
 

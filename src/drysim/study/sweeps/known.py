@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from drysim.study.sweeps.batch import Batch
 
 
-class Open(NamedTuple):
-    """How many cases leave something open, and the first of them."""
+class Count(NamedTuple):
+    """How many cases have something in common, and the first of them."""
 
     cases: int
     first: Row
@@ -34,7 +34,7 @@ class Seeds:
         Of the base motions of all seeds; no more than two are held.
     widest : dict
         By metric the row with the widest interval.
-    wide : Open or None
+    wide : Count or None
         Cases whose interval is wider than asked.
     open : dict
         By check: cases in which its limit lies within the interval.
@@ -45,8 +45,8 @@ class Seeds:
     most: int = 0
     hashes: set[str] = field(default_factory=set)
     widest: dict[str, Row] = field(default_factory=dict)
-    wide: Open | None = None
-    open: dict[Check, Open] = field(default_factory=dict)
+    wide: Count | None = None
+    open: dict[Check, Count] = field(default_factory=dict)
 
     def add(self, batch: Batch, checks: Sequence[Check]) -> None:
         """Take a block of cases into account; blocks come in order."""
@@ -67,15 +67,15 @@ class Seeds:
             ):
                 self.widest[name] = row
         if row.over and not row.over.narrow:
-            self.wide = one_more(self.wide, row)
+            self.wide = more(self.wide, row)
         for check in checks:
             if check.applies(row.point) and lies_within(check, row):
-                self.open[check] = one_more(self.open.get(check), row)
+                self.open[check] = more(self.open.get(check), row)
 
 
-def one_more(before: Open | None, row: Row) -> Open:
-    """Give the count with one more case in it."""
-    return Open(before.cases + 1, before.first) if before else Open(1, row)
+def more(before: Count | None, row: Row, cases: int = 1) -> Count:
+    """Give a count with so many more cases in it, the first of which is a row."""
+    return Count(before.cases + cases, before.first) if before else Count(cases, row)
 
 
 def lies_within(check: Check, row: Row) -> bool:

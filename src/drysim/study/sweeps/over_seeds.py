@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from drysim.scenario import Scenario
     from drysim.study.case import Case
     from drysim.study.sweeps.cases import Job, Motions
-    from drysim.study.sweeps.known import Open, Seeds
+    from drysim.study.sweeps.known import Count, Seeds
 
 COUNT = "excitation.seeds"
 
@@ -94,7 +94,7 @@ def remarks(scenario: Scenario, found: Seeds | None) -> Iterator[Caution]:
         yield Caution("check-undecided", sentence, {"cases": undecided.cases})
 
 
-def first_of(found: Open, scenario: Scenario) -> str:
+def first_of(found: Count, scenario: Scenario) -> str:
     """Say where the first of some cases is, unless there is only one place."""
     where = place(found.first.point, scenario.axes)
     return f", the first at {where}" if where else ""

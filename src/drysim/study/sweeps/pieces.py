@@ -5,9 +5,10 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING, NamedTuple, overload
+from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.scenario.sweep.axis import columns_of, size
+from drysim.scenario.sweep.lazy import Lazy
 from drysim.study.sweeps import orbits
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.cases import Job, Motions
@@ -43,7 +44,7 @@ class Piece(NamedTuple):
     end: int
 
 
-class Pieces(Sequence[Piece]):
+class Pieces(Lazy[Piece]):
     """The pieces of every scenario, in order; each is made from its number when asked for."""
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
@@ -58,15 +59,8 @@ class Pieces(Sequence[Piece]):
         """Give the number of pieces."""
         return self._ends[-1]
 
-    @overload
-    def __getitem__(self, number: int) -> Piece: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[Piece]: ...
-    def __getitem__(self, number: int | slice) -> Piece | Sequence[Piece]:
-        """Give one piece, or some."""
-        if isinstance(number, slice):
-            return [self[k] for k in range(*number.indices(len(self)))]
-        number = range(len(self))[number]
+    def one(self, number: int) -> Piece:
+        """Give one piece."""
         i = bisect_right(self._ends, number)
         begin = (number - self._ends[i] + self._counts[i]) * self._steps[i]
         end = min(begin + self._steps[i], self.cases[i])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, chain, groupby
-from typing import overload
 
+from drysim.scenario.sweep.lazy import Lazy
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.table import Row
 
@@ -17,7 +17,7 @@ AT_A_TIME = 4096
 """Rows that are gathered into a block."""
 
 
-class Rows(Sequence[Row]):
+class Rows(Lazy[Row]):
     """The rows of blocks that follow each other."""
 
     def __init__(self, batches: Sequence[Batch], firsts: Sequence[int], length: int) -> None:
@@ -44,15 +44,8 @@ class Rows(Sequence[Row]):
             self._held = tuple(chain.from_iterable(self.batches))
         return iter(self._held)
 
-    @overload
-    def __getitem__(self, number: int) -> Row: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[Row]: ...
-    def __getitem__(self, number: int | slice) -> Row | Sequence[Row]:
-        """Give one row, or some."""
-        if isinstance(number, slice):
-            return [self[i] for i in range(*number.indices(self._length))]
-        number = range(self._length)[number]
+    def one(self, number: int) -> Row:
+        """Give one row."""
         at = bisect_right(self._firsts, number) - 1
         return self.batches[at].row(number - self._firsts[at])
 

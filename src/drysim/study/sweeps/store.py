@@ -7,9 +7,10 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 from drysim.errors import OutputError
+from drysim.scenario.sweep.lazy import Lazy
 from drysim.study.journal import of_another
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.packing import is_whole, packed, unpacked
@@ -95,7 +96,7 @@ class Store:
             return None
 
 
-class Stored(Sequence[Batch]):
+class Stored(Lazy[Batch]):
     """The blocks of a store, read when they are asked for."""
 
     def __init__(self, store: Store, kept: Sequence[Piece]) -> None:
@@ -106,14 +107,8 @@ class Stored(Sequence[Batch]):
         """Give the number of blocks."""
         return len(self._kept)
 
-    @overload
-    def __getitem__(self, number: int) -> Batch: ...
-    @overload
-    def __getitem__(self, number: slice) -> Sequence[Batch]: ...
-    def __getitem__(self, number: int | slice) -> Batch | Sequence[Batch]:
-        """Read one block, or some when they are asked for."""
-        if isinstance(number, slice):
-            return Stored(self._store, self._kept[number])
+    def one(self, number: int) -> Batch:
+        """Read one block."""
         batch = self._store.read(self._kept[number])
         if batch is None:
             raise OutputError(

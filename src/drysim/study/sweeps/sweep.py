@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from threading import Event
 from typing import TYPE_CHECKING
 
+from drysim import machine
 from drysim.core import compiled
 from drysim.errors import ScenarioError
 from drysim.study.case import Case, prepare
@@ -130,7 +130,7 @@ def solved(
 ) -> Iterator[tuple[Piece, Batch]]:
     """Give the cases of every piece in order; those that are done are not done again."""
     plan, given_up = Plan.of(scenarios, case), Event()
-    hands = workers or os.cpu_count() or 1
+    hands = workers or machine.processors()
     crew = Crew.at(case, hands, count(scenarios), given_up.is_set)
 
     def made(number: int) -> tuple[Piece, Batch, bool]:

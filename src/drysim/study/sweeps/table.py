@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK
+from drysim.study.outcome import exit_code
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -163,10 +163,8 @@ class Table:
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
-        if any(FAILED in tally.lost for tally in self.tallies.values()):
-            return EXIT_NUMERICS_FAILED
-        failed = not all(verdict.passed for verdict in self.checks)
-        return EXIT_CHECK_FAILED if failed or (strict and self.warnings) else EXIT_OK
+        lost = any(FAILED in tally.lost for tally in self.tallies.values())
+        return exit_code(self.checks, self.warnings, strict, lost)
 
     @property
     def own(self) -> tuple[Row, ...]:

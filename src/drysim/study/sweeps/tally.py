@@ -12,7 +12,7 @@ import numpy as np
 from drysim.checks import Check, Verdict, badness
 from drysim.study.ensembles.doubts import about_mean
 from drysim.study.sweeps.batch import NAMES, STATUSES, Batch
-from drysim.study.sweeps.known import Seeds
+from drysim.study.sweeps.known import Count, Seeds, more
 from drysim.study.sweeps.quantiles import Quantiles
 from drysim.study.sweeps.table import LIMIT, OK, Row
 
@@ -33,13 +33,6 @@ class Extreme(NamedTuple):
     row: Row
 
 
-class Lost(NamedTuple):
-    """How many cases of an approach have no numbers for one reason, and the first of them."""
-
-    cases: int
-    first: Row
-
-
 @dataclass
 class Tally:
     """What the cases of one approach come to.
@@ -52,7 +45,7 @@ class Tally:
     cases, beyond : int
         Number of cases, and of those in which the stroke limit is met.
     lost : dict
-        `Lost` by status.
+        By status: cases that have no numbers for that reason.
     extremes : dict
         Least and greatest value of every metric that is known somewhere, each the first of its
         kind, over the cases that have numbers.
@@ -70,7 +63,7 @@ class Tally:
     checks: Sequence[Check] = ()
     cases: int = 0
     beyond: int = 0
-    lost: dict[str, Lost] = field(default_factory=dict)
+    lost: dict[str, Count] = field(default_factory=dict)
     extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
     quantiles: dict[str, Quantiles] = field(
         default_factory=lambda: {name: Quantiles() for name in TOLD}
@@ -131,9 +124,7 @@ class Tally:
             if (status := STATUSES[code]) == OK:
                 continue
             places = np.flatnonzero(batch.status == code)
-            before = self.lost.get(status)
-            first = before.first if before else row(int(places[0]))
-            self.lost[status] = Lost(len(places) + (before.cases if before else 0), first)
+            self.lost[status] = more(self.lost.get(status), row(int(places[0])), len(places))
 
     def _stretch(self, batch: Batch, good: NDArray[np.bool_], row: RowAt) -> None:
         """Widen the ranges of the metrics; a row is made for none but a new end."""
