@@ -65,28 +65,8 @@ class Chirp(Ending):
             return share * (f_0 * T + 0.5 * (f_1 - f_0) * T * share)
         return np.asarray(f_0 * T / octaves * np.expm1(octaves * share))
 
-    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Sample the sweep on a grid; its phase is exact there.
-
-        Parameters
-        ----------
-        step : float
-            Distance of the samples [s].
-        end : float, optional
-            Not used: the motion has a length of its own.
-
-        Returns
-        -------
-        Samples
-            From 0, where the sine begins at zero, to `duration`.
-
-        Raises
-        ------
-        Misfit
-            When the step does not suit.
-        """
-        assert step is not None, "a generated signal needs a step"
-        self.check_step(step)
+    def drawn(self, step: float) -> Samples:
+        """Sample the sweep, which begins at zero; its phase is exact at every sample."""
         n = round(self.duration / step)
         cycles = self.cycles(np.arange(n + 1) / n)
         u_dd = self.A * np.sin(2 * pi * (cycles % 1.0))

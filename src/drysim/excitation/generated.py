@@ -80,6 +80,29 @@ class Ending(Generated):
         """The whole of it."""
         return {"duration": self.duration}
 
+    def drawn(self, step: float) -> Samples:
+        """Give the samples from 0 to `duration` at a step [s] that suits."""
+        raise NotImplementedError
+
+    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
+        """Give the base acceleration on a grid, and what else is known of the motion.
+
+        Parameters
+        ----------
+        step : float
+            Distance of the samples [s].
+        end : float, optional
+            Not used: the motion has a length of its own.
+
+        Raises
+        ------
+        Misfit
+            When the step does not suit.
+        """
+        assert step is not None, "a generated signal needs a step"
+        self.check_step(step)
+        return self.drawn(step)
+
 
 class Until(Block):
     """How narrow the confidence interval of a mean over seeds is to become."""
@@ -91,7 +114,7 @@ class Until(Block):
 
 
 class Drawn(Ending):
-    """Random base motion: the same seed gives the same motion.
+    """Random base motion: the same seed gives the same motion, whose last sample is the first.
 
     With `seeds` or `until` it stands for many motions, one for each seed from `seed` on.
     """
@@ -135,34 +158,6 @@ class Drawn(Ending):
     def highest(self) -> float:
         """Last frequency of the spectrum [Hz]."""
         return self.band[1]
-
-    def drawn(self, step: float) -> Samples:
-        """Give the samples at a step [s] that suits."""
-        raise NotImplementedError
-
-    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Draw the base acceleration on a grid, and what else is known of the motion.
-
-        Parameters
-        ----------
-        step : float
-            Distance of the samples [s].
-        end : float, optional
-            Not used: the motion has a length of its own.
-
-        Returns
-        -------
-        Samples
-            From 0 to `duration`; the last sample is the first one again.
-
-        Raises
-        ------
-        Misfit
-            When the step does not suit.
-        """
-        assert step is not None, "a generated signal needs a step"
-        self.check_step(step)
-        return self.drawn(step)
 
     @model_validator(mode="after")
     def _long_enough(self) -> Self:

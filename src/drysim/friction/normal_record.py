@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
 from drysim.core.normal_force.normal import Pressure
+from drysim.excitation.record.reader import Stamp, stamp_of
 from drysim.excitation.record.recorded import Recorded
 from drysim.excitation.record.spoken import SI
 
 KEPT = 4
 """Records of forces that are kept: neighbouring cases of a sweep share theirs."""
-
-Stamp = tuple[int, int, int] | None
 
 
 class NormalRecord(Recorded):
@@ -41,19 +40,14 @@ class NormalRecord(Recorded):
         RecordError
             When the record cannot be used, or its mean is not above zero.
         """
-        return _pressure(self, self._stamp())
-
-    def _stamp(self) -> Stamp:
-        """Give what tells the file from another, and from itself before it was written to."""
-        try:
-            about = os.stat(self.path)
-        except OSError:
-            return None
-        return about.st_ino, about.st_size, about.st_mtime_ns
+        stamp = None
+        with suppress(OSError):
+            stamp = stamp_of(self.path)
+        return _pressure(self, stamp)
 
 
 @lru_cache(maxsize=KEPT)
-def _pressure(record: NormalRecord, stamp: Stamp) -> Pressure:
+def _pressure(record: NormalRecord, stamp: Stamp | None) -> Pressure:
     from drysim.excitation.record.file import fault
     from drysim.excitation.record.reading import force_of
 

@@ -74,9 +74,9 @@ def changed(path: Path) -> RecordError:
     return RecordError(Problem(sentence, str(path), 0))
 
 
-def stamp_of(handle: int) -> Stamp:
-    """Give what tells an open file from another, and from itself before it was written to."""
-    about = os.fstat(handle)
+def stamp_of(file: Path | int) -> Stamp:
+    """Give what tells a file, open or not, from another, and from itself before a change."""
+    about = os.stat(file)
     return about.st_ino, about.st_size, about.st_mtime_ns
 
 
