@@ -12,7 +12,8 @@ from drysim.approach import legs
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Law
-from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
+from invariants import Invariants
+from law_scenes import PAPER, REST, STEP, noise, sine, solved
 
 DAHL = Dynamic(45.0, 45.0, BRISTLE, sigma_0=1e5)
 LUGRE = Dynamic(
@@ -136,19 +137,8 @@ def test_stiff_bristles_come_to_coulomb_as_the_root_of_their_softness(law):
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(2000, 0.8)], ids=["sine", "noise"])
-class TestInvariants:
-    def test_energy_closes(self, law, motion):
-        from drysim.metrics import measure
-
-        response = solved(law, motion, duration=4.0)
-        metrics = measure(response.track, (1.0, 4.0), None)
-        assert metrics["energy_residual"] < 1e-10
-        assert metrics["energy_friction"] > 0
-
-    def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, law, motion):
-        one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
-        assert (one.x_r == -two.x_r).all()
-        assert (one.F_f == -two.F_f).all()
+class TestInvariants(Invariants):
+    residual = 1e-10
 
     def test_split_run_equals_the_whole(self, law, motion):
         if isinstance(motion, Sines):

@@ -311,6 +311,7 @@ def test_numbers_of_bars_stand_within_their_panel():
     figure.draw_without_rendering()
     for panel in figure.axes[-2:]:
         room = panel.get_window_extent()
+        assert len(panel.texts) > 1
         for number in panel.texts:
             box = number.get_window_extent()
             assert room.x0 <= box.x0
