@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import drysim as package
+from drysim.approach import SHELF
 from drysim.errors import SolverError
-from drysim.scenario.blocks import SHELF
 from drysim.study.bench import clock, judge, patience, shelf, speed_error
 from drysim.study.bench.attempt import Terms, attempt
 from drysim.study.bench.entry import Entry

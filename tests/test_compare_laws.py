@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drysim.approach import SHELF
 from drysim.cli import main
 from drysim.core.plant import BRISTLE, Dynamic, Law, Slider
 from drysim.errors import ScenarioError, UsageError
 from drysim.scenario import Scenario, load
-from drysim.scenario.blocks import SHELF
 from drysim.scenario.laws import LAWS
 from drysim.study.comparisons.compare import compare, named
 from drysim.study.run import run

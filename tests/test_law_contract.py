@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drysim.approach import SHELF
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.plant import Law
 from drysim.errors import ScenarioError
@@ -15,7 +16,6 @@ from drysim.friction import FRICTIONS, Coulomb
 from drysim.metrics import measure
 from drysim.quantity import Quantity, texts_of
 from drysim.scenario import load
-from drysim.scenario.blocks import SHELF
 from drysim.scenario.laws import LAWS
 from drysim.scenario.sweep.numerals import numerals
 from law_scenes import PAPER, mirrored, noise, sine, solved

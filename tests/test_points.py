@@ -8,10 +8,10 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from drysim.approach import SHELF
 from drysim.core.plant import Law, Plant
 from drysim.errors import ScenarioError
 from drysim.scenario import Scenario, load, period
-from drysim.scenario.blocks import SHELF
 from drysim.scenario.sweep.axis import points
 from drysim.source import dump
 

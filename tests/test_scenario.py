@@ -9,11 +9,12 @@ from typing import ClassVar, Literal
 import pytest
 from pydantic import BaseModel
 
+from drysim.approach import SHELF
 from drysim.core.plant import Law, Plant
 from drysim.core.state import State
 from drysim.errors import ScenarioError
 from drysim.scenario import Scenario, load, period
-from drysim.scenario.blocks import SHELF, with_options
+from drysim.scenario.blocks import with_options
 from drysim.source import dump
 
 SEAT = """\

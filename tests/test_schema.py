@@ -8,10 +8,10 @@ from typing import get_args
 
 import pytest
 
+from drysim.approach import SHELF
 from drysim.excitation import EXCITATIONS
 from drysim.friction import FRICTIONS
 from drysim.scenario import schema
-from drysim.scenario.blocks import SHELF
 
 
 @pytest.fixture(scope="module")

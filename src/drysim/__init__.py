@@ -50,27 +50,23 @@ __all__ = [
     "sweep",
 ]
 
-_HOMES = {
-    "Comparison": "drysim.study.comparisons.comparison",
-    "Table": "drysim.study.sweeps.table",
-    "DrysimError": "drysim.errors",
-    "Ensemble": "drysim.study.ensembles.ensemble",
-    "Outcome": "drysim.study.outcome",
-    "OutputError": "drysim.errors",
-    "RecordError": "drysim.errors",
-    "Scenario": "drysim.scenario",
-    "ScenarioError": "drysim.errors",
-    "SolverError": "drysim.errors",
-    "UsageError": "drysim.errors",
-    "load": "drysim.scenario",
-    "run": "drysim.study.run",
-    "compare": "drysim.study.comparisons.compare",
-    "sweep": "drysim.study.sweeps.sweep",
-    "simulate": "drysim.approach.simulate",
-}
-
-
-__getattr__ = late(__name__, _HOMES)
+__getattr__ = late(
+    __name__,
+    {
+        "drysim.approach.simulate": "simulate",
+        "drysim.errors": (
+            "DrysimError OutputError RecordError ScenarioError SolverError UsageError"
+        ),
+        "drysim.scenario": "Scenario load",
+        "drysim.study.comparisons.compare": "compare",
+        "drysim.study.comparisons.comparison": "Comparison",
+        "drysim.study.ensembles.ensemble": "Ensemble",
+        "drysim.study.outcome": "Outcome",
+        "drysim.study.run": "run",
+        "drysim.study.sweeps.sweep": "sweep",
+        "drysim.study.sweeps.table": "Table",
+    },
+)
 
 
 def __dir__() -> list[str]:

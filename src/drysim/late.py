@@ -8,21 +8,22 @@ from importlib import import_module
 from typing import Any
 
 
-def late(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+def late(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
     """Give the `__getattr__` of a package.
 
     Parameters
     ----------
     package : str
         Its `__name__`.
-    homes : mapping
-        The module that holds a name, by name.
+    modules : mapping
+        The names that each module holds, separated by blanks.
 
     Returns
     -------
     callable
         Loads the module of a name, and keeps the name in the package.
     """
+    homes = {name: module for module, names in modules.items() for name in names.split()}
 
     def load(name: str) -> Any:
         if name not in homes:

@@ -15,3 +15,8 @@ from drysim.approach.viscous import Viscous
 APPROACHES = (StickSlip, Switch, Moreau, Signum, Smooth, Viscous)
 
 Approach = StickSlip | Switch | Moreau | Signum | Smooth | Viscous
+
+SHELF: dict[str, type[Approach]] = {
+    member.model_fields["approach"].default: member for member in APPROACHES
+}
+"""The approaches by name."""

@@ -27,9 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["find_orbit", "follow", "frictionless", "measurable", "measure_many", "solve"]
 
-MANY = "drysim.approach.many"
-
-__getattr__ = late(__name__, {"measurable": MANY, "measure_many": MANY})
+__getattr__ = late(__name__, {"drysim.approach.many": "measurable measure_many"})
 
 
 def solve(

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drysim.approach import APPROACHES
+from drysim.approach import SHELF
 from drysim.approach.events import Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
@@ -16,9 +16,6 @@ from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, Stopped
 from drysim.core.state import State
 from drysim.errors import UsageError
-
-SHELF = {each.model_fields["approach"].default: each for each in APPROACHES}
-"""The approaches by name."""
 
 
 def simulate(

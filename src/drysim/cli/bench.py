@@ -105,8 +105,8 @@ def held(
     command: str,
 ) -> int:
     """Put every approach through the hard cases."""
+    from drysim.approach import SHELF
     from drysim.report.claim import check
-    from drysim.scenario.blocks import SHELF
     from drysim.study.bench import hard
 
     asked = hard.scenarios(scenario, changes)

@@ -13,14 +13,14 @@ from drysim.errors import EXIT_OK
 
 def approach_names() -> list[str]:
     """Give the shelf of approaches to the completion of the shell."""
-    from drysim.scenario.blocks import SHELF
+    from drysim.approach import SHELF
 
     return list(SHELF)
 
 
 def compared_names() -> list[str]:
     """Give the shelves of approaches and friction laws to the completion of the shell."""
-    from drysim.scenario.blocks import SHELF
+    from drysim.approach import SHELF
     from drysim.scenario.laws import LAWS
 
     return [*SHELF, *LAWS]

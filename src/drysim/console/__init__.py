@@ -20,21 +20,19 @@ if TYPE_CHECKING:
     from drysim.console.table import show_interrupted as show_interrupted
     from drysim.console.table import show_table as show_table
 
-_HOMES = {
-    "progress": "drysim.console.bar",
-    "show_bench": "drysim.console.bench",
-    "show_comparison": "drysim.console.comparison",
-    "show_ensemble": "drysim.console.ensemble",
-    "show_fault": "drysim.console.faults",
-    "show_problems": "drysim.console.faults",
-    "show_hard": "drysim.console.hard",
-    "remark": "drysim.console.paper",
-    "say": "drysim.console.paper",
-    "show_warnings": "drysim.console.parts",
-    "show_result": "drysim.console.result",
-    "show_outcome": "drysim.console.summary",
-    "show_interrupted": "drysim.console.table",
-    "show_table": "drysim.console.table",
-}
-
-__getattr__ = late(__name__, _HOMES)
+__getattr__ = late(
+    __name__,
+    {
+        "drysim.console.bar": "progress",
+        "drysim.console.bench": "show_bench",
+        "drysim.console.comparison": "show_comparison",
+        "drysim.console.ensemble": "show_ensemble",
+        "drysim.console.faults": "show_fault show_problems",
+        "drysim.console.hard": "show_hard",
+        "drysim.console.paper": "remark say",
+        "drysim.console.parts": "show_warnings",
+        "drysim.console.result": "show_result",
+        "drysim.console.summary": "show_outcome",
+        "drysim.console.table": "show_interrupted show_table",
+    },
+)

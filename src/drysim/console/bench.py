@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.console.columns import show_columns
-from drysim.console.paper import paragraph, result
-from drysim.console.parts import HEAD, show_folder, show_scene, show_title, show_warnings
+from drysim.console.paper import result
+from drysim.console.parts import headed, show_folder, show_scene, show_title, show_warnings
 from drysim.study.bench.judge import EXACT
 from drysim.wording import number
 
@@ -38,10 +38,10 @@ def show_bench(bench: Bench, folder: Path | None = None) -> None:
         show_scene(paper, [*panel.words, ("engine", bench.engine)])
         show_columns(paper, columns(panel), LEFT, SPARED)
         for head, sentence in findings(panel):
-            paragraph(paper, f"  {head}".ljust(HEAD), sentence, "dim")
+            headed(paper, head, sentence)
         paper.print()
     if bench.absent:
-        paragraph(paper, "  absent".ljust(HEAD), absent(bench.absent), "dim")
+        headed(paper, "absent", absent(bench.absent))
     show_folder(paper, folder)
     show_warnings(bench.warnings)
 

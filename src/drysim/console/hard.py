@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.console.columns import show_columns
-from drysim.console.paper import line, paragraph, result
-from drysim.console.parts import HEAD, show_folder
+from drysim.console.paper import line, result
+from drysim.console.parts import headed, show_folder
 from drysim.study.bench.trial import EXACT, FAILED, HELD, TOLERANCE, UNPROMISED, WRONG
 from drysim.wording import percent
 
@@ -32,19 +32,19 @@ def show_hard(ordeals: Ordeals, folder: Path | None = None) -> None:
     line(paper, ("hard cases", "bold"))
     show_columns(paper, columns(ordeals), ("case",), SPARED)
     line(paper)
-    paragraph(paper, "  held".ljust(HEAD), rule(), "dim")
+    headed(paper, "held", rule())
     bare = [one.scenario.name for one in ordeals.cases if one.trials[0].word == UNPROMISED]
     if bare:
         sentence = (
             f"{', '.join(bare)}: without checks nothing is promised that {EXACT} could hold "
             "or break; give `checks`"
         )
-        paragraph(paper, f"  {UNPROMISED}".ljust(HEAD), sentence, "bold red")
+        headed(paper, UNPROMISED, sentence, "bold red")
     for case in ordeals.cases:
         for one in case.trials:
             if one.word == FAILED or (one.approach == EXACT and one.word == WRONG):
                 words = f"{one.approach} on {case.scenario.name}: {one.how}"
-                paragraph(paper, f"  {one.word}".ljust(HEAD), words, "bold red")
+                headed(paper, one.word, words, "bold red")
     show_folder(paper, folder)
 
 

@@ -43,7 +43,17 @@ def show_scene(paper: Paper, words: Iterable[tuple[str, str]]) -> None:
     """Show in words what was solved, and how."""
     line(paper)
     for name, sentence in words:
-        paragraph(paper, f"  {name}".ljust(HEAD), sentence, "dim")
+        headed(paper, name, sentence)
+
+
+def headed(paper: Paper, head: str, sentence: str, style: str = "dim") -> None:
+    """Show a sentence beside its head in the column of the names."""
+    paragraph(paper, f"  {head}".ljust(HEAD), sentence, style)
+
+
+def judged(passed: bool) -> tuple[str, str]:
+    """Give the mark of a check and its style."""
+    return ("✓ holds", "green") if passed else ("✗ fails", "bold red")
 
 
 def steps(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
@@ -73,10 +83,10 @@ def show_verdicts(paper: Paper, verdicts: Sequence[Verdict], axes: Sequence[Axis
     if verdicts:
         line(paper)
     for verdict in verdicts:
-        mark, style = ("✓ holds", "green") if verdict.passed else ("✗ fails", "bold red")
+        mark, style = judged(verdict.passed)
         if verdict.passed and not verdict.applies:
             mark, style = "· passed", "dim"
-        paragraph(paper, f"  {mark}".ljust(HEAD), _words(verdict, axes), style)
+        headed(paper, mark, _words(verdict, axes), style)
 
 
 def _words(verdict: Verdict, axes: Sequence[Axis]) -> str:

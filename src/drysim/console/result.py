@@ -7,8 +7,8 @@ from typing import Any
 
 from drysim import wording
 from drysim.console.columns import show_columns
-from drysim.console.paper import line, paragraph, result
-from drysim.console.parts import HEAD
+from drysim.console.paper import line, result
+from drysim.console.parts import headed, judged, show_scene
 from drysim.metrics import UNITS
 from drysim.wording import number
 
@@ -36,9 +36,7 @@ def show_result(told: Fields) -> None:
     """
     paper = result()
     line(paper, (wording.clean(str(told["scenario"]["name"])), "bold"))
-    line(paper)
-    for name, words in _scene(told):
-        paragraph(paper, f"  {name}".ljust(HEAD), words, "dim")
+    show_scene(paper, _scene(told))
     # Of many seeds the plain metrics are means; beside them stands how they scatter.
     found = told.get("ensemble", told)["metrics"]
     for approach, metrics in _tables(found):
@@ -49,8 +47,8 @@ def show_result(told: Fields) -> None:
     if told["checks"]:
         line(paper)
     for check in told["checks"]:
-        mark, style = ("✓ holds", "green") if check["passed"] else ("✗ fails", "bold red")
-        paragraph(paper, f"  {mark}".ljust(HEAD), _judged(check), style)
+        mark, style = judged(check["passed"])
+        headed(paper, mark, _found(check), style)
 
 
 def _scene(told: Fields) -> Iterator[tuple[str, str]]:
@@ -111,7 +109,7 @@ def _row(name: str, found: Any) -> tuple[str, ...] | None:
     return name, wording.pretty(UNITS[name]), *cells
 
 
-def _judged(check: Fields) -> str:
+def _found(check: Fields) -> str:
     """Give a check with its value, and where that was met."""
     where = check.get("where") or {}
     place = ", ".join(f"{key} = {number(value)}" for key, value in where.items())

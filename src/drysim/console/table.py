@@ -21,6 +21,7 @@ from drysim.console.parts import (
     steps,
 )
 from drysim.console.stroke import at, stroke
+from drysim.scenario.rules import STATIC
 from drysim.study.sweeps import survey
 from drysim.study.sweeps.rows import HELD
 from drysim.study.sweeps.tally import Tally
@@ -35,9 +36,6 @@ VALUE = 20
 
 DIGITS = 3
 """Digits of the ends of a range."""
-
-STATIC = {"friction.static", "friction.static_ratio", "friction.mu_static"}
-"""Keys that give a static limit."""
 
 NAMED = 4
 """Curves whose isolation is told one by one."""
@@ -81,7 +79,8 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     scenario, axes = table.scenario, table.axes
     varied = [axis.key for axis in axes]
     kind = scenario.excitation.kind
-    defaulted = not {*varied} & STATIC and not scenario.static_given
+    limits = {f"friction.{key}" for key in STATIC}
+    defaulted = not limits & {*varied} and not scenario.static_given
     plant, law, shared = scenario.oscillator.plant(), scenario.law(), _own(table).shared
     yield from wording.scene(plant, law, defaulted, scenario.terms, varied, shared)
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)

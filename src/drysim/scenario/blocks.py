@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, create_model, field_validator, model_validator
 
-from drysim.approach import APPROACHES, Approach
+from drysim.approach import SHELF, Approach
 from drysim.core.plant import Law, Plant, Stopped
 from drysim.core.state import State
 from drysim.quantity import (
@@ -123,12 +123,6 @@ class Solver(Block):
         """Give the approach with its options."""
         chosen: Approach = getattr(self, self.approach, None) or SHELF[self.approach]()
         return chosen
-
-
-SHELF: dict[str, type[Approach]] = {
-    member.model_fields["approach"].default: member for member in APPROACHES
-}
-"""The approaches by name."""
 
 
 def on_the_shelf(name: str) -> str:

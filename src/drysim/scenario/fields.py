@@ -15,11 +15,12 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from drysim.approach import SHELF
 from drysim.checks import Check
 from drysim.excitation import EXCITATIONS
 from drysim.friction import FRICTIONS
 from drysim.quantity import Block, shown
-from drysim.scenario.blocks import SHELF, Solver, on_the_shelf, with_options
+from drysim.scenario.blocks import Solver, on_the_shelf, with_options
 from drysim.scenario.sweep.axis import Axis, Range, spelled
 from drysim.scenario.sweep.sample import Draw, Sample
 

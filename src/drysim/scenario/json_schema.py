@@ -7,8 +7,8 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from drysim.approach import SHELF
 from drysim.metrics import UNITS
-from drysim.scenario.blocks import SHELF
 from drysim.scenario.heading import FORMAT
 from drysim.scenario.laws import BY_NAME, LAWS
 from drysim.scenario.options import with_options

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from drysim.approach import SHELF
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Law, Stopped
 from drysim.friction.coulomb import Coulomb
-from drysim.scenario.blocks import SHELF, on_the_shelf
+from drysim.scenario.blocks import on_the_shelf
 from drysim.scenario.laws import LAWS
 from drysim.scenario.rules import STATIC
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from drysim.approach import SHELF
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Law, Stopped
 from drysim.excitation import EXCITATIONS
-from drysim.scenario.blocks import SHELF, Solver, Stops
+from drysim.scenario.blocks import Solver, Stops
 from drysim.scenario.seeds import unmeasured
 from drysim.scenario.shape import block_in, tag_of
 from drysim.source import Keys

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from drysim.approach import SHELF
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, DrysimError
 from drysim.scenario import load
-from drysim.scenario.blocks import SHELF
 from drysim.scenario.sweep.axis import points
 from drysim.study import gallery
 from drysim.study.bench.patience import at_most

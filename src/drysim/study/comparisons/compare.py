@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drysim.approach import SHELF
 from drysim.errors import Caution, SolverError, UsageError
 from drysim.quantity import near
-from drysim.scenario.blocks import SHELF
 from drysim.scenario.laws import LAWS
 from drysim.study.case import prepare
 from drysim.study.cautions import statuses, strokes
