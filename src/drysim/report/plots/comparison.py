@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from drysim.approach.response import Response
+    from drysim.report.plots.curves import Curve
     from drysim.report.plots.ink import Style
     from drysim.study.comparisons.comparison import Comparison
 
@@ -92,12 +93,12 @@ def _overlay(axes: Axes, made: Comparison, looks: Mapping[str, Style], named: bo
         made.responses, key=lambda name: -_roughness(made.responses[name], first, last)
     )
     for name in rough:
-        t, x_dd = _stretch(made.responses[name], first, last)
+        shown = _stretch(made.responses[name], first, last)
         depth = (
             2.5 if name == made.yardstick else 2.2 if _is_rough(made, name, first, last) else 3
         )
         style = {**looks[name], "marker": "", "zorder": depth}
-        axes.plot(t, x_dd, **style, label=name if named else "")
+        axes.plot(shown.t, shown.x_dd, **style, label=name if named else "")
     where = spoken(made.shown, made.table.axes)
     ink.name(axes, f"acceleration of the mass ẍ [m/s²]{': ' if where else ''}{where}")
     axes.set_xlabel("time $t$ [s]")
@@ -112,18 +113,10 @@ def _loops(axes: Axes, made: Comparison, looks: Mapping[str, Style]) -> None:
     first, last = moment.cycle(yardstick, first, last)
     for name, response in made.responses.items():
         if made.laws.get(name):
-            x_r, F_f = _loop(response, _part(response, first, last))
-            axes.plot(x_r * panels.MM, F_f, **{**looks[name], "marker": ""})
+            shown = _stretch(response, first, last)
+            axes.plot(shown.x_r * panels.MM, shown.F_f, **{**looks[name], "marker": ""})
     ink.name(axes, "friction force $F_f$ [N]")
     axes.set_xlabel("relative displacement $x_r$ [mm]")
-
-
-def _loop(response: Response, part: slice) -> tuple[Any, Any]:
-    """Give x_r [m] and F_f [N] of a stretch; jumps of an exact one stand upright."""
-    if response.numerics.core == FIXED_STEP:
-        return response.points(part).x_r, response.friction(part)
-    shown = curves.curve(response, part)
-    return shown.x_r, shown.F_f
 
 
 def _rivals(made: Comparison) -> Sequence[Response]:
@@ -139,25 +132,17 @@ def _begin(made: Comparison) -> float:
     return 0.0 if measure.steady else measure.settle
 
 
-def _part(response: Response, first: float, last: float) -> slice:
-    """Give the grid points of a stretch [s]."""
+def _stretch(response: Response, first: float, last: float) -> Curve:
+    """Give a stretch [s]; jumps of an exact response stand upright."""
     begin = max(int(first / response.dt) - 1, 0)
-    return slice(begin, min(int(last / response.dt) + 2, len(response)))
-
-
-def _stretch(response: Response, first: float, last: float) -> tuple[Any, Any]:
-    """Give the acceleration of a stretch [s], [m/s²]; jumps of an exact one stand upright."""
-    part = _part(response, first, last)
-    if response.numerics.core != FIXED_STEP:
-        shown = curves.curve(response, part)
-        return shown.t, shown.x_dd
-    return np.arange(part.start, part.stop) * response.dt, response.acceleration(part)
+    part = slice(begin, min(int(last / response.dt) + 2, len(response)))
+    fixed = response.numerics.core == FIXED_STEP
+    return curves.grid(response, part) if fixed else curves.curve(response, part)
 
 
 def _roughness(response: Response, first: float, last: float) -> float:
     """Give how much an acceleration goes up and down in a stretch [m/s²]."""
-    _, x_dd = _stretch(response, first, last)
-    return float(np.abs(np.diff(x_dd)).sum())
+    return float(np.abs(np.diff(_stretch(response, first, last).x_dd)).sum())
 
 
 def _is_rough(made: Comparison, name: str, first: float, last: float) -> bool:

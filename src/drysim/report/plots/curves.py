@@ -64,20 +64,20 @@ def curve(response: Response, part: slice) -> Curve:
     Curve
         Grid points and events in the order of time.
     """
-    first, last, _ = part.indices(len(response))
-    x_r, v_r, *_ = response.points(part)
-    grid = Curve(
-        np.arange(first, last) * np.float64(response.dt),
-        response.base(part),
-        response.acceleration(part),
-        x_r,
-        v_r,
-        response.friction(part),
-    )
-    sides = _event_sides(response, grid.t[0], grid.t[-1])
-    merged = [np.concatenate(series) for series in zip(*sides, grid, strict=True)]
+    points = grid(response, part)
+    sides = _event_sides(response, points.t[0], points.t[-1])
+    merged = [np.concatenate(series) for series in zip(*sides, points, strict=True)]
     order = np.argsort(merged[0], kind="stable")
     return Curve(*(series[order] for series in merged))
+
+
+def grid(response: Response, part: slice) -> Curve:
+    """Give the grid points of a stretch alone."""
+    first, last, _ = part.indices(len(response))
+    t = np.arange(first, last) * np.float64(response.dt)
+    u_dd, x_dd = response.base(part), response.acceleration(part)
+    x_r, v_r, *_ = response.points(part)
+    return Curve(t, u_dd, x_dd, x_r, v_r, response.friction(part))
 
 
 def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:

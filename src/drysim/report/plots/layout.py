@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
 from drysim.report.plots import canvas, heading
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
@@ -50,7 +51,7 @@ def complete(
     unnamed : collection of str
         Labels that the legend leaves out.
     """
-    known = _entries(figure, unnamed)
+    known = entries(figure.axes, unnamed)
     lines = ceil(sum(map(_width, known)) / ROOM)
     foot = FOOT + LINE * lines + 0.06
     row = _row(grid.nrows)
@@ -65,23 +66,27 @@ def complete(
             axes.set_position(spot.get_position(figure))
     heading.write(figure, words)
     if known:
-        columns = ceil(len(known) / lines)
-        figure.legend(
-            list(known.values()), list(known), loc="lower center", ncols=columns, frameon=False,
-            fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5,
-            handlelength=2.4,
-        )  # fmt: skip
+        legend(figure, known, columns=ceil(len(known) / lines), length=2.4)
     return bottom, top
+
+
+def legend(figure: Figure, known: Mapping[str, Any], columns: int, length: float) -> None:
+    """Name lines below all panels, each behind a piece of so many letters."""
+    figure.legend(
+        list(known.values()), list(known), loc="lower center", ncols=columns, frameon=False,
+        fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5,
+        handlelength=length,
+    )  # fmt: skip
 
 
 def _row(rows: int) -> float:
     return ALONE if rows == 1 else STACKED
 
 
-def _entries(figure: Figure, unnamed: Collection[str]) -> dict[str, Any]:
-    """Give the labelled lines of all panels, each once."""
+def entries(panels: Iterable[Axes], unnamed: Collection[str] = ()) -> dict[str, Any]:
+    """Give the labelled lines of panels, each once."""
     known: dict[str, Any] = {}
-    for axes in figure.axes:
+    for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             if label not in unnamed:
                 known.setdefault(label, handle)

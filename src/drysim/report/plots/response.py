@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from drysim.report.plots import canvas, curves, heading, panels
+from drysim.report.plots import canvas, curves, heading, layout, panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +45,8 @@ def draw(outcome: Outcome) -> Figure:
     figure = canvas.blank(body + heading.height(head))
     heading.write(figure, head)
     arrange(figure, outcome)
-    _legend(figure)
+    known = layout.entries(figure.axes[-3:] + figure.axes[:-3])
+    layout.legend(figure, known, columns=7, length=1.8)
     return figure
 
 
@@ -100,16 +101,4 @@ def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
     return figure.add_gridspec(
         2, columns, width_ratios=(1.5, 1)[:columns], wspace=0.17, hspace=0.26,
         left=0.08, right=0.98, bottom=bottom / height, top=top / height,
-    )  # fmt: skip
-
-
-def _legend(figure: Figure) -> None:
-    """Name the lines of all panels below them, each once."""
-    known: dict[str, Any] = {}
-    for axes in figure.axes[-3:] + figure.axes[:-3]:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            known.setdefault(label, handle)
-    figure.legend(
-        list(known.values()), list(known), loc="lower center", ncols=7, frameon=False,
-        fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5, handlelength=1.8,
     )  # fmt: skip
