@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
 import yaml
 
@@ -13,63 +14,96 @@ from drysim.source.place import Placer, split_lines
 _GLUED = re.compile(r"(\s*(?:- +)?)([A-Za-z_][\w.]*):([^\s:/\\][^:]*)$")
 """A key whose colon has no space behind it."""
 
+Mark = tuple[int, int]
+"""Line and column, from 0."""
+
+
+class _Spot(NamedTuple):
+    """Where a parser gave up, and where what it was reading began; lines count from 0."""
+
+    lines: list[str]
+    at: Mark
+    start: Mark
+    place: Placer
+
+    @property
+    def line(self) -> str:
+        """The line at which it gave up."""
+        return self.lines[self.at[0]] if self.at[0] < len(self.lines) else ""
+
+    @property
+    def sign(self) -> str:
+        """The sign at which it did; empty at the end of the line."""
+        return self.line[self.at[1] : self.at[1] + 1]
+
+    def here(self, sentence: str, at: Mark | None = None, width: int = 1) -> Problem:
+        """Give the problem that a sentence makes there, or at another place."""
+        line, column = at or self.at
+        return self.place((line, column), (line, column + width)).problem(sentence)
+
 
 def explained(fault: yaml.MarkedYAMLError, text: str, place: Placer) -> Problem:
     """Give the located sentence for a fault of a YAML parser."""
     mark, context = fault.problem_mark or fault.context_mark, fault.context_mark
     at = (mark.line, mark.column) if mark else (0, 0)
-    lines = split_lines(text)
-    line = lines[at[0]] if at[0] < len(lines) else ""
-    what = f"{fault.problem or ''} {fault.context or ''}"
     start = (context.line, context.column) if context else at
-
-    def here(sentence: str, at: tuple[int, int] = at, width: int = 1) -> Problem:
-        return place(at, (at[0], at[1] + width)).problem(sentence)
-
+    spot = _Spot(split_lines(text), at, start, place)
+    what = f"{fault.problem or ''} {fault.context or ''}"
     if "mapping values" in what or "expected ':'" in what:
-        for number in range(at[0], max(-1, at[0] - 3), -1):
-            if glued := _GLUED.match(lines[number] if number < len(lines) else ""):
-                words = f"`{short(glued[2])}: {short(glued[3])}`"
-                spot = (number, len(glued[1]))
-                return here(f"a space is missing after the colon: {words}", spot, len(glued[2]))
-        if ": " in line[: at[1]]:
-            return here("a second `: ` in one value; put the value in quotes")
-        number = next((n for n in reversed(range(at[0])) if lines[n].strip()), at[0])
-        before = lines[number]
-        if ":" not in before:
-            spot = (number, _indent(before))
-            return here("a colon is missing behind this key", spot, len(before.strip()))
-        sentence = "this line is indented deeper than the one before it allows"
-        return here(sentence, *_head(at, line))
+        return _about_a_colon(spot)
     if "cannot start any token" in what:
-        sign = line[at[1] : at[1] + 1]
-        if sign == "\t":
-            return here("a tab cannot indent in YAML; use spaces")
-        return here(f"a value cannot start with `{sign}`; put it in quotes")
+        if spot.sign == "\t":
+            return spot.here("a tab cannot indent in YAML; use spaces")
+        return spot.here(f"a value cannot start with `{spot.sign}`; put it in quotes")
     if "expected ',' or" in what:
         opening, closing = ("{", "}") if "mapping" in what else ("[", "]")
         if at[0] > start[0]:
-            return here(f"this `{opening}` is not closed by `{closing}`", start)
-        return here(f"`,` or `{closing}` is missing before this")
+            return spot.here(f"this `{opening}` is not closed by `{closing}`", start)
+        return spot.here(f"`,` or `{closing}` is missing before this")
     if "end of stream" in what and "quoted" in what:
-        return here("this quote is not closed", start)
+        return spot.here("this quote is not closed", start)
     if "escape" in what:
-        return here("unknown escape in double quotes; use single quotes", start)
+        return spot.here("unknown escape in double quotes; use single quotes", start)
     if re.search(r"expected (key|<block end>|'-' indicator)", what):
-        if line[: at[1]].strip():
-            return here("nothing may follow the value in its line")
-        return here("this line fits no block above it; check its indentation", *_head(at, line))
-    if line.startswith("%"):
-        return here("this directive is not understood; remove it", width=len(line.rstrip()))
+        return _about_a_block(spot)
+    if spot.line.startswith("%"):
+        sentence = "this directive is not understood; remove it"
+        return spot.here(sentence, width=len(spot.line.rstrip()))
     if "node content" in what:
-        sign = line[at[1] : at[1] + 1]
-        return here(f"a value is missing before {f'`{sign}`' if sign else 'the end'}")
-    return here(f"this is not YAML: {short(str(fault.problem), 200)}")
+        behind = f"`{spot.sign}`" if spot.sign else "the end"
+        return spot.here(f"a value is missing before {behind}")
+    return spot.here(f"this is not YAML: {short(str(fault.problem), 200)}")
 
 
-def _head(at: tuple[int, int], line: str) -> tuple[tuple[int, int], int]:
-    """Give where a line begins to speak, and how long its first word is."""
-    return (at[0], _indent(line)), len((line.split() or [""])[0])
+def _about_a_colon(spot: _Spot) -> Problem:
+    """Say what is wrong where a colon is one too many, or one too few."""
+    lines, last = spot.lines, spot.at[0]
+    for number in range(last, max(-1, last - 3), -1):
+        if glued := _GLUED.match(lines[number] if number < len(lines) else ""):
+            words = f"`{short(glued[2])}: {short(glued[3])}`"
+            sentence = f"a space is missing after the colon: {words}"
+            return spot.here(sentence, (number, len(glued[1])), len(glued[2]))
+    if ": " in spot.line[: spot.at[1]]:
+        return spot.here("a second `: ` in one value; put the value in quotes")
+    number = next((n for n in reversed(range(last)) if lines[n].strip()), last)
+    before = lines[number]
+    if ":" not in before:
+        sentence = "a colon is missing behind this key"
+        return spot.here(sentence, (number, _indent(before)), len(before.strip()))
+    sentence = "this line is indented deeper than the one before it allows"
+    return spot.here(sentence, *_head(spot))
+
+
+def _about_a_block(spot: _Spot) -> Problem:
+    """Say what is wrong where a block should go on or end."""
+    if spot.line[: spot.at[1]].strip():
+        return spot.here("nothing may follow the value in its line")
+    return spot.here("this line fits no block above it; check its indentation", *_head(spot))
+
+
+def _head(spot: _Spot) -> tuple[Mark, int]:
+    """Give where the line begins to speak, and how long its first word is."""
+    return (spot.at[0], _indent(spot.line)), len((spot.line.split() or [""])[0])
 
 
 def _indent(line: str) -> int:
