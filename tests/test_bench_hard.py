@@ -9,6 +9,7 @@ import pytest
 
 import drysim as package
 from drysim.study.bench import hard, trial
+from drysim.study.bench.patience import tried
 
 SLIDING = """\
 drysim: 1
@@ -74,7 +75,8 @@ def test_approach_that_asks_for_too_much_has_failed_and_says_why(tmp_path):
 
 def test_approach_that_takes_too_long_has_failed(tmp_path):
     (tmp_path / "held.yaml").write_text(HELD)
-    late = hard.attempt(package.load(tmp_path / "held.yaml"), "moreau", 1e-5)
+    scenario = package.load(tmp_path / "held.yaml")
+    late = tried(lambda: hard.solved(scenario, "moreau"), 1e-5)
     assert late == "given up after 1e-5 s"
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from drysim.errors import DrysimError
 from drysim.study.bench.clock import timed
 from drysim.study.bench.entry import Entry, Run
-from drysim.study.bench.patience import at_most
+from drysim.study.bench.patience import tried
 from drysim.study.bench.work import Answer, Work
 
 MOST_POINTS = 2_000_000
@@ -55,13 +54,8 @@ class Runner:
 
 def attempt(entry: Entry, work: Work, terms: Terms) -> Runner | str:
     """Make an entry ready on as much of the work as patience allows; or say how it fails."""
-    try:
-        with at_most(HOPELESS + 3.0 * terms.patience):
-            return made_ready(entry, work, terms)
-    except DrysimError as fault:
-        return str(fault)
-    except Exception as fault:  # whatever another program raises is its score
-        return f"{type(fault).__name__}: {fault}"
+    seconds = HOPELESS + 3.0 * terms.patience
+    return tried(lambda: made_ready(entry, work, terms), seconds)
 
 
 def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:

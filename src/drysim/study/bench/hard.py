@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from drysim.approach import SHELF
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
-from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, DrysimError
+from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import points
 from drysim.study import gallery
-from drysim.study.bench.patience import at_most
+from drysim.study.bench.patience import tried
 from drysim.study.bench.trial import EXACT, FAILED, WRONG, Metrics, Solved, Trial, judged
 from drysim.study.case import assemble, prepare
 from drysim.study.sweeps.cases import Motions
@@ -73,7 +74,7 @@ def ordeal(scenario: Scenario, patience: float, finished: Callable[[], None]) ->
     answers: dict[str, tuple[Solved | str, float]] = {}
     for name in (EXACT, *(name for name in SHELF if name != EXACT)):
         begin = perf_counter()
-        answer = attempt(scenario, name, patience)
+        answer = tried(partial(solved, scenario, name), patience)
         answers[name] = answer, perf_counter() - begin
         finished()
     exact, free = answers[EXACT][0], answers["viscous"][0]
@@ -81,23 +82,6 @@ def ordeal(scenario: Scenario, patience: float, finished: Callable[[], None]) ->
         scenario,
         tuple(judged(name, *found, exact, free) for name, found in answers.items()),
     )
-
-
-def attempt(scenario: Scenario, name: str, patience: float) -> Solved | str:
-    """Give what an approach makes of a case, or say how it fails."""
-    try:
-        with at_most(patience):
-            return solved(scenario, name)
-    except DrysimError as fault:
-        return reason(fault)
-    except Exception as fault:  # a fault of one approach is its verdict
-        return f"{type(fault).__name__}: {fault}"
-
-
-def reason(fault: DrysimError) -> str:
-    """Give why numbers cannot be had: the fault itself, or the problem behind it."""
-    problems = getattr(fault, "problems", ())
-    return problems[0].sentence if problems else str(fault)
 
 
 def solved(scenario: Scenario, name: str) -> Solved:

@@ -4,12 +4,32 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
 from drysim.core.compiled import compiling
-from drysim.errors import SolverError
+from drysim.errors import DrysimError, SolverError
 from drysim.wording import number
+
+Given = TypeVar("Given")
+
+
+def tried(work: Callable[[], Given], seconds: float) -> Given | str:
+    """Give what some work gives within a time, or say how it fails: that is its verdict."""
+    try:
+        with at_most(seconds):
+            return work()
+    except DrysimError as fault:
+        return reason(fault)
+    except Exception as fault:  # whatever another program raises
+        return f"{type(fault).__name__}: {fault}"
+
+
+def reason(fault: DrysimError) -> str:
+    """Give why numbers cannot be had: the fault itself, or the problem behind it."""
+    problems = getattr(fault, "problems", ())
+    return problems[0].sentence if problems else str(fault)
 
 
 @contextmanager

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from drysim import wording
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
-from drysim.errors import DrysimError, SolverError, UsageError
+from drysim.errors import SolverError, UsageError
 from drysim.scenario.sweep.axis import size as cases_of_grid
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Terms
 from drysim.study.bench.clock import Job, interleaved, repeats, timed
 from drysim.study.bench.judge import verdict
-from drysim.study.bench.patience import at_most
+from drysim.study.bench.patience import tried
 from drysim.study.bench.peers.scipy_ivp import reference
 from drysim.study.bench.scores import Bench, Panel, Score
 from drysim.study.bench.settling import A_PERIOD, PERIODS, Settling, followed, settlings
@@ -144,14 +144,12 @@ def search(case: Case, total: int) -> March:
 
 def attempt(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> March | Score:
     """March an entry through as many cases as patience allows; or say how it fails."""
-    try:
-        with at_most(HOPELESS):
-            return marched(alike, known, terms)
-    except Exception as fault:  # whatever happens to an entry is its score
-        words = str(fault) if isinstance(fault, DrysimError) else repr(fault)
-        first = alike[0]
-        score = Score(first.approach, first.setting, first.own, first.step, 0)
-        return replace(score, verdict=f"failed, {words}")
+    found = tried(lambda: marched(alike, known, terms), HOPELESS)
+    if isinstance(found, March):
+        return found
+    first = alike[0]
+    score = Score(first.approach, first.setting, first.own, first.step, 0)
+    return replace(score, verdict=f"failed, {found}")
 
 
 def refuse_the_hopeless(entry: Entry, work: Work) -> None:
