@@ -14,7 +14,7 @@ import pytest
 from drysim import console
 from drysim.checks import Check
 from drysim.console import bar
-from drysim.console.paper import result
+from drysim.console.paper import stdout
 from drysim.console.parts import Row, show_rows
 from drysim.errors import Caution
 from drysim.scenario import Axis
@@ -361,7 +361,7 @@ def test_counting_costs_next_to_nothing_where_nobody_watches():
 
 def test_long_range_stays_apart_from_its_remark(capsys):
     rows = [Row("T_a", "1.2", "least"), Row("stuck", "below 0.1 % to 23.6 %", "most at 1 Hz")]
-    show_rows(result(), rows, 20)
+    show_rows(stdout(), rows, 20)
     short, long = capsys.readouterr().out.splitlines()[1:]
     assert "23.6 % most at 1 Hz" in long
     assert short.index("least") == long.index("most")

@@ -157,7 +157,7 @@ def test_file_of_the_user_in_a_dataset_is_not_removed(drysim, huge):
     assert mine.read_text() == "mine"
 
 
-def test_summary_is_told_again_without_computing(drysim, huge):
+def test_summary_is_retold_without_computing(drysim, huge):
     words = ("--set", "sweep={excitation.frequency: [1, 2]}", "--set", "checks=[T_a < 1]")
     assert drysim("sweep", huge, *words, "--no-plots", "-o", "a").code == 1
     done = drysim("summarise", "a")

@@ -285,7 +285,7 @@ def test_key_that_the_scenario_has_no_use_for_is_refused(fault, text, sweep, sen
     assert fault(sweep, text) == [sentence]
 
 
-def test_fault_of_a_block_is_not_told_again_for_the_keys_swept_in_it(fault):
+def test_fault_of_a_block_is_not_retold_for_the_keys_swept_in_it(fault):
     text = SEAT.replace("kind: harmonic", "kind: harmonics")
     assert len(fault({"excitation.frequency": [1, 2]}, text)) == 1
 

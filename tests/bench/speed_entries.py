@@ -9,7 +9,7 @@ from __future__ import annotations
 import pytest
 
 from drysim.core.compiled import PLAIN_STEPS, settle
-from drysim.study.bench import default, peers, shelf
+from drysim.study.bench import peers, questions, shelf
 from drysim.study.bench.attempt import Runner
 from drysim.study.bench.judge import Yardstick
 from drysim.study.bench.speed_error import judged, lfilter
@@ -19,7 +19,7 @@ SAMPLES = 4_000
 """Samples of the work: the slowest entry takes some seconds on them."""
 
 settle(PLAIN_STEPS + 1)
-WORKS = [work_of(one, SAMPLES) for one in default.scenarios(None, [], swept=False)]
+WORKS = [work_of(one, SAMPLES) for one in questions.scenarios(None, [], swept=False)]
 CASES = [
     pytest.param(work, entry, id=f"{work.scenario.name}-{entry.approach}-{entry.setting}")
     for work in WORKS

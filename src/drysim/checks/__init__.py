@@ -106,10 +106,13 @@ class Check:
             applies &= COMPARISONS[one.op](column, one.limit)
         if not applies.any():
             return None
-        away = values - self.limit
-        bad = {"<": away, ">": -away, "=": np.abs(away)}[self.op[0]]
-        bad = np.where(np.isnan(values), np.inf, bad)
+        bad = np.where(np.isnan(values), np.inf, self.off(values))
         return int(np.argmax(np.where(applies, bad, -np.inf)))
+
+    def off(self, value: Any) -> Any:
+        """Give how far a value, or a column, is from what was promised; below 0 it holds."""
+        away = value - self.limit
+        return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
 
     def undecided(self) -> Verdict:
         """Give the verdict of a check that applies to no case: it fails."""

@@ -71,5 +71,4 @@ def badness(verdict: Verdict) -> float:
     """Give how far a case is from what was promised; what is not known is the worst."""
     if verdict.value is None or math.isnan(verdict.value):
         return math.inf
-    away = verdict.value - verdict.check.limit
-    return {"<": away, ">": -away, "=": abs(away)}[verdict.check.op[0]]
+    return float(verdict.check.off(verdict.value))

@@ -74,12 +74,12 @@ def bench(
     if hard:
         return held(scenario, changes or [], out, patience, dry_run, voice, command)
     from drysim.report.claim import check
-    from drysim.study.bench import default
+    from drysim.study.bench import questions
     from drysim.study.bench.attempt import Terms
 
     terms = Terms(samples, repeats, patience or PATIENCE, peers)
-    asked = default.scenarios(scenario, changes or [], steady)
-    job = default.settling(asked, terms) if steady else default.marching(asked, terms)
+    asked = questions.scenarios(scenario, changes or [], steady)
+    job = questions.settling(asked, terms) if steady else questions.marching(asked, terms)
     folder = folder_of(out, scenario, asked, "steady" if steady else "bench")
     check(folder)
     if dry_run:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import Any
 
-from drysim.console.paper import talk
+from drysim.console.paper import stderr
 from drysim.console.plain import Plain
 
 PATIENCE = 1.0
@@ -39,7 +39,7 @@ def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> It
     callable
         `advance(n=1)`, from any thread. Where nobody watches it does nothing and costs nothing.
     """
-    if quiet or not sys.stderr.isatty() or talk().is_dumb_terminal:
+    if quiet or not sys.stderr.isatty() or stderr().is_dumb_terminal:
         yield _nothing
         return
     bar = _Bar(total, label, blocks)
@@ -86,7 +86,7 @@ class _Bar:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
         from rich.progress import TimeRemainingColumn as Remaining
 
-        screen = talk()
+        screen = stderr()
         assert not isinstance(screen, Plain), "no bar is begun on a pipe"
         pace = (TextColumn("{task.fields[pace]}"),) if self._blocks else ()
         columns = TextColumn(self._label), BarColumn(), MofNCompleteColumn(), *pace, Remaining()

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.console.columns import show_columns
-from drysim.console.paper import result
+from drysim.console.paper import stdout
 from drysim.console.parts import headed, show_folder, show_scene, show_title, show_warnings
 from drysim.study.bench.judge import EXACT
 from drysim.wording import number
@@ -32,7 +32,7 @@ def show_bench(bench: Bench, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    paper = result()
+    paper = stdout()
     for panel in bench.panels:
         show_title(paper, panel.scenario)
         show_scene(paper, [*panel.words, ("engine", bench.engine)])

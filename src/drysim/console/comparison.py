@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from drysim import wording
 from drysim.console.columns import show_columns
-from drysim.console.paper import folded, line, result
+from drysim.console.paper import folded, line, stdout
 from drysim.console.parts import (
     Row,
     show_folder,
@@ -57,7 +57,7 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    paper, table = result(), comparison.table
+    paper, table = stdout(), comparison.table
     show_title(paper, table.scenario)
     show_scene(paper, [*scene(table), *_laws(comparison), ("yardstick", comparison.yardstick)])
     show_columns(paper, columns(comparison), ("approach",), SPARED)

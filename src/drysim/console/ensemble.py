@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drysim.console.paper import result
+from drysim.console.paper import stdout
 from drysim.console.parts import (
     Row,
     show_folder,
@@ -60,7 +60,7 @@ def show_ensemble(ensemble: Ensemble, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    paper = result()
+    paper = stdout()
     show_title(paper, ensemble.scenario)
     show_scene(paper, _scene(ensemble))
     show_rows(paper, _rows(ensemble), VALUE)

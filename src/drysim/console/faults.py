@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from drysim.console.paper import line, result, talk, workflow_command
+from drysim.console.paper import line, stderr, stdout, workflow_command
 from drysim.errors import DrysimError, Problem, RecordError
 from drysim.wording import several
 
@@ -35,7 +35,7 @@ def show_fault(fault: DrysimError) -> None:
     fault : DrysimError
         With its problems, where it has them, and its hint.
     """
-    paper = talk()
+    paper = stderr()
     sentence, problems = str(fault), getattr(fault, "problems", ())
     if isinstance(fault, RecordError):
         sentence, problems = f"{fault.problem.file} cannot be used", (fault.problem,)
@@ -59,7 +59,7 @@ def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") ->
     if form == "json":
         print(json.dumps(_object(found), indent=2))
         return
-    paper = result()
+    paper = stdout()
     if form == "github":
         for problems in found.values():
             for problem in problems:

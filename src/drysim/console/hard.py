@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.console.columns import show_columns
-from drysim.console.paper import line, result
+from drysim.console.paper import line, stdout
 from drysim.console.parts import headed, show_folder
 from drysim.study.bench.trial import EXACT, FAILED, HELD, TOLERANCE, UNPROMISED, WRONG
 from drysim.wording import percent
@@ -28,7 +28,7 @@ def show_hard(ordeals: Ordeals, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    paper = result()
+    paper = stdout()
     line(paper, ("hard cases", "bold"))
     show_columns(paper, columns(ordeals), ("case",), SPARED)
     line(paper)

@@ -28,12 +28,12 @@ Piece = str | tuple[str, str]
 """Words, or words and their style."""
 
 
-def result() -> Paper:
+def stdout() -> Paper:
     """Give stdout."""
     return _paper(to_stderr=False)
 
 
-def talk() -> Paper:
+def stderr() -> Paper:
     """Give stderr."""
     return _paper(to_stderr=True)
 
@@ -75,13 +75,13 @@ def workflow_command(paper: Paper, words: str) -> None:
 def say(text: str) -> None:
     """Say on stdout, line by line, what has no style."""
     for words in text.split("\n"):
-        line(result(), words)
+        line(stdout(), words)
 
 
 def remark(text: str) -> None:
     """Say it on stderr."""
     for words in text.split("\n"):
-        line(talk(), words)
+        line(stderr(), words)
 
 
 def _print(paper: Paper, parts: list[tuple[str, str]]) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from drysim import wording
-from drysim.console.paper import folded, line, paragraph, talk
+from drysim.console.paper import folded, line, paragraph, stderr
 from drysim.errors import Caution
 from drysim.wording import number
 
@@ -116,7 +116,7 @@ def show_folder(paper: Paper, folder: Path | None) -> None:
 
 def show_warnings(warnings: Sequence[Caution]) -> None:
     """Show warnings on stderr, one sentence each."""
-    paper = talk()
+    paper = stderr()
     for caution in warnings:
         if paper.is_terminal:
             paragraph(paper, "warning: ", caution.sentence, "yellow")

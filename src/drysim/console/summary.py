@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.console.paper import result
+from drysim.console.paper import stdout
 from drysim.console.parts import (
     Row,
     show_folder,
@@ -42,7 +42,7 @@ def show_outcome(outcome: Outcome, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    paper = result()
+    paper = stdout()
     show_title(paper, outcome.scenario)
     show_scene(paper, scene(outcome))
     show_rows(paper, _rows(outcome), VALUE)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from drysim import wording
 from drysim.console import means
-from drysim.console.paper import line, result, talk
+from drysim.console.paper import line, stderr, stdout
 from drysim.console.parts import (
     Row,
     show_folder,
@@ -50,7 +50,7 @@ def show_table(table: study.Table, folder: Path | None = None) -> None:
     folder : Path, optional
         Where the files were written.
     """
-    paper = result()
+    paper = stdout()
     show_title(paper, table.scenario)
     show_scene(paper, scene(table))
     show_rows(paper, _rows(table), VALUE)
@@ -62,7 +62,7 @@ def show_table(table: study.Table, folder: Path | None = None) -> None:
 
 def show_interrupted(kept: int, what: str, folder: Path) -> None:
     """Say on stderr what was kept of interrupted work, cases or seeds, and how it goes on."""
-    paper = talk()
+    paper = stderr()
     if not kept:
         line(paper, f"interrupted before any {what} was finished")
         return

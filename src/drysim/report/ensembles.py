@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from drysim.metrics import BOUNDED, COMFORT, UNITS
 from drysim.report.cells import joined
-from drysim.report.rows import VIOLATION, known
+from drysim.report.rows import known
 from drysim.report.sidecar import Fields, excitation, framed, software
-from drysim.report.tables import STROKE, heading, write
+from drysim.report.tables import STROKE, VIOLATION, heading, write
 from drysim.study.ensembles.seeds import until_of
 from drysim.study.ensembles.statistics import CONFIDENCE, QUANTILES
 from drysim.study.hashes import sha256_together

@@ -10,7 +10,7 @@ import numpy as np
 
 from drysim.metrics import BOUNDED, COMFORT
 from drysim.report.cells import Cases, Text, cases, joined, text
-from drysim.report.tables import STROKE, heading, write
+from drysim.report.tables import STROKE, VIOLATION, heading, write
 from drysim.study.sweeps.batch import COUNTED, STATUSES
 from drysim.study.sweeps.rows import HELD, batches_of
 
@@ -26,9 +26,6 @@ METRICS = (
 )  # fmt: skip
 MEANS = ("a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "stuck_share")
 """The metrics whose confidence interval is told, where they are means over many seeds."""
-
-VIOLATION = ("t_first_violation", "x_r_peak", "t_beyond", "violations")
-"""The metrics in the columns of stroke_violations.csv."""
 
 
 def transmissibility(table: Table, folder: Path) -> None:

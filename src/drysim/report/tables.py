@@ -39,6 +39,9 @@ UNITS = {
 RESPONSE = ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck")
 EVENTS = ("t", "event", "x_r", "F_L")
 STROKE = ("t_first", "x_r_peak", "t_beyond", "violations")
+VIOLATION = ("t_first_violation", *STROKE[1:])
+"""The columns of stroke_violations.csv, and the metrics in them."""
+
 STUCK = ("0", "1")
 CODES = sorted(EVENT_NAMES)
 
@@ -77,7 +80,7 @@ def stroke_violations(outcome: Outcome, folder: Path) -> None:
         # The peak of the metrics is that of their window; the limit may be met before.
         if caution.slug == "stroke-violated":
             found |= caution.numbers
-    row = (found[name] for name in ("t_first_violation", "x_r_peak", "t_beyond", "violations"))
+    row = (found[name] for name in VIOLATION)
     cells = [["" if value is None else str(value)] for value in row]
     write(folder / "stroke_violations.csv", [*map(heading, STROKE)], [joined(cells)])
 

@@ -15,7 +15,7 @@ from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
 from drysim.scenario import Scenario, cautions, period
 from drysim.study import effort, memory, volume
-from drysim.study.base import ON_THE_END, base_motion, misfit, window
+from drysim.study.base_motion import ON_THE_END, base_motion, misfit, window
 from drysim.study.ensembles import seeds
 from drysim.study.spectral import refusal
 from drysim.wording import number

@@ -11,7 +11,7 @@ from drysim import machine
 from drysim.core import compiled
 from drysim.core.motion import Samples
 from drysim.study import memory
-from drysim.study.base import base_motion
+from drysim.study.base_motion import base_motion
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.seeds import KEY, asked, enough, of_seed
 from drysim.study.hashes import sha256_of

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from drysim.core import compiled
 from drysim.errors import SolverError
-from drysim.study.base import base_motion
+from drysim.study.base_motion import base_motion
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.by_seed import rows_of, threads
 from drysim.study.ensembles.seeds import KEY, most, of_seed

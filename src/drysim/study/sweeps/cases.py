@@ -12,7 +12,7 @@ from drysim.core.state import AnyState
 from drysim.errors import SolverError
 from drysim.scenario.sweep.axis import size
 from drysim.study import comfort
-from drysim.study.base import base_motion
+from drysim.study.base_motion import base_motion
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.seeds import most
 from drysim.study.steady import orbit_of

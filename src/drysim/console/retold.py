@@ -7,7 +7,7 @@ from typing import Any
 
 from drysim import wording
 from drysim.console.columns import show_columns
-from drysim.console.paper import line, result
+from drysim.console.paper import line, stdout
 from drysim.console.parts import headed, judged, show_scene
 from drysim.metrics import UNITS
 from drysim.wording import number
@@ -34,7 +34,7 @@ def show_result(told: Fields) -> None:
     told : mapping
         As the file has it.
     """
-    paper = result()
+    paper = stdout()
     line(paper, (wording.clean(str(told["scenario"]["name"])), "bold"))
     show_scene(paper, _scene(told))
     # Of many seeds the plain metrics are means; beside them stands how they scatter.
