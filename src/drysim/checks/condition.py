@@ -90,7 +90,7 @@ def refuse_unknown(op: str) -> None:
 
 
 def limit(text: str, unit: str) -> float:
-    """Give the number [unit] that a text compares with."""
+    """Give the number [unit] that a text compares with; a ValueError says why it has none."""
     value = convert(text, unit)
     if not math.isfinite(value):
         raise ValueError(f"must compare with a finite number, not {shown(text)}")

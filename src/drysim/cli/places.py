@@ -20,7 +20,13 @@ if TYPE_CHECKING:
 
 @contextmanager
 def place(cluster: str | None, workers: int | None, voice: Voice) -> Iterator[Compute]:
-    """Give the function that computes a sweep where it is wanted, as long as it is there."""
+    """Give the function that computes a sweep where it is wanted, as long as it is there.
+
+    Raises
+    ------
+    UsageError
+        When the words do not go together, or no cluster answers at the address.
+    """
     from drysim.study.sweeps.sweep import solve, solve_far
 
     if cluster is None:

@@ -57,7 +57,13 @@ def recover(place: Path, aside: Path) -> None:
 
 @contextlib.contextmanager
 def alone(place: Path, folder: Path) -> Iterator[None]:
-    """Hold a folder against other drysims; the lock dies with the process, even by kill -9."""
+    """Hold a folder against other drysims; the lock dies with the process, even by kill -9.
+
+    Raises
+    ------
+    OutputError
+        When another one holds it, or has put another folder in its place.
+    """
     if os.name == "nt":  # Folders cannot be locked there.
         yield
         return

@@ -126,7 +126,7 @@ class Solver(Block):
 
 
 def on_the_shelf(name: str) -> str:
-    """Give the name of an approach that there is."""
+    """Give the name of an approach that there is; a ValueError says which there are."""
     if name not in SHELF:
         hint = "; it is a friction law: friction.law takes it"
         hint = hint if name in LAWS else meant_or_known(name, SHELF)

@@ -77,7 +77,7 @@ class _Builder:
         self.read = 0
 
     def document(self) -> Node | None:
-        """Give the tree of the only document."""
+        """Give the tree of the only document; errors as in `parse`."""
         tree = None
         for event in self.events:
             if isinstance(event, yaml.DocumentStartEvent):

@@ -14,7 +14,15 @@ ON_THE_END = 1e-9
 
 
 def base_motion(scenario: Scenario) -> Sines | Samples:
-    """Give the motion of the base; a signal that would not fit into memory is not made."""
+    """Give the motion of the base.
+
+    Raises
+    ------
+    ScenarioError
+        When a signal would not fit into memory; it is not made then.
+    RecordError
+        When the record cannot be used.
+    """
     excitation, step, measure = scenario.excitation, scenario.solver.step, scenario.measure
     end = None if measure.duration is None else measure.settle + measure.duration
     span, block = end, "measure"
@@ -28,7 +36,13 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
 
 
 def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
-    """Give begin and end of the metrics [s]; a record must reach to the end."""
+    """Give begin and end of the metrics [s].
+
+    Raises
+    ------
+    ScenarioError
+        When a record does not reach to the end.
+    """
     settle, duration = scenario.measure.settle, scenario.measure.duration
     if not isinstance(motion, Samples):
         assert duration is not None, "a scenario has a duration unless its record ends it"

@@ -129,7 +129,13 @@ def refuse_existing(file: Path) -> None:
 
 
 def write_new(file: Path, content: bytes) -> None:
-    """Write a file that must not be there yet, completely or not at all."""
+    """Write a file that must not be there yet, completely or not at all.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written.
+    """
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with file.open("xb") as stream, removed_on_failure(file):

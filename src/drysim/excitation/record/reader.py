@@ -81,7 +81,13 @@ def stamp_of(file: Path | int) -> Stamp:
 
 
 def examine(path: Path) -> tuple[Reader, str, bool]:
-    """Read a file once; gives its reader, its SHA-256 (hex) and whether it holds anything."""
+    """Read a file once; gives its reader, its SHA-256 (hex) and whether it holds anything.
+
+    Raises
+    ------
+    RecordError
+        When the file changes meanwhile.
+    """
     digest, filled = hashlib.sha256(), False
     with regular.opened(path) as stream:
         stamp = stamp_of(stream.fileno())

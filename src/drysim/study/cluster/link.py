@@ -58,7 +58,13 @@ class Link:
         return max(LEAST, AHEAD * self._threads)
 
     def look(self) -> None:
-        """See how many workers there are; say so where there is none, as that may last."""
+        """See how many workers there are; say so where there is none, as that may last.
+
+        Raises
+        ------
+        ClusterError
+            When the scheduler has left us.
+        """
         try:
             self._threads = sum(self.client.nthreads().values())
         except (OSError, TimeoutError) as fault:

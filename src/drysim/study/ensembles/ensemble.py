@@ -122,7 +122,7 @@ def solve(
 
 
 def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
-    """Give the ensemble of finished seeds, with its verdicts and warnings."""
+    """Give the ensemble of finished seeds, with all verdicts; errors as in `solve`."""
     from drysim.study import run
     from drysim.study.ensembles import doubts
 

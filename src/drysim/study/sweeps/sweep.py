@@ -111,7 +111,13 @@ def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
 
 
 def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
-    """Give the scenario, and its reference where one is asked for."""
+    """Give the scenario, and its reference where one is asked for.
+
+    Raises
+    ------
+    ScenarioError
+        When it has no sweep block.
+    """
     if not scenario.axes:
         problem = scenario.problem(
             "sweep is required: which keys to vary, and over what", "sweep"
