@@ -32,7 +32,7 @@ def test_faulty_file_earns_exactly_these_words(file, monkeypatch):
     monkeypatch.chdir(PROBLEMS)
     with pytest.raises(ScenarioError) as fault:
         load(file.name)
-    words = [f"error: {fault.value}", "", *map(told, fault.value.problems)]
+    words = [f"error: {fault.value.message}", "", *map(told, fault.value.problems)]
     assert "\n".join(words) + "\n" == file.with_suffix(".txt").read_text()
 
 

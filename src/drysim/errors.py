@@ -39,6 +39,16 @@ class Problem:
     severity: str = "error"
     """`error`, `warning`, or `note` of what was done as the scenario asks for it."""
 
+    @property
+    def place(self) -> str:
+        """Where it is as editors understand it, `file:line:column`, as far as it is known."""
+        numbers = [str(number) for number in (self.line, self.column) if number]
+        return ":".join([self.file, *numbers])
+
+    def __str__(self) -> str:
+        """Give place and sentence."""
+        return f"{self.place}: {self.sentence}"
+
     def __post_init__(self) -> None:
         """Cut a sentence that is endless."""
         if len(self.sentence) > LONGEST:
@@ -72,6 +82,7 @@ class DrysimError(Exception):
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
+        self.message = message
         self.hint = hint
 
 
@@ -86,6 +97,10 @@ class ScenarioError(DrysimError):
         super().__init__(message, hint)
         self.problems = problems
 
+    def __str__(self) -> str:
+        """Give the message and every problem, a line each, as a traceback shows it."""
+        return "\n".join([self.message, *map(str, self.problems)])
+
 
 class RecordError(DrysimError):
     """A measured record that cannot be used; row and column are named in the problem."""
@@ -93,6 +108,10 @@ class RecordError(DrysimError):
     def __init__(self, problem: Problem, hint: str = "") -> None:
         super().__init__(problem.sentence, hint)
         self.problem = problem
+
+    def __str__(self) -> str:
+        """Give the problem with its place."""
+        return str(self.problem)
 
 
 class OutputError(DrysimError):

@@ -42,6 +42,13 @@ class Events:
         """Give the number of events."""
         return len(self.t)
 
+    def __repr__(self) -> str:
+        """Give how many there are and the first few, in a line."""
+        first = zip(self.t[:3].tolist(), self.kind[:3].tolist(), strict=True)
+        few = ", ".join(f"{EVENT_NAMES[kind]} at {t:.6g} s" for t, kind in first)
+        more = ", ..." if len(self) > 3 else ""
+        return f"<Events: {len(self)}; {few}{more}>"
+
     def until(self, t: float) -> Events:
         """Give the events up to an instant [s], itself included."""
         count = int(np.searchsorted(self.t, t, side="right"))

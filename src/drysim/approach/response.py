@@ -86,6 +86,11 @@ class Response:
         """Give the number of grid points."""
         return len(self.grid)
 
+    def __repr__(self) -> str:
+        """Give how much there is of it, in a line."""
+        grid = f"{len(self)} points at {self.dt:.6g} s"
+        return f"<Response: {grid}, {len(self.events)} events>"
+
     @property
     def dt(self) -> float:
         """Distance of the grid points [s]."""

@@ -146,7 +146,8 @@ def refuse_nonsense(plant: Plant, law: Law, u_dd: Floats, dt: float, start: Stat
         if not math.isfinite(value):
             raise UsageError(f"{name} must be a finite number, not {value}")
         if value < 0.0 and name not in start._fields:
-            raise UsageError(f"{name} must be at least 0, not {value:g}")
+            bound = "above 0" if name in ("m", "dt") else "at least 0"
+            raise UsageError(f"{name} must be {bound}, not {value:g}")
     if plant.m == 0.0 or dt == 0.0:
         raise UsageError(f"{'dt' if plant.m else 'm'} must be above 0")
     if law.F_fs < law.F_fk:

@@ -36,7 +36,7 @@ def show_fault(fault: DrysimError) -> None:
         With its problems, where it has them, and its hint.
     """
     paper = stderr()
-    sentence, problems = str(fault), getattr(fault, "problems", ())
+    sentence, problems = fault.message, getattr(fault, "problems", ())
     if isinstance(fault, RecordError):
         sentence, problems = f"{fault.problem.file} cannot be used", (fault.problem,)
     line(paper, ("error: ", "bold red"), sentence)
@@ -92,15 +92,9 @@ def _list(paper: Paper, problems: Sequence[Problem]) -> None:
         line(paper)
     for problem in problems:
         style, word = STYLES[problem.severity]
-        line(paper, (f"{_place(problem)}: ", "bold"), (word, style), problem.sentence)
+        line(paper, (f"{problem.place}: ", "bold"), (word, style), problem.sentence)
         if problem.line and problem.source:
             _show_source(paper, problem, style)
-
-
-def _place(problem: Problem) -> str:
-    """Give `file:line:column`, as far as it is known."""
-    numbers = [str(number) for number in (problem.line, problem.column) if number]
-    return ":".join([problem.file, *numbers])
 
 
 def _show_source(paper: Paper, problem: Problem, style: str) -> None:

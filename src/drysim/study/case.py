@@ -13,6 +13,7 @@ from drysim.core.state import State
 from drysim.errors import Caution, UsageError
 from drysim.excitation.generated import Drawn
 from drysim.excitation.record import Record
+from drysim.quantity import short
 from drysim.scenario import Scenario, cautions, period
 from drysim.study import effort, memory, volume
 from drysim.study.base_motion import ON_THE_END, base_motion, misfit, window
@@ -108,8 +109,13 @@ def prepare(scenario: Scenario) -> Case:
         When the window of the metrics lies beyond the end of the motion, the spectra cannot be
         had, or the case needs more memory than the machine has.
     UsageError
-        When the environment names an engine that there is not.
+        When it is no scenario, or the environment names an engine that there is not.
     """
+    if not isinstance(scenario, Scenario):
+        given = short(repr(scenario))
+        raise UsageError(
+            f"what is solved is a scenario, as `drysim.load` gives it, not {given}"
+        )
     require_engine()
     if shortage := memory.shortage_of_seeds(seeds.most(scenario)):
         raise misfit(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, Caution
+from drysim.study.brief import judged, line, values
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.approach.events import Events
@@ -47,6 +49,11 @@ class Outcome:
     def events(self) -> Events:
         """Stops, break-aways and reversals in the order of time."""
         return self.response.events
+
+    def __repr__(self) -> str:
+        """Give what came out, in a line."""
+        kept, many = judged(self.checks, self.warnings), several(len(self.events), "event")
+        return line("Outcome", self.scenario.name, values(self.metrics), many, kept)
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 0, or 1 when a check failed; `strict` counts a warning as a failed check."""

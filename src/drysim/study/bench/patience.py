@@ -29,7 +29,7 @@ def tried(work: Callable[[], Given], seconds: float) -> Given | str:
 def reason(fault: DrysimError) -> str:
     """Give why numbers cannot be had: the fault itself, or the problem behind it."""
     problems = getattr(fault, "problems", ())
-    return problems[0].sentence if problems else str(fault)
+    return problems[0].sentence if problems else fault.message
 
 
 @contextmanager

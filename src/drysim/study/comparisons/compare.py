@@ -36,15 +36,16 @@ WORDS = (*SHELF, *LAWS)
 """What a comparison may name: an approach to the scene's law, or a law to be solved exactly."""
 
 
-def named(words: Sequence[str]) -> tuple[str, ...]:
-    """Give the approaches and laws that a list of words names; `vs` is dropped.
+def named(words: str | Sequence[str]) -> tuple[str, ...]:
+    """Give the approaches and laws that words name, in a list or in one text; `vs` is dropped.
 
     Raises
     ------
     UsageError
         When a word is neither, is named twice, or there are fewer than two.
     """
-    names = [word for word in words if word != "vs"]
+    each = words.split() if isinstance(words, str) else words
+    names = [word for word in each if word != "vs"]
     for name in names:
         if name not in WORDS:
             nearest = near(name, WORDS)
@@ -66,7 +67,7 @@ def named(words: Sequence[str]) -> tuple[str, ...]:
 
 def compare(
     scenario: Scenario,
-    names: Sequence[str],
+    names: str | Sequence[str],
     *,
     workers: int | None = None,
     finished: Finished = nothing,
@@ -77,8 +78,9 @@ def compare(
     ----------
     scenario : Scenario
         With a sweep block, every case of it is compared.
-    names : sequence of str
-        Approaches and friction laws; the last is the yardstick. `viscous` is added.
+    names : str or sequence of str
+        Approaches and friction laws, such as `"signum vs stick-slip"` or a list of them; the
+        last is the yardstick. `viscous` is added.
     workers : int, optional
         Threads.
     finished : callable, optional

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from drysim.study.brief import line
 from drysim.study.ensembles.statistics import interval
 
 if TYPE_CHECKING:
@@ -40,6 +41,11 @@ class Comparison:
     shown: Mapping[str, float]
     verdict: tuple[str, ...]
     laws: Mapping[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Give the verdict, in a line."""
+        words = f"{', '.join(self.table.approaches)} against {self.yardstick}"
+        return line("Comparison", self.table.scenario.name, words, *self.verdict[:1])
 
     @property
     def of_laws(self) -> bool:

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 from drysim.core import compiled
 from drysim.errors import SolverError
 from drysim.study.base_motion import base_motion
+from drysim.study.brief import judged, line, values
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.by_seed import rows_of, threads
 from drysim.study.ensembles.seeds import KEY, most, of_seed
 from drysim.study.ensembles.statistics import Statistic, statistics
 from drysim.study.outcome import exit_code
 from drysim.study.sweeps.table import FAILED, OK, Row
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.approach.events import Events
@@ -80,6 +82,11 @@ class Ensemble:
     def seeds(self) -> tuple[int, ...]:
         """The seeds, in order."""
         return tuple(int(row.point[KEY]) for row in self.rows)
+
+    def __repr__(self) -> str:
+        """Give what came out, in a line."""
+        kept, many = judged(self.checks, self.warnings), several(len(self.rows), "seed")
+        return line("Ensemble", self.scenario.name, many, values(self.metrics), kept)
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 3 when a seed failed, 1 when a check did; `strict` counts warnings as checks."""

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from drysim.study.brief import judged, line, spans
 from drysim.study.outcome import exit_code
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -147,6 +149,15 @@ class Table:
     def __getitem__(self, number: int) -> Row:
         """Give one row."""
         return self.rows[number]
+
+    def __repr__(self) -> str:
+        """Give what the cases come to, in a line."""
+        name, kept = self.scenario.name, judged(self.checks, self.warnings)
+        tallies = list(self.tallies.values())
+        told = [f"{several(tally.cases, 'case')} by {tally.approach}" for tally in tallies]
+        return line(
+            "Table", name, ", ".join(told), spans(tallies[0].ends) if tallies else "", kept
+        )
 
     @property
     def approaches(self) -> tuple[str, ...]:

@@ -83,6 +83,11 @@ class Tally:
             found.setdefault(batch.approach, first).add(batch)
         return found
 
+    @property
+    def ends(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest value of every metric that is known somewhere."""
+        return {name: (low.value, high.value) for name, (low, high) in self.extremes.items()}
+
     def add(self, batch: Batch) -> None:
         """Take a block of cases into account; blocks come in order."""
         self.cases += len(batch)
