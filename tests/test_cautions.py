@@ -38,6 +38,11 @@ def test_plausible_scenario_deserves_no_warning(slugs):
     ("words", "slug", "part"),
     [
         ({"stroke__limit": 25}, "looks-like-millimetres", "write `25 mm`"),
+        (
+            {"checks": ["x_r_peak < 25"]},
+            "looks-like-millimetres",
+            "check `x_r_peak < 25` is 25 m",
+        ),
         ({"start__x_r": 12}, "looks-like-millimetres", "start.x_r is 12 m"),
         ({"excitation__rms": 1000}, "looks-like-millimetres", "swings by 14 m"),
         ({"oscillator__mass": 75000}, "looks-like-grams", "(`75000 g`)"),
@@ -55,6 +60,8 @@ def test_value_in_another_unit_or_too_coarse_is_said(slugs, words, slug, part):
     [
         ("stroke.limit", [0.02, 5, 10], "looks-like-millimetres", "stroke.limit is 10 m"),
         ("excitation.rms", [1, 1000], "looks-like-millimetres", "swings by 14 m"),
+        ("excitation.frequency", [1, 50, 25], "coarse-step", "8 steps a period at 50 Hz"),
+        ("solver.step", [0.05, 1e-3], "coarse-step", "12.5 steps a period at 1.6 Hz"),
         ("oscillator.stiffness", [7.5, 7500], "looks-like-grams", "(`7.5 N/mm`)"),
     ],
 )
@@ -67,6 +74,7 @@ def test_value_that_is_swept_is_not_held_against_the_file(slugs):
     stopped = {"stroke__stops": {"stiffness": 1e5}, "stroke__limit": 25}
     assert slugs(sweep={"stroke.limit": ["20 mm", "30 mm"]}, **stopped) == {}
     assert slugs(sweep={"excitation.rms": [1, 2]}, excitation__rms=0.1) == {}
+    assert slugs(sweep={"excitation.frequency": [1, 2]}, excitation__frequency=50) == {}
 
 
 def test_damping_ratio_in_percent_is_said(slugs):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import drysim as package
-from drysim import console
+from drysim import console, wording
 from drysim.core.plant import Law
 from drysim.errors import OutputError, Problem, RecordError, ScenarioError
 from outcomes import outcome, record
@@ -77,6 +77,24 @@ def test_summary_says_what_matters_in_words_and_millimetres(capsys):
         "written out/seat",
     ):
         assert words in out
+
+
+@pytest.mark.parametrize(
+    ("check", "scale", "unit"),
+    [
+        ("x_r_peak < 5 cm", 1e2, " cm"),
+        ("x_r_peak < 5", 1.0, " m"),
+        ("a_u > 0.05 g", 1 / 9.80665, " g"),
+        ("a_u < 50 m/s2", 1.0, " m/s²"),
+        ("stuck_share < 90 %", 1e2, " %"),
+        ("T_a < 9", 1.0, ""),
+    ],
+)
+def test_value_is_told_in_the_unit_of_its_check(capsys, check, scale, unit):
+    made = outcome(Law(15.0, 15.0), checks=[check])
+    console.show_outcome(made, None)
+    value = wording.number(made.metrics[check.split()[0]] * scale, digits=6)
+    assert f"✓ holds     {check}, with {value}{unit}\n" in capsys.readouterr().out
 
 
 def test_metric_that_is_not_known_is_said_to_be_so(capsys):

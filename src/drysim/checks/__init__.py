@@ -23,7 +23,7 @@ from drysim.checks.condition import (
 from drysim.checks.verdict import Verdict as Verdict
 from drysim.checks.verdict import badness as badness
 from drysim.metrics import UNITS
-from drysim.quantity import meant_or_known, shown
+from drysim.quantity import meant_or_known, shown, unit_behind
 
 Metrics = Mapping[str, float | None]
 Column = NDArray[Any]
@@ -45,6 +45,8 @@ class Check:
     """In the unit of the metric."""
     conditions: tuple[Condition, ...] = ()
     """All must hold where the check applies."""
+    unit: str = ""
+    """The unit that the limit is written in; empty where it is a bare number."""
 
     @classmethod
     def parse(cls, text: str, units: Mapping[str, str] | None = None) -> Check:
@@ -71,8 +73,8 @@ class Check:
             hint = meant_or_known(metric, UNITS)
             raise ValueError(f"unknown metric {shown(metric)}{hint}")
         refuse_unknown(op)
-        bound = limit(form["limit"], UNITS[metric])
-        return cls(text, metric, op, bound, conditions(where[0], units) if where else ())
+        bound, unit = limit(form["limit"], UNITS[metric]), unit_behind(form["limit"])
+        return cls(text, metric, op, bound, conditions(where[0], units) if where else (), unit)
 
     def based_on(self, here: Mapping[str, float | None]) -> Check:
         """Give the check of a scenario in which some keys have these values."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from drysim import wording
 from drysim.console.paper import folded, line, paragraph, stderr
 from drysim.errors import Caution
+from drysim.quantity import factor
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def show_verdicts(paper: Paper, verdicts: Sequence[Verdict], axes: Sequence[Axis
 
 
 def _words(verdict: Verdict, axes: Sequence[Axis]) -> str:
-    """Give a check and what its metric turned out to be, lengths in millimetres."""
+    """Give a check and what its metric turned out to be, in the unit that the check has."""
     check, value, unit = verdict.check, verdict.value, wording.pretty(verdict.unit)
     where = wording.place(verdict.where or {}, axes)
     place = f" at {where}" if where else ""
@@ -99,7 +100,10 @@ def _words(verdict: Verdict, axes: Sequence[Axis]) -> str:
         return f"{check}; {none}"
     if value is None:
         return f"{check}; {check.metric} is not known {place.lstrip() or 'here'}"
-    scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
+    scale = 1.0
+    if check.unit:
+        scale = 1.0 / factor(check.unit, verdict.unit)
+        unit = wording.pretty(check.unit)
     mean = f", mean of {verdict.seeds} seeds" if verdict.seeds > 1 else ""
     if verdict.half_width:
         found = wording.around(value * scale, verdict.half_width * scale, unit)

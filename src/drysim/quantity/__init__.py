@@ -17,6 +17,7 @@ from drysim.quantity.kinds import KINDS as KINDS
 from drysim.quantity.units import NUMBER as NUMBER
 from drysim.quantity.units import convert as convert
 from drysim.quantity.units import factor as factor
+from drysim.quantity.units import unit_behind as unit_behind
 from drysim.quantity.units import usual as usual
 from drysim.quantity.words import meant as meant
 from drysim.quantity.words import meant_or_known as meant_or_known

@@ -62,6 +62,13 @@ def convert(text: str, unit: str) -> float:
         return math.copysign(math.inf, value)
 
 
+def unit_behind(text: str) -> str:
+    """Give the unit that a text with a number in front names; empty for none."""
+    words = text.translate(_SIGNS).strip()
+    number = NUMBER.match(words)
+    return words[number.end() :].strip() if number else ""
+
+
 def _exact(scale: float) -> Fraction:
     """Give the number that a factor stands for: 1/60 or 0.001, not the double next to it."""
     simple = Fraction(scale).limit_denominator(1_000_000)

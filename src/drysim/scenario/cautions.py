@@ -13,7 +13,7 @@ from drysim.core.signal import largest
 from drysim.errors import Caution
 from drysim.excitation.record import Record
 from drysim.scenario.odd_units import odd_units
-from drysim.scenario.sweep.cautions import needless
+from drysim.scenario.sweep.cautions import extremes, needless
 from drysim.scenario.unfit import unfit
 from drysim.weighting import DIRECTIONS, RECALLED
 
@@ -60,7 +60,17 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
 
 
 def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
-    """Say when the output grid is too coarse to draw the motion."""
+    """Say when the output grid is too coarse to draw motion, in a sweep at its worst."""
+    cases = extremes(scenario) if scenario.axes else ()
+    swept = [one for case in cases for one in _coarse(case, case.excitation.motion())]
+    found = swept if scenario.axes else [*_coarse(scenario, motion)]
+    yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
+
+
+def _coarse(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the output grid is too coarse to draw the motion of a single case."""
+    if not isinstance(motion, Sines):
+        return
     m, k_x, _ = scenario.oscillator.plant()
     f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
     steps = 1 / (f * scenario.solver.step) if f and scenario.solver.step else inf

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples, Sines
 from drysim.errors import Caution
+from drysim.metrics import UNITS
 from drysim.scenario.sweep.cautions import extremes
 
 if TYPE_CHECKING:
@@ -57,9 +58,15 @@ def _lengths(scenario: Scenario) -> Iterator[Caution]:
     start = abs(scenario.start.x_r)
     limit = scenario.stroke.limit if scenario.stroke else 0.0
     pulled = start if k_x * start / m >= HARD else 0.0
-    for key, value in (("stroke.limit", limit), ("start.x_r", pulled)):
+    bare = [
+        (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
+        for at, check in enumerate(scenario.checks)
+        if not check.unit and UNITS[check.metric] == "m"
+    ]
+    keys = (("stroke.limit", limit), ("start.x_r", pulled))
+    for what, key, value in (*((key, key, value) for key, value in keys), *bare):
         if value >= FAR:
-            sentence = f"{key} is {value:g} m; if it is in millimetres, write `{value:g} mm`"
+            sentence = f"{what} is {value:g} m; if it is in millimetres, write `{value:g} mm`"
             yield Caution("looks-like-millimetres", sentence, {key: value})
 
 
