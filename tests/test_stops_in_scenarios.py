@@ -54,6 +54,15 @@ def test_run_tells_its_stops_in_every_file(tmp_path, drysim, stops):
     assert again["metrics"] == told["metrics"]
 
 
+@pytest.mark.parametrize("stops", [BUMPERS, RIGID])
+@pytest.mark.parametrize("words", [("run",), ("compare", "signum", "vs", "stick-slip", "-s")])
+def test_mass_that_rests_on_its_stop_is_drawn(tmp_path, drysim, stops, words):
+    text = SEAT.replace("STOPS", stops).replace("rms: 1.5", "rms: 1e-3")
+    (tmp_path / "seat.yaml").write_text(f"{text}start: {{x_r: 4 mm}}\n")
+    answer = drysim(*words, "seat.yaml", "--set", "stroke.limit=4 mm")
+    assert answer.code == 0, answer.err
+
+
 def test_scene_without_stops_has_none_of_it(tmp_path, drysim):
     (tmp_path / "seat.yaml").write_text(SEAT.replace(", stops: STOPS", ""))
     answer = drysim("run", "seat.yaml", "--json")

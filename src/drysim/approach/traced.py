@@ -72,11 +72,12 @@ class Traced:
         return Events(every.t[stays], every.kind[stays], every.x_r[stays], every.F_L[stays])
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Codes]:
-        """Give x_r, v_r, z, F_f and the direction at ascending times [s]."""
+        """Give x_r, v_r, z, F_f and the direction at ascending times [s], or at none."""
         columns = tuple(held(np.empty(len(t))) for _ in range(4))
         d = held(np.empty(len(t), dtype=np.int64))
         *scene, trail = self.scene
-        first, last = np.searchsorted(self._begins, (t[0], t[-1]), "right")
+        ends = t.min(initial=self.end), t.max(initial=0.0)
+        first, last = np.searchsorted(self._begins, ends, "right")
         near = Trail(*(column[max(first - 1, 0) : last] for column in trail))
         ways.read(self.law)(*scene, near, held(t), *columns, d)
         x_r, v_r, z, F_f = map(np.asarray, columns)
