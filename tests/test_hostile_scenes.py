@@ -33,7 +33,16 @@ def law(name: str, **words: float) -> dict[str, object]:
     return {"friction": {"law": name, "kinetic": 45, **words}}
 
 
+def sines(*phases: float) -> dict[str, object]:
+    every = [{"frequency": 1.6, "amplitude": 1.0, "phase": phase} for phase in phases]
+    return {"excitation": {"kind": "sines", "components": every}}
+
+
 SOLVED = {
+    "sines that cancel, and no friction": sines(0.0, math.pi) | {"friction": None} | STEADY,
+    "sines that nearly cancel, and no friction": sines(0.0, math.pi - 1e-12)
+    | {"friction": None}
+    | STEADY,
     "rigid stop that keeps no speed": stops(restitution=0) | STEADY,
     "rigid stop that keeps all of it": stops(restitution=1),
     "rigid stop next to nothing away": stops(1e-12, restitution=0.3),
@@ -83,6 +92,17 @@ def test_scene_at_the_end_of_its_keys_closes_its_energy(seat, words):
     limit = words.get("stroke")
     if limit is not None and "restitution" in limit["stops"]:
         assert known["x_r_peak"] <= limit["limit"]
+
+
+@pytest.mark.parametrize(("phases", "A"), [((0.3, 0.3), 2.0), ((0.0, math.pi / 2), 2**0.5)])
+def test_sines_of_one_frequency_are_one_sine(seat, phases, A):
+    one = {"kind": "harmonic", "frequency": 1.6, "amplitude": A, "phase": sum(phases) / 2}
+    found = [
+        drysim.run(drysim.load(seat, STEADY | words)).metrics
+        for words in (sines(*phases), {"excitation": one})
+    ]
+    assert found[0]["T_a"] == pytest.approx(found[1]["T_a"], rel=1e-12)
+    assert found[0]["a_u"] == pytest.approx(found[1]["a_u"], rel=1e-14)
 
 
 REFUSED = {

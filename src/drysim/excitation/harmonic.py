@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -11,6 +11,9 @@ from drysim.core.motion import Sines
 from drysim.quantity import Angle, Block, Frequency, Quantity
 
 Level = Annotated[float, Quantity("m/s²", at_least=0)]
+
+ROUNDING = 4.0 * 2.0**-52
+"""Of a sum of sines, relative to their amplitudes."""
 
 
 class Component(Block):
@@ -77,10 +80,33 @@ class SineSum(Block):
         return tuple(sine.frequency for sine in self.components)
 
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
-        """Give the base acceleration, used analytically."""
-        sines = self.components
-        return Sines(
-            tuple(sine.A for sine in sines),
-            self.frequencies,
-            tuple(sine.phase for sine in sines),
-        )
+        """Give the base acceleration, used analytically; sines of one frequency are one."""
+        alike: list[list[Component]] = []
+        for sine in self.components:
+            others = (some for some in alike if same(some[0].frequency, sine.frequency))
+            if (some := next(others, None)) is None:
+                alike.append([sine])
+            else:
+                some.append(sine)
+        waves = [(one.A, one.phase) if not more else sum_of(one, *more) for one, *more in alike]
+        A, phases = zip(*waves, strict=True)
+        return Sines(A, tuple(some[0].frequency for some in alike), phases)
+
+
+def same(one: object, other: object) -> bool:
+    """Tell whether two frequencies are one; those of many cases at once are columns."""
+    return isinstance(one, float) and one == other
+
+
+def sum_of(*sines: Component) -> tuple[Any, Any]:
+    """Give amplitude [m/s²] and phase [rad] of the sum of sines of one frequency.
+
+    What the rounding of their phases leaves of sines that cancel is nothing: the base stands
+    still, and no solution need follow it.
+    """
+    import numpy as np  # values of many cases at once are columns
+
+    along = sum(sine.A * np.cos(sine.phase) for sine in sines)
+    across = sum(sine.A * np.sin(sine.phase) for sine in sines)
+    A, noise = np.hypot(along, across), ROUNDING * sum(sine.A for sine in sines)
+    return np.where(noise < A, A, 0.0)[()], np.arctan2(across, along)[()]
