@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
 
+Stamp = tuple[int, int, int]
+
 KINDS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -49,6 +51,12 @@ def opened(path: Path) -> Iterator[BufferedReader]:
     with open(path, "rb", opener=_without_waiting) as stream:
         _refuse_others(os.fstat(stream.fileno()))  # it may be another one by now
         yield stream
+
+
+def stamp_of(file: Path | int) -> Stamp:
+    """Give what tells a file, open or not, from another, and from itself before a change."""
+    about = os.stat(file)
+    return about.st_ino, about.st_size, about.st_mtime_ns
 
 
 def _refuse_others(about: os.stat_result) -> None:

@@ -7,8 +7,8 @@ from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
+from drysim import regular
 from drysim.core.normal_force.normal import Pressure
-from drysim.excitation.record.reader import Stamp, stamp_of
 from drysim.excitation.record.recorded import Recorded
 from drysim.excitation.record.spoken import SI
 
@@ -42,12 +42,12 @@ class NormalRecord(Recorded):
         """
         stamp = None
         with suppress(OSError):
-            stamp = stamp_of(self.path)
+            stamp = regular.stamp_of(self.path)
         return _pressure(self, stamp)
 
 
 @lru_cache(maxsize=KEPT)
-def _pressure(record: NormalRecord, stamp: Stamp | None) -> Pressure:
+def _pressure(record: NormalRecord, stamp: regular.Stamp | None) -> Pressure:
     from drysim.excitation.record.file import fault
     from drysim.excitation.record.reading import force_of
 

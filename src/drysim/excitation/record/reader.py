@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,8 +11,6 @@ from drysim.errors import Problem, RecordError
 
 WINDOW = 1 << 20
 """Bytes read at a time: small beside the numbers, large beside the cost of a call."""
-
-Stamp = tuple[int, int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +25,7 @@ class Reader:
 
     path: Path
     size: int
-    stamp: Stamp
+    stamp: regular.Stamp
     latest: dict[int, bytes] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -60,7 +57,7 @@ class Reader:
         try:
             with regular.opened(self.path) as stream:
                 stream.seek(at)
-                found, stamp = stream.read(count), stamp_of(stream.fileno())
+                found, stamp = stream.read(count), regular.stamp_of(stream.fileno())
         except (OSError, regular.Irregular):
             raise changed(self.path) from None
         if stamp != self.stamp:
@@ -74,12 +71,6 @@ def changed(path: Path) -> RecordError:
     return RecordError(Problem(sentence, str(path), 0))
 
 
-def stamp_of(file: Path | int) -> Stamp:
-    """Give what tells a file, open or not, from another, and from itself before a change."""
-    about = os.stat(file)
-    return about.st_ino, about.st_size, about.st_mtime_ns
-
-
 def examine(path: Path) -> tuple[Reader, str, bool]:
     """Read a file once; gives its reader, its SHA-256 (hex) and whether it holds anything.
 
@@ -90,10 +81,10 @@ def examine(path: Path) -> tuple[Reader, str, bool]:
     """
     digest, filled = hashlib.sha256(), False
     with regular.opened(path) as stream:
-        stamp = stamp_of(stream.fileno())
+        stamp = regular.stamp_of(stream.fileno())
         while block := stream.read(WINDOW):
             digest.update(block)
             filled = filled or bool(block.strip())
-        if stamp_of(stream.fileno()) != stamp:
+        if regular.stamp_of(stream.fileno()) != stamp:
             raise changed(path)
     return Reader(path, stamp[1], stamp), digest.hexdigest(), filled
