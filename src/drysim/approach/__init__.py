@@ -1,9 +1,4 @@
-"""Shelf 3: how the motion is computed. An approach is one file and one name here.
-
-The class attributes `use_friction`, `use_static`, `use_variation` and `use_dynamic` say which
-friction an approach can use, and `use_stops` whether it knows end stops; a scenario that names
-another is at fault.
-"""
+"""Shelf 3: how the motion is computed. An approach is one file and one name here."""
 
 from drysim.approach.moreau import Moreau
 from drysim.approach.signum import Signum

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
+from drysim.approach.member import Member
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState
-from drysim.quantity import Block
 
 
-class Moreau(Block):
+class Moreau(Member):
     """The sign is a set at zero velocity, and every step picks the point that fits.
 
     Not to be confused with signum: the mass truly sticks, without chatter and without a band;
     nor with stick-slip: stops fall on the grid, and no static friction above kinetic is known.
     """
-
-    use_friction: ClassVar[bool] = True
-    use_static: ClassVar[bool] = False
-    use_variation: ClassVar[bool] = False
-    use_dynamic: ClassVar[bool] = False
-    use_stops: ClassVar[bool] = False
 
     approach: Literal["moreau"] = "moreau"
 

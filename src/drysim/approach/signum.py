@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
+from drysim.approach.member import Member
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState
-from drysim.quantity import Block
 
 METHODS = ("euler", "semi-implicit", "heun", "rk4")
 
 
-class Signum(Block):
+class Signum(Member):
     """Friction against the sign of the velocity at every step, with sign(0) = 0.
 
     Not to be confused with stick-slip: there is no stick. Where the mass should stand still it
     chatters with period 2Δt and acceleration amplitude about F_fk/m, whatever the step.
     """
-
-    use_friction: ClassVar[bool] = True
-    use_static: ClassVar[bool] = False
-    use_variation: ClassVar[bool] = False
-    use_dynamic: ClassVar[bool] = False
-    use_stops: ClassVar[bool] = False
 
     approach: Literal["signum"] = "signum"
     method: Literal["euler", "semi-implicit", "heun", "rk4"] = "semi-implicit"

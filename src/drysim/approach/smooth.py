@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from math import ceil
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
+from drysim.approach.member import Member
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState
-from drysim.quantity import Block, Quantity
+from drysim.quantity import Quantity
 
 if TYPE_CHECKING:
     from drysim.approach.events import Floats
@@ -25,18 +26,12 @@ RELATIVE = 1e-9
 """Relative tolerance of the adaptive method; the sharpness errs by far more."""
 
 
-class Smooth(Block):
+class Smooth(Member):
     """Friction as a steep but continuous function of velocity.
 
     Not to be confused with stick-slip: where the mass should stand still it creeps, and the
     sharper the function, the stiffer the equation.
     """
-
-    use_friction: ClassVar[bool] = True
-    use_static: ClassVar[bool] = False
-    use_variation: ClassVar[bool] = False
-    use_dynamic: ClassVar[bool] = False
-    use_stops: ClassVar[bool] = False
 
     approach: Literal["smooth"] = "smooth"
     form: Literal["arctan", "tanh", "erf", "rational"] = "tanh"

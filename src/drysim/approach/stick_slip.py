@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, ClassVar, Literal
 
+from drysim.approach.member import Member
 from drysim.approach.orbit import Orbit
 from drysim.approach.response import Response, Track
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState
-from drysim.quantity import Block
 
 
 @cache
@@ -21,20 +21,15 @@ def core() -> Any:
     return exact
 
 
-class StickSlip(Block):
-    """The mass sticks below the friction limit and slides above it; both exactly.
+class Exact(Member):
+    """What the approaches do that follow a motion exactly; they differ in what rubs."""
 
-    Not to be confused with a fixed-step march that decides by a velocity band: here the stop is
-    located and v_r is zero exactly.
-    """
-
-    use_friction: ClassVar[bool] = True
-    use_static: ClassVar[bool] = True
-    use_variation: ClassVar[bool] = True
     use_dynamic: ClassVar[bool] = True
     use_stops: ClassVar[bool] = True
 
-    approach: Literal["stick-slip"] = "stick-slip"
+    def acting(self, law: AnyLaw) -> AnyLaw:
+        """Give what acts of a law: all of it."""
+        return law
 
     def solve(
         self,
@@ -61,6 +56,7 @@ class StickSlip(Block):
         SolverError
             When events follow each other without end or the motion leaves the numbers.
         """
+        law = self.acting(law)
         response: Response = core().solve(plant, law, motion, start, step, duration, True)
         return response
 
@@ -74,6 +70,7 @@ class StickSlip(Block):
         duration: float | None = None,
     ) -> Response:
         """Give the response as `solve` does; of a long one no more than a part is ever held."""
+        law = self.acting(law)
         response: Response = core().solve(plant, law, motion, start, step, duration, False)
         return response
 
@@ -90,12 +87,25 @@ class StickSlip(Block):
 
         Parameters and errors as in `solve`; under sines no grid takes part.
         """
-        track: Track = core().follow(plant, law, motion, start, duration)
+        track: Track = core().follow(plant, self.acting(law), motion, start, duration)
         return track
 
     def orbit(
         self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
     ) -> Orbit:
         """Give the periodic orbit that the start leads to; period of the excitation in s."""
-        orbit: Orbit = core().find_orbit(plant, law, motion, start, period)
+        orbit: Orbit = core().find_orbit(plant, self.acting(law), motion, start, period)
         return orbit
+
+
+class StickSlip(Exact):
+    """The mass sticks below the friction limit and slides above it; both exactly.
+
+    Not to be confused with a fixed-step march that decides by a velocity band: here the stop is
+    located and v_r is zero exactly.
+    """
+
+    use_static: ClassVar[bool] = True
+    use_variation: ClassVar[bool] = True
+
+    approach: Literal["stick-slip"] = "stick-slip"

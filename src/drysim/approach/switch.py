@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
+from drysim.approach.member import Member
 from drysim.approach.response import Response
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState
-from drysim.quantity import Block, Quantity
+from drysim.quantity import Quantity
 
 
-class Switch(Block):
+class Switch(Member):
     """Within a band of small velocities the mass may stick; outside it slides.
 
     Not to be confused with stick-slip, which locates the stop: here the band is wide enough for
     a step to fall into it, and the answer is right to first order in step and band.
     """
 
-    use_friction: ClassVar[bool] = True
     use_static: ClassVar[bool] = True
-    use_variation: ClassVar[bool] = False
-    use_dynamic: ClassVar[bool] = False
-    use_stops: ClassVar[bool] = False
 
     approach: Literal["switch"] = "switch"
     band: Annotated[float, Quantity("m/s", above=0)] | None = None

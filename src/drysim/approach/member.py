@@ -1,0 +1,22 @@
+"""What every approach on the shelf says of itself. Knows none of them."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from drysim.quantity import Block
+
+
+class Member(Block):
+    """An approach with its options; a scenario that names what it cannot use is at fault."""
+
+    use_friction: ClassVar[bool] = True
+    """Whether it can use dry friction at all."""
+    use_static: ClassVar[bool] = False
+    """Whether it knows a static limit above kinetic friction."""
+    use_variation: ClassVar[bool] = False
+    """Whether it knows a normal force that varies."""
+    use_dynamic: ClassVar[bool] = False
+    """Whether it knows other laws than Coulomb's."""
+    use_stops: ClassVar[bool] = False
+    """Whether it knows end stops."""
