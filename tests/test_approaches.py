@@ -242,7 +242,7 @@ def test_simulate_gives_arrays_for_arrays() -> None:
 
 @pytest.mark.parametrize(
     ("change", "words"),
-    [({"m": 0.0}, "m must be above 0"), ({"m": -1.0}, "m must be at least 0"),
+    [({"m": 0.0}, "m must be above 0"), ({"m": -1.0}, "m must be above 0, not -1"),
      ({"F_fs": 10.0}, "F_fs = 10 N must be at least F_fk = 15 N"),
      ({"dt": 0.0}, "dt must be above 0"), ({"b": math.nan}, "b must be a finite number"),
      ({"u_dd": [1.0]}, "at least 2 samples"),
