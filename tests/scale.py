@@ -18,8 +18,7 @@ from drysim.study.case import prepare
 from drysim.study.cluster.link import joined
 from drysim.study.journal import identity
 from drysim.study.sweeps.packing import packed
-from drysim.study.sweeps.pieces import Pieces, length_of
-from drysim.study.sweeps.plan import Plan
+from drysim.study.sweeps.plan import Pieces, Plan, length_of
 from drysim.study.sweeps.store import Store
 from drysim.study.sweeps.sweep import approaches_of, solve, solve_far
 

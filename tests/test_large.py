@@ -14,7 +14,7 @@ from drysim.scenario import load
 from drysim.scenario.sweep.axis import columns_of, size
 from drysim.scenario.sweep.spread import by_ratio
 from drysim.study.sweeps.cases import Motions
-from drysim.study.sweeps.pieces import Pieces, solve_piece
+from drysim.study.sweeps.plan import Pieces, solve_piece
 from drysim.study.sweeps.quantiles import Quantiles
 from drysim.study.sweeps.sweep import approaches_of, sweep
 

@@ -11,7 +11,7 @@ from drysim.errors import OutputError
 from drysim.scenario import load
 from drysim.study.journal import identity
 from drysim.study.sweeps.cases import Motions
-from drysim.study.sweeps.pieces import Piece, Pieces, solve_piece
+from drysim.study.sweeps.plan import Piece, Pieces, solve_piece
 from drysim.study.sweeps.store import Store, Stored
 from drysim.study.sweeps.sweep import approaches_of
 from fuzz.mutate import damaged

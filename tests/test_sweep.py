@@ -12,7 +12,7 @@ from drysim.scenario.sweep.axis import points, size
 from drysim.study.case import prepare
 from drysim.study.journal import identity
 from drysim.study.sweeps.cases import Motions, count
-from drysim.study.sweeps.pieces import Pieces, solve_piece
+from drysim.study.sweeps.plan import Pieces, solve_piece
 from drysim.study.sweeps.store import Store
 from drysim.study.sweeps.sweep import approaches_of, leftover, solve, sweep
 from drysim.study.sweeps.table import Row, Table

@@ -14,8 +14,7 @@ from drysim.study.case import prepare
 from drysim.study.journal import identity
 from drysim.study.sweeps import gathering, rows, sweep
 from drysim.study.sweeps.batch import Batch
-from drysim.study.sweeps.pieces import Pieces
-from drysim.study.sweeps.plan import Plan
+from drysim.study.sweeps.plan import Pieces, Plan
 from drysim.study.sweeps.store import Store
 from drysim.study.sweeps.table import FAILED, OK, Row
 from drysim.study.sweeps.tally import Tally

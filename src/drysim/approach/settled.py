@@ -1,6 +1,9 @@
-"""The periodic orbit of a motion that is followed step by step."""
+"""The periodic orbit of a motion that is followed step by step: one, or one of a continuum."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -8,13 +11,13 @@ from drysim.approach import by_series
 from drysim.approach.bounded import march
 from drysim.approach.by_series import Series
 from drysim.approach.closing import Closing
-from drysim.approach.neighbours import drawn
 from drysim.approach.orbit import Orbit
 from drysim.approach.traced import Traced, follow
 from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
 from drysim.core.plant import Dynamic, Plant, Stopped
-from drysim.core.state import AnyState
+from drysim.core.sines.period_map import radius
+from drysim.core.state import AnyState, State
 
 MOST_PERIODS = 2_000
 """Periods after which a motion counts as not settled."""
@@ -24,6 +27,15 @@ ROUNDING = 1e-12
 
 SLACK = 10.0
 """Tolerances of a series that two repetitions may differ by."""
+
+NUDGE = 1e-6
+"""How far a neighbour is put from the orbit, relative to the motion."""
+
+DRAWS = 1.0 - 1e-4
+"""A map that shrinks distances less than this would not have settled; slopes by neighbours are
+this sharp."""
+
+Repeat = Callable[[AnyState], AnyState]
 
 
 def once(
@@ -73,3 +85,25 @@ def find_orbit(
 def closed(law: AnyOther | Dynamic) -> float:
     """Give the scaled change of the state over a repetition that counts as none [-]."""
     return max(ROUNDING, SLACK * law.tolerance) if isinstance(law, Dynamic) else ROUNDING
+
+
+def drawn(repeat: Repeat, end: AnyState, scale: tuple[float, float]) -> bool:
+    """Tell whether neighbours in x_r and v_r come closer to an orbit.
+
+    Parameters
+    ----------
+    repeat : callable
+        Gives the state a repetition later.
+    end : State or Deflected
+        Of the orbit.
+    scale : tuple of float
+        Largest |x_r| [m] and |v_r| [m/s] of the motion.
+    """
+    image, slopes = repeat(end), []
+    # Inwards, for beyond a rigid stop there is nothing.
+    for dx, dv in ((-math.copysign(NUDGE, end.x_r), 0.0), (0.0, NUDGE)):
+        moved = repeat(State(end.x_r + dx * scale[0], end.v_r + dv * scale[1]))
+        off = (moved.x_r - image.x_r) / scale[0], (moved.v_r - image.v_r) / scale[1]
+        slopes.append([each / (dx or dv) for each in off])
+    (a, c), (b, e) = slopes
+    return bool(radius(a, b, c, e) < DRAWS)

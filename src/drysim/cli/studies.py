@@ -88,7 +88,7 @@ def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool)
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim import console
     from drysim.study.journal import identity
-    from drysim.study.sweeps.pieces import Pieces
+    from drysim.study.sweeps.plan import Pieces
     from drysim.study.sweeps.store import Store
     from drysim.study.sweeps.sweep import approaches_of, leftover
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.console import means
+from drysim.console import many
+from drysim.console.many import at
 from drysim.console.paper import line, stderr, stdout
 from drysim.console.parts import (
     Row,
@@ -20,7 +21,6 @@ from drysim.console.parts import (
     show_warnings,
     steps,
 )
-from drysim.console.stroke import at, stroke
 from drysim.scenario.rules import STATIC
 from drysim.study.sweeps import survey
 from drysim.study.sweeps.rows import HELD
@@ -86,7 +86,7 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
     yield from steps(wording.clean_up(table.motion) if fixed else ())
-    if words := means.seeds(scenario, _own(table).seeds):
+    if words := many.seeds(scenario, _own(table).seeds):
         yield "seeds", words
     for i, axis in enumerate(axes):
         yield "" if i else "swept", wording.swept(axis)
@@ -107,7 +107,7 @@ def _rows(table: study.Table) -> Iterator[Row]:
             least, most = at(table, ends[0]), at(table, ends[1])
             remark = f"least {least}, greatest {most}" if least != most else least
             yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
-            yield from means.known(table.axes, own.seeds, metric)
+            yield from many.known(table.axes, own.seeds, metric)
     # Where the frequency is drawn together with other keys, a curve is a single case.
     over_frequency = any(
         axis.key == survey.FREQUENCY and len(axis.values) > 1 and not axis.walk
@@ -115,7 +115,7 @@ def _rows(table: study.Table) -> Iterator[Row]:
     )
     if over_frequency and "T_a" in own.extremes and own.cases <= HELD:
         yield _isolation(table, survey.isolation(table.own))
-    yield from stroke(table, own)
+    yield from many.stroke(table, own)
     if ends := own.extremes.get("stuck_share"):
         remark = f"most {at(table, ends[1])}" if ends[1].value else ""
         yield Row("stuck", span(*(percent(end.value) for end in ends)), remark)

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from drysim.scenario import Scenario
     from drysim.study.cluster.link import Link
     from drysim.study.sweeps.batch import Batch
-    from drysim.study.sweeps.pieces import Piece
-    from drysim.study.sweeps.plan import Plan
+    from drysim.study.sweeps.plan import Piece, Plan
     from drysim.study.sweeps.store import Store
 
 

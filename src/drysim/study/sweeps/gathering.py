@@ -12,7 +12,7 @@ from drysim.study.cautions import statuses, strokes
 from drysim.study.spectral import run_only
 from drysim.study.sweeps import over_seeds
 from drysim.study.sweeps.batch import Batch
-from drysim.study.sweeps.pieces import Piece
+from drysim.study.sweeps.plan import Piece
 from drysim.study.sweeps.rows import HELD, Rows
 from drysim.study.sweeps.store import Store, Stored
 from drysim.study.sweeps.table import Table

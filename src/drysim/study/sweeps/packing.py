@@ -16,7 +16,7 @@ from drysim.study.sweeps.table import OverSeeds
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from drysim.study.sweeps.pieces import Piece
+    from drysim.study.sweeps.plan import Piece
 
 FORCES = ("F_fk", "F_fs")
 

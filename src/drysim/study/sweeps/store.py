@@ -14,7 +14,7 @@ from drysim.scenario.sweep.lazy import Lazy
 from drysim.study.journal import of_another
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.packing import is_whole, packed, unpacked
-from drysim.study.sweeps.pieces import Piece
+from drysim.study.sweeps.plan import Piece
 
 WHAT = "sweep.json"
 """What is swept, so that blocks of another sweep are not taken for its own."""

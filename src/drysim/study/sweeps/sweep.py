@@ -17,8 +17,7 @@ from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.cases import count
 from drysim.study.sweeps.gathering import gathered
 from drysim.study.sweeps.over_seeds import Crew
-from drysim.study.sweeps.pieces import Piece, Pieces
-from drysim.study.sweeps.plan import Plan
+from drysim.study.sweeps.plan import Piece, Pieces, Plan
 from drysim.study.sweeps.store import Store
 from drysim.study.sweeps.table import Table
 
