@@ -23,7 +23,7 @@ def answers(
     kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
     rule = kernel.trapezia.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
     side = kernel.settle.Side(
-        np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES),
+        np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES // lanes.WIDTH),
         np.zeros(kernel.queue.SIZE), np.zeros(lanes.LANES, dtype=np.int64),
         np.zeros((lanes.LANES, kernel.settle.KEPT)), np.zeros(lanes.LANES, dtype=np.int64),
         kernel.events.Log(*(np.zeros(length, dtype=kind) for kind in kinds)),

@@ -12,7 +12,7 @@ from drysim.approach.events import Floats
 from drysim.approach.room import empty_log
 from drysim.approach.scene import LOG_LENGTH, waves_of
 from drysim.core.many import queue, records
-from drysim.core.many.lanes import LANES, PLACES, SIZE
+from drysim.core.many.lanes import LANES, PLACES, SIZE, WIDTH
 from drysim.core.many.settle import KEPT, Side
 from drysim.core.many.trapezia import INTEGRALS, trapezia
 from drysim.core.motion import Samples, Sines, sample_squares
@@ -146,7 +146,7 @@ def answered(
 def empty_side() -> Side:
     """Give the scratch of a march side by side."""
     return Side(
-        np.zeros(SIZE), np.zeros(PLACES * LANES), np.zeros(queue.SIZE),
+        np.zeros(SIZE), np.zeros(PLACES * LANES // WIDTH), np.zeros(queue.SIZE),
         np.zeros(LANES, dtype=np.int64), np.zeros((LANES, KEPT)),
         np.zeros(LANES, dtype=np.int64), empty_log(LOG_LENGTH),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Lanes that wait, abreast: each walks up to a step that may hold one event, and through it.
+"""Lanes that wait, abreast: through the step that they stand before, which may hold one event.
 
 What is not so plain - two events in a step, a velocity that only touches zero, a root that
 strays - is left to the march of one record.
@@ -8,38 +8,40 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled, inlined
+from drysim.core.compiled import compiled, fused
 from drysim.core.events import ROUNDING
 from drysim.core.many.beside import beside
 from drysim.core.many.lanes import LANES, WIDTH
 from drysim.core.many.queue import (
+    DONE,
     EVENTS,
+    FAR,
     HERE,
+    NO_DECISION,
     PLAIN,
-    RISE,
     STOPS,
     SUMS,
     TIGHT,
     U_1,
-    WENT,
     X_STOP,
     D,
     U,
     V,
     X,
 )
+from drysim.core.many.stride import grip_of, step
 from drysim.core.many.trapezia import ends, halves
-from drysim.core.many.walk import walk
-from drysim.core.samples.series import NEARLY, distance, rate, series, speed
+from drysim.core.samples import series as brief
+from drysim.core.samples.series import NEARLY
 
-NO_DECISION = math.inf
-"""Tightness of what was no stop."""
-
-ROUNDS = 3
+ROUNDS = 2
 """Of Halley's method, of third order: the first guess is good to a thousandth mostly."""
 
+series, distance = fused(brief.series), fused(brief.distance)
+speed, rate = fused(brief.speed), fused(brief.rate)
 
-@inlined
+
+@fused
 def first_guess(q, h):
     """Give where the parabola through the start of a fall is zero, mended by two terms."""
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
@@ -52,7 +54,7 @@ def first_guess(q, h):
     return s + s * s * s * (q[3] + s * q[4]) / root, square > 0.0
 
 
-@inlined
+@fused
 def fall_abreast(q, h):
     """Give where a velocity that ends below zero is zero, and whether that holds."""
     s, good = first_guess(q, h)
@@ -70,23 +72,14 @@ def fall_abreast(q, h):
 
 
 @compiled
-def through_abreast(plant, law, steps, pace, rule, parts, at, count):
-    """Carry that many lanes up to an event each, or to the last sample, and through it.
-
-    `at` has the rows of `queue`. A number above `count` is filled up to whole registers with
-    lanes that are no matter.
-    """
-    for first in range(0, count, WIDTH):
-        walk(pace, rule, at[first:])
-        if parts == 1:
-            eight(plant, law, steps, rule, at[first:])
-        else:
-            leave(at[first:])
-
-
-@compiled
-def eight(plant, law, steps, rule, at):
+def eight(plant, law, steps, pace, rule, at):
     """Carry as many lanes as a register holds through the step that they stand before."""
+    through_of_eight(plant, law, steps, pace, rule, at)
+
+
+@fused
+def through_of_eight(plant, law, steps, pace, rule, at):
+    """Carry them; see `eight`."""
     h, c, w, f = steps.dt, steps.c, steps.w, steps.f
     m, k_x, F_fs = plant.m, plant.k_x, law.F_fs
     per_h, per_m = 1.0 / h, 1.0 / m
@@ -94,13 +87,13 @@ def eight(plant, law, steps, rule, at):
         x, v, d, u, u_1 = at[X + i], at[V + i], at[D + i], at[U + i], at[U_1 + i]
         slides = d != 0.0
         slope = (u_1 - u) * per_h
-        felt = c * v + (w * x + d * f)
+        x_1, v_1, felt = step(pace, grip_of(pace, x, d), x, v, u, u_1)
+        v_end, felt_1 = d * v_1, c * v_1 + (w * x_1 + d * f)
         a = -d * (u + felt)
         q = series(steps.tail, d * v, a, -d * slope - c * a - w * (d * v))
-        v_end = speed(q, h)
         stop, good = fall_abreast(q, h)
         # A short step holds one extremum at most.
-        none = slides and v_end > 0.0 and (a >= 0.0 or rate(q, h) <= 0.0)
+        none = slides and v_end > 0.0 and (a >= 0.0 or d * (u_1 + felt_1) >= 0.0)
         # Break-away: F_L is linear in time, so it meets the limit at a quotient.
         F_0, climb = m * u + k_x * x, m * slope
         F_out = F_fs if F_0 + climb * h >= 0.0 else -F_fs
@@ -148,14 +141,15 @@ def eight(plant, law, steps, rule, at):
         at[SUMS + 3 * LANES + i] += power if counts else 0.0
         at[SUMS + 4 * LANES + i] += rub if counts else 0.0
         at[SUMS + 5 * LANES + i] += still - (p[5] + r[5]) if counts else 0.0
-        x_2, v_2 = x + d * distance(q, h) if none else x_2, d * v_end if none else v_2
+        x_2, v_2 = x_1 if none else x_2, v_1 if none else v_2
         moves = goes_on or counts
         at[X + i], at[V + i] = x_2 if moves else x, v_2 if moves else v
         at[D + i] = d_2 if counts else d
-        at[U + i], at[RISE + i] = u_1 if moves else u, u_1 - u if moves else at[RISE + i]
-        at[X_STOP + i], at[TIGHT + i] = x_s, tight if stops else NO_DECISION
-        at[STOPS + i], at[EVENTS + i] = 1.0 if stops else 0.0, 1.0 if counts else 0.0
-        at[WENT + i] += 1.0 if moves else 0.0
+        at[X_STOP + i], at[STOPS + i] = x_s, 1.0 if stops else 0.0
+        at[TIGHT + i] = min(at[TIGHT + i], tight if stops else NO_DECISION)
+        at[FAR + i] = max(at[FAR + i], abs(x_s) if stops else 0.0)
+        at[EVENTS + i] += 1.0 if counts else 0.0
+        at[DONE + i] += 1.0 if moves else 0.0
         at[PLAIN + i] = 1.0 if moves or not here else 0.0
 
 
@@ -163,5 +157,4 @@ def eight(plant, law, steps, rule, at):
 def leave(at):
     """Leave as many lanes as a register holds before the steps that they stand before."""
     for i in range(WIDTH):
-        at[TIGHT + i], at[STOPS + i], at[EVENTS + i] = NO_DECISION, 0.0, 0.0
-        at[PLAIN + i] = 0.0 if at[HERE + i] > 0.0 else 1.0
+        at[STOPS + i], at[PLAIN + i] = 0.0, 0.0 if at[HERE + i] > 0.0 else 1.0

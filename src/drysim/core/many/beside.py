@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drysim.core.compiled import inlined
+from drysim.core.compiled import fused
 
 INNER = (0.17267316464601143, 0.5, 0.8273268353539886)
 WEIGHTS = (0.2722222222222222, 0.35555555555555557, 0.2722222222222222)
@@ -11,7 +11,7 @@ OUTER = 0.05
 Legendre, which exhaust double precision on a short stretch, see `stretches`."""
 
 
-@inlined
+@fused
 def away_from(q, s):
     """Give distance and speed at time s from an event, at which the speed is 0."""
     s_2 = s * s
@@ -28,7 +28,7 @@ def away_from(q, s):
     return s_2 * x, s * v
 
 
-@inlined
+@fused
 def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
     """Give the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
 

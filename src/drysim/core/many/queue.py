@@ -2,35 +2,41 @@
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import compiled
 from drysim.core.many import lanes
-from drysim.core.many.lanes import LANES, STRIDE
+from drysim.core.many.lanes import LANES, SEEN, STRIDE, WIDTH
 from drysim.core.many.trapezia import INTEGRALS
 
-X, V, D, U, RISE, LEFT, AHEAD = (row * LANES for row in range(7))
-HERE, U_1, X_STOP, TIGHT, STOPS, EVENTS, WENT, PLAIN, SUMS = (
-    row * LANES for row in range(6 + STRIDE, 15 + STRIDE)
+X, V, D, DONE, HERE, U, U_1, X_STOP, STOPS, PLAIN, TIGHT, EVENTS, FAR = (
+    row * LANES for row in range(13)
 )
-"""Rows: x_r, v_r, direction, ü and its change in the step before; how many samples are left;
-ü at the next. What is found: whether a lane stands before an event, and ü at the end of that
-step; x_r where it stops, how tight that decision is, whether it stops and how many events there
-are; how many samples it went on, and whether all that holds; the integrals."""
+"""Rows: x_r, v_r and direction; how many steps of the stride are done. What is found: whether a
+lane stands before an event, and ü at both ends of that step; x_r where it stops, whether it
+does, and whether all that holds; the tightest decision, how many events there are, and the
+greatest |x_r| at a stop."""
 
-SIZE = SUMS + INTEGRALS * LANES
+SUMS = FAR + LANES
+AHEAD = SUMS + INTEGRALS * LANES
+"""Rows of the integrals, and of ü at the samples that a stride sees."""
+
+SIZE = AHEAD + SEEN * LANES
+
+NO_DECISION = math.inf
+"""Tightness of what was no stop."""
 
 
 @compiled
-def gather(at, count, until, queue, whose):
+def gather(at, count, queue, whose):
     """Gather the lanes that wait among so many; gives how many there are.
 
     Parameters
     ----------
     at : array, shape (lanes.SIZE,)
     count : int
-    until : float
-        Place of the last sample that was fetched.
     queue : array, shape (SIZE,)
-        Written: the rows up to `AHEAD`.
+        Written: what is found is nothing yet; a group is filled up with lanes that are done.
     whose : array of int, shape (LANES,)
         Written: which lanes they are.
     """
@@ -41,9 +47,14 @@ def gather(at, count, until, queue, whose):
     for i in range(some):
         lane = whose[i]
         queue[X + i], queue[V + i] = at[lanes.X + lane], at[lanes.V + lane]
-        queue[D + i], queue[U + i] = at[lanes.D + lane], at[lanes.U + lane]
-        queue[RISE + i] = at[lanes.RISE + lane]
-        queue[LEFT + i] = until - at[lanes.PLACE + lane]
-        for k in range(STRIDE):
+        queue[D + i] = at[lanes.D + lane]
+        for k in range(SEEN):
             queue[AHEAD + k * LANES + i] = at[lanes.AHEAD + k * LANES + lane]
+    filled = (some + WIDTH - 1) // WIDTH * WIDTH
+    for i in range(filled):
+        queue[DONE + i] = 0.0 if i < some else STRIDE
+        queue[TIGHT + i] = NO_DECISION
+    for row in range(EVENTS, AHEAD, LANES):
+        for i in range(filled):
+            queue[row + i] = 0.0
     return some

@@ -6,26 +6,26 @@ import math
 
 from drysim.core.compiled import compiled, inlined
 from drysim.core.events import first_mode
-from drysim.core.many.abreast import through_abreast
+from drysim.core.many.abreast import eight, leave
 from drysim.core.many.lanes import (
     FETCHED,
     KINDS,
     LANES,
-    PLACE,
-    RISE,
+    STRIDE,
     SUMS,
+    WAITS,
     WIDTH,
     D,
-    U,
     V,
     X,
     fetch,
     look_ahead,
 )  # fmt: skip
 from drysim.core.many.queue import gather
-from drysim.core.many.settle import CLOSEST, EVENTS, FARTHEST, KEPT, settle
+from drysim.core.many.settle import CLOSEST, EVENTS, FARTHEST, KEPT, put_back, settle
 from drysim.core.many.stride import pace_of, stride
 from drysim.core.many.trapezia import INTEGRALS, ends, halves, summed
+from drysim.core.many.walk import walk
 from drysim.core.samples.series import BRIEF
 from drysim.core.samples.steps import parts_of, steps_of
 
@@ -69,11 +69,11 @@ def measure_records(
         march_abreast(
             plant, law, steps, rule, waves, records, first, count, 0, begin, side, turns
         )
-        note_begin(steps, rule, side, answers, first, count)
+        note_begin(steps, rule, records, begin, side, answers, first, count)
         march_abreast(
             plant, law, steps, rule, waves, records, first, count, begin, end, side, turns
         )
-        note_end(steps, rule, side, answers, first, count)
+        note_end(steps, rule, records, end, side, answers, first, count)
 
 
 @inlined
@@ -92,7 +92,6 @@ def set_out(plant, law, records, first, count, start, side):
         u_dd = records[first + min(lane, count - 1), 0]
         at[X + lane], at[V + lane] = start.x_r, start.v_r
         at[D + lane] = first_mode(plant, law, start.x_r, start.v_r, u_dd)
-        at[U + lane], at[RISE + lane] = u_dd, 0.0
         side.turns[lane] = 0
         for i in range(KEPT):
             side.kept[lane, i] = 0.0
@@ -100,27 +99,28 @@ def set_out(plant, law, records, first, count, start, side):
 
 
 @compiled
-def note_begin(steps, rule, side, answers, first, count):
+def note_begin(steps, rule, records, begin, side, answers, first, count):
     """Note the beginning of the window, and sum from there on."""
     at = side.at
     for lane in range(lanes_of(count)):
-        at[RISE + lane] = 0.0
         for i in range(INTEGRALS):
             side.kept[lane, i] = 0.0
-        end_of_window(steps, rule, side, lane, -1.0)
     for lane in range(count):
-        answer = answers[first + lane]
+        answer, u_dd = answers[first + lane], records[first + lane, begin]
+        # What comes before is out of the window: the sums begin as if ü had not changed.
+        end_of_window(steps, rule, side, lane, -1.0, u_dd, u_dd)
         answer[X_BEGIN], answer[V_BEGIN] = at[X + lane], at[V + lane]
         answer[BEGIN] = side.turns[lane]
 
 
 @compiled
-def note_end(steps, rule, side, answers, first, count):
+def note_end(steps, rule, records, end, side, answers, first, count):
     """Note the end of the window and what has been found."""
     at = side.at
     for lane in range(count):
         answer, kept = answers[first + lane], side.kept[lane]
-        end_of_window(steps, rule, side, lane, 1.0)
+        u_dd = records[first + lane]
+        end_of_window(steps, rule, side, lane, 1.0, u_dd[end - 1], u_dd[end])
         answer[X_END], answer[V_END] = at[X + lane], at[V + lane]
         answer[TURNS], answer[COUNT] = side.turns[lane], kept[EVENTS]
         answer[TIGHT], answer[FAR] = kept[CLOSEST], kept[FARTHEST]
@@ -129,13 +129,16 @@ def note_end(steps, rule, side, answers, first, count):
 
 
 @inlined
-def end_of_window(steps, rule, side, lane, way):
-    """Add half a sample at the end of the window; take it off at its beginning."""
+def end_of_window(steps, rule, side, lane, way, u_b, u):
+    """Add half a sample at the end of the window; take it off at its beginning.
+
+    There ü is `u`, and `u_b` at the sample before.
+    """
     at, kept = side.at, side.kept[lane]
-    x, v, d, u = at[X + lane], at[V + lane], at[D + lane], at[U + lane]
+    x, v, d = at[X + lane], at[V + lane], at[D + lane]
     felt = steps.c * v + (steps.w * x + d * steps.f)
     half = halves(rule, d, x, felt, u, v)
-    end = ends(rule, d, x, felt, u, v, at[RISE + lane] / steps.dt)
+    end = ends(rule, d, x, felt, u, v, (u - u_b) / steps.dt)
     for i in range(INTEGRALS):
         kept[i] += way * (half[i] + end[i])
 
@@ -143,25 +146,40 @@ def end_of_window(steps, rule, side, lane, way):
 @compiled
 def march_abreast(plant, law, steps, rule, waves, records, first, count, n, end, side, turns):
     """March records from sample n to sample `end`, and sum."""
-    parts, lanes, at = parts_of(steps, BRIEF), lanes_of(count), side.at
+    parts, lanes, before = parts_of(steps, BRIEF), lanes_of(count), n
     inner, pace = steps_of(plant, law, steps.dt / parts), pace_of(plant, law, steps)
     while n < end:
         length = min(FETCHED, end - n)
-        fetch(side.base, records, first, count, lanes, n, length)
-        for lane in range(lanes):
-            at[PLACE + lane] = 0.0
-        going = lanes
-        while going > 0:
-            look_ahead(at, side.base, lanes)
-            stride(pace, at, lanes, float(length))
-            some = gather(at, lanes, float(length), side.queue, side.lane)
-            through_abreast(plant, law, steps, pace, rule, parts, side.queue, some)
-            settle(plant, law, steps, rule, inner, parts, waves, side, some, turns, first)
-            going = 0
-            for lane in range(lanes):
-                going += 1 if at[PLACE + lane] < length else 0
+        fetch(side.base, records, first, count, lanes, n, length, before)
+        for k in range(0, length, STRIDE):
+            left = min(STRIDE, length - k)
+            look_ahead(side.at, side.base, lanes, k)
+            if left == STRIDE:
+                stride(pace, side.at, lanes)
+            else:
+                hold_all(side.at, lanes)
+            some = gather(side.at, lanes, side.queue, side.lane)
+            for group in range(0, some, WIDTH):
+                waiting = side.queue[group:]
+                while walk(pace, rule, waiting, left) > 0:
+                    if parts == 1:
+                        eight(plant, law, steps, pace, rule, waiting)
+                    else:
+                        leave(waiting)
+                    settle(
+                        plant, law, steps, rule, inner, parts, waves, side, group, turns, first
+                    )
+            put_back(side, some)
         n += length
+        before = n - 1
         gather_sums(rule, pace, side, lanes)
+
+
+@inlined
+def hold_all(at, lanes):
+    """Let all lanes wait: less than a stride is left."""
+    for lane in range(lanes):
+        at[WAITS + lane] = 1.0
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Lanes that waited are sent on, and those by themselves whose step is not so plain."""
+"""Lanes that waited: what is noted of them, and those whose step is not so plain."""
 
 from __future__ import annotations
 
@@ -7,16 +7,7 @@ from typing import Any, NamedTuple
 from drysim.core.compiled import compiled, inlined
 from drysim.core.events import SLIP, Log, direction
 from drysim.core.many import queue
-from drysim.core.many.lanes import (
-    LANES,
-    PLACE,
-    PLACES,
-    RISE,
-    D,
-    U,
-    V,
-    X,
-)
+from drysim.core.many.lanes import LANES, WIDTH, D, V, X
 from drysim.core.many.trapezia import INTEGRALS, ends, halves
 from drysim.core.samples.eventful import through_events
 from drysim.core.stretches import stretch
@@ -33,7 +24,7 @@ class Side(NamedTuple):
     ----------
     at : array, shape (SIZE,)
         The lanes, see `lanes`.
-    base : array, shape (PLACES * LANES,)
+    base : array, shape (PLACES * LANES / WIDTH,)
         ü as it is fetched.
     queue : array, shape (queue.SIZE,)
         Those that wait, see `queue`.
@@ -57,56 +48,58 @@ class Side(NamedTuple):
 
 
 @inlined
-def settle(plant, law, steps, rule, inner, parts, waves, side, count, turns, first):
-    """Send the lanes on to where they got, and those by themselves that did not get there."""
-    at, found, last = side.at, side.queue, len(turns) - 1
+def settle(plant, law, steps, rule, inner, parts, waves, side, first, turns, record):
+    """Note the stops of a group of those that wait, and solve by themselves the odd ones."""
+    found, last = side.queue[first:], len(turns) - 1
+    for i in range(WIDTH):
+        lane = side.lane[first + i]
+        # Lanes that are left over follow the last record, so they write what it writes.
+        mine = turns[min(record + lane, last)]
+        if found[queue.STOPS + i] > 0.0:
+            stops(mine, side.turns, lane, found[queue.X_STOP + i])
+        if found[queue.PLAIN + i] == 0.0:
+            by_itself(plant, law, steps, rule, inner, parts, waves, side, first + i, lane, mine)
+
+
+@compiled
+def put_back(side, count):
+    """Put the lanes that waited back to where they are, with what they came to."""
+    at, found = side.at, side.queue
     for i in range(count):
         lane = side.lane[i]
         at[X + lane], at[V + lane] = found[queue.X + i], found[queue.V + i]
-        at[D + lane], at[U + lane] = found[queue.D + i], found[queue.U + i]
-        at[RISE + lane] = found[queue.RISE + i]
-        at[PLACE + lane] += found[queue.WENT + i]
-    for i in range(count):
-        kept = side.kept[side.lane[i]]
+        at[D + lane] = found[queue.D + i]
+        kept = side.kept[lane]
         for k in range(INTEGRALS):
             kept[k] += found[queue.SUMS + k * LANES + i]
         kept[EVENTS] += found[queue.EVENTS + i]
         kept[CLOSEST] = min(kept[CLOSEST], found[queue.TIGHT + i])
-    for i in range(count):
-        lane = side.lane[i]
-        # Lanes that are left over follow the last record, so they write what it writes.
-        mine = turns[min(first + lane, last)]
-        if found[queue.STOPS + i] > 0.0:
-            stops(side.kept[lane], mine, side.turns, lane, found[queue.X_STOP + i])
-        if found[queue.PLAIN + i] == 0.0:
-            by_itself(plant, law, steps, rule, inner, parts, waves, side, lane, mine)
+        kept[FARTHEST] = max(kept[FARTHEST], found[queue.FAR + i])
 
 
 @inlined
-def stops(kept, mine, turns, lane, x_r):
+def stops(mine, turns, lane, x_r):
     """Note a stop of a lane."""
     n = turns[lane]
     if n < len(mine):
         mine[n] = x_r
     turns[lane] = n + 1
-    kept[FARTHEST] = max(kept[FARTHEST], abs(x_r))
 
 
 @compiled
-def by_itself(plant, law, steps, rule, inner, parts, waves, side, lane, turns):
-    """Carry one lane through a step that holds any number of events."""
-    at, log, kept = side.at, side.log, side.kept[lane]
-    x, v, d = at[X + lane], at[V + lane], int(at[D + lane])
-    place = int(at[PLACE + lane])
-    u_0, u_1 = at[U + lane], side.base[lane * PLACES + place + 1]
-    at[U + lane], at[RISE + lane], at[PLACE + lane] = u_1, u_1 - u_0, place + 1.0
+def by_itself(plant, law, steps, rule, inner, parts, waves, side, i, lane, turns):
+    """Carry the i-th of those that wait through a step that holds any number of events."""
+    at, log, kept = side.queue, side.log, side.kept[lane]
+    x, v, d = at[queue.X + i], at[queue.V + i], int(at[queue.D + i])
+    u_0, u_1 = at[queue.U + i], at[queue.U_1 + i]
+    at[queue.DONE + i] += 1.0
     x_end, v_end, d_end, count, closest = through_events(
         plant, law, steps, inner, parts, u_0, u_1, 0, x, v, d, log, 0, kept[CLOSEST]
     )
     if count < 0:
-        at[X + lane], at[V + lane] = float("nan"), float("nan")
+        at[queue.X + i], at[queue.V + i] = float("nan"), float("nan")
         return
-    at[X + lane], at[V + lane], at[D + lane] = x_end, v_end, float(d_end)
+    at[queue.X + i], at[queue.V + i], at[queue.D + i] = x_end, v_end, float(d_end)
     kept[CLOSEST] = closest
     kept[EVENTS] += count
     slope, start = (u_1 - u_0) / steps.dt, 0.0
@@ -123,7 +116,8 @@ def by_itself(plant, law, steps, rule, inner, parts, waves, side, lane, turns):
         if k < count:
             start, x, v, d = end, log.x_r[k], 0.0, direction(log.kind[k])
             if abs(log.kind[k]) != SLIP:
-                stops(kept, turns, side.turns, lane, x)
+                stops(turns, side.turns, lane, x)
+                kept[FARTHEST] = max(kept[FARTHEST], abs(x))
 
 
 @inlined

@@ -4,21 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from drysim.core.compiled import compiled, inlined
+from drysim.core.compiled import compiled, fused
 from drysim.core.events import ROUNDING
-from drysim.core.many.lanes import (
-    AHEAD,
-    LANES,
-    PLACE,
-    RISE,
-    STRIDE,
-    SUMS,
-    WAITS,
-    D,
-    U,
-    V,
-    X,
-)
+from drysim.core.many.lanes import AHEAD, LANES, STRIDE, SUMS, WAITS, WIDTH, D, V, X
 from drysim.core.samples.steps import MARGIN
 
 TAME = 0.05
@@ -29,10 +17,17 @@ EVER = 1e300
 
 
 class Pace(NamedTuple):
-    """What a step takes, should nothing happen in it.
+    """What a step takes, should nothing happen in it: mass, spring and friction, its map.
 
-    x_r becomes x_r + y v_r - Y push - YY change, and v_r becomes y_d v_r - y push - Y change,
-    with push the force per mass of base, spring and friction at the start and change that of ü.
+    Attributes
+    ----------
+    m, k_x, F_fs : float
+    c, w, f : float
+        b/m [1/s], k_x/m [1/s²] and F_fk/m [m/s²].
+    x_x, x_v, x_f, v_x, v_v, v_f, x_0, x_1, v_0, v_1 : float
+        As in `Map` and `Steps`.
+    steep, fast : float
+        A step hides no dip of |v_r| to zero above steep |change of ü| + fast |v_r|.
     """
 
     m: float
@@ -41,11 +36,16 @@ class Pace(NamedTuple):
     c: float
     w: float
     f: float
-    y: float
-    y_d: float
-    Y: float
-    Y_by_h: float
-    YY_by_h: float
+    x_x: float
+    x_v: float
+    x_f: float
+    v_x: float
+    v_v: float
+    v_f: float
+    x_0: float
+    x_1: float
+    v_0: float
+    v_1: float
     steep: float
     fast: float
 
@@ -63,61 +63,71 @@ def pace_of(plant, law, steps):
     c, w, dt = steps.c, steps.w, steps.dt
     tame = 1.0 - (c + 0.5 * w * dt) * dt
     steep = MARGIN * 0.125 * dt / tame if tame > TAME else EVER
+    one = steps.one
     return Pace(
-        plant.m, plant.k_x, law.F_fs, c, w, steps.f, steps.one.x_v, steps.one.v_v,
-        steps.x_0 + steps.x_1, steps.v_1, steps.x_1, steep, steep * (c + w * dt),
+        plant.m, plant.k_x, law.F_fs, c, w, steps.f,
+        one.x_x, one.x_v, one.x_f, one.v_x, one.v_v, one.v_f,
+        steps.x_0, steps.x_1, steps.v_0, steps.v_1, steep, steep * (c + w * dt),
     )  # fmt: skip
 
 
-@inlined
+class Grip(NamedTuple):
+    """What does not change in a lane during a stride.
+
+    Attributes
+    ----------
+    d : float
+        Direction of sliding, 0 where it sticks.
+    slides : bool
+    pull, x_f, v_f : float
+        Friction per mass [m/s²], and what it takes from x_r and v_r in a step.
+    F_k, hold : float
+        Force of the spring and what the contact bears [N], of a stuck lane.
+    """
+
+    d: float
+    slides: bool
+    pull: float
+    x_f: float
+    v_f: float
+    F_k: float
+    hold: float
+
+
+@fused
 def grip_of(pace, x, d):
-    """Give what does not change in a lane during a stride.
-
-    The direction, whether it slides, friction per mass, the force of the spring, and what the
-    contact bears; the last two of a stuck lane.
-    """
+    """Give what does not change in a lane during a stride that begins there."""
     F_k = pace.k_x * x
-    return d, d != 0.0, pace.f * d, F_k, pace.F_fs + ROUNDING * (pace.F_fs + abs(F_k))
+    hold = pace.F_fs + ROUNDING * (pace.F_fs + abs(F_k))
+    return Grip(d, d != 0.0, pace.f * d, pace.x_f * d, pace.v_f * d, F_k, hold)
 
 
-@inlined
-def step(pace, grip, x, v, u, rise, along, u_1):
-    """Give the state at the end of a step, whether it may hold an event, and what it sums.
-
-    `along` is the speed in the direction of sliding; so is what is given of the end.
-    """
-    d, slides, pull, F_k, hold = grip
-    contact = pace.w * x + pull
-    felt = pace.c * v + contact
-    felt = felt if slides else u
-    change = u_1 - u
-    bend = change - rise
-    terms = x * x, v * v, felt * felt, u * v, along, u * u, x * bend, v * bend, u * bend
-    push = u + contact
-    x_1 = x + (pace.y * v - (pace.Y * push + pace.YY_by_h * change))
-    v_1 = pace.y_d * v - (pace.y * push + pace.Y_by_h * change)
-    along_1 = d * v_1
-    doubt = pace.steep * abs(change) + pace.fast * (along + along_1)
-    dips = min(along, along_1) <= doubt and d * (felt + u) > 0.0
-    stops = along_1 <= 0.0 or dips
-    breaks = abs(pace.m * u_1 + F_k) > hold
-    event = stops if slides else breaks
-    return x_1 if slides else x, v_1 if slides else 0.0, change, along_1, event, terms
+@fused
+def step(pace, grip, x, v, u, u_1):
+    """Give the state at the end of a step, and minus x_dd at its start where it slides."""
+    # What the state takes part in comes last: the next step waits for it.
+    x_1 = pace.x_x * x + (pace.x_v * v - (pace.x_0 * u + (pace.x_1 * u_1 + grip.x_f)))
+    v_1 = pace.v_v * v + (pace.v_x * x - (pace.v_0 * u + (pace.v_1 * u_1 + grip.v_f)))
+    felt = pace.c * v + (pace.w * x + grip.pull)
+    return x_1 if grip.slides else x, v_1 if grip.slides else 0.0, felt
 
 
-@inlined
-def plus(one, other):
-    """Add what two steps sum."""
+@fused
+def added(z, x, v, felt, u, bend):
+    """Add a sample to sums of products; `bend` is what the change of ü changes by there."""
     return (
-        one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3],
-        one[4] + other[4], one[5] + other[5], one[6] + other[6], one[7] + other[7],
-        one[8] + other[8],
+        x * x + z[0], v * v + z[1], felt * felt + z[2], u * v + z[3], v + z[4], u * u + z[5],
+        x * bend + z[6], v * bend + z[7], u * bend + z[8],
     )  # fmt: skip
+
+
+NOTHING = (0.0,) * 9
+"""Sums of no samples."""
 
 
 @compiled
-def stride(pace, at, lanes, until):
-    """Let every lane stride on, or wait where a step may hold an event or is the last but few.
+def stride(pace, at, lanes):
+    """Let every lane stride on, or wait where a step may hold an event.
 
     Parameters
     ----------
@@ -125,39 +135,53 @@ def stride(pace, at, lanes, until):
     at : array, shape (SIZE,)
         See `lanes`; written.
     lanes : int
-    until : float
-        Last sample that was fetched, by its place.
     """
-    last = until - STRIDE
-    for lane in range(lanes):
-        x, v, d = at[X + lane], at[V + lane], at[D + lane]
-        u, rise, place = at[U + lane], at[RISE + lane], at[PLACE + lane]
-        u_1, u_2 = at[AHEAD + lane], at[AHEAD + LANES + lane]
-        u_3, u_4 = at[AHEAD + 2 * LANES + lane], at[AHEAD + 3 * LANES + lane]
+    for first in range(0, lanes, WIDTH):
+        stride_of_eight(pace, at[first:])
+
+
+@fused
+def stride_of_eight(pace, at):
+    """Let as many lanes as a register holds stride on, or wait."""
+    for i in range(WIDTH):
+        x, v, d = at[X + i], at[V + i], at[D + i]
+        u_b, u, u_1 = at[AHEAD + i], at[AHEAD + LANES + i], at[AHEAD + 2 * LANES + i]
+        u_2, u_3 = at[AHEAD + 3 * LANES + i], at[AHEAD + 4 * LANES + i]
+        u_4 = at[AHEAD + 5 * LANES + i]
+        r_0, r_1, r_2, r_3, r_4 = u - u_b, u_1 - u, u_2 - u_1, u_3 - u_2, u_4 - u_3
         grip = grip_of(pace, x, d)
-        x_1, v_1, r_1, along, e_1, z_1 = step(pace, grip, x, v, u, rise, d * v, u_1)
-        x_2, v_2, r_2, along, e_2, z_2 = step(pace, grip, x_1, v_1, u_1, r_1, along, u_2)
-        z = plus(z_1, z_2)
-        x_3, v_3, r_3, along, e_3, z_3 = step(pace, grip, x_2, v_2, u_2, r_2, along, u_3)
-        z = plus(z, z_3)
-        x_4, v_4, r_4, along, e_4, z_4 = step(pace, grip, x_3, v_3, u_3, r_3, along, u_4)
-        z = plus(z, z_4)
-        waits = (e_1 or e_2) or (e_3 or e_4) or place > last
-        slides = d != 0.0
-        at[X + lane], at[V + lane] = x if waits else x_4, v if waits else v_4
-        at[U + lane], at[RISE + lane] = u if waits else u_4, rise if waits else r_4
-        at[PLACE + lane] = place if waits else place + STRIDE
-        at[WAITS + lane] = 1.0 if waits and place < until else 0.0
-        i = SUMS + lane
-        at[i] += 0.0 if waits else z[0]
-        at[i + LANES] += 0.0 if waits else z[1]
-        at[i + 2 * LANES] += 0.0 if waits else z[2]
-        at[i + 3 * LANES] += 0.0 if waits else z[3]
-        at[i + 4 * LANES] += 0.0 if waits else z[4]
-        at[i + 5 * LANES] += 0.0 if waits else z[5]
-        at[i + 6 * LANES] += z[6] if slides and not waits else 0.0
-        at[i + 7 * LANES] += 0.0 if waits else z[7]
-        at[i + 8 * LANES] += z[8] if slides and not waits else 0.0
-        at[i + 9 * LANES] += 0.0 if slides or waits else z[8]
-        at[i + 10 * LANES] += 0.0 if slides or waits else STRIDE
-        at[i + 11 * LANES] += 0.0 if waits else d * (r_4 - rise)
+        slides, F_k, hold = grip.slides, grip.F_k, grip.hold
+        x_1, v_1, felt = step(pace, grip, x, v, u, u_1)
+        z = added(NOTHING, x, v, felt, u, r_1 - r_0)
+        x_2, v_2, felt = step(pace, grip, x_1, v_1, u_1, u_2)
+        z = added(z, x_1, v_1, felt, u_1, r_2 - r_1)
+        x_3, v_3, felt = step(pace, grip, x_2, v_2, u_2, u_3)
+        z = added(z, x_2, v_2, felt, u_2, r_3 - r_2)
+        x_4, v_4, felt = step(pace, grip, x_3, v_3, u_3, u_4)
+        z = added(z, x_3, v_3, felt, u_3, r_4 - r_3)
+        # Whether any of these steps may hold an event is asked of all of them at once.
+        s_0, s_1, s_2, s_3, s_4 = d * v, d * v_1, d * v_2, d * v_3, d * v_4
+        slow = min(min(min(s_0, s_1), min(s_2, s_3)), s_4)
+        fast = max(max(max(s_0, s_1), max(s_2, s_3)), s_4)
+        change = max(max(abs(r_1), abs(r_2)), max(abs(r_3), abs(r_4)))
+        low, high = min(min(u_1, u_2), min(u_3, u_4)), max(max(u_1, u_2), max(u_3, u_4))
+        stops = slow <= pace.steep * change + pace.fast * (fast + fast)
+        breaks = pace.m * high + F_k > hold or pace.m * low + F_k < -hold
+        waits = stops if slides else breaks
+        at[X + i], at[V + i] = x if waits else x_4, v if waits else v_4
+        at[WAITS + i] = 1.0 if waits else 0.0
+        j, bend = SUMS + i, r_4 - r_0
+        at[j] = at[j] if waits else at[j] + z[0]
+        at[j + LANES] = at[j + LANES] if waits else at[j + LANES] + z[1]
+        old, x_dd2 = at[j + 2 * LANES], z[2] if slides else z[5]
+        at[j + 2 * LANES] = old if waits else old + x_dd2
+        at[j + 3 * LANES] = at[j + 3 * LANES] if waits else at[j + 3 * LANES] + z[3]
+        at[j + 4 * LANES] = at[j + 4 * LANES] if waits else at[j + 4 * LANES] + d * z[4]
+        at[j + 5 * LANES] = at[j + 5 * LANES] if waits else at[j + 5 * LANES] + z[5]
+        old, glides, stays = at[j + 6 * LANES], slides and not waits, not (slides or waits)
+        at[j + 6 * LANES] = old + z[6] if glides else old
+        at[j + 7 * LANES] = at[j + 7 * LANES] if waits else at[j + 7 * LANES] + z[7]
+        at[j + 8 * LANES] = at[j + 8 * LANES] + z[8] if glides else at[j + 8 * LANES]
+        at[j + 9 * LANES] = at[j + 9 * LANES] + z[8] if stays else at[j + 9 * LANES]
+        at[j + 10 * LANES] = at[j + 10 * LANES] + STRIDE if stays else at[j + 10 * LANES]
+        at[j + 11 * LANES] = at[j + 11 * LANES] if waits else at[j + 11 * LANES] + d * bend

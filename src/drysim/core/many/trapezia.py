@@ -8,11 +8,12 @@ step costs a few sums in place of all products of what it is made of.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from drysim.core.compiled import inlined
+from drysim.core.compiled import fused
 
 X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, INTEGRALS = range(8)
 """Integrals, as in `Totals`, and how many."""
@@ -20,6 +21,9 @@ X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, INTEGRALS = range(8)
 TERMS = 18
 """Of the series: each is a tenth of the one before where a step is as long as a fine one may
 be."""
+
+SCENES = 16
+"""Whose forms are kept: each block of a scene asks for them."""
 
 X_R, FELT, BASE, SPEED, RATE, SLOPE = range(6)
 """What a step of sliding is made of: x_r, minus x_dd, ü, v_r and its rate, the slope of ü."""
@@ -51,6 +55,7 @@ class Trapezia(NamedTuple):
     rub: tuple[float, ...]
 
 
+@lru_cache(maxsize=SCENES)
 def trapezia(c, w, h):
     """Give the forms of a step of length h [s] of a plant with b/m [1/s] and k_x/m [1/s²]."""
     rates = np.zeros((6, 6))
@@ -109,7 +114,7 @@ def series_weights():
     return terms[2::2]
 
 
-@inlined
+@fused
 def ends(rule, d, x_r, felt, u_dd, v_r, slope):
     """Give what the end of a step adds to its integrals, and what its beginning takes off.
 
@@ -148,7 +153,7 @@ def ends(rule, d, x_r, felt, u_dd, v_r, slope):
     )
 
 
-@inlined
+@fused
 def halves(rule, d, x_r, felt, u_dd, v_r):
     """Give what half of a sample counts in every integral; parameters as in `ends`."""
     half = 0.5 * rule.h
@@ -159,7 +164,7 @@ def halves(rule, d, x_r, felt, u_dd, v_r):
     )  # fmt: skip
 
 
-@inlined
+@fused
 def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
     """Give the integrals that sums over samples come to.
 
