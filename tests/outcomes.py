@@ -45,6 +45,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "friction": SimpleNamespace(static_given=False),
         "static_given": False,
         "terms": (),
+        "ratios": {},
         "solver": SimpleNamespace(step=2.5e-3, approach="stick-slip"),
         "measure": SimpleNamespace(settle=0.0, duration=None, steady=True, weights=None),
         "origin": {"file": "seat.yaml", "sha256": "cd" * 32, "overrides": {}},

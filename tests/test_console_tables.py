@@ -17,7 +17,8 @@ from drysim.console import bar
 from drysim.console.paper import stdout
 from drysim.console.parts import Row, show_rows
 from drysim.errors import Caution
-from drysim.scenario import Axis
+from drysim.scenario import Axis, load
+from drysim.study.sweeps.sweep import sweep as solved
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED
 from grids import axes, comparison, orbits, spoil, sweep
 from outcomes import judgement, record, stand_in
@@ -365,3 +366,48 @@ def test_long_range_stays_apart_from_its_remark(capsys):
     short, long = capsys.readouterr().out.splitlines()[1:]
     assert "23.6 % most at 1 Hz" in long
     assert short.index("least") == long.index("most")
+
+
+@pytest.mark.parametrize(
+    ("over", "words", "said"),
+    [
+        ({"excitation.frequency": [1, 2]}, {}, ["base harmonic, 0.75 m/s² RMS"]),
+        ({"excitation.rms": [1, 2]}, {}, ["base harmonic 2 Hz"]),
+        (
+            {"oscillator.stiffness": [5000, 7500]},
+            {},
+            ["oscillator m 75 kg, b 500 N·s/m", "base harmonic 2 Hz, 0.75 m/s² RMS"],
+        ),
+        (
+            {"oscillator.mass": [50, 75]},
+            {"oscillator.damping": None, "oscillator.damping_ratio": 0.3},
+            ["oscillator k_x 7500 N/m, ξ 0.3"],
+        ),
+        ({"friction.kinetic": [15, 45]}, {"friction.static_ratio": 1.2}, ["F_fs/F_fk 1.2"]),
+    ],
+)
+def test_sweep_tells_what_all_its_cases_share(tmp_path, capsys, over, words, said):
+    text = """
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45}
+excitation: {kind: harmonic, frequency: 2, rms: 0.75}
+solver: {step: 1e-3}
+"""
+    (tmp_path / "seat.yaml").write_text(text)
+    table = solved(load(tmp_path / "seat.yaml", {**words, "sweep": over}))
+    console.show_table(table, None)
+    out = " ".join(capsys.readouterr().out.split())
+    for sentence in said:
+        assert sentence in out
+
+
+def test_sweep_of_a_record_names_its_file(tmp_path, capsys):
+    (tmp_path / "r.csv").write_text("a [m/s2]\n" + "1\n-1\n" * 20)
+    text = """
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+excitation: {kind: record, file: r.csv, rate: 100}
+sweep: {excitation.scale: [1, 2]}
+"""
+    (tmp_path / "seat.yaml").write_text(text)
+    console.show_table(solved(load(tmp_path / "seat.yaml")), None)
+    assert "  base        record r.csv\n" in capsys.readouterr().out

@@ -170,12 +170,27 @@ def test_third_axis_gets_panels_of_its_own_on_one_scale():
     assert sum(bool(panel.get_xlabel()) for panel in figure.axes) == 2
 
 
+def test_heading_fills_its_lines_and_never_leaves_the_picture():
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    about = "mmmm WWWW " * 60
+    for words in (about, "iiii llll " * 60, "m" * 500):
+        table = replace(sweep(*axes(frequency=[1, 2])), scenario=stand_in("psd", about=words))
+        figure = draw(table)
+        canvas = FigureCanvasAgg(figure)
+        found = [text.get_window_extent(canvas.get_renderer()) for text in figure.texts]
+        wide = figure.get_figwidth() * figure.dpi
+        assert max(box.x1 for box in found) <= wide
+        assert max(box.x1 for box in found) > 0.8 * wide
+
+
 def test_what_is_not_drawn_is_said():
     table = sweep(*axes(frequency=[1, 2], force=range(7), rms=range(1, 7)), reference=None)
     view = views.view(table)
     assert len(view.panels) == views.MOST_PANELS
     assert view.left_out == 2 * 7
-    assert any("14 curves are not drawn" in text.get_text() for text in draw(table).texts)
+    words = " ".join(text.get_text() for text in draw(table).texts)
+    assert "14 curves are not drawn" in words
 
 
 def test_sweep_is_drawn_over_the_frequency_whatever_varies_fastest():

@@ -81,7 +81,8 @@ def _laws(comparison: Comparison) -> Iterator[tuple[str, str]]:
     for at, name in enumerate(names):
         one, shared = scenario.with_law(name), comparison.table.tallies[name].shared
         terms = one.terms or (f"law {name}",)
-        words = wording.friction(one.law(), **shared, terms=terms, swept=varied)
+        kinetic, static = shared["kinetic"], shared["static"]
+        words = wording.friction(one.law(), False, kinetic, static, terms, varied, one.ratios)
         yield "" if at else "laws", words.removeprefix("law ")
 
 

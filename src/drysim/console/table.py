@@ -78,13 +78,16 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     """Give in words what was swept, and what was not."""
     scenario, axes = table.scenario, table.axes
     varied = [axis.key for axis in axes]
-    kind = scenario.excitation.kind
     limits = {f"friction.{key}" for key in STATIC}
     defaulted = not limits & {*varied} and not scenario.static_given
     plant, law, shared = scenario.oscillator.plant(), scenario.law(), _own(table).shared
-    yield from wording.scene(plant, law, defaulted, scenario.terms, varied, shared)
+    ratios, base = scenario.ratios, scenario.excitation
+    yield from wording.scene(plant, law, defaulted, scenario.terms, varied, shared, ratios)
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
-    yield "base", wording.excitation(kind, table.motion) if table.motion and fixed else kind
+    if table.motion and fixed:
+        yield "base", wording.excitation(base.kind, table.motion)
+    else:
+        yield "base", wording.excitations(base, varied)
     yield from steps(wording.clean_up(table.motion) if fixed else ())
     if words := many.seeds(scenario, _own(table).seeds):
         yield "seeds", words

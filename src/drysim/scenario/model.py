@@ -120,6 +120,15 @@ class Scenario(FromFile):
         return tuple(terms(self.acting, swept)) if self.acting else ()
 
     @property
+    def ratios(self) -> dict[str, float]:
+        """What is given as a ratio, of damping and of friction forces, by its key."""
+        given = {
+            "damping_ratio": self.oscillator.damping_ratio,
+            "static_ratio": getattr(self.acting, "static_ratio", None),
+        }
+        return {key: value for key, value in given.items() if value is not None}
+
+    @property
     def word(self) -> str:
         """What a table calls the scenario by: its approach, or the law of a comparison."""
         return self.named_law or self.solver.approach

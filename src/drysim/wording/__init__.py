@@ -18,5 +18,6 @@ from drysim.wording.numbers import several as several
 from drysim.wording.numbers import times as times
 from drysim.wording.scenes import clean_up as clean_up
 from drysim.wording.scenes import excitation as excitation
+from drysim.wording.scenes import excitations as excitations
 from drysim.wording.scenes import friction as friction
 from drysim.wording.scenes import scene as scene

@@ -5,6 +5,7 @@ from __future__ import annotations
 from cmath import rect
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import pi, sqrt
+from typing import Protocol
 
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed, Pressure
@@ -14,6 +15,20 @@ from drysim.wording.numbers import clean, millimetres, number, percent
 EVERY = {"kinetic": True, "static": True}
 """Friction forces that all cases share, where there is one case."""
 
+NONE: Mapping[str, float] = {}
+"""The ratios of a scene that is given by forces and damping alone."""
+
+
+class Base(Protocol):
+    """An excitation: its kind on the shelf, and the base motion that it gives."""
+
+    @property
+    def kind(self) -> str:
+        """Kind on the shelf."""
+
+    def motion(self) -> Sines | Samples:
+        """Give the base motion."""
+
 
 def scene(
     plant: Plant,
@@ -22,21 +37,25 @@ def scene(
     terms: Sequence[str] = (),
     swept: Collection[str] = (),
     shared: Mapping[str, bool] = EVERY,
+    ratios: Mapping[str, float] = NONE,
 ) -> Iterator[tuple[str, str]]:
     """Give what is solved, head by head: oscillator, friction, end stops where there are any.
 
     `shared` says whether all cases have one `kinetic` and one `static` friction force; the
     other parameters are those of `oscillator` and `friction`. What varies is left out.
     """
+    forces = friction(law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios)
     heads = (
-        ("oscillator", oscillator(plant, swept)),
-        ("friction", friction(law, defaulted, **shared, terms=terms, swept=swept)),
+        ("oscillator", oscillator(plant, swept, ratios)),
+        ("friction", forces),
         ("end stops", stops(law, swept)),
     )
     return ((head, words) for head, words in heads if words)
 
 
-def oscillator(plant: Plant, swept: Collection[str] = ()) -> str:
+def oscillator(
+    plant: Plant, swept: Collection[str] = (), ratios: Mapping[str, float] = NONE
+) -> str:
     """Give mass, spring and damper, with what follows from them.
 
     Parameters
@@ -44,17 +63,22 @@ def oscillator(plant: Plant, swept: Collection[str] = ()) -> str:
     plant : Plant
     swept : collection of str, optional
         Keys that vary from case to case; what they decide is left out.
+    ratios : mapping, optional
+        What the scenario gives as a ratio, `damping_ratio` and `static_ratio`: it stays where
+        what it refers to varies.
     """
     varied = [key for key in swept if key.startswith("oscillator.")]
     m, k_x = "oscillator.mass" not in varied, "oscillator.stiffness" not in varied
+    damped = not any("damping" in key for key in varied)
+    by_ratio = "damping_ratio" in ratios
     parts = [f"m {number(plant.m, 'kg')}"] * m + [f"k_x {number(plant.k_x, 'N/m')}"] * k_x
-    if not varied:
+    if damped and (not varied or not by_ratio):
         parts.append(f"b {number(plant.b, 'N·s/m')}")
     if plant.k_x > 0 and m and k_x:
-        omega_0 = sqrt(plant.k_x / plant.m)
-        parts.append(f"f_0 {number(omega_0 / (2 * pi), 'Hz')}")
-        if not varied:
-            parts.append(f"ξ {number(plant.b / (2 * plant.m * omega_0), digits=3)}")
+        parts.append(f"f_0 {number(sqrt(plant.k_x / plant.m) / (2 * pi), 'Hz')}")
+    if plant.k_x > 0 and damped and (not varied or by_ratio):
+        xi = plant.b / (2 * sqrt(plant.m * plant.k_x))
+        parts.append(f"ξ {number(xi, digits=3)}")
     return ", ".join(parts)
 
 
@@ -65,6 +89,7 @@ def friction(
     static: bool = True,
     terms: Sequence[str] = (),
     swept: Collection[str] = (),
+    ratios: Mapping[str, float] = NONE,
 ) -> str:
     """Give the dry friction.
 
@@ -79,6 +104,8 @@ def friction(
         The name of a law other than Coulomb's, and what it has besides its forces.
     swept : collection of str, optional
         As in `oscillator`: how the normal force varies is left out where they decide it.
+    ratios : mapping, optional
+        As in `oscillator`.
     """
     if law.F_fs == 0 and kinetic and static:
         return "no dry friction"
@@ -86,6 +113,8 @@ def friction(
     parts = [f"F_fk {number(law.F_fk, 'N')}"] * kinetic + [
         f"F_fs {number(law.F_fs, 'N')}"
     ] * limit
+    if not static and "static_ratio" in ratios and "friction.static_ratio" not in swept:
+        parts.append(f"F_fs/F_fk {number(ratios['static_ratio'])}")
     text = ", ".join([*terms[:1], *parts])
     if defaulted:
         text += " (not given: F_fs = F_fk)" if text else "F_fs = F_fk (not given)"
@@ -142,10 +171,21 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
         return f"{kind}{files}, {grid}, {number(length, 's')}{_realised(motion)}"
     if not motion.A:
         return f"{kind}, the base stands still"
-    low, high = min(motion.f), max(motion.f)
-    band = number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
     count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
-    return f"{kind}{count} {band}, {number(_rms(motion), 'm/s² RMS')}"
+    return f"{kind}{count} {_band(motion)}, {number(_rms(motion), 'm/s² RMS')}"
+
+
+def excitations(base: Base, swept: Collection[str]) -> str:
+    """Give what the base motions of a sweep have in common, where a key of theirs is swept."""
+    varied = {key.rpartition(".")[2] for key in swept if key.startswith("excitation.")}
+    words = base.kind + (f" {clean(base.named)}" if hasattr(base, "named") else "")
+    if not hasattr(base, "frequencies"):
+        return words
+    motion = base.motion()
+    assert isinstance(motion, Sines), "what has frequencies is made of sines"
+    band = f" {_band(motion)}" if motion.A and "frequency" not in varied else ""
+    level = motion.A and not varied & {"rms", "amplitude", "phase"}
+    return words + band + (f", {number(_rms(motion), 'm/s² RMS')}" if level else "")
 
 
 def clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
@@ -169,6 +209,12 @@ def _realised(motion: Samples) -> str:
     if isinstance(error, float):
         words.append(f"PSD within {percent(error)} of its peak")
     return "".join(f", {word}" for word in words)
+
+
+def _band(motion: Sines) -> str:
+    """Give the frequency of sines, or what their frequencies lie between."""
+    low, high = min(motion.f), max(motion.f)
+    return number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
 
 
 def _rms(motion: Sines) -> float:

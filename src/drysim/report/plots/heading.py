@@ -7,6 +7,7 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from drysim import wording
+from drysim.report.plots import canvas
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -18,8 +19,17 @@ if TYPE_CHECKING:
     from drysim.study.outcome import Outcome
     from drysim.study.sweeps.table import Table
 
-WRAP = 118
-"""Letters that fit into a line of the scene."""
+ROOM = 0.945 * canvas.WIDTH * 72
+"""Width of a line of the scene [pt]: set in whole dots, letters are up to 3 % wider."""
+
+LONGEST = 60
+"""Letters from which on a word may be parted."""
+
+LINES = 2
+"""Lines that a sentence may take."""
+
+SIZE = 9.0
+"""Size of its letters [pt]."""
 
 LINE = 0.19
 """Height of a line [inch]."""
@@ -42,13 +52,15 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     base += f": {wording.excitation(scenario.excitation.kind, motion.motion)}"
     scene = _scene(wording.scene(motion.plant, motion.law, terms=scenario.terms))
     words = [*_about(scenario), *_wrapped(base)]
-    return _title(scenario), [*words, seeds] if seeds else words, [scene, _found(outcome)]
+    found = [*_wrapped(scene, True), *_wrapped(_found(outcome), True)]
+    return _title(scenario), [*words, seeds] if seeds else words, found
 
 
 def of_table(table: Table, left_out: int = 0) -> Lines:
     """Give the heading of the picture of a table; `left_out` curves are not drawn."""
     scenario = table.scenario
-    base = f"{scenario.excitation.kind} base motion"
+    varied = [axis.key for axis in table.axes]
+    base = f"base motion: {wording.excitations(scenario.excitation, varied)}"
     own = next(iter(table.tallies.values()), None)
     if own and (found := own.seeds):
         span = (
@@ -59,12 +71,15 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
         base += f"; swept: {'; '.join(wording.swept(axis) for axis in table.axes)}"
     if left_out:
         base += f" ({left_out} curves are not drawn)"
-    varied = [axis.key for axis in table.axes]
-    known: dict[str, Any] = {"terms": scenario.terms, "swept": varied}
+    known: dict[str, Any] = {
+        "terms": scenario.terms,
+        "swept": varied,
+        "ratios": scenario.ratios,
+    }
     if own:
         known["shared"] = own.shared
     scene = _scene(wording.scene(scenario.oscillator.plant(), scenario.law(), **known))
-    return _title(scenario), [*_about(scenario), *_wrapped(base)], [scene] if scene else []
+    return _title(scenario), [*_about(scenario), *_wrapped(base)], _wrapped(scene, True)
 
 
 def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
@@ -83,8 +98,39 @@ def _about(scenario: Scenario) -> list[str]:
     return _wrapped(wording.clean(scenario.about or ""))
 
 
-def _wrapped(words: str) -> list[str]:
-    return textwrap.wrap(words, WRAP, max_lines=2, placeholder=" …")
+def _wrapped(words: str, symbols: bool = False) -> list[str]:
+    """Give a sentence in lines that fit, cut where it takes more than it may.
+
+    Lines of symbols end behind a comma, so that a number keeps its name and its unit.
+    """
+    parts = re.split(r"(?<=[,;]) ", words) if symbols else words.split()
+    found = [""]
+    for part in (piece for one in parts for piece in textwrap.wrap(one, LONGEST)):
+        longer = f"{found[-1]} {part}".lstrip()
+        if found[-1] and _width(longer, symbols) > ROOM:
+            found.append(part)
+        else:
+            found[-1] = longer
+        if len(found) > LINES:
+            break
+    if len(found) > LINES:
+        last = found[LINES - 1]
+        while _width(f"{last} …", symbols) > ROOM:
+            last = last.rpartition(" ")[0]
+        found = [*found[: LINES - 1], f"{last} …"]
+    return [line for line in found if line]
+
+
+def _width(words: str, symbols: bool) -> float:
+    """Give how wide words are [pt]."""
+    from matplotlib.cbook import is_math_text
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font: Any = FontProperties(size=SIZE)
+    text: Any = _typeset(words) if symbols else words
+    math: Any = symbols and is_math_text(text)
+    return float(text_to_path.get_text_width_height_descent(text, font, ismath=math)[0])
 
 
 def _scene(words: Iterable[tuple[str, str]]) -> str:
@@ -127,10 +173,10 @@ def write(figure: Figure, head: Lines) -> None:
     figure.text(y=1 - 0.12 / tall, s=title, weight="bold", size=13, parse_math=False, **place)
     at = 0.42
     for line in words:
-        figure.text(y=1 - at / tall, s=line, size=9, parse_math=False, **place)
+        figure.text(y=1 - at / tall, s=line, size=SIZE, parse_math=False, **place)
         at += LINE
     for line in symbols:
-        figure.text(y=1 - at / tall, s=_typeset(line), size=9, **place)
+        figure.text(y=1 - at / tall, s=_typeset(line), size=SIZE, **place)
         at += LINE
 
 
