@@ -64,6 +64,16 @@ def test_quiet_prints_nothing_but_faults(drysim, seat):
     assert drysim("run", "none.yaml", "-q").err != ""
 
 
+def test_quiet_says_what_makes_the_exit_code(drysim, seat):
+    failing = ("run", seat, "-q", "--no-plots", "--set", "checks=[T_a < 0.1, T_a > 0]")
+    assert drysim(*failing) == (1, "", "check failed: T_a < 0.1\n")
+    code, out, err = drysim(
+        "run", seat, "-q", "--no-plots", "--strict", "--set", "stroke.limit=1 mm"
+    )
+    assert (code, out) == (1, "")
+    assert "the stroke limit of 1 mm is met" in err
+
+
 def test_failed_check_ends_with_1_and_results_are_written(drysim, seat):
     answer = drysim("run", seat, "--no-plots", "--set", "checks=[T_a < 0.1]")
     assert answer.code == 1

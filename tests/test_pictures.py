@@ -204,6 +204,8 @@ def test_steep_transmissibility_is_drawn_logarithmically():
     table = sweep(*axes(frequency=[1, 10, 100, 400]), force=0.0, reference=None)
     _, right = draw(table).axes
     assert right.get_yscale() == "log"
+    right.figure.canvas.draw()
+    assert {"1", "0.1", "0.01"} <= {tick.get_text() for tick in right.get_yticklabels()}
     (panel,) = draw_stroke(table).axes
     assert panel.get_yscale() == "linear"
 

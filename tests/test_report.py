@@ -145,6 +145,15 @@ def test_acceleration_before_and_after_an_event_differs_by_the_force():
     assert jump == pytest.approx(2 * 15.0 / 75.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("multiple", [None, 1])
+def test_loop_of_a_steady_orbit_is_closed(multiple):
+    made = outcome()
+    numerics = replace(made.response.numerics, period_multiple=multiple)
+    steady = replace(made, response=replace(made.response, how=lambda: numerics))
+    loop = draw(steady).axes[-1].lines[0].get_xydata()
+    assert (loop[0] == loop[-1]).all() == (multiple is not None)
+
+
 def test_stuck_stretches_end_with_the_next_slip():
     made = outcome()
     end = made.response.t[-1]

@@ -102,7 +102,7 @@ ScenarioFile = Annotated[
         "--scenario", "-s", metavar="FILE", help="Default: ./scenario.yaml, else the gallery's."
     ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but faults.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but what fails.")]
 Format = Annotated[
     Literal["text", "json", "github"], typer.Option("--format", help="How problems are shown.")
 ]

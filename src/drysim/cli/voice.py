@@ -50,9 +50,21 @@ class Voice(NamedTuple):
                 typer.echo(report.text(told), nl=False)
             elif not self.quiet:
                 show()
+            elif code:
+                self._excuse(told, warnings)
             if self.as_json and not self.quiet:
                 console.show_warnings(warnings)
         return code
+
+    def _excuse(self, told: Mapping[str, Any], warnings: Sequence[Caution]) -> None:
+        """Say on stderr what makes the exit code, where nothing else is said."""
+        from drysim import console
+
+        failed = [check["check"] for check in told.get("checks", ()) if not check["passed"]]
+        for check in failed:
+            console.remark(f"check failed: {check}")
+        if not failed:
+            console.show_warnings(warnings)
 
     def plan(
         self, fields: Mapping[str, Any], sentences: Sequence[str], cautions: Sequence[Caution]

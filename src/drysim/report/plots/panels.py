@@ -11,6 +11,7 @@ from drysim import wording
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Slider, Stopped
 from drysim.report.plots import curves
+from drysim.report.plots.curves import Curve
 from drysim.report.plots.limit import excursions
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from drysim.approach.events import Floats
     from drysim.approach.response import Response
     from drysim.core.plant import AnyLaw
-    from drysim.report.plots.curves import Curve
 
 MM = 1e3
 
@@ -147,7 +147,13 @@ def stops_met(response: Response) -> list[tuple[float, float]]:
 
 
 def loop(axes: Axes, shown: Curve, motion: Response) -> None:
-    """Draw the friction force over the relative displacement; what it encloses is its loss."""
+    """Draw the friction force over the relative displacement; what it encloses is its loss.
+
+    A repetition of a steady orbit ends where it began, wherever its last grid point is.
+    """
+    whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(motion) - 1) * motion.dt
+    if whole and motion.numerics.period_multiple:
+        shown = Curve(*(np.append(series, series[0]) for series in shown))
     axes.set_xlabel("relative displacement $x_r$ [mm]", loc="left")
     axes.locator_params(axis="x", nbins=5)
     axes.yaxis.set_offset_position("right")

@@ -157,6 +157,7 @@ def _upright(axes: Axes, values: Sequence[float]) -> None:
     """Let a panel begin at 0, or draw it logarithmically where the values are steep."""
     if values and 0 < STEEP * min(values) <= max(values):
         axes.set_yscale("log")
+        scales.decades(axes.yaxis, *axes.get_ylim())
     else:
         axes.set_ylim(bottom=0.0)
 
