@@ -9,7 +9,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from drysim.approach import StickSlip
-from drysim.approach.response import Response, Track
+from drysim.approach.response import Response
+from drysim.approach.track import Track
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant
 from drysim.core.state import State

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.response import Track
+from drysim.approach.track import Track
 from drysim.averages import energies, means
 from drysim.core.plant import Stopped
 from drysim.peaks import path_of, stroke_statistics

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from drysim.approach.events import Floats
-from drysim.approach.response import Track
+from drysim.approach.track import Track
 
 HOUR = 3600.0
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from drysim.approach.response import Track
+from drysim.approach.track import Track
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.core.state import AnyState
 

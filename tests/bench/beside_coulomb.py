@@ -17,8 +17,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from many import medians
 
-from drysim.approach.response import Track
 from drysim.approach.stick_slip import StickSlip
+from drysim.approach.track import Track
 from drysim.core.compiled import PLAIN_STEPS, settle
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Law, Plant, Slider

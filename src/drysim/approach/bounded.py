@@ -14,9 +14,10 @@ from drysim.approach.events import Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.orbit import Orbit
 from drysim.approach.points import Held, Points
-from drysim.approach.response import Response, Track
+from drysim.approach.response import Response
 from drysim.approach.scene import grid_points, numerics
 from drysim.approach.spans import base_on_grid, times
+from drysim.approach.track import Track
 from drysim.approach.unreached import Hits, Unreached
 from drysim.core.events import CONTACT, RELEASE, REVERSAL, SLIP, STICK, tightness
 from drysim.core.motion import Samples, Sines
@@ -46,7 +47,7 @@ class Bounded(traced.Traced):
     @cached_property
     def turns(self) -> Events:
         """The start, every zero of v_r and every impact: between two x_r is monotone."""
-        return chosen(self.events, ~np.isin(self.events.kind, CARRIED))
+        return self.events.chosen(~np.isin(self.events.kind, CARRIED))
 
     @property
     def series(self) -> tuple[Floats, ...]:
@@ -79,12 +80,6 @@ class Bounded(traced.Traced):
         struck = np.square(v_r[(t > begin) & (t <= end)]).sum()
         lost = 0.5 * self.plant.m * (1.0 - self.law.e**2) * struck
         return totals._replace(hits=float(lost))
-
-
-def chosen(events: Events, which: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Events:
-    """Give some of the events, the first one always among them."""
-    which[0] = True
-    return Events(events.t[which], events.kind[which], events.x_r[which], events.F_L[which])
 
 
 def reached(track: Track, x_rM: float) -> bool:
@@ -140,7 +135,7 @@ def solve(
         # As without stops: turning points are not events then, but rest at a stop is.
         kind, at_stop = np.abs(events.kind), np.abs(events.x_r) == law.x_rM
         stays = (kind >= CONTACT) | (at_stop & (kind <= SLIP))
-        events, approach = chosen(events, stays), "viscous"
+        events, approach = events.chosen(stays), "viscous"
     how = partial(numerics, law, motion, n, events, track.closest, approach=approach)
     return Response(plant, law, motion, grid, events, how, track)
 

@@ -22,6 +22,7 @@ from drysim.approach.spans import (
     squares_of_base,
     times,
 )
+from drysim.approach.track import Located
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import LEUVEN, Dynamic, Plant
 from drysim.core.signal import BLOCK, KEPT
@@ -35,7 +36,7 @@ COARSEST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
+class Series(Located):
     """A solution by series: known between its steps, too; no more than some legs are held.
 
     `turns` holds every change of mode and every zero of v_r.
@@ -79,10 +80,6 @@ class Series:
         x_r, v_r, z, _, _ = self.at(np.array([t]))
         turned = self.course.recalled(t) if self.law.kind == LEUVEN else ()
         return Deflected(float(x_r[0]), float(v_r[0]), float(z[0]), turned)
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give 0: zeros of the velocity are located."""
-        return 0.0
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from drysim.core.events import Log
 
 Floats = NDArray[np.float64]
 Codes = NDArray[np.int8]
@@ -54,7 +58,18 @@ class Events:
         count = int(np.searchsorted(self.t, t, side="right"))
         return Events(self.t[:count], self.kind[:count], self.x_r[:count], self.F_L[:count])
 
+    def chosen(self, which: NDArray[np.bool_]) -> Events:
+        """Give some of the events, the first one always among them."""
+        which[0] = True
+        return Events(self.t[which], self.kind[which], self.x_r[which], self.F_L[which])
+
     @property
     def names(self) -> list[str]:
         """The names of the events, in order."""
         return [EVENT_NAMES[code] for code in self.kind.tolist()]
+
+
+def of_log(log: Log, count: int, dt: float) -> Events:
+    """Give what a kernel has written into a log, its times by steps of a length [s]."""
+    n, s, kind, x_r, F_L = (np.asarray(column[:count]) for column in log)
+    return Events(n * dt + s, kind.astype(np.int8), x_r, F_L)

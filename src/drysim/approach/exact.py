@@ -13,8 +13,9 @@ from drysim.approach.events import Events
 from drysim.approach.numerics import Numerics
 from drysim.approach.orbit import Orbit
 from drysim.approach.points import Sliding
-from drysim.approach.response import Response, Track
+from drysim.approach.response import Response
 from drysim.approach.spans import run_length
+from drysim.approach.track import Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped

@@ -11,6 +11,7 @@ import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.scene import CONSTANT, waves_of
+from drysim.approach.track import Located
 from drysim.core.compiled import held
 from drysim.core.contacts.contact import HOLD
 from drysim.core.contacts.contact_replay import integrate_pieces, read_contact
@@ -26,7 +27,7 @@ PIECE = 16_384
 
 
 @dataclass(frozen=True, eq=False)
-class Jointed:
+class Jointed(Located):
     """A solution over samples; `trail` holds where each mode of the contact begins.
 
     x_r and v_r are those at the samples, and d in which direction the contact yields there, 0
@@ -48,10 +49,7 @@ class Jointed:
     @cached_property
     def turns(self) -> Events:
         """The start and every zero of v_r: between two of them x_r is monotone."""
-        stays = np.abs(self.events.kind) != SLIP
-        stays[0] = True
-        every = self.events
-        return Events(every.t[stays], every.kind[stays], every.x_r[stays], every.F_L[stays])
+        return self.events.chosen(np.abs(self.events.kind) != SLIP)
 
     @cached_property
     def base(self) -> Any:
@@ -99,10 +97,6 @@ class Jointed:
         waves = waves_of(self.motion, CONSTANT)
         trail = Pieces(*map(held, pieces))
         return self.plant, self.law, waves, self.base, self.motion.dt, trail
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give 0: zeros of the velocity are located."""
-        return 0.0
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.events import Events
+from drysim.approach.events import of_log
 from drysim.approach.jointed import Jointed
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
@@ -18,7 +18,7 @@ from drysim.approach.spans import run_length
 from drysim.core.compiled import held
 from drysim.core.contacts.contact import first_contact
 from drysim.core.contacts.joint import march_joint
-from drysim.core.events import ROOM, Log
+from drysim.core.events import ROOM
 from drysim.core.motion import Samples
 from drysim.core.plant import Plant, Slider
 from drysim.core.state import AnyState
@@ -63,9 +63,7 @@ def follow(
         state = tuple(moved)
         refuse_storm(count, n * motion.dt, state)
     trail = Pieces(*(np.asarray(column[:used]) for column in trail))
-    found = Log(*(np.asarray(column[:count]) for column in log))
-    t = found.n * motion.dt + found.s
-    events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L).until(end)
+    events = of_log(log, count, motion.dt).until(end)
     series = np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8)
     return Jointed(plant, law, motion, u_dd, *series, trail, events, end)
 

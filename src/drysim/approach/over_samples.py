@@ -13,6 +13,7 @@ from drysim.approach.events import Events, Floats
 from drysim.approach.march import Block, March, Marched, march_samples
 from drysim.approach.response import Response
 from drysim.approach.scene import grid_points, numerics
+from drysim.approach.track import Located
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
 from drysim.core.forms import PAIRS, integrals, step_forms, step_rows
@@ -29,7 +30,7 @@ PIECE = 16_384
 
 
 @dataclass(frozen=True, eq=False)
-class StepTrack:
+class StepTrack(Located):
     """A solution over samples: known at every sample and at every event between."""
 
     march: March
@@ -68,10 +69,6 @@ class StepTrack:
             t - n * dt - start,
         )  # fmt: skip
         return State(*found)
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give 0: located stops leave nothing to flip with the step."""
-        return 0.0
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""

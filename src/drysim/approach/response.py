@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,43 +12,10 @@ from numpy.typing import NDArray
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Grid, Points
+from drysim.approach.track import Track
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Law, Plant, Stopped
 from drysim.core.signal import BLOCK, KEPT
-from drysim.core.state import AnyState, Totals
-
-
-class Track(Protocol):
-    """The continuous solution behind a response: any instant, any window."""
-
-    @property
-    def plant(self) -> Plant:
-        """The oscillator."""
-
-    @property
-    def law(self) -> AnyLaw:
-        """Its friction."""
-
-    @property
-    def closest(self) -> float:
-        """Smallest relative margin of a stop decision; infinite for none."""
-
-    @property
-    def turns(self) -> Events:
-        """The start and every zero of v_r: between two of them x_r is monotone."""
-
-    @property
-    def end(self) -> float:
-        """Last instant [s]."""
-
-    def state(self, t: float) -> AnyState:
-        """Give the state at time t [s]."""
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Give the integrals over a window [s]."""
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give the share of a window in which v_r flips twice within four steps [-]."""
 
 
 @dataclass(frozen=True, eq=False)

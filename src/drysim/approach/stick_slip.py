@@ -7,7 +7,8 @@ from typing import Any, ClassVar, Literal
 
 from drysim.approach.member import Member
 from drysim.approach.orbit import Orbit
-from drysim.approach.response import Response, Track
+from drysim.approach.response import Response
+from drysim.approach.track import Track
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from drysim.approach import spans, ways
-from drysim.approach.events import Codes, Events, Floats
+from drysim.approach.events import Codes, Events, Floats, of_log
 from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
 from drysim.approach.room import empty_log, empty_trail, larger
@@ -23,8 +23,8 @@ from drysim.approach.scene import (
     waves_of,
 )
 from drysim.approach.touches import Touches
+from drysim.approach.track import Located
 from drysim.core.compiled import held
-from drysim.core.events import Log
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Plant, Slider
 from drysim.core.state import AnyState, Deflected, Totals
@@ -47,7 +47,7 @@ IN_FLIGHT = (1, -1, 3)
 
 
 @dataclass(frozen=True, eq=False)
-class Traced:
+class Traced(Located):
     """A solution that is known from each step to the next.
 
     `events` holds every change of mode, `turns` those at which v_r is zero.
@@ -66,10 +66,7 @@ class Traced:
     @cached_property
     def turns(self) -> Events:
         """The start and every zero of v_r: between two of them x_r is monotone."""
-        stays = ~np.isin(self.events.kind, IN_FLIGHT)
-        stays[0] = True
-        every = self.events
-        return Events(every.t[stays], every.kind[stays], every.x_r[stays], every.F_L[stays])
+        return self.events.chosen(~np.isin(self.events.kind, IN_FLIGHT))
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats, Codes]:
         """Give x_r, v_r, z, F_f and the direction at ascending times [s], or at none."""
@@ -92,10 +89,6 @@ class Traced:
         """Give the state at time t [s]."""
         x_r, v_r, z, _, _ = self.at(np.array([t]))
         return Deflected(float(x_r[0]), float(v_r[0]), float(z[0]))
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give 0: zeros of the velocity are located."""
-        return 0.0
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
@@ -170,9 +163,7 @@ def follow_as(
         refuse_storm(count, n * dt + s, state)
         refuse_crowd(count, last, n * dt + s)
     trail = Trail(*(np.asarray(column[:used]) for column in trail))
-    found = Log(*(np.asarray(column[:count]) for column in log))
-    t = found.n * dt + found.s
-    events = Events(t, found.kind.astype(np.int8), found.x_r, found.F_L)
+    events = of_log(log, count, dt)
     closest = ways.tightest(law, events)
     return made(plant, law, motion, waves, (u_dd, dt), trail, events, duration, closest)
 

@@ -21,6 +21,7 @@ from drysim.approach.scene import (
     waves_of,
 )
 from drysim.approach.spans import base_of_waves
+from drysim.approach.track import Located
 from drysim.core.compiled import held
 from drysim.core.events import direction
 from drysim.core.grid import sample_leaps, state_within
@@ -45,7 +46,7 @@ MOST_PERIODS = 5_000
 
 
 @dataclass(frozen=True, eq=False)
-class LeapTrack:
+class LeapTrack(Located):
     """A solution under sines: known from event to event."""
 
     plant: Plant
@@ -67,10 +68,6 @@ class LeapTrack:
             self.plant, self.law, self.waves, 0.0, 0.0, t_i, x_r, v_r, d, t - t_i
         )
         return State(*found)
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give 0: located stops leave nothing to flip with the step."""
-        return 0.0
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""

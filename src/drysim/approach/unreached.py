@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.approach.events import Events, Floats
-from drysim.approach.response import Track
+from drysim.approach.track import Located, Track
 from drysim.core.plant import Plant, Stopped
 from drysim.core.state import AnyState, Totals
 
@@ -29,7 +29,7 @@ class Hits(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Unreached:
+class Unreached(Located):
     """A solution of a scene with end stops that never reaches one."""
 
     law: Stopped
@@ -62,10 +62,6 @@ class Unreached:
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
         return self.bare.totals(begin, end)
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give 0: stops are located."""
-        return 0.0
 
     def hits(self) -> Hits:
         """Give no hits."""

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from drysim.approach.events import Floats
-    from drysim.approach.response import Response, Track
+    from drysim.approach.response import Response
+    from drysim.approach.track import Track
     from drysim.core.plant import AnyLaw, Plant
     from drysim.core.state import State
     from drysim.errors import Caution

@@ -19,7 +19,8 @@ from drysim.study.steady import orbit_of
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
 
 if TYPE_CHECKING:
-    from drysim.approach.response import Response, Track
+    from drysim.approach.response import Response
+    from drysim.approach.track import Track
     from drysim.scenario import Scenario
 
     MotionOf = Callable[[Scenario], Sines | Samples]
