@@ -9,6 +9,16 @@ FIRST = "a name has a number before it has its own, and nobody reads it"
 SPARE = "the last lines of trail and log are held in reserve: one more is free"
 
 EXPLAINED = {
+    (
+        "dynamic.py",
+        "return (math.sqrt(FLAT) if law.exponent == -2 else FLAT ** (1.0 / law.exponent)) "
+        "* law.v_s",
+    ): "a square root is a power, too, and is written for its speed",
+    ("touch.py", "if stalled >= STALL:"): "a hundred events without progress are as many",
+    (
+        "touch.py",
+        "kind = LIFT if mode == FREE else (STICK if holds(mode) else mode / SLIP)",
+    ): "a slip is the number 1",
     ("contact.py", "while n <= end and at <= full and count < full:"): SPARE,
     ("contact_replay.py", "c, w, g, r = 1.0, 0.0, 0.0, 0.0"): FIRST,
     (

@@ -87,6 +87,14 @@ def test_grid_under_sines_is_the_motion_read_point_by_point(law):
     assert (response.grid.base(777, 1500) == response.u_dd[777:1500]).all()
 
 
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
+@pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
+def test_direction_on_the_grid_is_the_sign_of_the_velocity(law, motion):
+    response = solved(law, motion, duration=2.0)
+    moves = response.v_r != 0.0
+    assert (response.d[moves] == np.sign(response.v_r[moves])).all()
+
+
 def test_stiff_contact_comes_to_coulomb_as_one_over_its_stiffness():
     motion = sine(1.0, 1.6)
     coulomb = solved(Law(45.0, 45.0), motion, duration=3.0).x_r

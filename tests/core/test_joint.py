@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mpmath as mp
 import numpy as np
 import pytest
 
@@ -59,3 +60,25 @@ def test_way_is_gone_at_the_same_time_by_series_and_by_closed_form(kernel, c, w,
     assert 0.0 < s < h
     assert v * y + (a + c * v) * Y + r * YY == pytest.approx(gap, rel=1e-14)
     assert hit.cross(c, w, v, a, r, gap / share * 1.01, h) == np.inf
+
+
+@pytest.mark.parametrize(("c", "root"), [(0.5, 0.5), (0.1, 0.9), (0.99, 0.01)])
+@pytest.mark.parametrize("share", [0.3, 0.97])
+def test_part_of_a_fine_step_is_the_flow_to_the_last_digits(kernel, c, root, share):
+    # Rates are in radians, or decays, of a whole step, of which a fine one holds one in all.
+    plant = kernel.plant.Plant(1.0, (root / STEP) ** 2, c / STEP)
+    steps, s = kernel.whole.whole_steps(plant, STEP), share * STEP
+    assert steps.fine
+    found = kernel.whole.part_flow(steps, s)
+    with mp.workdps(40):
+        half, w, s = mp.mpf(plant.b) / 2, mp.mpf(plant.k_x), mp.mpf(s)
+        one, two = (-half + sign * mp.sqrt(half * half - w) for sign in (1, -1))
+        y, y_d, Y = (
+            mp.re((at(one) - at(two)) / (one - two))
+            for at in (
+                lambda r: mp.exp(r * s), lambda r: r * mp.exp(r * s),
+                lambda r: mp.expm1(r * s) / r,
+            )
+        )  # fmt: skip
+        exact = [float(each) for each in (y, y_d, Y)]
+    assert found[:3] == pytest.approx(exact, rel=1e-15, abs=0.0)

@@ -92,3 +92,13 @@ def test_engines_agree_step_by_step_and_remember_the_same(plain, fast, words, si
     for column, twin in zip([*one.trail, *one.log], [*other.trail, *other.log], strict=True):
         assert np.array_equal(column, twin)
     assert np.array_equal(one.turned, other.turned)
+
+
+def test_bristles_at_their_limit_to_the_last_bit_keep_their_way(kernel):
+    law = kernel.plant.Dynamic(
+        32.0, 32.0, kernel.plant.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
+    )
+    jet, z = work(kernel, law), 32.0 / 1024.0
+    for z_now, way in ((0.5 * z, 1), (z, 1), (2.0 * z, -1)):
+        kernel.memory.head(law, jet, 1, 0.1, z_now)
+        assert jet.branch[kernel.memory.WAY] == way
