@@ -19,7 +19,7 @@ from drysim.approach.track import Track
 from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
-from drysim.core.state import AnyState, State
+from drysim.core.state import AnyState
 from drysim.late import late
 
 if TYPE_CHECKING:
@@ -44,11 +44,19 @@ def solve(
 
     `whole` keeps the motion over samples at hand, however long it is.
     """
-    if isinstance(law, Stopped):
+    if isinstance(law, Law):
+        if isinstance(motion, Sines):
+            length = run_length(motion, duration)
+            response = on_grid(follow_sines(plant, law, motion, start, length), step)
+        else:
+            from drysim.approach.over_samples import solve_samples
+
+            response = solve_samples(plant, law, motion, start, duration, whole)
+    elif isinstance(law, Stopped):
         from drysim.approach import bounded
 
         return bounded.solve(plant, law, motion, start, step, duration, whole)
-    if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
+    elif isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
         from drysim.approach import over_joints
 
         response = over_joints.solve(plant, law, motion, start, duration)
@@ -56,19 +64,10 @@ def solve(
         from drysim.approach import by_series
 
         response = by_series.solve(plant, law, motion, start, step, duration)
-    elif not isinstance(law, Law):
+    else:
         from drysim.approach import traced
 
         response = traced.solve(plant, law, motion, start, step, duration)
-    elif isinstance(motion, Samples):
-        from drysim.approach.over_samples import solve_samples
-
-        response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole)
-    else:
-        track = follow_sines(
-            plant, law, motion, State(*start[:2]), run_length(motion, duration)
-        )
-        response = on_grid(track, step)
     return response if law.F_fs > 0.0 else frictionless(response)
 
 
@@ -99,11 +98,11 @@ def follow(
     if isinstance(motion, Samples):
         from drysim.approach.over_samples import solve_samples
 
-        response = solve_samples(plant, law, motion, State(*start[:2]), duration, whole=False)
+        response = solve_samples(plant, law, motion, start, duration, whole=False)
         track = response.track
         assert track is not None, "samples are solved with their track"
         return track
-    return follow_sines(plant, law, motion, State(*start[:2]), run_length(motion, duration))
+    return follow_sines(plant, law, motion, start, run_length(motion, duration))
 
 
 def frictionless(response: Response) -> Response:
@@ -134,4 +133,4 @@ def find_orbit(
         from drysim.approach import settled
 
         return settled.find_orbit(plant, law, motion, start, period)
-    return under_sines.find_orbit(plant, law, motion, State(*start[:2]), period)
+    return under_sines.find_orbit(plant, law, motion, start, period)

@@ -24,7 +24,7 @@ from drysim.core.plant import Law, Plant
 from drysim.core.samples.march import march
 from drysim.core.signal import BLOCK, KEPT
 from drysim.core.sines.leap import leap_steps
-from drysim.core.state import State
+from drysim.core.state import AnyState
 from drysim.core.waves import Waves
 
 STRIDE = 4_000_000
@@ -121,7 +121,7 @@ class March:
 
 
 def march_samples(
-    plant: Plant, law: Law, motion: Samples, start: State, last: int, whole: bool
+    plant: Plant, law: Law, motion: Samples, start: AnyState, last: int, whole: bool
 ) -> tuple[March, Events, float]:
     """March to sample `last`; gives also the events and the tightest decision.
 

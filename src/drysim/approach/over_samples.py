@@ -21,7 +21,7 @@ from drysim.core.grid import state_within
 from drysim.core.integrals import integrate_steps
 from drysim.core.motion import Samples, sample_squares
 from drysim.core.plant import Law, Plant
-from drysim.core.state import State, Totals
+from drysim.core.state import AnyState, State, Totals
 
 Numbers = NDArray[np.intp]
 
@@ -128,7 +128,7 @@ def solve_samples(
     plant: Plant,
     law: Law,
     motion: Samples,
-    start: State,
+    start: AnyState,
     duration: float | None,
     whole: bool,
 ) -> Response:

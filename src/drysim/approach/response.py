@@ -70,7 +70,7 @@ class Response:
     @cached_property
     def whole(self) -> Points:
         """All points."""
-        return self.grid.part(0, len(self))
+        return self.grid.part(0, len(self.grid))
 
     @cached_property
     def u_dd(self) -> Floats:

@@ -14,8 +14,8 @@ from drysim.core.events import ROOM, Log, opening
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, Stopped
-from drysim.core.state import State
-from drysim.core.waves import Waves, wave_of
+from drysim.core.state import AnyState
+from drysim.core.waves import STRIDE, Waves, wave_of
 from drysim.errors import SolverError
 
 CONSTANT = Law(0.0, 0.0)
@@ -33,14 +33,14 @@ ON_GRID = 1e-9
 
 def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
     """Give the sines of a scene as the kernels want them; varying friction is one more."""
-    rows = [*zip(*motion, strict=True)] if isinstance(motion, Sines) else []
-    base = len(rows)
-    if law.variation:
-        rows.append((0.0, law.omega / (2.0 * math.pi), law.phase))
     values: list[float] = []
-    for row in rows:
-        values += wave_of(*row)
-    return Waves(held(np.array(values)), len(rows), base)
+    if isinstance(motion, Sines):
+        for row in zip(*motion, strict=True):
+            values += wave_of(*row)
+    base = len(values) // STRIDE
+    if law.variation:
+        values += wave_of(0.0, law.omega / (2.0 * math.pi), law.phase)
+    return Waves(held(np.array(values)), len(values) // STRIDE, base)
 
 
 def first_u_dd(motion: Sines | Samples) -> float:
@@ -51,7 +51,7 @@ def first_u_dd(motion: Sines | Samples) -> float:
 
 
 def beginning(
-    plant: Plant, law: Law, motion: Sines | Samples, start: State
+    plant: Plant, law: Law, motion: Sines | Samples, start: AnyState
 ) -> tuple[Log, float]:
     """Give the state at t = 0 as an entry of a log, and how near its mode is to the other [-].
 

@@ -23,7 +23,7 @@ from drysim.approach.scene import (
 from drysim.approach.spans import base_of_waves
 from drysim.approach.track import Located
 from drysim.core.compiled import held
-from drysim.core.events import direction
+from drysim.core.events import Log, direction
 from drysim.core.grid import sample_leaps, state_within
 from drysim.core.integrals import integrate_leaps
 from drysim.core.means import mean_squares
@@ -31,7 +31,7 @@ from drysim.core.motion import Sines
 from drysim.core.plant import Law, Plant
 from drysim.core.sines import orbit, orbits
 from drysim.core.sines.leap import leap, leap_off
-from drysim.core.state import State, Totals
+from drysim.core.state import AnyState, State, Totals
 from drysim.core.table import room
 from drysim.core.waves import STRIDE, Waves
 
@@ -53,7 +53,7 @@ class LeapTrack(Located):
     law: Law
     motion: Sines
     waves: Waves
-    start: State
+    start: AnyState
     turns: Events
     end: float
     closest: float
@@ -82,25 +82,25 @@ class LeapTrack(Located):
 
 
 def follow_sines(
-    plant: Plant, law: Law, motion: Sines, start: State, duration: float
+    plant: Plant, law: Law, motion: Sines, start: AnyState, duration: float
 ) -> LeapTrack:
     """Solve a scene under sines from event to event; no grid takes part."""
     waves = waves_of(motion, law)
-    log = empty_log(FEW_EVENTS)
+    log = held(np.empty((len(Log._fields), FEW_EVENTS)))
     begin, x_r, v_r, d, count, closest = leap_off(
-        plant[:], law[:], waves[:], duration, *start, log[:], FEW_EVENTS
+        plant[:], law[:], *waves, duration, *start[:2], log, FEW_EVENTS
     )
     refuse_storm(count, begin, (x_r, v_r))
     while begin < duration:
-        log = larger(log, min(2 * len(log.n), count + LEAPS))
+        log = larger(Log(*log), min(2 * len(log[0]), count + LEAPS))
         begin, x_r, v_r, d, count, tight = leap(
             plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d, log, count,
             len(log.n),
         )  # fmt: skip
         refuse_storm(count, begin, (x_r, v_r))
         closest = min(closest, tight)
-    t, kind, *rest = (np.asarray(column[:count]) for column in log[1:])
-    turns = Events(t, kind.astype(np.int8, copy=False), *rest)
+    _, t, kind, x_0, F_L = np.asarray(log)[:, :count]
+    turns = Events(t, kind.astype(np.int8), x_0, F_L)
     return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
 
 
@@ -129,14 +129,13 @@ class Leaps:
             begin = int(turns.t.searchsorted(first * self.dt, side="right")) - 1
         if last < self.length:
             behind = int(turns.t.searchsorted((last - 1) * self.dt, side="right"))
-        columns = (turns.t, turns.kind, turns.x_r)
-        t, kind, x_0 = (held(column[begin:behind]) for column in columns)
+        t, kind, x_0 = turns.t[begin:behind], turns.kind[begin:behind], turns.x_r[begin:behind]
         v_0 = track.start.v_r if begin == 0 else 0.0
         x_r, v_r = held(np.empty((2, n)))
-        modes, table = held(np.empty(n, dtype=np.int8)), held(np.empty(room(track.waves.size)))
+        modes, table = held(np.empty(n, np.int8)), held(np.empty(room(track.waves.size)))
         sample_leaps(
-            track.plant[:], track.law[:], track.waves[:], t, kind, x_0, v_0, first, self.dt,
-            table, x_r, v_r, modes,
+            track.plant[:], track.law[:], *track.waves, held(t), held(kind), held(x_0), v_0,
+            first, self.dt, table, x_r, v_r, modes,
         )  # fmt: skip
         return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
 
@@ -149,10 +148,10 @@ def on_grid(track: LeapTrack, step: float) -> Response:
     return Response(plant, law, motion, Leaps(track, step, n), turns, how, track)
 
 
-def find_orbit(plant: Plant, law: Law, motion: Sines, start: State, period: float) -> Orbit:
+def find_orbit(plant: Plant, law: Law, motion: Sines, start: AnyState, period: float) -> Orbit:
     """Follow a start to its periodic orbit."""
     x_r, v_r, multiple, closure, periods, peak, unique = orbit.find(
-        plant, law, waves_of(motion, law), period, *start, MOST_PERIODS, *pasts(),
+        plant, law, waves_of(motion, law), period, *start[:2], MOST_PERIODS, *pasts(),
         empty_log(LOG_LENGTH), LOG_LENGTH,
     )  # fmt: skip
     refuse_storm(multiple, periods * period, (x_r, v_r))

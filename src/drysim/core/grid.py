@@ -46,14 +46,16 @@ def point_before(t, dt):
 
 @compiled
 def sample_leaps(
-    plant, law, waves, t, kind, x_r, v_first, first, dt, table, x_out, v_out, d_out
+    plant, law, values, size, base, t, kind, x_r, v_first, first, dt, table, x_out, v_out, d_out
 ):
     """Write a solution under waves on the grid n·dt, from point `first` on.
 
     Parameters
     ----------
-    plant, law, waves : tuple
+    plant, law : tuple
         They may be plain.
+    values, size, base
+        The waves.
     t, kind, x_r : array, shape (events,)
         The events; the first is before the first point and leaves with `v_first` [m/s].
     first : int
@@ -70,7 +72,7 @@ def sample_leaps(
     Between two events the points are sums of a few columns of the table, anew from the first of
     every `ROWS` behind the event: always the same ones, so that blocks change no number.
     """
-    plant, law, waves = Plant(*plant), Law(*law), Waves(*waves)
+    plant, law, waves = Plant(*plant), Law(*law), Waves(values, size, base)
     last = first + len(x_out)
     filled = 0
     event = 0

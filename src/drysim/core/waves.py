@@ -20,6 +20,9 @@ ALONG, ACROSS, X_START, V_START, STEADY = 7, 8, 9, 10, 11
 """Steady response to the wave: ALONG sin + ACROSS cos [m], its state as the stretch starts
 [m, m/s], and whether it may be set off against the motion (1 or 0)."""
 
+UNSET = (0.0,) * (STRIDE - THETA)
+"""What `anchor` sets."""
+
 MOST_SWING = 16.0
 """Square of the greatest swing, relative to that of an oscillator free or stiff, up to which
 the steady response may be set off against the motion: two bits are lost at most."""
@@ -46,7 +49,7 @@ class Waves(NamedTuple):
 
 def wave_of(amplitude, frequency, phase):
     """Give the columns of a wave as `set_wave` writes them: what calls no kernel."""
-    return (amplitude, frequency, 2.0 * math.pi * frequency, phase, *[0.0] * (STRIDE - THETA))
+    return (amplitude, frequency, 2.0 * math.pi * frequency, phase, *UNSET)
 
 
 @compiled
