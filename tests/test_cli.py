@@ -64,6 +64,16 @@ def test_quiet_prints_nothing_but_faults(drysim, seat):
     assert drysim("run", "none.yaml", "-q").err != ""
 
 
+def test_dry_run_tells_the_base_and_how_strong_a_record_is(drysim, seat, tmp_path):
+    assert "base: harmonic " in drysim("run", seat, "--dry-run").out
+    (seat.parent / "r.csv").write_text("a [mm/s2]\n" + "500\n-500\n" * 100)
+    record = "excitation={kind: record, file: r.csv, rate: 100}"
+    less = ("--set", "solver.step=null", "--set", "measure=null")
+    words = ("run", seat, "--dry-run", "--set", record, *less)
+    told = "base: record r.csv, 200 samples at 100 Hz, 1.99 s, 0.5 m/s² RMS\n"
+    assert told in drysim(*words).out
+
+
 def test_quiet_says_what_makes_the_exit_code(drysim, seat):
     failing = ("run", seat, "-q", "--no-plots", "--set", "checks=[T_a < 0.1, T_a > 0]")
     assert drysim(*failing) == (1, "", "check failed: T_a < 0.1\n")
