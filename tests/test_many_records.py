@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drysim.approach import exact
+from drysim.approach.many import Measured
 from drysim.core.motion import Samples
 from drysim.core.plant import STRIBECK, AnyLaw, Dynamic, Law, Plant
 from drysim.core.state import State
@@ -24,6 +25,14 @@ def noise(records: int, samples: int) -> np.ndarray:
         np.convolve(row, window, mode="same") for row in rng.normal(size=(records, samples))
     ]
     return np.array(rows) * 0.2
+
+
+def measured(
+    plant: Plant, law: Law, motions: list[Samples], start: State, window: tuple[int, int]
+) -> Measured:
+    """Give what motions come to side by side."""
+    given = exact.abreast(iter(motions), len(motions), window)
+    return exact.measure_many(plant, law, given, start)
 
 
 def path(u_dd: np.ndarray) -> np.ndarray:
@@ -45,7 +54,7 @@ def test_records_in_one_call_come_to_what_each_comes_to_alone(
     u, scene, start = path(u_dd), (Plant(*plant), Law(*F)), State(0.002, -0.01)
     motions = [Samples(u_dd[i], DT, u[i]) for i in range(3)]
     assert exact.measurable(*scene, DT)
-    many = exact.measure_many(*scene, motions, start, window)
+    many = measured(*scene, motions, start, window)
     assert many.found.all()
     begin, end = window[0] * DT, window[1] * DT
     for i, motion in enumerate(motions):
@@ -68,9 +77,9 @@ def test_records_in_one_call_come_to_what_each_comes_to_alone(
 def test_record_does_not_depend_on_those_beside_it() -> None:
     motions = [Samples(row, DT) for row in noise(21, 900)]
     scene, start = (Plant(75.0, 7500.0, 500.0), Law(15.0, 18.0)), State(0.0, 0.0)
-    many = exact.measure_many(*scene, motions, start, (100, 899))
+    many = measured(*scene, motions, start, (100, 899))
     for i in (0, 7, 8, 20):
-        alone = exact.measure_many(*scene, motions[i : i + 1], start, (100, 899))
+        alone = measured(*scene, motions[i : i + 1], start, (100, 899))
         assert [column[i] for column in many.totals[:7]] == [
             column[0] for column in alone.totals[:7]
         ]
@@ -84,9 +93,9 @@ def test_record_whose_motion_leaves_the_numbers_spoils_no_other() -> None:
     u_dd = noise(3, 2500)
     scene = Plant(75.0, 7500.0, 500.0), Law(15.0, 15.0)
     rest, window = State(0.0, 0.0), (0, 2499)
-    good = exact.measure_many(*scene, [Samples(row, DT) for row in u_dd], rest, window)
+    good = measured(*scene, [Samples(row, DT) for row in u_dd], rest, window)
     u_dd[1, 1500:] = np.inf
-    found = exact.measure_many(*scene, [Samples(row, DT) for row in u_dd], rest, window)
+    found = measured(*scene, [Samples(row, DT) for row in u_dd], rest, window)
     assert found.found.tolist() == [True, False, True]
     assert np.array_equal(found.totals.x2[[0, 2]], good.totals.x2[[0, 2]])
 

@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from drysim.approach.exact import measure_many
+from drysim.approach.exact import abreast, measure_many
+from drysim.approach.many import Abreast
 from drysim.approach.under_sines import solve_orbits
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant
@@ -56,14 +57,15 @@ def ensembles(records: int, samples: int, repeats: int) -> None:
     wanted = lines(lambda f: np.ones_like(f), (0.5, 10.0), 0.67**2, samples * DT)
     motions = [noise(wanted, DT, seed, 0.67) for seed in range(records)]
     bare = [Samples(motion.u_dd, DT) for motion in motions]
-    blocks = [bare[at : at + MOST] for at in range(0, records, MOST)]
+    parts = [bare[at : at + MOST] for at in range(0, records, MOST)]
+    blocks = [abreast(part, len(part), (0, samples)) for part in parts]
     from scipy.signal import lfilter
 
     hands, work = ThreadPoolExecutor(2), records * samples * 1e-9
     for F in FRICTION:
 
-        def block(given: list[Samples], F: tuple[float, float] = F) -> object:
-            return measure_many(PLANT, Law(*F), given, REST, (0, samples))
+        def block(given: Abreast, F: tuple[float, float] = F) -> object:
+            return measure_many(PLANT, Law(*F), given, REST)
 
         jobs = {
             "one": lambda block=block: [*map(block, blocks)],

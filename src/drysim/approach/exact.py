@@ -23,12 +23,15 @@ from drysim.core.state import AnyState
 from drysim.late import late
 
 if TYPE_CHECKING:
+    from drysim.approach.many import abreast as abreast
     from drysim.approach.many import measurable as measurable
     from drysim.approach.many import measure_many as measure_many
 
-__all__ = ["find_orbit", "follow", "frictionless", "measurable", "measure_many", "solve"]
+__all__ = [
+    "abreast", "find_orbit", "follow", "frictionless", "measurable", "measure_many", "solve",
+]  # fmt: skip
 
-__getattr__ = late(__name__, {"drysim.approach.many": "measurable measure_many"})
+__getattr__ = late(__name__, {"drysim.approach.many": "abreast measurable measure_many"})
 
 
 def solve(

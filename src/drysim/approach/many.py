@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,50 @@ class Measured(NamedTuple):
     closest: Floats
 
 
+class Abreast(NamedTuple):
+    """Many records of one length, as the kernel takes them.
+
+    Attributes
+    ----------
+    u_dd : ndarray, shape (records, samples)
+        Base acceleration [m/s²].
+    dt : float
+        Distance of the samples [s].
+    window : tuple of int
+        Samples at which the window of what is measured begins and ends.
+    u2 : ndarray, shape (records,), or None
+        Integrals over it of the squared base displacement [m² s], where that is known.
+    """
+
+    u_dd: Floats
+    dt: float
+    window: tuple[int, int]
+    u2: Floats | None
+
+    def motion(self, i: int) -> Samples:
+        """Give the base acceleration of one record."""
+        return Samples(self.u_dd[i], self.dt)
+
+
+def abreast(motions: Iterable[Samples], count: int, window: tuple[int, int]) -> Abreast:
+    """Give so many motions of one length and one distance side by side.
+
+    Each is let go before the next is asked for. One that is drawn then is worked on while it
+    is near the processor, and the next takes its memory.
+    """
+    begin, end = window
+    rows, squares, dt = np.empty((count, 0)), np.empty(count), 0.0
+    for i, motion in enumerate(motions):
+        if not i:
+            rows, dt = np.empty((count, len(motion.u_dd))), motion.dt
+        rows[i] = motion.u_dd[:]
+        u2 = None
+        if motion.u is not None:
+            u2 = sample_squares(motion, begin * dt, end * dt)[1]
+        squares[i] = math.nan if u2 is None else u2
+    return Abreast(rows, dt, window, None if np.isnan(squares).any() else squares)
+
+
 def measurable(plant: Plant, law: object, dt: float) -> bool:
     """Tell whether many records of one scene can be marched side by side.
 
@@ -66,13 +111,7 @@ def measurable(plant: Plant, law: object, dt: float) -> bool:
     return type(law) is Law and law.variation == 0.0 and bool(steps_of(plant, law, dt).fine)
 
 
-def measure_many(
-    plant: Plant,
-    law: Law,
-    motions: Sequence[Samples],
-    start: State,
-    window: tuple[int, int],
-) -> Measured:
+def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measured:
     """March many records and measure them, keeping nothing of the motion.
 
     Parameters
@@ -80,12 +119,9 @@ def measure_many(
     plant : Plant
     law : Law
         With `plant` and the distance of the samples as `measurable` wants them.
-    motions : sequence of Samples
-        Of one length and one distance.
+    given : Abreast
     start : State
         Of every record, at its first sample.
-    window : tuple of int
-        Samples at which the window begins and ends.
 
     Returns
     -------
@@ -96,7 +132,7 @@ def measure_many(
     One call runs in one thread and lets others run: batches may be given to several. What a
     record comes to does not depend on the others.
     """
-    u_dd, dt = np.array([motion.u_dd[:] for motion in motions]), motions[0].dt
+    u_dd, dt, window, _ = given
     answers = np.empty((len(u_dd), records.FOUND))
     turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_A_STOP + FEW_STOPS))
     rule = trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
@@ -105,25 +141,17 @@ def measure_many(
         start, empty_side(), turns, answers,
     )  # fmt: skip
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
-        return answered(plant, motions, start, window, turns, answers)
+        return answered(plant, given, start, turns, answers)
 
 
 def answered(
-    plant: Plant,
-    motions: Sequence[Samples],
-    start: State,
-    window: tuple[int, int],
-    turns: Floats,
-    answers: Floats,
+    plant: Plant, given: Abreast, start: State, turns: Floats, answers: Floats
 ) -> Measured:
     """Give what the kernel has answered by name."""
-    column, dt = answers.T, motions[0].dt
+    column, u2 = answers.T, cast(Any, given.u2)
     first = State(column[records.X_BEGIN], column[records.V_BEGIN])
     last = State(column[records.X_END], column[records.V_END])
     begins, ends = column[[records.BEGIN, records.TURNS]].astype(int)
-    u2: Any = None
-    if motions[0].u is not None:
-        u2 = np.array([sample_squares(each, *(n * dt for n in window))[1] for each in motions])
     x2, v2, x_dd2, power, rub, stuck, u_dd2 = column[:INTEGRALS]
     ends_of = column[[records.X_BEGIN, records.X_END]].T
     paths = [

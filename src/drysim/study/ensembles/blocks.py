@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -77,17 +77,20 @@ def samples_of(case: Case) -> tuple[int, int] | None:
     return (begin, end) if near and begin < end else None
 
 
-def measured_block(case: Case, motions: Sequence[Samples]) -> Iterator[Values | None]:
-    """Give the metrics of a case under each of many base motions.
+def measured_block(
+    case: Case, motions: Iterable[Samples], count: int
+) -> Iterator[Values | None]:
+    """Give the metrics of a case under each of so many base motions.
 
     None stands for one that must be solved by itself: its numerics fail.
     """
-    from drysim.approach.exact import measure_many
+    from drysim.approach.exact import abreast, measure_many
 
     window = samples_of(case)
     assert type(case.law) is Law, "asked for of what `fits` only"
     assert window is not None, "asked for of what `fits` only"
-    many = measure_many(case.plant, case.law, motions, case.start, window)
+    given = abreast(motions, count, window)
+    many = measure_many(case.plant, case.law, given, case.start)
     length = case.window[1] - case.window[0]
     columns = means(many.totals, length)
     columns |= energies(case.plant, case.law.F_fk, many.totals, many.first, many.last)
@@ -96,7 +99,7 @@ def measured_block(case: Case, motions: Sequence[Samples]) -> Iterator[Values | 
             yield None
             continue
         values: Values = {name: known(column, i) for name, column in columns.items()}
-        values |= of_stroke(case, motions[i], many, i)
+        values |= of_stroke(case, given.motion(i), many, i)
         yield {metric.name: values.get(metric.name) for metric in METRICS}
 
 

@@ -63,15 +63,21 @@ def rows_of_block(case: Case, seeds: Sequence[int], motion_of: MotionOf) -> Iter
     if len(seeds) < 2:
         yield from (row_of_seed(scenario, seed, motion_of) for seed in seeds)
         return
-    motions = [sampled(motion_of(of_seed(scenario, seed))) for seed in seeds]
-    approach, found = scenario.solver.approach, measured_block(case, motions)
-    for seed, motion, metrics in zip(seeds, motions, found, strict=True):
+    digests: list[str] = []
+
+    def drawn() -> Iterator[Samples]:
+        for seed in seeds:
+            motion = sampled(motion_of(of_seed(scenario, seed)))
+            digests.append(sha256_of(motion.u_dd))
+            yield motion
+
+    approach, found = scenario.solver.approach, measured_block(case, drawn(), len(seeds))
+    for i, (seed, metrics) in enumerate(zip(seeds, found, strict=True)):
         if metrics is None:
             yield row_of_seed(scenario, seed, motion_of)
         else:
-            digest = sha256_of(motion.u_dd)
             point = {KEY: seed}
-            yield Row(point, approach, law.F_fk, law.F_fs, metrics, sha256=digest)
+            yield Row(point, approach, law.F_fk, law.F_fs, metrics, sha256=digests[i])
 
 
 def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
