@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from math import sqrt
 from time import perf_counter
 
@@ -14,6 +15,7 @@ from drysim.core.motion import sample_squares
 from drysim.core.plant import Law, Plant
 from drysim.core.state import State
 from drysim.errors import ScenarioError
+from drysim.excitation import noise, periods
 from drysim.excitation.psd import Psd, area
 from drysim.quantity import convert
 from drysim.scenario import load
@@ -103,6 +105,18 @@ def test_same_seed_gives_the_same_bits_and_another_seed_another_signal():
     first, again, other = (psd(seed=seed).motion(STEP).u_dd for seed in (7, 7, 8))
     assert first.tobytes() == again.tobytes()
     assert abs(np.corrcoef(first, other)[0, 1]) < 0.2
+
+
+@pytest.mark.parametrize("samples", [1200, 1201, 2002])
+def test_signals_that_are_made_in_pairs_are_the_same_to_the_last_bit(monkeypatch, samples):
+    wanted = noise.lines(np.ones_like, (0.5, 10.0), 1.0, samples * 2.5e-3)
+    periods.expect_many()
+    assert periods.PAIRED in sys.modules
+    paired = noise.noise(wanted, 2.5e-3, 3)
+    monkeypatch.setattr(periods, "PAIRED", "a module that nobody has loaded")
+    single = noise.noise(wanted, 2.5e-3, 3)
+    assert np.array_equal(paired.u_dd, single.u_dd)
+    assert np.array_equal(paired.u, single.u)
 
 
 def test_a_finer_step_draws_the_same_signal():

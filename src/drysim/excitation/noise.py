@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from math import ceil, floor, pi, sqrt
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim import machine
 from drysim.core.motion import Samples
-from drysim.core.signal import BLOCK, KEPT
+from drysim.core.signal import BLOCK
 from drysim.errors import Caution
+from drysim.excitation.periods import periods, share
 
 Floats = NDArray[np.float64]
 Density = Callable[[Floats], Floats]
@@ -28,18 +28,8 @@ FEW = 30
 """Sums of fewer equal lines than this [-] are seen to be no Gaussian noise: the excess
 kurtosis is -1.5 over their number."""
 
-IN_PLACE = np.lib.NumpyVersion(np.__version__) >= "2.0.0"
-"""Whether numpy can transform into memory at hand: the memory of a long signal costs time."""
-
 LOST = 0.01
 """Share of the RMS that straight lines between samples may take before it is said [-]."""
-
-
-MOST = 4
-"""Threads for a long signal: memory is no faster with more."""
-
-Job = TypeVar("Job")
-Done = TypeVar("Done")
 
 
 class Lines(NamedTuple):
@@ -75,7 +65,7 @@ def lines(G: Density, band: tuple[float, float], square: float, T: float) -> Lin
     def fill(part: slice) -> None:
         squares[part] = G(np.clip(np.arange(first + part.start, first + part.stop) / T, *band))
 
-    _share(fill, _parts(len(squares)), len(squares))
+    share(fill, _parts(len(squares)), len(squares))
     squares *= square / squares.sum()
     return Lines(first, squares, T)
 
@@ -105,7 +95,7 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
     def weigh(part: slice) -> None:
         weights[part] = 1 - 2 / 3 * _bend(turn, first, part)
 
-    _share(weigh, _parts(len(squares)), n)
+    share(weigh, _parts(len(squares)), n)
     kept = float(squares @ weights)  # mean square, straight lines between samples
     scale = 1.0 if rms is None else rms / sqrt(kept)
     codes, table = _codes(first, len(squares), seed), _turns()
@@ -117,8 +107,8 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
         bend = _bend(turn, first, part)
         np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² for no step
 
-    _share(fill, _parts(len(squares)), n)
-    u_dd, u = _share(lambda spectrum: _closed(spectrum, n), spectra, n)
+    share(fill, _parts(len(squares)), n)
+    u_dd, u = periods(spectra, n)
     asked = float(squares.sum())
     realised: dict[str, object] = {
         "rms_asked": sqrt(asked) if rms is None else rms,
@@ -152,27 +142,6 @@ def _turns() -> NDArray[np.complex128]:
     turns: NDArray[np.complex128] = np.exp(2j * pi / PHASES * np.arange(PHASES))
     turns.flags.writeable = False
     return turns
-
-
-def _share(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
-    """Give what is done to every job; for a signal of many samples [n] in threads."""
-    if n <= KEPT:
-        return [do(job) for job in jobs]
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(min(machine.processors(), MOST)) as pool:
-        return list(pool.map(do, jobs))
-
-
-def _closed(spectrum: NDArray[np.complex128], n: int) -> Floats:
-    """Give one period of a signal [n] and its first sample again, which closes it."""
-    signal = np.empty(n + 1)
-    if IN_PLACE:
-        np.fft.irfft(spectrum, n, norm="forward", out=signal[:n])
-    else:
-        signal[:n] = np.fft.irfft(spectrum, n, norm="forward")
-    signal[n] = signal[0]
-    return signal
 
 
 def _few(squares: Floats) -> Iterator[Caution]:
