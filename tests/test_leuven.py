@@ -8,7 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from drysim.approach.marks import work
 from drysim.approach.stick_slip import StickSlip
+from drysim.core.dynamic_laws.memory import COUNT, forget
 from drysim.core.motion import Samples
 from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Law, Plant
 from drysim.core.state import Deflected
@@ -56,6 +58,20 @@ def test_loop_that_closes_at_the_limit_leaves_the_bristles_there(tmp_path):
     response = solved(case.law, case.motion, duration=5.0, plant=case.plant)
     assert response.numerics.error < 1e-8
     assert measure(response.track, (0.0, 5.0), None)["energy_residual"] < 1e-10
+
+
+def test_bristles_that_the_limit_turned_do_not_turn_back_at_the_same_instant():
+    """At 9.609 s a loop of no width closes far above v_s, where the limit hardly moves."""
+    law = Dynamic(
+        5.468161957762935, 8.202242936644403, LEUVEN, v_s=0.004346186854937156,
+        sigma_0=3802018.9144284255, sigma_2=50.0, F_h=8.202242936644403,
+    )  # fmt: skip
+    random = np.random.default_rng(556665)
+    u_dd = np.convolve(random.standard_normal(3040), np.hanning(41), "valid")
+    motion = Samples(3.0 * u_dd / u_dd.std(), 4e-3)
+    response = solved(law, motion, duration=10.0, plant=Plant(80.0, 0.0, 250.0))
+    assert response.numerics.error < 1e-8
+    assert measure(response.track, (0.0, 10.0), None)["energy_residual"] < 1e-10
 
 
 STIFF = Plant(75.0, 0.0, 5000.0)
@@ -183,6 +199,35 @@ def test_a_full_memory_forgets_what_matters_least():
     scale = np.abs(paths[0]).max()
     assert np.abs(paths[1] - paths[0]).max() < 1e-12 * scale
     assert np.abs(paths[2] - paths[0]).max() < 1e-4 * scale
+
+
+def risen(turned, scale, travel):
+    """Give z after some travel upwards from the last of many turns, from loop to loop."""
+    turned, z = list(turned), turned[-1]
+    while True:
+        top = turned[-1] + 2.0 * scale
+        needs = 2.0 * scale * math.log((top - z) / (top - turned[-2]))
+        if needs > travel:
+            return top - (top - z) * math.exp(-travel / (2.0 * scale))
+        travel, z = travel - needs, turned[-2]
+        del turned[-2:]
+
+
+def test_a_memory_that_overflows_at_its_worst_moves_the_force_by_little():
+    """As many turns as it holds, evenly within one another from limit to limit."""
+    law = LAW._replace(F_h=2.0 * LAW.F_fs)
+    limit, scale = law.F_fs / law.sigma_0, law.F_h / law.sigma_0
+    turned = np.linspace(limit, 0.0, law.depth, endpoint=False) * np.resize([1, -1], law.depth)
+    turned[64] *= 1.0 + 1e-9  # so that they are forgotten in the midst
+    jet = work(law, 0.0)
+    jet.turned[: law.depth], jet.branch[COUNT] = turned, law.depth
+    forget(jet)
+    kept = jet.turned[: jet.branch[COUNT]]
+    assert len(kept) == law.depth - 2
+    path = np.linspace(0.0, 1.3 * limit, 1001)
+    exact, near = (np.array([risen(each, scale, s) for s in path]) for each in (turned, kept))
+    assert 0.9 * limit < exact[-1] < limit
+    assert 1e-5 * limit < np.abs(near - exact).max() < 1.2e-4 * limit
 
 
 @pytest.mark.parametrize("law", [LAW._replace(power=power) for power in POWERS], ids=POWERS)

@@ -26,10 +26,12 @@ class Stribeck(Limits, Rubbing):
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
     """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
     exponent: Annotated[float, Quantity("", at_least=0.5, below=20)] = 2.0
-    """Exponent δ [-] of the fall, from 0.5 to below 20; default 2. For 1 and 2 friction is a
-    series in the speed at rest, too; any other takes two to four times as many steps, as they
-    come to a stop by degrees. Below 0.5 the fall begins so steeply that the default tolerance
-    leaves more than a millionth of the motion; there `coulomb` is near."""
+    """Exponent δ [-] of the fall, from 0.5 to below 20; default 2, the Gaussian of
+    Armstrong-Hélouvry. Published are 0.5 to 1 of Bo and Pavelescu for dry metals, 1 of Tustin
+    and great ones of Fuller for boundary lubricants. For 1 and 2 friction is a series in the
+    speed at rest, too; any other takes two to four times as many steps, as they come to a stop
+    by degrees. Below 0.5, less than any of these, the fall begins so steeply that the default
+    tolerance leaves more than a millionth of the motion; there `coulomb` is near."""
     tolerance: Tolerance = TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""

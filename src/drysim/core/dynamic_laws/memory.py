@@ -138,7 +138,9 @@ def branch_end(law, jet, n, d, h):
             first, what = crossing, EDGE
     if first > 0.0 and to_limit(law, jet, work, n, d, h) > NOISE * law.F_fs:
         even = locate(work, n - 1, min(h, first))
-        if even < first:
+        # Bristles that the limit turned just now go its way: what turns them back at the same
+        # instant is rounding, and on a loop of no width it would do so for ever.
+        if even < first and (even > 0.0 or jet.branch[EVEN] == 0):
             first, what = even, LIMIT
     return first, what
 
