@@ -9,7 +9,8 @@ import pytest
 
 from contacts import at, march_contact
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import Samples, Sines
+from drysim.core.events import REVERSAL, STICK
+from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.core.plant import BRISTLE, Dynamic, Law, Plant, Slider
 from drysim.core.state import State
 from drysim.metrics import measure
@@ -93,6 +94,64 @@ def test_direction_on_the_grid_is_the_sign_of_the_velocity(law, motion):
     response = solved(law, motion, duration=2.0)
     moves = response.v_r != 0.0
     assert (response.d[moves] == np.sign(response.v_r[moves])).all()
+
+
+RINGING = {
+    "holding": Slider(150.0, 1e6),
+    "yielding": Slider(45.0, 1e7),
+    "swinging": Slider(45.0, 1e7, 0.3, 2 * math.pi * 2.3, 0.4),
+}
+
+
+@pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
+def test_contact_that_rings_turns_wherever_an_integrator_does(law):
+    motion, start = Sines((0.45, 0.1), (1.6, 0.9), (0.0, 1.0)), State(0.0, 0.01)
+    track = StickSlip().track(PAPER, law, motion, start, STEP, 1.0)
+
+    def base(t):
+        waves = zip(*motion, strict=True)
+        return sum(A * math.sin(2 * math.pi * f * t + phase) for A, f, phase in waves)
+
+    pieces = march_contact(PAPER, law, base, 1.0, start)
+    turns = track.events.t[np.abs(track.events.kind) == REVERSAL]
+    x_r, v_r = at(pieces, turns)
+    assert len(turns) > 2 * len(track.trail.n)
+    assert np.abs(v_r).max() < 1e-8 * 0.01
+    assert np.abs(x_r - track.at(turns)[0]).max() < 1e-10 * np.abs(x_r).max()
+    fine = np.linspace(0.0, 1.0, 40_001)
+    ways = np.sign(at(pieces, fine)[1])
+    # A contact that yields under a constant normal force turns as it holds again.
+    stops = 0 if law.variation else np.count_nonzero(track.events.kind[1:] == STICK)
+    assert np.count_nonzero(np.diff(ways)) == len(turns) + stops
+
+
+def test_contact_rings_more_often_than_its_mode_changes():
+    """Room is made for turns as well as for what is kept of the motion."""
+    track = StickSlip().track(PAPER, Slider(45.0, 1e7), sine(0.5, 1.6), REST, STEP, 40.0)
+    assert len(track.events) > 4 * len(track.trail.n)
+    assert (np.diff(track.events.t) > 0.0).all()
+    assert measure(track, (4.0, 40.0), None)["energy_residual"] < 1e-12
+
+
+@pytest.mark.parametrize("b", [0.0, 500.0, 3000.0])
+@pytest.mark.parametrize("window", [(0.0, 2.0), (0.137, 1.731)])
+def test_integrals_of_a_long_hold_are_those_of_its_motion(b, window):
+    plant, motion = Plant(75.0, 7500.0, b), Sines((0.7, 0.4), (1.6, 3.7), (0.3, 1.0))
+    track = StickSlip().track(plant, Slider(1e3, 1e5), motion, State(1e-4, 0.01), STEP, 2.0)
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    edges = np.linspace(*window, 401)
+    half = 0.5 * np.diff(edges)[:, None]
+    t = (0.5 * (edges[1:] + edges[:-1])[:, None] + half * nodes).ravel()
+    weights = (half * weights).ravel()
+    x_r, v_r, _, F_f, _ = track.at(t)
+    u_dd = base_acceleration(motion, t)
+    x_dd = -(plant.k_x * x_r + b * v_r + F_f) / plant.m
+    rows = x_r**2, v_r**2, x_dd**2, u_dd * v_r, F_f * v_r / 1e3
+    scales = [np.abs(row) @ weights for row in rows]
+    off = [
+        row @ weights - total for row, total in zip(rows, track.totals(*window), strict=False)
+    ]
+    assert (np.abs(off) < 1e-12 * np.array(scales)).all()
 
 
 def test_stiff_contact_comes_to_coulomb_as_one_over_its_stiffness():

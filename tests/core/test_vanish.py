@@ -24,9 +24,9 @@ def scene(kernel, seed):
     stretch = kernel.stretch.starting(c, w, waves, x_r, v_r, g, 0.0)
     shares = (-law.k_t, 0.0, law.F_fk, 0.0), (0.0, 1.0, 0.0, -1e-3), (-1e4, -100.0, 0.0, 0.0)
     share = shares[seed % 3]
-    blend = kernel.vanish.Blend(0.0, *share)
+    blend = kernel.blend.Blend(0.0, *share)
     if value_at(kernel, stretch, waves, law, blend, 0.0) < 0.0:
-        blend = kernel.vanish.Blend(0.0, *(-each for each in share))
+        blend = kernel.blend.Blend(0.0, *(-each for each in share))
     return stretch, waves, law, blend
 
 

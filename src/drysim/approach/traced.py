@@ -83,7 +83,7 @@ class Traced(Located):
     @property
     def series(self) -> tuple[Floats, ...]:
         """What each component of the state came to along the way."""
-        return self.trail[2:5]
+        return self.turns.x_r, self.trail.v_r, self.trail.z
 
     def state(self, t: float) -> AnyState:
         """Give the state at time t [s]."""
@@ -152,7 +152,8 @@ def follow_as(
     trail, used = empty_trail(least), 0
     at: tuple[Any, ...] = (0, 0.0)
     while at[0] <= last:
-        full = used + min(max(used, least), CAPACITY)
+        most = max(used, count)
+        full = most + min(max(most, least), CAPACITY)
         if len(trail.n) < full:
             size = max(2 * full, int(FEW_EVENTS * last) + least)
             trail, log = larger(trail, size), larger(log, size)

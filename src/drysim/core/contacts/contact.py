@@ -7,11 +7,14 @@ import math
 from drysim.core.compiled import compiled
 from drysim.core.events import sign
 from drysim.core.plant import Plant
-from drysim.core.waves import anchor
+from drysim.core.waves import OMEGA, STEADY, STRIDE, anchor
 
 HOLD, FREE, POISED = 0, 2, 4
 """Modes of the contact besides yielding in direction +1 or -1: it holds, it is lifted off, or,
 with the sign of the direction, it has just ceased to yield and holds at its very limit."""
+
+SLOW = 16.0
+"""Square of how many times as fast as a wave a spring is that follows it at once."""
 
 SLACK = 1e-14
 """Relative distance from its limit at which a contact that goes on is at its limit."""
@@ -51,7 +54,12 @@ def begin_stretch(plant, law, waves, mode, x_0, t):
     effective = spring(plant, law, mode)
     anchor(waves, effective, law, t, mode if abs(mode) == 1 else 0)
     m = plant.m
-    return effective.b / m, effective.k_x / m, steady_force(law, mode, x_0) / m
+    w = effective.k_x / m
+    for i in range(waves.size):
+        at = STRIDE * i
+        if waves.values[at + STEADY] > 0.0 and SLOW * waves.values[at + OMEGA] ** 2 <= w:
+            waves.values[at + STEADY] = 2.0
+    return effective.b / m, w, steady_force(law, mode, x_0) / m
 
 
 @compiled

@@ -7,10 +7,14 @@ import math
 import numpy as np
 
 from drysim.core.compiled import compiled, held
-from drysim.core.contacts.contact import FREE, begin_stretch, contact_force
+from drysim.core.contacts.contact import FREE, begin_stretch, contact_force, holds
+from drysim.core.contacts.long_hold import integrate_long, settles
 from drysim.core.integrals import NODES, WEIGHTS, panel_length
 from drysim.core.sines.slide import slide
-from drysim.core.waves import base_motion, normal_force
+from drysim.core.waves import STRIDE, V_START, X_START, A, base_motion, normal_force
+
+LONG = 2.0
+"""Panels from which on a hold is integrated in closed form: more than a swing of its own."""
 
 
 @compiled
@@ -72,7 +76,6 @@ def integrate_pieces(plant, law, waves, u_dd, dt, trail, lengths, begin, end):
 
     Returns as in `integrate_contact`, without the last.
     """
-    m, k_x, b = plant
     x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(trail.n)):
         t = trail.n[i] * dt + trail.s[i]
@@ -81,19 +84,57 @@ def integrate_pieces(plant, law, waves, u_dd, dt, trail, lengths, begin, end):
         if hi <= s:
             continue
         c, w, g, r, u_0, slope = resume(plant, law, waves, u_dd, dt, trail, i)
-        mode, x_0 = trail.d[i], trail.z[i]
-        while s < hi:
-            length = min(panel_length(c, w, waves, s), hi - s)
-            for k in range(len(NODES)):
-                at = s + length * NODES[k]
-                weight = length * WEIGHTS[k]
-                x, v, _, _ = slide(c, w, waves, trail.x_r[i], trail.v_r[i], g, r, at)
-                F = contact_force(law, mode, x, x_0, normal_force(law, waves, at)[0])
-                x_dd = (k_x * x + b * v + F) / m
-                x2 += weight * x * x
-                v2 += weight * v * v
-                x_dd2 += weight * x_dd * x_dd
-                power += weight * base_motion(waves, u_0, slope, at)[0] * v
-                rub += weight * F * v / law.F_fk
-            s = s + length if length < hi - s else hi
+        mode, x_0, x_r, v_r = trail.d[i], trail.z[i], trail.x_r[i], trail.v_r[i]
+        long = hi - s > LONG * panel_length(c, w, waves, s)
+        if long and holds(mode) and u_0 == 0.0 == slope and settles(c, w, waves):
+            part = integrate_hold(law, waves, c, w, g, x_r, v_r, x_0, s, hi)
+        else:
+            part = integrate_panels(
+                plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, s, hi
+            )
+        x2 += part[0]
+        v2 += part[1]
+        x_dd2 += part[2]
+        power += part[3]
+        rub += part[4]
     return x2, v2, x_dd2, power, rub
+
+
+@compiled
+def integrate_panels(plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, lo, hi):
+    """Integrate a piece from lo to hi [s] by panels; returns as `integrate_pieces`."""
+    m, k_x, b = plant
+    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
+    s = lo
+    while s < hi:
+        length = min(panel_length(c, w, waves, s), hi - s)
+        for k in range(len(NODES)):
+            at = s + length * NODES[k]
+            weight = length * WEIGHTS[k]
+            x, v, _, _ = slide(c, w, waves, x_r, v_r, g, r, at)
+            F = contact_force(law, mode, x, x_0, normal_force(law, waves, at)[0])
+            x_dd = (k_x * x + b * v + F) / m
+            x2 += weight * x * x
+            v2 += weight * v * v
+            x_dd2 += weight * x_dd * x_dd
+            power += weight * base_motion(waves, u_0, slope, at)[0] * v
+            rub += weight * F * v / law.F_fk
+        s = s + length if length < hi - s else hi
+    return x2, v2, x_dd2, power, rub
+
+
+@compiled
+def integrate_hold(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
+    """Integrate a hold under waves alone from lo to hi [s]; returns as `integrate_pieces`."""
+    middle = g / w
+    lag, rate = x_r - middle, v_r
+    for i in range(waves.base):
+        at = STRIDE * i
+        if waves.values[at + A] != 0.0:
+            lag -= waves.values[at + X_START]
+            rate -= waves.values[at + V_START]
+    sums = integrate_long(c, w, waves, middle, lag, rate, lo, hi)
+    x_lo = slide(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
+    x_hi = slide(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
+    work = law.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - x_0)
+    return sums[0], sums[1], sums[2], sums[3], work / law.F_fk

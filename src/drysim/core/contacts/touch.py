@@ -11,7 +11,9 @@ from drysim.core.contacts.contact import (
     contact_force,
     holds,
 )
-from drysim.core.contacts.yielding import end_of_hold, end_of_yield, turning
+from drysim.core.contacts.holding import end_of_hold
+from drysim.core.contacts.ring import ring
+from drysim.core.contacts.yielding import end_of_yield, turning
 from drysim.core.events import LIFT, REVERSAL, SLIP, STICK, limit_force, note, sign
 from drysim.core.normal_force.load import next_zero_load
 from drysim.core.samples.stop import NEVER
@@ -36,12 +38,15 @@ def touch(
     """
     stalled = 0
     full = capacity - ENOUGH
+    fresh = True
     while n <= end and at < full and count < full:
         length = h if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        at = mark(trail, at, n, s, x_r, v_r, x_0, mode)
+        if fresh:
+            at = mark(trail, at, n, s, x_r, v_r, x_0, mode)
+            fresh = False
         left = length - s
         c, w, f = begin_stretch(plant, law, waves, mode, x_0, t)
         stretch = starting(c, w, waves, x_r, v_r, -u_0 - f, -slope)
@@ -70,13 +75,20 @@ def touch(
             mode, x_0 = next_mode(law, waves, mode, after, x_r, v_r, x_0, force, step)
             kind = LIFT if mode == FREE else (STICK if holds(mode) else mode * SLIP)
             count = note(log, count, n, min(s + step, length), kind, x_r, F_L)
+            fresh = True
         elif abs(mode) == POISED:
             mode = HOLD
         if turn < change:
             count = note(log, count, n, min(s + step, length), -way * REVERSAL, x_r, F_L)
+            if mode == HOLD:
+                step, x_r, count = ring(
+                    plant, law, waves, stretch, x_0, -way, n, s, step, x_r, left, log, count,
+                    full,
+                )  # fmt: skip
         if step >= left:
             n += 1
             s = 0.0
+            fresh = True
         else:
             s += step
     return n, s, x_r, v_r, x_0, mode, at, count

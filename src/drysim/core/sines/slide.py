@@ -71,8 +71,14 @@ def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
     values = waves.values
     for i in range(waves.size):
         at = STRIDE * i
+        if values[at + A] == 0.0:
+            continue
         omega = values[at + OMEGA]
-        if values[at + STEADY] > 0.0 and (omega * s > SHORT or c * s > FADED):
+        steady = values[at + STEADY]
+        lasts = (
+            omega * s > SHORT or c * s > FADED or (steady > 1.0 and w * s * s > SHORT * SHORT)
+        )
+        if steady > 0.0 and lasts:
             angle = omega * s + values[at + THETA]
             sine, cosine = math.sin(angle), math.cos(angle)
             swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine

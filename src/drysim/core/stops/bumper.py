@@ -9,9 +9,10 @@ from __future__ import annotations
 from drysim.core.bracket import BISECTIONS, kept_between
 from drysim.core.compiled import compiled
 from drysim.core.samples.stop import NEVER, RESOLUTION
+from drysim.core.sines.blend import Blend
 from drysim.core.sines.slide import slide
 from drysim.core.sines.stretch import starting
-from drysim.core.sines.vanish import Blend, vanish
+from drysim.core.sines.vanish import vanish
 
 APART, TOUCHING, AWAY = 0, 1, 2
 """How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
