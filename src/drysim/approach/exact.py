@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,18 +59,8 @@ def solve(
         from drysim.approach import bounded
 
         return bounded.solve(plant, law, motion, start, step, duration, whole)
-    elif isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
-        from drysim.approach import over_joints
-
-        response = over_joints.solve(plant, law, motion, start, duration)
-    elif isinstance(law, Dynamic):
-        from drysim.approach import by_series
-
-        response = by_series.solve(plant, law, motion, start, step, duration)
     else:
-        from drysim.approach import traced
-
-        response = traced.solve(plant, law, motion, start, step, duration)
+        response = home_of(law, motion).solve(plant, law, motion, start, step, duration)
     return response if law.F_fs > 0.0 else frictionless(response)
 
 
@@ -82,30 +72,38 @@ def follow(
     duration: float | None,
 ) -> Track:
     """Solve a scene with the core that fits its base motion, without a grid where it can."""
+    if not isinstance(law, Law):
+        track: Track = home_of(law, motion).follow(plant, law, motion, start, duration)
+        return track
+    if isinstance(motion, Sines):
+        return follow_sines(plant, law, motion, start, run_length(motion, duration))
+    from drysim.approach.over_samples import solve_samples
+
+    response = solve_samples(plant, law, motion, start, duration, whole=False)
+    assert response.track is not None, "samples are solved with their track"
+    return response.track
+
+
+def home_of(law: AnyLaw, motion: Sines | Samples) -> Any:
+    """Give the module that solves scenes of a law other than Coulomb's, or between end stops.
+
+    Each has `solve` and `follow`, and is loaded with its kernels when first needed.
+    """
     if isinstance(law, Stopped):
         from drysim.approach import bounded
 
-        return bounded.follow(plant, law, motion, start, duration)
-    if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
-        from drysim.approach import over_joints
-
-        return over_joints.follow(plant, law, motion, start, duration)
+        return bounded
     if isinstance(law, Dynamic):
         from drysim.approach import by_series
 
-        return by_series.follow(plant, law, motion, start, duration)
-    if not isinstance(law, Law):
-        from drysim.approach import traced
+        return by_series
+    if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
+        from drysim.approach import over_joints
 
-        return traced.follow(plant, law, motion, start, duration)
-    if isinstance(motion, Samples):
-        from drysim.approach.over_samples import solve_samples
+        return over_joints
+    from drysim.approach import traced
 
-        response = solve_samples(plant, law, motion, start, duration, whole=False)
-        track = response.track
-        assert track is not None, "samples are solved with their track"
-        return track
-    return follow_sines(plant, law, motion, start, run_length(motion, duration))
+    return traced
 
 
 def frictionless(response: Response) -> Response:

@@ -69,9 +69,14 @@ def follow(
 
 
 def solve(
-    plant: Plant, law: Slider, motion: Samples, start: AnyState, duration: float | None
+    plant: Plant,
+    law: Slider,
+    motion: Samples,
+    start: AnyState,
+    step: float,
+    duration: float | None,
 ) -> Response:
-    """Solve a scene under samples, on their own grid."""
+    """Solve a scene under samples, on their own grid, whatever the step."""
     track = follow(plant, law, motion, start, duration)
     n = grid_points(track.end, motion.dt)
     x_r, v_r, d = track.x_r[:n], track.v_r[:n], track.d[:n]
