@@ -94,20 +94,21 @@ def measured_block(
     length = case.window[1] - case.window[0]
     columns = means(many.totals, length)
     columns |= energies(case.plant, case.law.F_fk, many.totals, many.first, many.last)
+    known = {name: numbers(column, count) for name, column in columns.items()}
     for i, found in enumerate(many.found.tolist()):
         if not found:
             yield None
             continue
-        values: Values = {name: known(column, i) for name, column in columns.items()}
+        values: Values = {name: column[i] for name, column in known.items()}
         values |= of_stroke(case, given.motion(i), many, i)
         yield {metric.name: values.get(metric.name) for metric in METRICS}
 
 
-def known(column: object, i: int) -> float | None:
-    """Give a number of a column, None for not known."""
-    if not isinstance(column, np.ndarray) or column[i] != column[i]:
-        return None
-    return float(column[i])
+def numbers(column: object, count: int) -> list[float | None]:
+    """Give the numbers of a column, None for what is not known."""
+    if not isinstance(column, np.ndarray):
+        return [None] * count
+    return [None if value != value else value for value in column.tolist()]
 
 
 def of_stroke(case: Case, motion: Samples, many: Measured, i: int) -> Values:
