@@ -6,10 +6,12 @@ VENV := .venv
 RUN := $(VENV)/bin/python -m
 READY := $(VENV)/.ready
 INPUTS ?= 1000000
+CHANGES ?= 6
+FILES ?=
 SHARED := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test slow fuzz coverage check bench proof scale laws demo paper readme pictures schema clean
+.PHONY: help install fmt lint types layers test slow fuzz mutate coverage check bench proof scale laws demo paper readme pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -48,6 +50,9 @@ slow: $(READY) ## the slow tests; seven minutes on two cores
 
 fuzz: $(READY) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
 	cd tests && ../$(RUN) fuzz --inputs $(INPUTS)
+
+mutate: $(READY) ## change the core in one place at a time, and see whether tests notice; hours
+	$(VENV)/bin/python tests/mutate.py $(CHANGES) $(FILES)
 
 coverage: $(READY) ## branch coverage of src under the plain engine, gaps named; a quarter of an hour
 	$(RUN) coverage erase
