@@ -297,6 +297,14 @@ def test_steady_states_are_the_same_orbits_by_search_and_by_marching(drysim, tmp
     assert {one["approach"] for one in scores} == {*SHELF, "solve_ivp events"}
 
 
+def test_swept_friction_is_not_told_as_that_of_the_file(drysim, tmp_path):
+    words = SLIDING + "sweep: {friction.kinetic: [30, 40]}\n"
+    (tmp_path / "sliding.yaml").write_text(words)
+    few = ("--repeats", 1, "--patience", 0.01, "--no-peers", "--no-plots")
+    told = " ".join(drysim("bench", "--steady", "sliding.yaml", *few).out.split())
+    assert "friction F_fs = F_fk (not given) base harmonic 2 Hz, 0.75 m/s² RMS swept" in told
+
+
 def test_scenario_without_steady_states_has_none_to_time(drysim, tmp_path):
     (tmp_path / "sliding.yaml").write_text(SLIDING)
     answer = drysim("bench", "--steady", "sliding.yaml")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from drysim import __version__, report
+from drysim.cli.commands import ORDER
 
 RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
 
@@ -72,6 +73,23 @@ def test_dry_run_tells_the_base_and_how_strong_a_record_is(drysim, seat, tmp_pat
     words = ("run", seat, "--dry-run", "--set", record, *less)
     told = "base: record r.csv, 200 samples at 100 Hz, 1.99 s, 0.5 m/s² RMS\n"
     assert told in drysim(*words).out
+
+
+def test_help_lists_every_command_in_a_whole_sentence(drysim, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    listed = drysim("--help").out.partition("Commands:")[2].split("\n")
+    names = [line.split()[0] for line in listed if line.strip()]
+    assert names == [*ORDER]
+    assert all(line.endswith(".") and "..." not in line for line in listed if line.strip())
+
+
+def test_run_says_that_it_replaces_a_sweep(drysim, seat):
+    over = ("--no-plots", "--set", "sweep={friction.kinetic: [10, 20]}")
+    assert "replaces" not in drysim("run", seat, *over).err
+    assert "replaces" not in drysim("sweep", seat, *over).err
+    told = "out/seat holds a sweep, which this run replaces; --out keeps it\n"
+    assert drysim("run", seat, *over).err.startswith(told)
+    assert "replaces" not in drysim("run", seat, *over).err
 
 
 def test_quiet_says_what_makes_the_exit_code(drysim, seat):

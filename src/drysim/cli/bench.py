@@ -69,7 +69,7 @@ def bench(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """Speed against error: all approaches, and programs that people know."""
+    """Speed against error, beside programs that people know."""
     voice, command = Voice(as_json, quiet), shlex.join(["drysim", *context.obj])
     if hard:
         return held(scenario, changes or [], out, patience, dry_run, voice, command)

@@ -16,9 +16,18 @@ from drysim.cli.streams import reader_may_leave
 from drysim.cli.voice import Voice
 from drysim.errors import EXIT_NOTHING_COMPUTED, EXIT_NUMERICS_FAILED, EXIT_OK
 
+ORDER = (
+    "init", "run", "sweep", "compare", "validate", "summarise", "bench", "schema", "doctor"
+)  # fmt: skip
+"""The commands as somebody new may need them."""
+
 
 class Commands(TyperGroup):
     """The commands; one that is interrupted without a word of its own gets one here."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Give the names of the commands as the help lists them."""
+        return sorted(super().list_commands(ctx), key=ORDER.index)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
@@ -68,9 +77,10 @@ def run(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """One case: response, events, metrics, checks; with many seeds, means over them."""
+    """One case, or one under many seeds: motion, metrics, checks."""
     from drysim.cli import ensembles
     from drysim.report.claim import check, require_room
+    from drysim.report.folder import holds_sweep
     from drysim.scenario import load
     from drysim.study.case import prepare
     from drysim.study.ensembles.seeds import most
@@ -85,6 +95,8 @@ def run(
         from drysim.cli import plans
 
         return plans.show(case, folder, voice)
+    if holds_sweep(folder):
+        voice.remark(f"{folder} holds a sweep, which this run replaces; --out keeps it")
     command = shlex.join(["drysim", *context.obj])
     if most(case.scenario) > 1:
         return ensembles.run(

@@ -124,7 +124,7 @@ def compare(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """The same base motion under different approaches or friction laws, and a verdict."""
+    """Approaches or friction laws on one base motion; a verdict."""
     from drysim.report.claim import check
     from drysim.scenario import load
     from drysim.study.case import prepare

@@ -21,7 +21,7 @@ TOLD = ("metrics", "ensemble", "checks", "numerics")
 
 @app.command()
 def summarise(folder: Folder, as_json: options.Json = False) -> int:
-    """Extremes, quantiles and checks of a result, without computing it again."""
+    """Extremes, quantiles and checks of a result on the disk."""
     from drysim import console
 
     told = read(folder)

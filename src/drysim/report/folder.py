@@ -107,6 +107,13 @@ def mark(folder: Path, text: str) -> None:
     os.replace(folder / DRAFT, folder / MARKER)
 
 
+def holds_sweep(folder: Path) -> bool:
+    """Tell whether an output folder holds the table of a sweep."""
+    return any(
+        (folder / name).exists() for name in ("transmissibility.csv", "transmissibility")
+    )
+
+
 def resumable(folder: Path) -> bool:
     """Tell whether an interrupted sweep has left finished cases beside an output folder."""
     return _resumable(beside(named(folder), "partial"))

@@ -112,20 +112,29 @@ def panel(case: Case, terms: Terms, finished: Job) -> Panel:
     held = None if unknown_to_peers(case.law) else followed(known)
     failed = [one for one in tried if isinstance(one, Score)]
     scores = [held_to(scores[0], held), *scores[1:], *failed]
-    words = tuple(words_of(case, total, len(known), plain))
+    words = tuple(words_of(case, [one.work for one in known], total, plain))
     warnings = tuple(cautions(known[0].work, [alike[0] for alike in wanted]))
     return Panel(scenario, None, words, tuple(scores), plain, held, warnings)
 
 
-def words_of(case: Case, total: int, few: int, plain: float) -> Iterator[tuple[str, str]]:
+def words_of(
+    case: Case, works: Sequence[Work], total: int, plain: float
+) -> Iterator[tuple[str, str]]:
     """Give in words what is solved, and how long the filter takes [ns]."""
-    varied = [axis.key for axis in case.scenario.axes]
-    defaulted, terms = not case.scenario.static_given, case.scenario.terms
-    yield from wording.scene(case.plant, case.law, defaulted, terms, varied)
-    for at, axis in enumerate(case.scenario.axes):
+    scenario, varied = case.scenario, [axis.key for axis in case.scenario.axes]
+    defaulted, terms = not scenario.static_given, scenario.terms
+    shared = {
+        "kinetic": len({work.law.F_fk for work in works}) < 2,
+        "static": len({work.law.F_fs for work in works}) < 2,
+    }
+    yield from wording.scene(
+        case.plant, case.law, defaulted, terms, varied, shared, scenario.ratios
+    )
+    yield "base", wording.excitations(scenario.excitation, varied)
+    for at, axis in enumerate(scenario.axes):
         yield "" if at else "swept", wording.swept(axis)
     each = f"{PERIODS} periods of {A_PERIOD} samples"
-    others = f"the others march through up to {few} of them"
+    others = f"the others march through up to {len(works)} of them"
     yield "work", f"{total} steady states, each as {each}; {EXACT} finds all orbits, {others}"
     yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
 
