@@ -105,6 +105,14 @@ def test_sines_of_one_frequency_are_one_sine(seat, phases, A):
     assert found[0]["a_u"] == pytest.approx(found[1]["a_u"], rel=1e-14)
 
 
+def test_sines_of_one_frequency_are_one_sine_in_a_sweep_of_one_amplitude(seat):
+    words, key = STEADY | sines(0.3, 1.1), "excitation.components.1.amplitude"
+    table = drysim.sweep(drysim.load(seat, words | {"sweep": {key: [0.0, 0.5, 1.0]}}))
+    for row in table:
+        alone = drysim.run(drysim.load(seat, words | row.point)).metrics
+        assert row.metrics["T_a"] == pytest.approx(alone["T_a"], rel=1e-12)
+
+
 REFUSED = {
     "no room": (stops(0, restitution=0.3), "stroke.limit must be above 0 m, not 0"),
     "bumper that is none": (stops(stiffness=0), "stroke.stops.stiffness must be above 0 N/m"),
