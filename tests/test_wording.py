@@ -12,6 +12,7 @@ from drysim import wording
 from drysim.core.motion import Input, Samples, Sines
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import Law, Plant, Slider
+from drysim.wording.scenes import oscillator
 
 
 @pytest.mark.parametrize(
@@ -70,8 +71,8 @@ def test_clean_text_is_one_line_without_any_control_sign():
 
 def test_scene_names_what_follows_from_it():
     words = "m 75 kg, k_x 7500 N/m, b 500 N·s/m, f_0 1.592 Hz, ξ 0.333"
-    assert wording.scene(Plant(75.0, 7500.0, 500.0)) == words
-    assert wording.scene(Plant(1.0, 0.0, 0.0)) == "m 1 kg, k_x 0 N/m, b 0 N·s/m"
+    assert oscillator(Plant(75.0, 7500.0, 500.0)) == words
+    assert oscillator(Plant(1.0, 0.0, 0.0)) == "m 1 kg, k_x 0 N/m, b 0 N·s/m"
 
 
 def test_friction_says_when_the_static_limit_was_not_given():
@@ -97,13 +98,17 @@ def test_excitation_is_told_by_what_moves_the_base():
 
 def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
     plant = Plant(75.0, 7500.0, 500.0)
-    assert wording.scene(plant, ["excitation.rms"]) == wording.scene(plant)
-    assert wording.scene(plant, ["oscillator.mass"]) == "k_x 7500 N/m"
-    damped = wording.scene(plant, ["oscillator.damping"])
+    assert oscillator(plant, ["excitation.rms"]) == oscillator(plant)
+    assert oscillator(plant, ["oscillator.mass"]) == "k_x 7500 N/m, b 500 N·s/m"
+    by_ratio = oscillator(plant, ["oscillator.mass"], {"damping_ratio": 1 / 3})
+    assert by_ratio == "k_x 7500 N/m, ξ 0.333"
+    damped = oscillator(plant, ["oscillator.damping"])
     assert damped == "m 75 kg, k_x 7500 N/m, f_0 1.592 Hz"
     law = Law(15.0, 18.0)
     assert wording.friction(law, kinetic=False) == "F_fs 18 N"
     assert wording.friction(law, kinetic=False, static=False) == ""
+    ratio = wording.friction(law, kinetic=False, static=False, ratios={"static_ratio": 1.2})
+    assert ratio == "F_fs/F_fk 1.2"
     assert wording.friction(law, True, False, False) == "F_fs = F_fk (not given)"
     assert wording.friction(Law(0.0, 0.0), kinetic=False, static=False) == ""
 
