@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from collections import Counter
+from functools import partial
 
 import numpy as np
 import pytest
@@ -24,6 +25,9 @@ BLOCKS = 79
 
 LONGER = ORBITS.replace("count: 300", "count: 60000")
 """So much that it is not done before anybody can interrupt it."""
+
+HEARD = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+"""A test session in the background hands an ignored signal down to its children."""
 
 DISASTERS, SEED = 32, 20
 """How many, and by which seed their kind, instant and measure are drawn."""
@@ -178,7 +182,7 @@ def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):
         words = ("sweep", "longer.yaml", *QUIET, "-o", "out", "--cluster", way)
         running = subprocess.Popen(
             command(*words), cwd=tmp_path, stderr=subprocess.PIPE, text=True,
-            start_new_session=True,
+            start_new_session=True, preexec_fn=HEARD,
         )  # fmt: skip
         cases = tmp_path / "out.partial/cases"
         late = time.monotonic() + PATIENCE
