@@ -45,7 +45,7 @@ def finds_in(fault: DrysimError, show: bool) -> list[str]:
     found = getattr(fault, "problems", ()) or [
         p for p in [getattr(fault, "problem", None)] if p
     ]
-    sentences = [str(fault), *(problem.sentence for problem in found)]
+    sentences = [*(str(fault).splitlines() or [""]), *(problem.sentence for problem in found)]
     wrong = []
     if not all(sentences) or max(map(len, sentences)) > WORDS:
         wrong.append("a sentence is empty or endless")
