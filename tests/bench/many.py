@@ -1,6 +1,6 @@
 """Time seeds measured side by side and the orbits of the paper's Figs. 3 and 4 beside lfilter.
 
-    python tests/bench/many.py [--records 256] [--samples 24000] [--repeats 7]
+    python tests/bench/many.py [--records 1000] [--samples 24000] [--repeats 7]
 
 Prints nanoseconds a sample, medians of interleaved repeats. lfilter runs on one core; the
 ratio that counts is that of two threads to it. In brackets time of the processors in all,
@@ -110,7 +110,7 @@ def figures(repeats: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    for option, value in (("--records", 256), ("--samples", 24_000), ("--repeats", 7)):
+    for option, value in (("--records", 1_000), ("--samples", 24_000), ("--repeats", 7)):
         parser.add_argument(option, type=int, default=value)
     options = parser.parse_args()
     figures(options.repeats)
