@@ -13,6 +13,9 @@ Values = dict[str, Any]
 NOTHING = 1e-9
 """Share of force times displacement that counts as no energy: rounding comes to 1e-15."""
 
+FAINT = 1e-292
+"""What is less counts as no energy [J]: rounding of it is below the least normal number."""
+
 
 def means(totals: Totals, length: Any) -> Values:
     """Give RMS values, their ratios and the stuck share from the integrals over a window.
@@ -58,7 +61,7 @@ def energies(
     Each term is integrated on its own, so what the balance leaves certifies the solution. It is
     relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange;
     at least to the share `NOTHING` of F_fk |x_r|, lest rounding be held against a contact that
-    rests away from the middle.
+    rests away from the middle, and at least to `FAINT`.
     """
     work = -plant.m * totals.power
     begin = held_energy(plant, first) + bumpers[0]
@@ -68,14 +71,13 @@ def energies(
     friction = F_fk * totals.rub
     exchanged = plant.m * root(totals.u_dd2 * totals.v2)
     least = NOTHING * F_fk * greatest(abs(first.x_r), abs(last.x_r))
-    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops), least)
-    left = ratio(abs(work - stored - viscous - friction - stops), scale)
+    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops), least, FAINT)
     return {
         "energy_input": work,
         "energy_stored": stored,
         "energy_viscous": viscous,
         "energy_friction": friction,
-        "energy_residual": 0.0 if left is None else chosen(scale == 0.0, 0.0, left),
+        "energy_residual": abs(work - stored - viscous - friction - stops) / scale,
     }
 
 

@@ -30,3 +30,11 @@ def test_acceleration_that_spring_and_friction_all_but_cancel_is_exact(share):
     true = math.sqrt(float(exact.integrals["x_dd2"]) / scene.end)
     assert len(track.turns.t) == len(exact.events) + 1
     assert measure(track, (0.0, scene.end), None)["a_x"] == pytest.approx(true, rel=1e-5)
+
+
+def test_balance_of_energies_below_the_least_normal_number_is_closed():
+    # Squares of 1e-157 keep few digits, so the balance left 1.7e-10 of next to nothing.
+    scene = Scene(1.0, 1.0, 2.0, 0.0, 0.0, u_dd=(0.0, 7.415683190862855e-157), dt=1.25)
+    metrics = measure(scene.track(), (0.0, scene.end), None)
+    assert 0.0 < metrics["energy_input"] < 1e-300
+    assert metrics["energy_residual"] < 1e-14

@@ -151,8 +151,9 @@ def finer_grid_changes_no_metric(scene: Scene) -> None:
     if hinges(scene, one) or hinges(other, two):
         return
     metrics = [measure(track, (0.0, scene.end), None) for track in (one, two)]
-    # A mass that creeps to its place stands there once rounding says so.
-    creeps = scene.b**2 >= 4.0 * scene.k_x * scene.m
+    # A mass that creeps to its place stands there once rounding says so: it may have 1e-4 of
+    # its way left after half a swing.
+    creeps = scene.b**2 >= 0.9 * 4.0 * scene.k_x * scene.m
     rests = () if creeps else ("stuck_share",)
     for name in ("a_x", "x_r_rms", "x_r_peak", "v_r_rms", *rests):
         assert metrics[1][name] == pytest.approx(metrics[0][name], rel=1e-9, abs=1e-13)
