@@ -1,5 +1,8 @@
 """Numbers and scenes in words, for the terminal and for pictures alike."""
 
+from drysim.wording.base_motion import clean_up as clean_up
+from drysim.wording.base_motion import excitation as excitation
+from drysim.wording.base_motion import excitations as excitations
 from drysim.wording.cases import place as place
 from drysim.wording.cases import places as places
 from drysim.wording.cases import short as short
@@ -16,8 +19,5 @@ from drysim.wording.numbers import percent as percent
 from drysim.wording.numbers import pretty as pretty
 from drysim.wording.numbers import several as several
 from drysim.wording.numbers import times as times
-from drysim.wording.scenes import clean_up as clean_up
-from drysim.wording.scenes import excitation as excitation
-from drysim.wording.scenes import excitations as excitations
 from drysim.wording.scenes import friction as friction
 from drysim.wording.scenes import scene as scene

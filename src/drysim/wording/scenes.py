@@ -1,13 +1,10 @@
-"""What is solved, in words: the oscillator, its dry friction, how its base moves."""
+"""What is solved, in words: the oscillator, its dry friction, its end stops."""
 
 from __future__ import annotations
 
-from cmath import rect
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import pi, sqrt
-from typing import Protocol
 
-from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed, Pressure
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.wording.numbers import clean, millimetres, number, percent
@@ -17,17 +14,6 @@ EVERY = {"kinetic": True, "static": True}
 
 NONE: Mapping[str, float] = {}
 """The ratios of a scene that is given by forces and damping alone."""
-
-
-class Base(Protocol):
-    """An excitation: its kind on the shelf, and the base motion that it gives."""
-
-    @property
-    def kind(self) -> str:
-        """Kind on the shelf."""
-
-    def motion(self) -> Sines | Samples:
-        """Give the base motion."""
 
 
 def scene(
@@ -159,67 +145,3 @@ def _pressure(pressure: Pressure, varied: bool) -> str:
     ends = float(pressure.relative.min()), float(pressure.relative.max())
     low, high = (number(pressure.mean * share, digits=3) for share in ends)
     return f"F_N {low} to {high} N ({files})"
-
-
-def excitation(kind: str, motion: Sines | Samples) -> str:
-    """Give the base motion: its kind on the shelf and what it amounts to."""
-    if isinstance(motion, Samples):
-        length = (len(motion.u_dd) - 1) * motion.dt
-        files = "".join(f" {clean(source.file)}" for source in motion.inputs)
-        files += f" {motion.realised['class']}" if "class" in motion.realised else ""
-        grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
-        return f"{kind}{files}, {grid}, {number(length, 's')}{_realised(motion)}"
-    if not motion.A:
-        return f"{kind}, the base stands still"
-    count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
-    return f"{kind}{count} {_band(motion)}, {number(_rms(motion), 'm/s² RMS')}"
-
-
-def excitations(base: Base, swept: Collection[str]) -> str:
-    """Give what the base motions of a sweep have in common, where a key of theirs is swept."""
-    varied = {key.rpartition(".")[2] for key in swept if key.startswith("excitation.")}
-    words = base.kind + (f" {clean(base.named)}" if hasattr(base, "named") else "")
-    if not hasattr(base, "frequencies"):
-        return words
-    motion = base.motion()
-    assert isinstance(motion, Sines), "what has frequencies is made of sines"
-    band = f" {_band(motion)}" if motion.A and "frequency" not in varied else ""
-    level = motion.A and not varied & {"rms", "amplitude", "phase"}
-    return words + band + (f", {number(_rms(motion), 'm/s² RMS')}" if level else "")
-
-
-def clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
-    """Give what was done to a record, and to that of a normal force, step by step."""
-    steps = motion.realised.get("clean_up", ()) if isinstance(motion, Samples) else ()
-    assert isinstance(steps, list | tuple)
-    told = [clean(step["sentence"]) for step in steps]
-    pressure = law.pressure if isinstance(law, Pressed) else None
-    force = pressure.clean_up if pressure else ()
-    return told + [f"normal force: {clean(str(step['sentence']))}" for step in force]
-
-
-def _realised(motion: Samples) -> str:
-    """Give what came out of a generated signal beside what was asked for."""
-    words = []
-    for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
-        found, asked = motion.realised.get(name), motion.realised.get(f"{name}_asked")
-        if isinstance(found, float) and isinstance(asked, float):
-            words.append(f"{number(found, unit)} (asked for: {number(asked)})")
-    error = motion.realised.get("psd_error")
-    if isinstance(error, float):
-        words.append(f"PSD within {percent(error)} of its peak")
-    return "".join(f", {word}" for word in words)
-
-
-def _band(motion: Sines) -> str:
-    """Give the frequency of sines, or what their frequencies lie between."""
-    low, high = min(motion.f), max(motion.f)
-    return number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
-
-
-def _rms(motion: Sines) -> float:
-    """Give the RMS of a sum of sines; those of one frequency add up by their phases."""
-    sums: dict[float, complex] = {}
-    for A, f, phase in zip(*motion, strict=True):
-        sums[f] = sums.get(f, 0.0) + rect(A, phase)
-    return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)
