@@ -14,13 +14,13 @@ from drysim.core.compiled import compiled, inlined
 from drysim.core.contacts.hit import NEAR, ROUNDS
 from drysim.core.events import REVERSAL, note
 from drysim.core.samples.stop import NEVER
+from drysim.core.sines.slide import steady_response
 from drysim.core.waves import (
     ACROSS,
     ALONG,
     OMEGA,
     STEADY,
     STRIDE,
-    THETA,
     V_START,
     X_START,
     A,
@@ -104,17 +104,12 @@ def ringing_motion(own, stretch, waves, turn, s, angle):
         at = STRIDE * i
         if waves.values[at + A] == 0.0:
             continue
-        omega = waves.values[at + OMEGA]
-        theta = omega * s + waves.values[at + THETA]
-        sine, cosine = math.sin(theta), math.cos(theta)
-        swing = waves.values[at + ALONG] * sine + waves.values[at + ACROSS] * cosine
-        rate = omega * (waves.values[at + ALONG] * cosine - waves.values[at + ACROSS] * sine)
-        square = omega * omega
+        swing, rate, push, push_d, push_dd = steady_response(waves.values, at, s)
         x += swing
         v += rate
-        a -= square * swing
-        j -= square * rate
-        k += square * square * swing
+        a += push
+        j += push_d
+        k += push_dd
     return x, v, a, j, k
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.events import ROUNDING
 from drysim.core.fade import fade
 from drysim.core.flow import SHORT, flow
@@ -79,12 +79,7 @@ def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
             omega * s > SHORT or c * s > FADED or (steady > 1.0 and w * s * s > SHORT * SHORT)
         )
         if steady > 0.0 and lasts:
-            angle = omega * s + values[at + THETA]
-            sine, cosine = math.sin(angle), math.cos(angle)
-            swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
-            rate = omega * (values[at + ALONG] * cosine - values[at + ACROSS] * sine)
-            push, push_d = -omega * omega * swing, -omega * omega * rate
-            push_dd = -omega * omega * push
+            swing, rate, push, push_d, push_dd = steady_response(values, at, s)
             # What the start lacks of the steady response dies out with it.
             x_r -= values[at + X_START]
             v_r -= values[at + V_START]
@@ -103,6 +98,18 @@ def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
     x += x_r + v_r * y + p * Y + r * YY
     j_start = r - c * a_start - w * v_start
     return x, v + v_start, a + a_start, j + j_start, k - c * j_start - w * a_start
+
+
+@inlined
+def steady_response(values, at, s):
+    """Give x_r, v_r, a, j and k of the steady response to a wave at time s."""
+    omega = values[at + OMEGA]
+    angle = omega * s + values[at + THETA]
+    sine, cosine = math.sin(angle), math.cos(angle)
+    swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
+    rate = omega * (values[at + ALONG] * cosine - values[at + ACROSS] * sine)
+    push, push_d = -omega * omega * swing, -omega * omega * rate
+    return swing, rate, push, push_d, -omega * omega * push
 
 
 @compiled
