@@ -43,8 +43,11 @@ def test_number_has_four_digits_and_no_needless_zeros(value, text):
 def test_units_stand_behind_and_a_dash_is_none():
     assert wording.number(7500, "N/m") == "7500 N/m"
     assert wording.number(0.5, "-") == "0.5"
-    assert wording.millimetres(0.0172612) == "17.26 mm"
-    assert wording.millimetres(None) == "not known"
+    assert wording.length(0.0172612) == "17.26 mm"
+    assert wording.length(13.318) == "13.32 m"
+    assert wording.length(-4e-7) == "-0.4 µm"
+    assert wording.length(0.0) == "0 mm"
+    assert wording.length(None) == "not known"
 
 
 @pytest.mark.parametrize(

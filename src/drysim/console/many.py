@@ -12,7 +12,7 @@ from drysim import wording
 from drysim.console.parts import Row
 from drysim.study.ensembles.seeds import until_of
 from drysim.study.sweeps.table import stroke_limit
-from drysim.wording import millimetres, number, percent, several
+from drysim.wording import length, number, percent, several
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis, Scenario
@@ -48,7 +48,7 @@ def stroke(table: Table, own: Tally) -> Iterator[Row]:
         return
     peak, share = ends[1], percent(ends[1].row.metrics.get("stroke_used"))
     remark = f"{share} of the stroke limit, " if used else ""
-    yield Row("peak |x_r|", millimetres(peak.value), f"{remark}{at(table, peak)}")
+    yield Row("peak |x_r|", length(peak.value), f"{remark}{at(table, peak)}")
     # Where the limit is swept, another case may use more of its own.
     if used and percent(used[1].value) != share:
         most = percent(used[1].value)
@@ -69,7 +69,7 @@ def _met(table: Table, own: Tally) -> tuple[str, str]:
     peak = worst.metrics["x_r_peak"] or 0.0
     if peak < limit:
         return "limit met", "while it settles"
-    return "limit met", f"{millimetres(peak - limit)} too far at the worst"
+    return "limit met", f"{length(peak - limit)} too far at the worst"
 
 
 def at(table: Table, extreme: Extreme) -> str:

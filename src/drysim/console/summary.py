@@ -20,7 +20,7 @@ from drysim.console.parts import (
 )
 from drysim.core.plant import Stopped
 from drysim.scenario.measure import common_period
-from drysim.wording import millimetres, number, percent, several, times
+from drysim.wording import length, number, percent, several, times
 
 if TYPE_CHECKING:
     from drysim.study.outcome import Outcome
@@ -119,15 +119,15 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     a_x, a_u = number(metrics["a_x"], "m/s²"), number(metrics["a_u"], "m/s²")
     yield Row("T_a", number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
     yield from _felt(outcome)
-    x_r, u = millimetres(metrics["x_r_rms"]), millimetres(metrics["u_rms"])
+    x_r, u = length(metrics["x_r_rms"]), length(metrics["u_rms"])
     record = outcome.scenario.excitation.kind == RECORD
     way = f"; {HIGH_PASS}" if record and metrics["u_rms"] is None else ""
     yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{way}")
     used = percent(metrics["stroke_used"])
-    limit = f"{used} of the stroke limit of {millimetres(stroke.limit)}" if stroke else ""
-    yield Row("peak |x_r|", millimetres(metrics["x_r_peak"]), limit)
+    limit = f"{used} of the stroke limit of {length(stroke.limit)}" if stroke else ""
+    yield Row("peak |x_r|", length(metrics["x_r_peak"]), limit)
     if metrics["stroke_once_an_hour"] is not None:
-        hourly = millimetres(metrics["stroke_once_an_hour"])
+        hourly = length(metrics["stroke_once_an_hour"])
         yield Row("in an hour", hourly, "met once, extrapolated from the greatest peaks")
     if isinstance(outcome.response.law, Stopped):
         yield from _hits(metrics)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from drysim.wording import listed, millimetres, number, several
+from drysim.wording import length, listed, number, several
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -20,7 +20,7 @@ def values(metrics: Mapping[str, float | int | None]) -> str:
     known = [
         f"{name} {number(metrics[name])}" for name in RATIOS if metrics.get(name) is not None
     ]
-    return ", ".join([*known, f"peak |x_r| {millimetres(metrics.get('x_r_peak'))}"])
+    return ", ".join([*known, f"peak |x_r| {length(metrics.get('x_r_peak'))}"])
 
 
 def spans(ends: Mapping[str, tuple[float, float]]) -> str:

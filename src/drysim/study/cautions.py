@@ -9,7 +9,7 @@ from drysim.approach.numerics import FIXED_STEP
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.errors import Caution
 from drysim.study.sweeps.table import FAILED, LIMIT, stroke_limit
-from drysim.wording import millimetres, number, place, times
+from drysim.wording import length, number, place, times
 
 if TYPE_CHECKING:
     from drysim.approach.orbit import Orbit
@@ -72,9 +72,9 @@ def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw, late: bool = Fa
         numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
         return Caution("stroke-violated", sentence, numbers)
     sentence = (
-        f"the stroke limit of {millimetres(limit)} is met {times(metrics['violations'])}, "
-        f"first at t = {number(t_first, 's')}; |x_r| reaches {millimetres(peak)}, "
-        f"{millimetres(peak - limit)} too far{settling}"
+        f"the stroke limit of {length(limit)} is met {times(metrics['violations'])}, "
+        f"first at t = {number(t_first, 's')}; |x_r| reaches {length(peak)}, "
+        f"{length(peak - limit)} too far{settling}"
     )
     numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
     return Caution("stroke-violated", sentence, numbers)
@@ -126,8 +126,8 @@ def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
         yield Caution("not-unique", sentence)
     if limit is not None and orbit.run_up_peak >= limit:
         sentence = (
-            f"on the way to the periodic orbit |x_r| reaches {millimetres(orbit.run_up_peak)}: "
-            f"the stroke limit of {millimetres(limit)} is met before the motion settles"
+            f"on the way to the periodic orbit |x_r| reaches {length(orbit.run_up_peak)}: "
+            f"the stroke limit of {length(limit)} is met before the motion settles"
         )
         numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
         yield Caution("stroke-violated-settling", sentence, numbers)
@@ -164,10 +164,10 @@ def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
     elif worst is not None and (limit := stroke_limit(scenario, worst)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
         some, mean = (", with some seeds", " in the mean") if worst.over else ("", "")
-        which = "" if LIMIT in worst.point else f" of {millimetres(limit)}"
+        which = "" if LIMIT in worst.point else f" of {length(limit)}"
         sentence = (
             f"the stroke limit{which} is met in {tally.beyond} of {tally.cases} cases{some}; "
-            f"|x_r| reaches {millimetres(peak)}{mean}{at(worst, axes)}"
+            f"|x_r| reaches {length(peak)}{mean}{at(worst, axes)}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)

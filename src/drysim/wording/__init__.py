@@ -11,9 +11,11 @@ from drysim.wording.cases import swept as swept
 from drysim.wording.means import around as around
 from drysim.wording.means import seeds as seeds
 from drysim.wording.numbers import UNKNOWN as UNKNOWN
+from drysim.wording.numbers import LengthUnit as LengthUnit
 from drysim.wording.numbers import clean as clean
+from drysim.wording.numbers import length as length
+from drysim.wording.numbers import length_unit as length_unit
 from drysim.wording.numbers import listed as listed
-from drysim.wording.numbers import millimetres as millimetres
 from drysim.wording.numbers import number as number
 from drysim.wording.numbers import percent as percent
 from drysim.wording.numbers import pretty as pretty

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from math import floor, log10
+from typing import NamedTuple
 
 SIGNIFICANT = 4
 """Digits that an engineer reads; the files hold them all."""
@@ -42,9 +43,24 @@ def number(value: float | None, unit: str = "", digits: int = SIGNIFICANT) -> st
     return f"{text} {unit}" if unit not in ("", "-", "–") else text
 
 
-def millimetres(value: float | None) -> str:
-    """Give a length [m] in millimetres, e.g. `17.26 mm`."""
-    return number(None if value is None else value * 1e3, "mm")
+class LengthUnit(NamedTuple):
+    """A unit of length: how many of it a metre has, and its sign."""
+
+    per_metre: float
+    sign: str
+
+
+def length_unit(size: float) -> LengthUnit:
+    """Give the unit in which a length [m] reads well: mm, or m and µm far from it."""
+    if abs(size) >= 10.0:
+        return LengthUnit(1.0, "m")
+    return LengthUnit(1e6, "µm") if 0.0 < abs(size) < 1e-5 else LengthUnit(1e3, "mm")
+
+
+def length(value: float | None) -> str:
+    """Give a length [m], e.g. `17.26 mm`."""
+    unit = length_unit(value or 0.0)
+    return number(None if value is None else value * unit.per_metre, unit.sign)
 
 
 def percent(share: float | None) -> str:

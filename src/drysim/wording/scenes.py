@@ -7,7 +7,7 @@ from math import pi, sqrt
 
 from drysim.core.normal_force.normal import Pressed, Pressure
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
-from drysim.wording.numbers import clean, millimetres, number, percent
+from drysim.wording.numbers import clean, length, number, percent
 
 EVERY = {"kinetic": True, "static": True}
 """Friction forces that all cases share, where there is one case."""
@@ -128,7 +128,7 @@ def stops(law: AnyLaw, swept: Collection[str] = ()) -> str:
     """Give the end stops, empty where there are none; `swept` as in `oscillator`."""
     if not isinstance(law, Stopped):
         return ""
-    parts = [("limit", f"at ±{millimetres(law.x_rM)}")]
+    parts = [("limit", f"at ±{length(law.x_rM)}")]
     if law.rigid:
         parts += [("stops", "rigid"), ("restitution", f"restitution {number(law.e)}")]
     else:

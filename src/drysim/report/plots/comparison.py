@@ -111,12 +111,13 @@ def _loops(axes: Axes, made: Comparison, looks: Mapping[str, Style]) -> None:
     yardstick = made.responses[made.yardstick]
     first, last = moment.telling(yardstick, _rivals(made), _begin(made))
     first, last = moment.cycle(yardstick, first, last)
+    unit = panels.unit_of(yardstick)
     for name, response in made.responses.items():
         if made.laws.get(name):
             shown = _stretch(response, first, last)
-            axes.plot(shown.x_r * panels.MM, shown.F_f, **{**looks[name], "marker": ""})
+            axes.plot(shown.x_r * unit.per_metre, shown.F_f, **{**looks[name], "marker": ""})
     ink.name(axes, "friction force $F_f$ [N]")
-    axes.set_xlabel("relative displacement $x_r$ [mm]")
+    axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]")
 
 
 def _rivals(made: Comparison) -> Sequence[Response]:

@@ -141,13 +141,13 @@ def _scene(words: Iterable[tuple[str, str]]) -> str:
 def _found(outcome: Outcome) -> str:
     """Give the main results in one line."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
-    limit = f" of {wording.millimetres(stroke.limit)}" if stroke else ""
+    limit = f" of {wording.length(stroke.limit)}" if stroke else ""
     parts = [
         f"{name} {wording.number(metrics[name])}"
         for name in ("T_a", "T_x")
         if metrics[name] is not None
     ]
-    parts.append(f"peak |x_r| {wording.millimetres(metrics['x_r_peak'])}{limit}")
+    parts.append(f"peak |x_r| {wording.length(metrics['x_r_peak'])}{limit}")
     parts.append(f"stuck {wording.percent(metrics['stuck_share'])}")
     if metrics["contacts"]:
         parts.append(f"stops met {metrics['contacts']}×")

@@ -94,7 +94,7 @@ def bound(axes: Axes, table: Table, limit: bool) -> None:
     elif any(axis.key == LIMIT_KEY for axis in table.axes):
         return
     elif stroke is not None and stroke.limit * 1e3 <= 2.0 * axes.get_ylim()[1]:
-        words = f"stroke limit {wording.millimetres(stroke.limit)}"
+        words = f"stroke limit {wording.length(stroke.limit)}"
         axes.axhline(stroke.limit * 1e3, **LIMIT, label=words)
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05e3 * stroke.limit))
 

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from drysim.approach.events import Floats
     from drysim.approach.response import Response
     from drysim.core.plant import AnyLaw
-
-MM = 1e3
+    from drysim.wording import LengthUnit
 
 CROWDED = 40
 """Crosses above which they are small, lest they hide the peaks that they mark."""
@@ -44,13 +43,20 @@ SETTLED: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, 
 BAND = "#bdbdbd"
 
 
-def pair(figure: Figure, grid: GridSpec, begin: float, end: float) -> tuple[Axes, Axes]:
+def unit_of(motion: Response) -> LengthUnit:
+    """Give the unit in which x_r is drawn."""
+    return wording.length_unit(curves.greatest(motion, "x_r").value)
+
+
+def pair(
+    figure: Figure, grid: GridSpec, begin: float, end: float, unit: LengthUnit
+) -> tuple[Axes, Axes]:
     """Give empty panels of accelerations and relative displacement, one above the other."""
     above = figure.add_subplot(grid[0, 0])
     below = figure.add_subplot(grid[1, 0], sharex=above)
     above.set_title("acceleration [m/s²]", loc="left")
     above.tick_params(labelbottom=False)
-    below.set_title("relative displacement $x_r$ [mm]", loc="left")
+    below.set_title(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
     below.set_xlabel("time $t$ [s]")
     if end > begin:
         below.set_xlim(begin, end)
@@ -59,21 +65,22 @@ def pair(figure: Figure, grid: GridSpec, begin: float, end: float) -> tuple[Axes
     return above, below
 
 
-def lines(above: Axes, below: Axes, shown: Curve) -> None:
+def lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None:
     """Draw accelerations and relative displacement over time."""
     mark = "." if len(shown.t) < FEW else ""
     above.plot(shown.t, shown.x_dd, **MASS, marker=mark, label="mass ẍ")
     above.plot(shown.t, shown.u_dd, **BASE, label="base ü")
-    below.plot(shown.t, shown.x_r * MM, **MASS, marker=mark)
-    below.set_ylim(*_room(shown))
+    x_r = shown.x_r * unit.per_metre
+    below.plot(shown.t, x_r, **MASS, marker=mark)
+    below.set_ylim(*_room(x_r))
 
 
-def bands(above: Axes, below: Axes, motion: Response) -> None:
+def bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
     """Draw the bands that a long response fills."""
     filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
         (above, motion.base, BAND),
         (above, motion.acceleration, MASS["color"]),
-        (below, lambda part: motion.points(part).x_r * MM, MASS["color"]),
+        (below, lambda part: motion.points(part).x_r * unit.per_metre, MASS["color"]),
     )
     for axes, series, color in filled:
         at, low, high = curves.envelope(series, len(motion))
@@ -106,7 +113,7 @@ def settled(above: Axes, below: Axes, begin: float) -> None:
             axes.axvline(begin, **SETTLED, label="metrics begin")
 
 
-def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
+def stroke(axes: Axes, motion: Response, limit: float, far: float, unit: LengthUnit) -> None:
     """Draw the stroke limit and mark where it is met.
 
     Parameters
@@ -118,6 +125,8 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
         x_rM [m].
     far : float
         A limit more than this many times the peak would flatten the curve and is left out.
+    unit : LengthUnit
+        Of the panel.
     """
     peak = curves.greatest(motion, "x_r").value
     if limit > far * peak > 0:
@@ -126,11 +135,11 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float) -> None:
     axes.autoscale(axis="y")
     for side in (-1, 1):
         what = "end stops" if hits else "stroke limit"
-        label = f"{what} ±{wording.millimetres(limit)}"
-        axes.axhline(side * limit * MM, **LIMIT, label=label)
+        label = f"{what} ±{wording.length(limit)}"
+        axes.axhline(side * limit * unit.per_metre, **LIMIT, label=label)
     begin, end = axes.get_xlim()
     met = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
-    met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, MM)
+    met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, unit.per_metre)
     if len(met):
         label = "stop met" if hits else "limit met"
         style = {**BEYOND, "markersize": 3.5} if len(met) > CROWDED else BEYOND
@@ -146,7 +155,7 @@ def stops_met(response: Response) -> list[tuple[float, float]]:
     return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
 
 
-def loop(axes: Axes, shown: Curve, motion: Response) -> None:
+def loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
     """Draw the friction force over the relative displacement; what it encloses is its loss.
 
     A repetition of a steady orbit ends where it began, wherever its last grid point is.
@@ -154,16 +163,17 @@ def loop(axes: Axes, shown: Curve, motion: Response) -> None:
     whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(motion) - 1) * motion.dt
     if whole and motion.numerics.period_multiple:
         shown = Curve(*(np.append(series, series[0]) for series in shown))
-    axes.set_xlabel("relative displacement $x_r$ [mm]", loc="left")
+    x_r = shown.x_r * unit.per_metre
+    axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
     axes.locator_params(axis="x", nbins=5)
     axes.yaxis.set_offset_position("right")
     if motion.law.F_fs == 0:
         axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
-        axes.plot(shown.x_r * MM, motion.plant.b * shown.v_r, **MASS)
+        axes.plot(x_r, motion.plant.b * shown.v_r, **MASS)
         return
     axes.set_title("friction force $F_f$ [N]", loc="left")
-    axes.plot(shown.x_r * MM, shown.F_f, **MASS, marker="." if len(shown.t) < FEW else "")
-    axes.set_xlim(*_room(shown))
+    axes.plot(x_r, shown.F_f, **MASS, marker="." if len(shown.t) < FEW else "")
+    axes.set_xlim(*_room(x_r))
     if not (motion.law.variation or isinstance(motion.law, Pressed)):
         words, symbol = limit_of(motion.law)
         for side in (-1, 1):
@@ -177,7 +187,7 @@ def limit_of(law: AnyLaw) -> tuple[str, str]:
     return "friction limit", "$F_{fk}$"
 
 
-def _room(shown: Curve) -> tuple[float | None, float | None]:
-    """Give the range [mm] of a mass that does not move; otherwise the curve has its own."""
-    low, high = float(shown.x_r.min()) * MM, float(shown.x_r.max()) * MM
+def _room(x_r: Floats) -> tuple[float | None, float | None]:
+    """Give the range of a mass that does not move; otherwise the curve has its own."""
+    low, high = float(x_r.min()), float(x_r.max())
     return (low - 1, high + 1) if low == high else (None, None)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from drysim.report.plots.curves import Curve
     from drysim.study.outcome import Outcome
+    from drysim.wording import LengthUnit
 
 LONG = 20_000
 """Grid points above which the whole response is drawn as bands."""
@@ -53,40 +54,47 @@ def draw(outcome: Outcome) -> Figure:
 def _whole(figure: Figure, outcome: Outcome) -> None:
     """Draw all of a short response, the loop as large as the rest."""
     shown = curves.curve(outcome.response, slice(None))
-    _stretch(figure, _grid(figure, 0.9, 4.9, 2), shown, outcome, FAR)
+    unit = panels.unit_of(outcome.response)
+    _stretch(figure, _grid(figure, 0.9, 4.9, 2), shown, outcome, FAR, unit)
 
 
 def _zoomed(figure: Figure, outcome: Outcome) -> None:
     """Draw a long response as it goes, and a stretch of it so that it can be read."""
     motion, stroke = outcome.response, outcome.scenario.stroke
     shown = curves.curve(motion, curves.zoom(motion, _settle(outcome)))
+    unit = panels.unit_of(motion)
     end = (len(motion) - 1) * motion.dt
-    above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), 0.0, end)
+    above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), 0.0, end, unit)
     if len(motion) > 2 * curves.BINS:
-        panels.bands(above, below, motion)
+        panels.bands(above, below, motion, unit)
     else:
-        panels.lines(above, below, curves.curve(motion, slice(None)))
+        panels.lines(above, below, curves.curve(motion, slice(None)), unit)
     if stroke:
-        panels.stroke(below, motion, stroke.limit, FAR)
+        panels.stroke(below, motion, stroke.limit, FAR, unit)
     panels.settled(above, below, _settle(outcome))
     panels.frame(above, below, shown)
-    _stretch(figure, _grid(figure, 0.9, 4.15, 2), shown, outcome, NEAR)
+    _stretch(figure, _grid(figure, 0.9, 4.15, 2), shown, outcome, NEAR, unit)
     figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
 
 
 def _stretch(
-    figure: Figure, grid: GridSpec, shown: Curve, outcome: Outcome, far: float
+    figure: Figure,
+    grid: GridSpec,
+    shown: Curve,
+    outcome: Outcome,
+    far: float,
+    unit: LengthUnit,
 ) -> None:
     """Draw a stretch of the response: its curves, what sticks, its friction loop."""
     motion, stroke = outcome.response, outcome.scenario.stroke
-    above, below = panels.pair(figure, grid, shown.t[0], shown.t[-1])
-    panels.lines(above, below, shown)
+    above, below = panels.pair(figure, grid, shown.t[0], shown.t[-1], unit)
+    panels.lines(above, below, shown, unit)
     panels.stuck(above, below, shown, motion)
     if stroke:
-        panels.stroke(below, motion, stroke.limit, far)
+        panels.stroke(below, motion, stroke.limit, far, unit)
     if shown.t[0] < _settle(outcome) < shown.t[-1]:
         panels.settled(above, below, _settle(outcome))
-    panels.loop(figure.add_subplot(grid[:, 1]), shown, motion)
+    panels.loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
 
 
 def _settle(outcome: Outcome) -> float:

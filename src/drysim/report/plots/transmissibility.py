@@ -178,7 +178,7 @@ def _limit(axes: Axes, table: Table, drawn: View, panel: Panel, far: float) -> N
             words = "stroke limit of each" if at == near[0] else "_"
             axes.axhline(panel.lines[at].value * 1e3, **own, label=words)
     elif (limit := panel.point.get(LIMIT, stroke.limit)) * 1e3 <= far:
-        label = f"stroke limit {wording.millimetres(limit)}"
+        label = f"stroke limit {wording.length(limit)}"
         axes.axhline(limit * 1e3, **panels.LIMIT, label=label)
 
 

@@ -12,7 +12,7 @@ from drysim.errors import Caution
 from drysim.study.cautions import RESIDUAL, energy_open, impacts_left_out
 from drysim.study.ensembles.seeds import KEY, most, narrow, until_of, width_of
 from drysim.study.sweeps.table import FAILED
-from drysim.wording import millimetres, number
+from drysim.wording import length, number
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -93,8 +93,8 @@ def strokes(rows: Sequence[Row], found: Found, limit: float) -> Iterator[Caution
     elif beyond and most_of_all:
         peak, seed = most_of_all.greatest
         sentence = (
-            f"the stroke limit of {millimetres(limit)} is met with {beyond} of {len(rows)} "
-            f"seeds; |x_r| reaches {millimetres(peak)} with seed {seed}"
+            f"the stroke limit of {length(limit)} is met with {beyond} of {len(rows)} "
+            f"seeds; |x_r| reaches {length(peak)} with seed {seed}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield Caution("stroke-violated", sentence, numbers)
