@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.report.plots import canvas, heading, layout
-from drysim.report.plots.panels import BASE, MASS
+from drysim.report.plots import canvas, heading, layout, scales
+from drysim.report.plots.panels import BASE, FEW, MASS
 from drysim.spectra import viscous_transmissibility
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
     from drysim.spectra import Spectra
     from drysim.study.outcome import Outcome
@@ -45,7 +46,7 @@ def draw(outcome: Outcome) -> Figure:
     """Give the picture of the spectra of an outcome, not yet rendered."""
     found = outcome.spectra
     assert found is not None, "only what was asked for is drawn"
-    strong = found.G_u > POWER * found.G_u.max(initial=0.0)
+    strong = _strong(found.G_u)
     figure, grid = layout.sheet(1, 2)
     _densities(figure.add_subplot(grid[0, 0]), found)
     _transmissibility(figure.add_subplot(grid[0, 1]), found, strong, outcome)
@@ -53,11 +54,22 @@ def draw(outcome: Outcome) -> Figure:
         axes.set_xscale("log")
         axes.set_xlabel("frequency $f$ [Hz]")
         if strong.any():
-            axes.set_xlim(found.f[0], 2.0 * found.f[strong][-1])
+            low, high = found.f[0], 2.0 * found.f[strong][-1]
+            axes.set_xlim(low, high)
+            scales.decades(axes.xaxis, low, high)
     title, words, symbols = heading.lines(outcome)
     how = f"{found.segments} segments of {found.segment:.3g} s, Hann, half overlapping"
     layout.complete(figure, grid, (title, [*words, f"spectra: Welch, {how}"], symbols))
     return figure
+
+
+def _strong(G_u: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell the lines where the base moves, and at both neighbours too: a Hann window leaks."""
+    strong: NDArray[np.bool_] = G_u > POWER * G_u.max(initial=0.0)
+    inside = strong.copy()
+    inside[1:] &= strong[:-1]
+    inside[:-1] &= strong[1:]
+    return inside
 
 
 def _densities(axes: Axes, found: Spectra) -> None:
@@ -71,17 +83,22 @@ def _densities(axes: Axes, found: Spectra) -> None:
         axes.set_ylim(DECADES * peak, 3.0 * peak)
 
 
-def _transmissibility(axes: Axes, found: Spectra, strong: Any, outcome: Outcome) -> None:
+def _transmissibility(
+    axes: Axes, found: Spectra, strong: NDArray[np.bool_], outcome: Outcome
+) -> None:
     """Draw H1 and its coherence where the base moves, and T_a without friction."""
     axes.set_title("transmissibility H1 and coherence [-]", loc="left")
     H1 = np.where(strong, np.abs(found.H1), np.nan)
-    axes.plot(found.f, H1, **MASS, label="H1")
+    mark = "." if np.count_nonzero(strong) < FEW else ""
+    axes.plot(found.f, H1, **MASS, marker=mark, label="H1")
     viscous = viscous_transmissibility(outcome.response.plant, found.f)
     axes.plot(found.f, viscous, **VISCOUS, label="$T_a$ without friction")
     coherence = np.where(strong, found.coherence, np.nan)
-    axes.plot(found.f, coherence, **COHERENCE, label="coherence")
+    axes.plot(found.f, coherence, **COHERENCE, marker=mark, label="coherence")
     axes.set_yscale("log")
     shown = viscous[strong & np.isfinite(viscous) & (viscous > 0)]
     values = np.concatenate((shown, H1[strong & np.isfinite(H1)], [1.0]))
     values = values[values > 0]
-    axes.set_ylim(0.5 * max(values.min(), 1e-3), 2.0 * values.max())
+    low, high = 0.5 * max(values.min(), 1e-3), 2.0 * values.max()
+    axes.set_ylim(low, high)
+    scales.decades(axes.yaxis, low, high)
