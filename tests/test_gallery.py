@@ -13,7 +13,7 @@ from drysim.study.sweeps.sweep import sweep
 
 GALLERY = Path(__file__).parents[1] / "scenarios"
 SCENARIOS = sorted(GALLERY.glob("*.yaml"))
-SWEEPS = [file for file in SCENARIOS if drysim.load(file).axes]
+SWEEPS = [file for file in SCENARIOS if drysim.load(file).sweep]
 
 
 @pytest.mark.parametrize("file", SCENARIOS, ids=lambda file: file.stem)
@@ -32,7 +32,7 @@ def test_sweep_keeps_the_promises_of_its_scenario(file):
 
 def test_gallery_sweeps_the_figures_of_the_paper():
     sizes = {
-        file.stem: [len(axis.values) for axis in drysim.load(file).axes] for file in SWEEPS
+        file.stem: [len(axis.values) for axis in drysim.load(file).sweep] for file in SWEEPS
     }
     assert sizes["paper-low-friction"] == sizes["paper-high-friction"] == [96, 3]
     assert sizes["paper-random"] == [15, 2]

@@ -44,7 +44,7 @@ def huge(tmp_path):
 def test_two_milliard_cases_are_counted_and_begun_at_once(huge):
     began = time.process_time()
     scenario = load(huge)
-    assert size(scenario.axes) == 2_000_000_000
+    assert size(scenario.sweep) == 2_000_000_000
     first = next(iter(Pieces(approaches_of(scenario))))
     assert time.process_time() - began < 1.0
     batch = solve_piece(first._replace(end=20), Motions())
@@ -53,7 +53,7 @@ def test_two_milliard_cases_are_counted_and_begun_at_once(huge):
 
 
 def test_last_point_of_a_huge_grid_is_its_corner(huge):
-    axes = load(huge).axes
+    axes = load(huge).sweep
     columns = columns_of(axes, size(axes) - 2, size(axes))
     assert columns["excitation.frequency"][1] == 10
     assert columns["excitation.frequency"][0] == float("9.9999904999905")

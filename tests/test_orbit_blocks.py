@@ -32,7 +32,7 @@ SWEEPS = {
 def case_by_case(scenario):
     """Give the rows of a sweep, each solved by itself."""
     motions = Motions()
-    return [row_of(Job(i, scenario, p), motions) for i, p in enumerate(points(scenario.axes))]
+    return [row_of(Job(i, scenario, p), motions) for i, p in enumerate(points(scenario.sweep))]
 
 
 def same(table, scenario):
@@ -107,7 +107,7 @@ def test_values_that_do_not_go_together_are_refused_in_their_block(tmp_path):
 def test_columns_walk_as_the_points_do(tmp_path):
     file = tmp_path / "block.yaml"
     file.write_text(f"{BASE}sweep:\n  {SWEEPS['start']}\n")
-    axes = load(file).axes
+    axes = load(file).sweep
     every = list(points(axes))
     columns = columns_of(axes, 3, 7)
     assert [{k: column[i] for k, column in columns.items()} for i in range(4)] == every[3:7]
@@ -120,7 +120,7 @@ def test_columned_scenario_gives_columns_of_symbols(tmp_path):
         + f"sweep:\n  {SWEEPS['friction']}\n  oscillator.mass: [60, 90]\n"
     )
     scenario = load(file)
-    case = columned(scenario, columns_of(scenario.axes, 0, 12))
-    alone = [scenario.at(point) for point in points(scenario.axes)]
+    case = columned(scenario, columns_of(scenario.sweep, 0, 12))
+    alone = [scenario.at(point) for point in points(scenario.sweep)]
     assert case.oscillator.plant().b.tolist() == [one.oscillator.plant().b for one in alone]
     assert case.law().F_fs.tolist() == [one.law().F_fs for one in alone]

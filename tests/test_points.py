@@ -44,7 +44,7 @@ def test_case_is_what_the_same_overrides_would_give(scenario):
     case = scenario(sweep=swept, reference="viscous").at(point)
     alone = scenario(excitation__frequency=5, oscillator__mass=300)
     assert case.resolved() == alone.resolved()
-    assert (case.axes, case.reference) == ((), None)
+    assert (case.sweep, case.reference) == ((), None)
 
 
 def test_case_keeps_the_origin_of_its_file(scenario):
@@ -159,7 +159,7 @@ def test_step_that_is_too_coarse_for_a_swept_spectrum_is_refused(scenario):
 def test_points_are_enumerated_lazily_and_the_first_key_varies_fastest(scenario):
     many = {"from": 1, "to": 100_000, "step": 1}
     sweep = {"excitation.rms": many, "excitation.frequency": many, "friction.kinetic": many}
-    grid = points(scenario(sweep=sweep).axes)
+    grid = points(scenario(sweep=sweep).sweep)
     first, second = next(grid), next(grid)
     assert list(first.values()) == [1.0, 1.0, 1.0]
     assert list(second.values()) == [2.0, 1.0, 1.0]
@@ -174,7 +174,7 @@ def test_thousands_of_cases_are_made_in_a_fraction_of_a_second(scenario):
         }
     )
     began = time.process_time()
-    laws = [whole.at(point).law() for point in points(whole.axes)]
+    laws = [whole.at(point).law() for point in points(whole.sweep)]
     assert len(laws) == 3840
     assert time.process_time() - began < 2
 
@@ -202,7 +202,7 @@ def test_approach_without_friction_drops_the_block_and_its_axes(scenario):
     other = scenario(sweep=sweep, reference="viscous").with_approach("viscous")
     assert other.friction is None
     assert other.reference is None
-    assert [axis.key for axis in other.axes] == ["excitation.rms"]
+    assert [axis.key for axis in other.sweep] == ["excitation.rms"]
     assert other.at({"excitation.rms": 2.0}).excitation.rms == 2.0
 
 
@@ -211,14 +211,14 @@ def test_approach_without_static_friction_takes_it_as_kinetic(scenario):
     other = scenario(sweep=sweep).with_approach("signum")
     assert other.law() == Law(15.0, 15.0)
     assert other.at({"friction.kinetic": 20.0}).law() == Law(20.0, 20.0)
-    assert [axis.key for axis in other.axes] == ["friction.kinetic"]
+    assert [axis.key for axis in other.sweep] == ["friction.kinetic"]
 
 
 def test_options_of_another_approach_are_not_swept(scenario):
     sweep = {"solver.smooth.sharpness": [10, 20], "excitation.rms": [1, 2]}
     whole = scenario(sweep=sweep)
-    assert [axis.key for axis in whole.with_approach("smooth").axes] == list(sweep)
-    assert [axis.key for axis in whole.with_approach("moreau").axes] == ["excitation.rms"]
+    assert [axis.key for axis in whole.with_approach("smooth").sweep] == list(sweep)
+    assert [axis.key for axis in whole.with_approach("moreau").sweep] == ["excitation.rms"]
 
 
 def test_losses_name_the_approach_and_what_it_leaves_out(scenario):

@@ -124,12 +124,12 @@ def test_quantiles_are_those_of_the_known_distribution(law, known):
 
 def test_sample_beside_a_grid_multiplies_it(scenario):
     found = scenario({"excitation.frequency": [1, 2], "sample": SAMPLE})
-    assert size(found.axes) == 80
-    every = list(points(found.axes))
+    assert size(found.sweep) == 80
+    every = list(points(found.sweep))
     assert [p["excitation.frequency"] for p in every[:4]] == [1, 2, 1, 2]
     assert every[0]["oscillator.mass"] == every[1]["oscillator.mass"]
     assert len({p["oscillator.mass"] for p in every}) == 40
-    columns = columns_of(found.axes, 13, 29)
+    columns = columns_of(found.sweep, 13, 29)
     assert [float(x) for x in columns["oscillator.damping"]] == [
         p["oscillator.damping"] for p in every[13:29]
     ]
@@ -138,7 +138,7 @@ def test_sample_beside_a_grid_multiplies_it(scenario):
 def test_keys_of_a_zip_walk_together(scenario):
     walk = {"friction.kinetic": [15, 30], "friction.static": ["18 N", 36]}
     found = scenario({"zip": walk, "excitation.rms": [0.5, 1]})
-    assert [tuple(p.values()) for p in points(found.axes)] == [
+    assert [tuple(p.values()) for p in points(found.sweep)] == [
         (15, 18, 0.5), (30, 36, 0.5), (15, 18, 1), (30, 36, 1)
     ]  # fmt: skip
 
@@ -149,7 +149,7 @@ def test_several_zips_are_a_grid(scenario):
         "oscillator.mass": [60, 70, 80],
         "oscillator.damping": {"from": 1, "to": 3, "step": 1},
     }
-    assert size(scenario({"zip": [one, other]}).axes) == 6
+    assert size(scenario({"zip": [one, other]}).sweep) == 6
 
 
 def test_resolved_block_runs_again_as_it_is(scenario, tmp_path):
@@ -157,7 +157,7 @@ def test_resolved_block_runs_again_as_it_is(scenario, tmp_path):
     found = scenario({"zip": [walk], "sample": SAMPLE})
     (tmp_path / "again.yaml").write_text(dump(found.resolved()))
     again = load(tmp_path / "again.yaml")
-    assert list(points(again.axes)) == list(points(found.axes))
+    assert list(points(again.sweep)) == list(points(found.sweep))
     assert again.resolved() == found.resolved()
 
 
@@ -211,7 +211,7 @@ def test_normal_distribution_without_ends_is_cut_at_the_bounds_of_its_key(scenar
     wide = {"distribution": "normal", "mean": 0.5, "sd": 2.0}
     over = {"oscillator.mass": GAUSS, "stroke.stops.restitution": wide}
     block = {"sample": SAMPLE | {"count": 1000, "over": over}}
-    mass, restitution = (axis.values for axis in scenario(block, STOPS).axes)
+    mass, restitution = (axis.values for axis in scenario(block, STOPS).sweep)
     assert np.mean(mass) == pytest.approx(75.0, abs=0.1)
     assert np.std(mass) == pytest.approx(5.0, rel=0.02)
     assert 0.0 <= min(restitution) < 0.01 < 0.99 < max(restitution) <= 1.0

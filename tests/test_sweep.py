@@ -148,9 +148,9 @@ def test_huge_grid_is_counted_and_begun_without_being_built(grid: Path) -> None:
     text = GRID.replace("{from: 1, to: 4, step: 1}", axis).replace("[15, 45]", axis)
     grid.write_text(text)
     scenario = load(grid)
-    assert size(scenario.axes) == 9_000_000
+    assert size(scenario.sweep) == 9_000_000
     assert count(approaches_of(scenario)) == 9_003_000
-    assert set(next(points(scenario.axes))) == {"friction.kinetic", "excitation.frequency"}
+    assert set(next(points(scenario.sweep))) == {"friction.kinetic", "excitation.frequency"}
 
 
 def test_spectra_that_only_a_run_gives_are_told_of(grid: Path) -> None:

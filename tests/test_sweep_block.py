@@ -48,7 +48,7 @@ def values(scenario):
     """Give the values of the only axis that a sweep of some key has."""
 
     def found(spoken: object, key: str = "excitation.frequency", text: str = SEAT) -> object:
-        (axis,) = scenario(text, {key: spoken}).axes
+        (axis,) = scenario(text, {key: spoken}).sweep
         return axis.values
 
     return found
@@ -68,14 +68,14 @@ def fault(scenario):
 
 def test_axes_are_in_the_order_of_the_file_and_in_si(scenario):
     sweep = {"excitation.rms": [0.5, "0.1 g"], "friction.kinetic": ["15 N", 45]}
-    assert scenario(SEAT, sweep).axes == (
+    assert scenario(SEAT, sweep).sweep == (
         Axis("excitation.rms", "m/s2", (0.5, 0.980665)),
         Axis("friction.kinetic", "N", (15.0, 45.0)),
     )
 
 
 def test_scenario_without_a_sweep_has_no_axes(scenario):
-    assert scenario(SEAT).axes == ()
+    assert scenario(SEAT).sweep == ()
     assert scenario(SEAT).reference is None
 
 
@@ -139,8 +139,8 @@ def test_seeds_stay_whole_numbers(values):
 )
 def test_any_numeric_key_of_the_file_may_be_swept(scenario, text, key, unit):
     found = scenario(text, {key: [2, 3]})
-    assert [(axis.key, axis.unit, axis.values) for axis in found.axes] == [(key, unit, (2, 3))]
-    assert found.at({key: 3}).axes == ()
+    assert [(axis.key, axis.unit, axis.values) for axis in found.sweep] == [(key, unit, (2, 3))]
+    assert found.at({key: 3}).sweep == ()
 
 
 def test_entries_of_lists_may_be_swept(scenario):
@@ -169,7 +169,7 @@ def test_sweep_runs_again_as_it_was_resolved(scenario, text):
     words = found.resolved()
     again = scenario(dump(words))
     assert again.resolved() == words
-    assert (again.axes, again.reference) == (found.axes, found.reference)
+    assert (again.sweep, again.reference) == (found.sweep, found.reference)
     assert words["sweep"]["oscillator.stiffness"] == {"from": 1e3, "to": 2e3, "step": 500.0}
 
 
@@ -193,7 +193,7 @@ def test_window_in_periods_stays_so_for_a_swept_frequency(scenario):
 def test_sweep_without_an_end_is_not_held_in_memory(scenario):
     many = {"from": 1, "to": 100_000, "step": 1}
     sweep = {"excitation.frequency": many, "friction.kinetic": many, "oscillator.mass": many}
-    axes = scenario(SEAT, sweep).axes
+    axes = scenario(SEAT, sweep).sweep
     assert prod(len(axis.values) for axis in axes) == 10**15
 
 
@@ -202,7 +202,7 @@ def test_sweep_without_an_end_is_not_held_in_memory(scenario):
 
 def test_set_behind_sweep_takes_the_rest_for_one_key(scenario):
     found = scenario(SEAT, None, ["sweep.excitation.frequency=[1, 2]"])
-    assert found.axes == (Axis("excitation.frequency", "Hz", (1.0, 2.0)),)
+    assert found.sweep == (Axis("excitation.frequency", "Hz", (1.0, 2.0)),)
     assert found.origin["overrides"] == {"sweep.excitation.frequency": [1, 2]}
 
 
@@ -210,14 +210,14 @@ def test_set_leads_into_what_the_file_sweeps_already(scenario):
     sweep = {"excitation.frequency": {"from": 1, "to": 2, "step": 1}, "excitation.rms": [1, 2]}
     words = ["sweep.excitation.frequency.step=0.5", "sweep.excitation.rms.1=3 m/s2"]
     found = scenario(SEAT, sweep, words)
-    assert [axis.values for axis in found.axes] == [(1.0, 1.5, 2.0), (1.0, 3.0)]
+    assert [axis.values for axis in found.sweep] == [(1.0, 1.5, 2.0), (1.0, 3.0)]
 
 
 def test_set_takes_an_axis_or_the_whole_sweep_away(scenario):
     sweep = {"excitation.frequency": [1, 2], "excitation.rms": [1, 2]}
     found = scenario(SEAT, sweep, ["sweep.excitation.rms=null"])
-    assert [axis.key for axis in found.axes] == ["excitation.frequency"]
-    assert scenario(SEAT, sweep, ["sweep=null"]).axes == ()
+    assert [axis.key for axis in found.sweep] == ["excitation.frequency"]
+    assert scenario(SEAT, sweep, ["sweep=null"]).sweep == ()
 
 
 def test_fault_of_a_set_axis_names_the_word(fault, scenario):

@@ -88,12 +88,12 @@ def figures(repeats: int) -> None:
     """Time the cases of Figs. 3 and 4 with reference: the kernels alone."""
     files = [FIGURES / f"paper-{name}-friction.yaml" for name in ("low", "high")]
     asked = [load(file) for file in files]
-    curve = len(asked[0].axes[0].values)
-    parts = [(each, size(each.axes)) for each in asked]
+    curve = len(asked[0].sweep[0].values)
+    parts = [(each, size(each.sweep)) for each in asked]
     parts.append((asked[0].with_approach("viscous"), curve))  # one curve serves both figures
     scenes = []
     for scenario, count in parts:
-        found, _ = orbits.scenes_of(scenario, columns_of(scenario.axes, 0, count), count)
+        found, _ = orbits.scenes_of(scenario, columns_of(scenario.sweep, 0, count), count)
         scenes += [found[: count // 2], found[count // 2 :]]
     hands = ThreadPoolExecutor(2)
     cases = sum(map(len, scenes))

@@ -11,7 +11,7 @@ from drysim.study.sweeps.sweep import sweep
 
 HARD = Path(__file__).parents[2] / "scenarios" / "hard"
 CASES = sorted(HARD.glob("*.yaml"))
-SWEEPS = [file for file in CASES if drysim.load(file).axes]
+SWEEPS = [file for file in CASES if drysim.load(file).sweep]
 
 
 def slugs(name):

@@ -32,8 +32,8 @@ def show_grid(case: Case, folder: Path, words: Sequence[str], voice: Voice) -> i
     from drysim.scenario.sweep.axis import size
 
     scenario = case.scenario
-    cases = size(scenario.axes)
-    swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.axes]
+    cases = size(scenario.sweep)
+    swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.sweep]
     each = f", each {many}" if (many := many_seeds(case)) else ""
     what = f"{several(cases, 'case')} by {listed(words)}{each}"
     first = f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}"
@@ -57,7 +57,7 @@ def sentences(case: Case) -> list[str]:
 
 def base(case: Case) -> str:
     """Give the base motion, of a record with its RMS: that tells whether its unit is right."""
-    excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.axes]
+    excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
     if any(key.startswith("excitation.") for key in varied):
         return wording.excitations(excitation, varied)
     words = wording.excitation(excitation.kind, case.motion)

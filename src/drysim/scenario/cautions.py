@@ -53,7 +53,7 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     elif isinstance(scenario.excitation, Record) and motion is not None:
         found += _record(scenario, motion)
     if motion is not None:
-        if not any(axis.key.startswith(LOADS) for axis in scenario.axes):
+        if not any(axis.key.startswith(LOADS) for axis in scenario.sweep):
             found += _friction(scenario, motion)
         found += [*unfit(scenario, motion), *_weighting(scenario, motion)]
     return (*found, *needless(scenario))
@@ -61,9 +61,9 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
 
 def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
     """Say when the output grid is too coarse to draw motion, in a sweep at its worst."""
-    cases = extremes(scenario) if scenario.axes else ()
+    cases = extremes(scenario) if scenario.sweep else ()
     swept = [one for case in cases for one in _coarse(case, case.excitation.motion())]
-    found = swept if scenario.axes else [*_coarse(scenario, motion)]
+    found = swept if scenario.sweep else [*_coarse(scenario, motion)]
     yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
 
 

@@ -26,7 +26,6 @@ from drysim.scenario.heading import FORMAT, FolderName, Format
 from drysim.scenario.measure import Measure, frequencies, in_seconds, steady_by_default
 from drysim.scenario.others import left_out, solved_by
 from drysim.scenario.resolved import spelled_out
-from drysim.scenario.sweep.axis import Axis
 from drysim.scenario.sweep.points import case_at
 
 
@@ -59,8 +58,7 @@ class Scenario(FromFile):
     reference: ApproachName | None = None
     """Name of an approach that computes the sweep, too, as the curve to compare with."""
     checks: Checks = ()
-    """Promises about the metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1.
-    """
+    """Promises about metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1."""
 
     @field_validator("solver")
     @classmethod
@@ -100,9 +98,8 @@ class Scenario(FromFile):
     def outline(self) -> AnyLaw:
         """Give the friction as forces without reading a record: its force is the default."""
         friction = self.acting
-        if getattr(friction, "normal_record", None) is None:
+        if friction is None or getattr(friction, "normal_record", None) is None:
             return self.law()
-        assert friction is not None
         bare = friction.model_copy(update={"normal_record": None})
         return bare.limits(self.oscillator.mass)
 
@@ -147,11 +144,6 @@ class Scenario(FromFile):
     def frequencies(self) -> tuple[float, ...]:
         """Every frequency of the scene [Hz], if its base moves periodically."""
         return frequencies(self.excitation, self.acting)
-
-    @property
-    def axes(self) -> tuple[Axis, ...]:
-        """Swept keys with their values, the first varying fastest; empty without a sweep."""
-        return self.sweep
 
     def at(self, point: Mapping[str, float]) -> Scenario:
         """Give the case at a point of the sweep: a scenario without one.

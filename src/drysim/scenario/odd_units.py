@@ -42,7 +42,7 @@ def odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Ca
     Caution
     """
     found: dict[tuple[str, ...], Caution] = {}
-    for case in extremes(scenario) if scenario.axes else (scenario,):
+    for case in extremes(scenario) if scenario.sweep else (scenario,):
         if case is not scenario:  # of a sweep, whose cases move as they do
             sines = hasattr(case.excitation, "frequencies")
             motion = case.excitation.motion() if sines else None

@@ -47,7 +47,7 @@ def solved_by(scenario: Scenario, name: str) -> Scenario:
     changed: dict[str, Any] = {
         "solver": scenario.solver.model_copy(update={"approach": name}),
         "friction": friction,
-        "sweep": tuple(axis for axis in scenario.axes if has_use(name, axis.key)),
+        "sweep": tuple(axis for axis in scenario.sweep if has_use(name, axis.key)),
         "reference": None,
     }
     if scenario.stroke is not None and not member.use_stops:
@@ -102,7 +102,7 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
     member, law = SHELF[on_the_shelf(name)], scenario.law()
     if scenario.stops is not None and not member.use_stops:
         yield f"{name} knows no end stops and lets the mass move on beyond the stroke limit"
-    swept = {axis.key for axis in scenario.axes}
+    swept = {axis.key for axis in scenario.sweep}
     rubs = law.F_fk > 0 or any(key.startswith("friction.") for key in swept)
     if not member.use_friction:
         if rubs:

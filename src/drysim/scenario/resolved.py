@@ -34,7 +34,7 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
     solver = words["solver"] | {scenario.solver.approach: member}
     plain = {key: _options(value, "approach") for key, value in solver.items()}
     words["solver"] = {key: value for key, value in plain.items() if value != {}}
-    if scenario.axes and in_periods(spoken := scenario.spoken("measure")):
+    if scenario.sweep and in_periods(spoken := scenario.spoken("measure")):
         words["measure"] |= spoken  # the period may vary from case to case
     elif scenario.measure.steady:
         asked = {
@@ -48,7 +48,7 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
 
 def _open(scenario: Scenario) -> set[str]:
     """Give the defaults of the friction block that depend on what a sweep varies."""
-    friction, swept = scenario.friction, {axis.key for axis in scenario.axes}
+    friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
     left: set[str] = set()
     if friction is not None and friction.normal is None and "oscillator.mass" in swept:
         left.add("normal")

@@ -37,7 +37,7 @@ def acted_by(scenario: Scenario, name: str) -> Scenario:
     found = [*_faults(scenario, name)]
     if not found:
         solver = scenario.solver.model_copy(update={"approach": EXACT})
-        axes = tuple(axis for axis in scenario.axes if has_use(scenario, name, axis.key))
+        axes = tuple(axis for axis in scenario.sweep if has_use(scenario, name, axis.key))
         changed: dict[str, Any] = {"solver": solver, "sweep": axes, "reference": None}
         if scenario.stroke is not None and name != COULOMB:
             changed["stroke"] = scenario.stroke.model_copy(update={"stops": None})
@@ -94,6 +94,6 @@ def left_out(scenario: Scenario, name: str) -> Iterator[str]:
 def _said(scenario: Scenario, friction: Friction) -> set[str]:
     """Give the keys of the friction block that count, given or swept."""
     swept = {
-        axis.key.split(".")[1] for axis in scenario.axes if axis.key.startswith("friction.")
+        axis.key.split(".")[1] for axis in scenario.sweep if axis.key.startswith("friction.")
     }
     return swept | {key for key, value in friction if value is not None}

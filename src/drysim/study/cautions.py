@@ -149,7 +149,7 @@ def statuses(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[Caution
 def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
     """Say in how many cases the stroke limit is met, and where the most."""
     worst, hits = tally.worst, tally.extremes.get("impact_speed")
-    axes = scenario.axes
+    axes = scenario.sweep
     if hits is not None and hits[1].value and worst is not None:
         # Where there are end stops, |x_r| hardly tells one case from another.
         fastest, row = hits[1]

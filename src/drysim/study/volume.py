@@ -34,7 +34,7 @@ def bytes_of(case: Case) -> float:
 def cautions(case: Case) -> Iterator[Caution]:
     """Say when the response that a run writes is large; a sweep writes none."""
     volume = bytes_of(case)
-    if volume > MUCH and not case.scenario.axes:
+    if volume > MUCH and not case.scenario.sweep:
         sentence = (
             f"a run writes response.csv with {case.steps + 1:.3g} rows, some "
             f"{volume / GIGA:.3g} GB; a step longer than {number(case.step, 's')} or a shorter "

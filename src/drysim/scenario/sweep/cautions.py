@@ -19,8 +19,8 @@ MANY = 10_000
 
 def extremes(scenario: Scenario) -> Iterator[Scenario]:
     """Give the cases at the least and the greatest value of every swept key."""
-    first = {axis.key: axis.values[0] for axis in scenario.axes}
-    for group in walks(scenario.axes):
+    first = {axis.key: axis.values[0] for axis in scenario.sweep}
+    for group in walks(scenario.sweep):
         for place in sorted({place for axis in group for place in _ends(axis.values)}):
             yield scenario.at({**first, **{axis.key: axis.values[place] for axis in group}})
 
@@ -35,7 +35,7 @@ def _ends(values: Sequence[float]) -> tuple[int, int]:
 
 def needless(scenario: Scenario) -> Iterator[Caution]:
     """Say which swept keys change nothing, and what the reference leaves out."""
-    for axis in scenario.axes:
+    for axis in scenario.sweep:
         if why := _why_needless(scenario, axis):
             sentence = f"sweep of {axis.key} {why}"
             yield Caution("sweep-changes-nothing", sentence, {"values": len(axis.values)})
@@ -63,8 +63,8 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     exact = hasattr(scenario.solver.member(), "orbit")
     if axis.key == "solver.step" and exact and hasattr(scenario.excitation, "frequencies"):
         return f"changes nothing: {approach} under sines makes no error that depends on it"
-    last = {other.key: other.values[-1] for other in scenario.axes}
-    together = next(group for group in walks(scenario.axes) if axis in group)
+    last = {other.key: other.values[-1] for other in scenario.sweep}
+    together = next(group for group in walks(scenario.sweep) if axis in group)
     first = {other.key: other.values[0] for other in together}
     if _scene(scenario, last) == _scene(scenario, {**last, **first}):
         return "changes nothing: what it stands for is 0 or not used"

@@ -70,7 +70,7 @@ def in_conflict(scenario: Scenario, most: int = FEW) -> list[Problem]:
     Where rules connect more than `most` points, none of them is tried.
     """
     for group in TOGETHER:
-        axes = tuple(axis for axis in scenario.axes if axis.key.startswith(group))
+        axes = tuple(axis for axis in scenario.sweep if axis.key.startswith(group))
         if not axes or size(axes) > most:
             continue
         try:
@@ -187,7 +187,7 @@ def _measured(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scenario
 def _located(scenario: Scenario, point: Point, odd: Odd) -> Problem:
     """Give the problem of values that do not go together, located at one of them."""
     key = odd.key if odd.key in point else [*point][-1]
-    axis = next((axis for axis in scenario.axes if axis.key == key), None)
+    axis = next((axis for axis in scenario.sweep if axis.key == key), None)
     keys: Keys = tuple(key.split("."))
     if axis is not None:
         drawn = isinstance(axis.values, Drawn)

@@ -90,7 +90,7 @@ def solved(scenario: Scenario, name: str) -> Solved:
 
     motions, checks = Motions(), []
     found: list[Metrics] = []
-    for point in points(scenario.axes):
+    for point in points(scenario.sweep):
         own = scenario.at(point).with_approach(name)
         outcome = solve(assemble(own, motions.of(own)))
         found.append(outcome.metrics)

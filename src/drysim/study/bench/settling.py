@@ -44,7 +44,7 @@ class Settling:
 
 def settlings(case: Case) -> Iterator[Settling]:
     """Give some cases of a sweep, evenly spread; those whose orbit takes one period."""
-    motions, every = cases.Motions.beginning_with(case), list(points(case.scenario.axes))
+    motions, every = cases.Motions.beginning_with(case), list(points(case.scenario.sweep))
     for at in range(min(FEW, len(every))):
         point = every[(2 * at + 1) * len(every) // (2 * min(FEW, len(every)))]
         own = case.scenario.at(point)

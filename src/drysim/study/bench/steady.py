@@ -54,7 +54,7 @@ def cases_of(scenario: Scenario) -> Case:
         When the scenario sweeps nothing, or measures no steady state.
     """
     case = prepare(scenario.copied({"reference": None}))
-    if not scenario.axes or case.period is None:
+    if not scenario.sweep or case.period is None:
         raise UsageError(
             f"{scenario.name} has no steady states to sweep",
             "name a scenario with a sweep block and `measure: {steady: true}`",
@@ -81,7 +81,7 @@ def entries(work: Work, terms: Terms) -> list[Entry]:
 
 def size(case: Case) -> int:
     """Give the number of steady states of a sweep."""
-    return cases_of_grid(case.scenario.axes)
+    return cases_of_grid(case.scenario.sweep)
 
 
 def count(case: Case, terms: Terms) -> int:
@@ -121,7 +121,7 @@ def words_of(
     case: Case, works: Sequence[Work], total: int, plain: float
 ) -> Iterator[tuple[str, str]]:
     """Give in words what is solved, and how long the filter takes [ns]."""
-    scenario, varied = case.scenario, [axis.key for axis in case.scenario.axes]
+    scenario, varied = case.scenario, [axis.key for axis in case.scenario.sweep]
     defaulted, terms = not scenario.static_given, scenario.terms
     shared = {
         "kinetic": len({work.law.F_fk for work in works}) < 2,
@@ -131,7 +131,7 @@ def words_of(
         case.plant, case.law, defaulted, terms, varied, shared, scenario.ratios
     )
     yield "base", wording.excitations(scenario.excitation, varied)
-    for at, axis in enumerate(scenario.axes):
+    for at, axis in enumerate(scenario.sweep):
         yield "" if at else "swept", wording.swept(axis)
     each = f"{PERIODS} periods of {A_PERIOD} samples"
     others = f"the others march through up to {len(works)} of them"

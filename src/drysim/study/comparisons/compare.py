@@ -129,10 +129,10 @@ def solve(
     )
     told = (*losses, *case.cautions, *run_only(case))
     met = (*strokes(own, scenario), *over_seeds.remarks(scenario, own.seeds))
-    warnings = (*told, *statuses(tallies.values(), scenario.axes), *met)
+    warnings = (*told, *statuses(tallies.values(), scenario.sweep), *met)
     table = Table(
-        scenario, scenario.axes, Rows.of(batches), own.verdicts, warnings, numerics=how(case),
-        motion=case.motion if shared(scenario.axes) else None, told=tallies,
+        scenario, scenario.sweep, Rows.of(batches), own.verdicts, warnings, numerics=how(case),
+        motion=case.motion if shared(scenario.sweep) else None, told=tallies,
     )  # fmt: skip
     shown = telling(table, names, yardstick)
     responses = dict(responses_at(shown.point, scenarios, yardstick))

@@ -48,7 +48,7 @@ class Job(NamedTuple):
 
 def count(scenarios: Sequence[Scenario]) -> int:
     """Give the number of cases without making one."""
-    return sum(size(scenario.axes) for scenario in scenarios)
+    return sum(size(scenario.sweep) for scenario in scenarios)
 
 
 @dataclass
@@ -151,7 +151,7 @@ def track_of(case: Case, start: AnyState, step: float, duration: float) -> Track
 
 def case_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
     """Give the case of a scenario at a point of another, whose axes it may not have."""
-    keys = {axis.key for axis in scenario.axes}
+    keys = {axis.key for axis in scenario.sweep}
     return scenario.at({key: value for key, value in point.items() if key in keys})
 
 

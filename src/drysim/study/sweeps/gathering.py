@@ -54,12 +54,12 @@ def table_of(
     """Give the table of finished cases, with its verdicts and warnings."""
     scenario = case.scenario
     own = tallies.get(scenario.solver.approach, Tally("", scenario.checks))
-    lost, met = statuses(tallies.values(), scenario.axes), strokes(own, scenario)
+    lost, met = statuses(tallies.values(), scenario.sweep), strokes(own, scenario)
     means = over_seeds.remarks(scenario, own.seeds)
     warnings = (*case.cautions, *run_only(case), *lost, *met, *means)
-    motion = case.motion if shared(scenario.axes) else None
+    motion = case.motion if shared(scenario.sweep) else None
     return Table(
-        scenario, scenario.axes, rows, own.verdicts, warnings, complete, motion, how(case),
+        scenario, scenario.sweep, rows, own.verdicts, warnings, complete, motion, how(case),
         tallies,
     )  # fmt: skip
 

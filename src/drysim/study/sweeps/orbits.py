@@ -44,7 +44,7 @@ def together(scenario: Scenario) -> bool:
 def _lifts(scenario: Scenario) -> bool:
     """Tell whether the normal force of any case may be zero; a recorded one has no orbits."""
     varied = getattr(scenario.acting, "normal_variation", None)
-    swept = (axis for axis in scenario.axes if axis.key == AMPLITUDE)
+    swept = (axis for axis in scenario.sweep if axis.key == AMPLITUDE)
     most = max((max(axis.values) for axis in swept), default=0.0)
     return max(most, varied.amplitude if varied else 0.0) >= 1.0
 
@@ -67,7 +67,7 @@ def solve(scenario: Scenario, first: int, begin: int, end: int) -> Batch:
     from drysim.approach.under_sines import solve_orbits
     from drysim.core.sines.orbits import CROWDED, STATUS
 
-    points = columns_of(scenario.axes, begin, end)
+    points = columns_of(scenario.sweep, begin, end)
     scenes, forces = scenes_of(scenario, points, end - begin)
     answers = solve_orbits(scenes)
     status, notes = statuses(answers)

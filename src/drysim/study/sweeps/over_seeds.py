@@ -96,5 +96,5 @@ def remarks(scenario: Scenario, found: Seeds | None) -> Iterator[Caution]:
 
 def first_of(found: Count, scenario: Scenario) -> str:
     """Say where the first of some cases is, unless there is only one place."""
-    where = place(found.first.point, scenario.axes)
+    where = place(found.first.point, scenario.sweep)
     return f", the first at {where}" if where else ""

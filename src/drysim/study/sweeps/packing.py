@@ -67,7 +67,7 @@ def unpacked(words: bytes, piece: Piece) -> Batch:
     numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
     known: dict[str, Any] = dict(zip(names, numbers, strict=True))
     known |= {name: np.full(n, value) for name, value in head["same"].items()}
-    points = columns_of(piece.scenario.axes, piece.begin, piece.end)
+    points = columns_of(piece.scenario.sweep, piece.begin, piece.end)
     metrics = {name: known[name] for name in NAMES}
     notes = {int(i): note for i, note in head["notes"].items()}
     over = {int(i): OverSeeds(**said) for i, said in head["over"].items()}

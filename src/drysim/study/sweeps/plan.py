@@ -54,7 +54,7 @@ class Pieces(Lazy[Piece]):
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
         self.scenarios = tuple(scenarios)
-        self.cases = [size(scenario.axes) for scenario in scenarios]
+        self.cases = [size(scenario.sweep) for scenario in scenarios]
         together = map(orbits.together, scenarios)
         self._steps = [length_of(*one) for one in zip(self.cases, together, strict=True)]
         self._counts = [-(-n // step) for n, step in zip(self.cases, self._steps, strict=True)]
@@ -84,7 +84,7 @@ def solve_piece(piece: Piece, motions: Motions, crew: Crew = ALONE) -> Batch:
     scenario, first, begin, end = piece
     if orbits.together(scenario):
         return orbits.solve(scenario, first, begin, end)
-    points = columns_of(scenario.axes, begin, end)
+    points = columns_of(scenario.sweep, begin, end)
     rows = [
         row_of(Job(first + i, scenario, point), motions, crew)
         for i in range(end - begin)

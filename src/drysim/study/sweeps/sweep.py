@@ -117,7 +117,7 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
     ScenarioError
         When it has no sweep block.
     """
-    if not scenario.axes:
+    if not scenario.sweep:
         problem = scenario.problem(
             "sweep is required: which keys to vary, and over what", "sweep"
         )
