@@ -13,7 +13,8 @@ from drysim.report import plots
 from drysim.report.plots import moment, views
 from drysim.report.plots.comparison import draw as draw_comparison
 from drysim.report.plots.speed_error import draw as draw_bench
-from drysim.report.plots.transmissibility import draw, draw_stroke
+from drysim.report.plots.stroke import draw as draw_stroke
+from drysim.report.plots.transmissibility import draw
 from drysim.scenario import Axis, load
 from drysim.study.bench.scores import Bench, Panel, Score
 from drysim.study.sweeps.sweep import sweep as solved

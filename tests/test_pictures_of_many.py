@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drysim.report.plots import many, scatter
+from drysim.report.plots.shown import PEAK, T_A, T_X
 from drysim.report.plots.transmissibility import draw
 from drysim.scenario import load
 from drysim.study.sweeps.rows import batches_of
@@ -27,7 +28,7 @@ excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
 solver: {approach: stick-slip, step: 2.5e-3}
 reference: viscous
 """
-BOTH = [("T_x", "T_x", 1.0), ("T_a", "T_a", 1.0)]
+BOTH = [T_X, T_A]
 GRID = "{excitation.frequency: [1, 2, 4, 8], friction.kinetic: [5, 15, 45]}"
 SAMPLE = """
   sample:
@@ -72,7 +73,7 @@ def mesh(panel):
 
 
 def test_bands_lie_within_each_other_around_the_median(table):
-    bands, *_ = many.draw(table(GRID), BOTH, limit=False).axes
+    bands, *_ = many.draw(table(GRID), BOTH).axes
     outer, inner = band(bands, "90 % of the cases"), band(bands, "half of them")
     x, median = line(bands, "median")
     assert x.tolist() == [1, 2, 4, 8]
@@ -82,7 +83,7 @@ def test_bands_lie_within_each_other_around_the_median(table):
 
 
 def test_axes_of_many_cases_are_named_and_share_their_range(table):
-    figure = many.draw(table(GRID), BOTH, limit=False)
+    figure = many.draw(table(GRID), BOTH)
     bands, mapped = figure.axes[0], figure.axes[1]
     assert mapped.get_xlabel() == "frequency $f$ [Hz]"
     assert mapped.get_ylabel() == "kinetic friction force $F_{fk}$ [N]"
@@ -93,7 +94,7 @@ def test_axes_of_many_cases_are_named_and_share_their_range(table):
 
 def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
     swept = table(GRID)
-    figure = many.draw(swept, BOTH, limit=False)
+    figure = many.draw(swept, BOTH)
     known = [row.metrics["T_x"] for row in swept.of("stick-slip")]
     found = mesh(figure.axes[1])
     assert found.get_clim() == pytest.approx((min(known), max(known)))
@@ -104,7 +105,7 @@ def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
 def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
     forces = "friction.kinetic: {from: 1, to: 45, count: 10}"
     block = f"{{excitation.frequency: {{from: 0.1, to: 100, count: 7, scale: log}}, {forces}}}"
-    mapped = many.draw(table(block), BOTH, limit=False).axes[1]
+    mapped = many.draw(table(block), BOTH).axes[1]
     assert (mapped.get_xscale(), mapped.get_yscale()) == ("log", "log")
     x = mesh(mapped).get_coordinates()[0, :, 0]
     assert np.diff(np.log(x)).tolist() == pytest.approx([np.log(10) / 2] * 7)
@@ -115,7 +116,7 @@ def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
 def test_a_coefficient_of_friction_is_not_called_a_force(table):
     block = "{excitation.frequency: [1, 2], friction.mu_kinetic: [0.01, 0.02]}"
     swept = table(block, SEAT.replace("kinetic: 15", "mu_kinetic: 0.02"))
-    assert many.draw(swept, BOTH, limit=False).axes[1].get_ylabel() == "mu kinetic $\\mu_k$ [–]"
+    assert many.draw(swept, BOTH).axes[1].get_ylabel() == "mu kinetic $\\mu_k$ [–]"
 
 
 def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
@@ -134,20 +135,20 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
 
 
 def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
-    figure = many.draw(table(GRID), [("x_r_peak", "stroke", 1e3)], limit=True)
+    figure = many.draw(table(GRID), [PEAK])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
 
 
 def test_one_case_and_one_key_make_a_picture(table):
-    single = many.draw(table("{friction.kinetic: [15]}"), BOTH, limit=False)
+    single = many.draw(table("{friction.kinetic: [15]}"), BOTH)
     assert line(single.axes[0], "median")[1][0] == pytest.approx(1.3, abs=0.1)
-    assert len(many.draw(table("{friction.kinetic: [5, 15]}"), BOTH, False).axes) == 2
+    assert len(many.draw(table("{friction.kinetic: [5, 15]}"), BOTH).axes) == 2
 
 
 def test_cases_without_numbers_leave_an_empty_panel():
     lost = spoil(stand_in(*axes_of(frequency=[1, 2], force=[5, 15])), FAILED, *range(8))
-    figure = many.draw(lost, BOTH, limit=False)
+    figure = many.draw(lost, BOTH)
     assert figure.axes[0].get_ylim()[0] == 0
     assert np.isnan(line(figure.axes[0], "median")[1]).all()
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from drysim import wording
 from drysim.report.plots import canvas, heading, ink, layout, panels
+from drysim.report.plots.shown import PEAK, SEAT, T_A, Shown
 from drysim.study.ensembles.seeds import until_of
 from drysim.study.ensembles.statistics import QUANTILES, student
 
@@ -37,19 +38,7 @@ QUANTILE: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (
 INTERVAL = "95 % confidence interval of the mean"
 
 
-class Quantity(NamedTuple):
-    """What a row of panels is of: its symbol, its metric, in which scale."""
-
-    symbol: str
-    metric: str
-    scale: float = 1.0
-
-
-MAIN = (
-    Quantity("$T_a$ [–]", "T_a"),
-    Quantity("SEAT [–]", "SEAT"),
-    Quantity("peak |$x_r$| [mm]", "x_r_peak", 1e3),
-)
+MAIN = (T_A, SEAT, PEAK)
 
 
 def ensemble(made: Ensemble, folder: Path) -> None:
@@ -82,17 +71,17 @@ def draw(made: Ensemble) -> Figure:
     return figure
 
 
-def _shown(made: Ensemble) -> Iterator[Quantity]:
+def _shown(made: Ensemble) -> Iterator[Shown]:
     """Give what is drawn: the main metrics, and the one that decided when to stop."""
     yield from (one for one in MAIN if made.statistics[one.metric])
     until = until_of(made.scenario)
     others = {quantity.metric for quantity in MAIN}
     if until and until.metric not in others and made.statistics[until.metric]:
-        yield Quantity(until.metric, until.metric)
+        yield Shown(until.metric, until.metric)
 
 
 def _distribution(
-    axes: Axes, values: Floats, found: Statistic, quantity: Quantity, last: bool
+    axes: Axes, values: Floats, found: Statistic, quantity: Shown, last: bool
 ) -> None:
     """Draw which share of the seeds lies below a value."""
     ink.name(axes, f"{quantity.symbol}: share of the seeds below [%]")
@@ -111,7 +100,7 @@ def _distribution(
         axes.set_xlabel("value")
 
 
-def _settling(axes: Axes, values: Floats, quantity: Quantity, last: bool) -> None:
+def _settling(axes: Axes, values: Floats, quantity: Shown, last: bool) -> None:
     """Draw the mean of the first n seeds with its interval, over n."""
     ink.name(axes, f"{quantity.symbol}: mean of the first seeds")
     n = np.arange(1, len(values) + 1)
@@ -137,9 +126,7 @@ def _settling(axes: Axes, values: Floats, quantity: Quantity, last: bool) -> Non
         axes.set_xlabel("seeds")
 
 
-def _limits(
-    left: Axes, right: Axes, made: Ensemble, values: Floats, quantity: Quantity
-) -> None:
+def _limits(left: Axes, right: Axes, made: Ensemble, values: Floats, quantity: Shown) -> None:
     """Draw the limits that checks set, where they are near."""
     scatter = float(np.ptp(values))
     for verdict in made.checks:

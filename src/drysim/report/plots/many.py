@@ -8,22 +8,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim import wording
-from drysim.report.plots import heading, ink, layout, scales
+from drysim.report.plots import heading, ink, layout, panels, scales
 from drysim.report.plots.labels import key_label
 from drysim.report.plots.scatter import Bins, Scatter, gathered
+from drysim.report.plots.shown import PEAK
 from drysim.report.plots.views import along_axis
 from drysim.study.sweeps.rows import HELD, batches_of
-from drysim.study.sweeps.table import LIMIT as LIMIT_KEY
+from drysim.study.sweeps.table import LIMIT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from drysim.report.plots.shown import Shown
     from drysim.study.sweeps.table import Table
 
 BANDS = ((0.05, 0.95, "#c9d8e8", "90 % of the cases"), (0.25, 0.75, "#8fb0d0", "half of them"))
 MEDIAN: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
-LIMIT: dict[str, Any] = {"color": "#b3261e", "linewidth": 1.0, "linestyle": (0, (4, 2))}
 
 RIGHT = 0.92
 """Where the last column ends, so that the numbers of its colours have room beside it."""
@@ -34,16 +35,14 @@ def scattered(table: Table) -> bool:
     return len(table.rows) > HELD or any(getattr(axis, "walk", "") for axis in table.axes)
 
 
-def draw(table: Table, quantities: Sequence[tuple[str, str, float]], limit: bool) -> Figure:
+def draw(table: Table, quantities: Sequence[Shown]) -> Figure:
     """Give the picture of some metrics.
 
     Parameters
     ----------
     table : Table
-    quantities : sequence of (metric, words, factor)
-        What is drawn, a column each, in units of 1/factor SI.
-    limit : bool
-        Whether the stroke limit is drawn, in place of the line at 1.
+    quantities : sequence of Shown
+        What is drawn, a column each.
     """
     along = along_axis(table.axes)
     assert along is not None, "a sweep has a key"
@@ -51,24 +50,24 @@ def draw(table: Table, quantities: Sequence[tuple[str, str, float]], limit: bool
     other = max(others, key=lambda axis: len(axis.values), default=None)
     bins, across = Bins.of(along), None if other is None else Bins.of(other)
     approach, *references = table.approaches
-    found = [Scatter(metric, bins, across) for metric, _, _ in quantities]
+    found = [Scatter(one.metric, bins, across) for one in quantities]
     gathered(batches_of(table.rows), approach, found)
-    beside = [Scatter(metric, bins, None) for metric, _, _ in quantities]
+    beside = [Scatter(one.metric, bins, None) for one in quantities]
     if references:
         gathered(batches_of(table.rows), references[0], beside)
     shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
     figure, grid = layout.sheet(1 if across is None else 2, len(shown), right=RIGHT)
     for place, i in enumerate(shown):
-        _, words, factor = quantities[i]
+        quantity = quantities[i]
         axes = figure.add_subplot(grid[0, place])
-        ink.name(axes, words)
-        bands(axes, found[i], beside[i] if references else None, factor)
-        bound(axes, table, limit)
+        ink.name(axes, quantity.words)
+        bands(axes, found[i], beside[i] if references else None, quantity.scale)
+        bound(axes, table, quantity)
         along_bins(axes, bins, named=across is None)
         if across is not None:
             below = figure.add_subplot(grid[1, place])
-            ink.name(below, f"mean of {words}")
-            mapped(figure, below, found[i], factor, named=place == 0)
+            ink.name(below, f"mean of {quantity.words}")
+            mapped(figure, below, found[i], quantity.scale, named=place == 0)
     layout.complete(figure, grid, heading.of_table(table))
     return figure
 
@@ -85,17 +84,17 @@ def bands(axes: Axes, found: Scatter, reference: Scatter | None, factor: float) 
         axes.plot(x, reference.quantile(0.5) * factor, **ink.REFERENCE, label=words)
 
 
-def bound(axes: Axes, table: Table, limit: bool) -> None:
+def bound(axes: Axes, table: Table, quantity: Shown) -> None:
     """Draw the stroke limit all cases share, or the line at which nothing is gained."""
     stroke = table.scenario.stroke
     axes.set_ylim(bottom=0.0)
-    if not limit:
+    if quantity is not PEAK:
         axes.axhline(1.0, **ink.UNITY)
-    elif any(axis.key == LIMIT_KEY for axis in table.axes):
+    elif any(axis.key == LIMIT for axis in table.axes):
         return
     elif stroke is not None and stroke.limit * 1e3 <= 2.0 * axes.get_ylim()[1]:
         words = f"stroke limit {wording.length(stroke.limit)}"
-        axes.axhline(stroke.limit * 1e3, **LIMIT, label=words)
+        axes.axhline(stroke.limit * 1e3, **panels.LIMIT, label=words)
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05e3 * stroke.limit))
 
 

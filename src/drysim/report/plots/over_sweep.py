@@ -1,0 +1,88 @@
+"""The panels of a sweep: metrics over what is swept, a row for each panel of its view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+from drysim.report.plots import bands, heading, ink, layout, scales
+from drysim.report.plots.labels import axis_label
+from drysim.report.plots.shown import T_A
+from drysim.study.sweeps.survey import FREQUENCY
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from drysim.report.plots.shown import Shown
+    from drysim.report.plots.views import Panel, View
+    from drysim.study.sweeps.table import Table
+
+STEEP = 100.0
+"""Greatest over least value from which on T_a is drawn logarithmically."""
+
+TUNING = {"oscillator.mass", "oscillator.stiffness"}
+"""Keys that move the natural frequency."""
+
+RIGHT = 0.965
+"""Where panels end, so that half of the last number below them has room."""
+
+
+def over_sweep(
+    table: Table,
+    drawn: View,
+    quantities: Sequence[Shown],
+    extra: Callable[[Axes, Panel, Shown], None],
+) -> Figure:
+    """Give a picture with a row for each panel of the view, a column for each quantity."""
+    count = len(drawn.panels)
+    coloured = drawn.line is not None and len(drawn.panels[0].lines) > ink.FEW_LINES
+    figure, grid = layout.sheet(count, len(quantities), right=0.89 if coloured else RIGHT)
+    for place, quantity in enumerate(quantities):
+        first = None
+        for at, panel in enumerate(drawn.panels):
+            # One scale for all rows: they are there to be compared.
+            axes = first = figure.add_subplot(grid[at, place], sharey=first)
+            words = f"{panel.title}: {quantity.symbol}" if panel.title else quantity.words
+            ink.name(axes, words, pad=15)
+            scales.along(axes, drawn, named=at == count - 1)
+            ink.curves(axes, drawn, panel, quantity.of)
+            bands.along(axes, drawn, panel, quantity.of, quantity.width)
+            extra(axes, panel, quantity)
+            _upright(axes, list(ink.known(drawn, quantity.of)) if quantity is T_A else ())
+            ink.gaps(axes, drawn, panel)
+            _marks(axes, table, drawn)
+    unnamed = {line.label for line in drawn.panels[0].lines} if coloured else ()
+    head = heading.of_table(table, drawn.left_out)
+    bottom, top = layout.complete(figure, grid, head, unnamed)
+    if coloured:
+        _colours(figure, drawn, bottom, top)
+    return figure
+
+
+def _upright(axes: Axes, values: Sequence[float]) -> None:
+    """Let a panel begin at 0, or draw it logarithmically where the values are steep."""
+    if values and 0 < STEEP * min(values) <= max(values):
+        axes.set_yscale("log")
+        scales.decades(axes.yaxis, *axes.get_ylim())
+    else:
+        axes.set_ylim(bottom=0.0)
+
+
+def _marks(axes: Axes, table: Table, drawn: View) -> None:
+    """Mark the frequencies of the oscillator, where all cases share one."""
+    varied = {axis.key for axis in table.axes if len(axis.values) > 1}
+    plant = table.scenario.oscillator.plant()
+    if drawn.key == FREQUENCY and not varied & TUNING and plant.k_x > 0:
+        scales.frequencies(axes, sqrt(plant.k_x / plant.m) / (2 * pi))
+
+
+def _colours(figure: Figure, drawn: View, bottom: float, top: float) -> None:
+    """Draw the scale by which many lines are coloured."""
+    from matplotlib.cm import ScalarMappable
+
+    assert drawn.line is not None
+    axes = figure.add_axes((0.915, bottom, 0.018, top - bottom))
+    bar = figure.colorbar(ScalarMappable(*ink.scale(drawn.line)), cax=axes)
+    bar.set_label(axis_label(drawn.line))
