@@ -65,48 +65,58 @@ def with_events(tolerance: float) -> Callable[[Work], Run]:
     """Give an entry that restarts at every stop, and under samples at every sample."""
 
     def ready(work: Work) -> Run:
-        import heyoka as hy
-
-        ways, sampled = integrators(work, tolerance), isinstance(work.motion, Samples)
-        grid, limit = np.arange(work.samples + 1) * work.step, hy.taylor_outcome.time_limit
-
-        def over_grid(way: Any, begin: Slip, x_out: Floats, v_out: Floats) -> bool:
-            """Slide to the stop, or over a chunk of the grid; tell whether it was the stop."""
-            ahead = grid[begin.n + 1 : begin.n + 1 + CHUNK]
-            outcome, *_, found = way.propagate_grid(np.concatenate(([begin.t], ahead)))
-            part = slice(begin.n + 1, begin.n + len(found))
-            x_out[part], v_out[part] = found[1:, 0], found[1:, 1]
-            return bool(outcome != limit)
-
-        def over_sample(way: Any, begin: Slip, x_out: Floats, v_out: Floats) -> bool:
-            """The same over samples: ü is a straight line to the next one."""
-            n = begin.n
-            slope = (u_dd[n + 1] - u_dd[n]) / work.step
-            way.pars[0], way.pars[1] = u_dd[n] - slope * grid[n], slope
-            outcome = way.propagate_until(grid[n + 1])[0]
-            if outcome == limit:
-                x_out[n + 1], v_out[n + 1] = way.state
-            return bool(outcome != limit)
-
-        u_dd, advance = work.u_dd.tolist(), over_sample if sampled else over_grid
-
-        def slide(begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
-            way = ways[d]
-            way.time = begin.t
-            way.state[:] = begin.x_r, begin.v_r
-            way.reset_cooldowns()
-            stopped = advance(way, begin, x_out, v_out)
-            if stopped and way.time - begin.t < NO_TIME:
-                # Slip begins at v_r = 0, which is a root, too; it is passed over now.
-                begin = begin._replace(t=way.time)
-                stopped = advance(way, begin, x_out, v_out)
-            x_r, v_r = way.state.tolist()
-            if not np.isfinite(x_r):
-                raise SolverError(f"heyoka has left the numbers at t = {begin.t:.6g} s")
-            n = int(np.searchsorted(grid, way.time, side="right")) - 1 if stopped else 0
-            n = n if stopped else min(begin.n + (1 if sampled else CHUNK), work.samples)
-            return Slip(way.time, x_r, 0.0 if stopped else v_r, n), stopped
-
+        slide = Series(work, tolerance)
         return lambda: follow(work, slide)
 
     return ready
+
+
+class Series:
+    """How heyoka slides: its integrators, and the grid on which the motion is wanted."""
+
+    def __init__(self, work: Work, tolerance: float) -> None:
+        import heyoka as hy
+
+        self.ways, self.limit = integrators(work, tolerance), hy.taylor_outcome.time_limit
+        self.grid = np.arange(work.samples + 1) * work.step
+        self.u_dd, self.step = work.u_dd.tolist(), work.step
+        self.sampled = isinstance(work.motion, Samples)
+        self.advance = self._over_sample if self.sampled else self._over_grid
+
+    def __call__(self, begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
+        """Slide in direction d; see `machine.Slide`."""
+        way = self.ways[d]
+        way.time = begin.t
+        way.state[:] = begin.x_r, begin.v_r
+        way.reset_cooldowns()
+        stopped = self.advance(way, begin, x_out, v_out)
+        if stopped and way.time - begin.t < NO_TIME:
+            # Slip begins at v_r = 0, which is a root, too; it is passed over now.
+            begin = begin._replace(t=way.time)
+            stopped = self.advance(way, begin, x_out, v_out)
+        x_r, v_r = way.state.tolist()
+        if not np.isfinite(x_r):
+            raise SolverError(f"heyoka has left the numbers at t = {begin.t:.6g} s")
+        if stopped:
+            n = int(np.searchsorted(self.grid, way.time, side="right")) - 1
+            return Slip(way.time, x_r, 0.0, n), True
+        n = min(begin.n + (1 if self.sampled else CHUNK), len(self.grid) - 1)
+        return Slip(way.time, x_r, v_r, n), False
+
+    def _over_grid(self, way: Any, begin: Slip, x_out: Floats, v_out: Floats) -> bool:
+        """Slide to the stop, or over a chunk of the grid; tell whether it was the stop."""
+        ahead = self.grid[begin.n + 1 : begin.n + 1 + CHUNK]
+        outcome, *_, found = way.propagate_grid(np.concatenate(([begin.t], ahead)))
+        part = slice(begin.n + 1, begin.n + len(found))
+        x_out[part], v_out[part] = found[1:, 0], found[1:, 1]
+        return bool(outcome != self.limit)
+
+    def _over_sample(self, way: Any, begin: Slip, x_out: Floats, v_out: Floats) -> bool:
+        """The same over samples: ü is a straight line to the next one."""
+        n = begin.n
+        slope = (self.u_dd[n + 1] - self.u_dd[n]) / self.step
+        way.pars[0], way.pars[1] = self.u_dd[n] - slope * self.grid[n], slope
+        outcome = way.propagate_until(self.grid[n + 1])[0]
+        if outcome == self.limit:
+            x_out[n + 1], v_out[n + 1] = way.state
+        return bool(outcome != self.limit)

@@ -69,51 +69,62 @@ def with_events(method: Method, tolerance: float) -> Callable[[Work], Run]:
     """Give an entry that restarts at every stop, and under samples at every sample."""
 
     def ready(work: Work) -> Run:
-        from scipy.integrate import solve_ivp
-
-        m, k_x, b = work.plant
-        sampled = isinstance(work.motion, Samples)
-        settings: dict[str, Any] = {
-            "method": method, "rtol": tolerance, "atol": tolerance * swing(work)
-        }  # fmt: skip
-        grid = np.arange(work.samples + 1) * work.step
-
-        def slide(begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
-            last = min(begin.n + (1 if sampled else CHUNK), work.samples)
-            f, u_dd = d * work.law.F_fk / m, base_of(work, begin.n)
-
-            def rates(t: float, y: Floats) -> tuple[float, float]:
-                x_r, v_r = y.tolist()
-                return v_r, -u_dd(t) - (k_x * x_r + b * v_r) / m - f
-
-            def stop(t: float, y: Floats) -> float:
-                return float(y[1])
-
-            stop.terminal, stop.direction = True, -d  # type: ignore[attr-defined]
-            state = [begin.x_r, begin.v_r or d * SLIPPING]
-            found: Any = solve_ivp(
-                rates, (begin.t, grid[last]), state, events=stop,
-                t_eval=None if sampled else grid[begin.n + 1 : last + 1], **settings,
-            )  # fmt: skip
-            if not found.success:
-                raise SolverError(f"solve_ivp at t = {begin.t:.6g} s: {found.message}")
-            stopped = found.status == 1
-            if sampled:
-                n = begin.n + (not stopped)
-                if not stopped:
-                    x_out[n], v_out[n] = found.y[:, -1]
-            else:
-                n = begin.n + len(found.t)
-                if n > begin.n:  # scipy gives lists in place of arrays where a stop comes first
-                    x_out[begin.n + 1 : n + 1], v_out[begin.n + 1 : n + 1] = found.y
-            if stopped:
-                t, (x_r, _) = float(found.t_events[0][0]), found.y_events[0][0].tolist()
-                return Slip(t, x_r, 0.0, n), True
-            return Slip(grid[last], float(x_out[last]), float(v_out[last]), last), False
-
+        slide = Restarted(work, method, tolerance)
         return lambda: follow(work, slide)
 
     return ready
+
+
+class Restarted:
+    """How solve_ivp slides: to the stop, to the next sample, or over a chunk of a grid."""
+
+    def __init__(self, work: Work, method: Method, tolerance: float) -> None:
+        self.work, self.sampled = work, isinstance(work.motion, Samples)
+        self.settings: dict[str, Any] = {
+            "method": method, "rtol": tolerance, "atol": tolerance * swing(work)
+        }  # fmt: skip
+        self.grid = np.arange(work.samples + 1) * work.step
+
+    def __call__(self, begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
+        """Slide in direction d; see `machine.Slide`."""
+        last = min(begin.n + (1 if self.sampled else CHUNK), self.work.samples)
+        found = self._solved(begin, d, last)
+        if not found.success:
+            raise SolverError(f"solve_ivp at t = {begin.t:.6g} s: {found.message}")
+        stopped = found.status == 1
+        if self.sampled:
+            n = begin.n + (not stopped)
+            if not stopped:
+                x_out[n], v_out[n] = found.y[:, -1]
+        else:
+            n = begin.n + len(found.t)
+            if n > begin.n:  # scipy gives lists in place of arrays where a stop comes first
+                x_out[begin.n + 1 : n + 1], v_out[begin.n + 1 : n + 1] = found.y
+        if stopped:
+            t, (x_r, _) = float(found.t_events[0][0]), found.y_events[0][0].tolist()
+            return Slip(t, x_r, 0.0, n), True
+        return Slip(self.grid[last], float(x_out[last]), float(v_out[last]), last), False
+
+    def _solved(self, begin: Slip, d: int, last: int) -> Any:
+        """Give what solve_ivp finds from an instant to a point of the grid, or to the stop."""
+        from scipy.integrate import solve_ivp
+
+        m, k_x, b = self.work.plant
+        f, u_dd = d * self.work.law.F_fk / m, base_of(self.work, begin.n)
+
+        def rates(t: float, y: Floats) -> tuple[float, float]:
+            x_r, v_r = y.tolist()
+            return v_r, -u_dd(t) - (k_x * x_r + b * v_r) / m - f
+
+        def stop(t: float, y: Floats) -> float:
+            return float(y[1])
+
+        stop.terminal, stop.direction = True, -d  # type: ignore[attr-defined]
+        return solve_ivp(
+            rates, (begin.t, self.grid[last]), [begin.x_r, begin.v_r or d * SLIPPING],
+            events=stop, t_eval=None if self.sampled else self.grid[begin.n + 1 : last + 1],
+            **self.settings,
+        )  # fmt: skip
 
 
 def base_of(work: Work, n: int) -> Callable[[float], float]:
