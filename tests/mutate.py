@@ -4,84 +4,42 @@
 
 COUNT changes are drawn in each file of the core (default 10), always the same; each is made in
 a copy of the source and put to the tests that run its function under the plain engine, found by
-coverage without any change. They run in a fork of a process that has loaded what they need.
+coverage without any change, which is kept until the source or the tests change. They run in a
+fork of a process that has loaded what they need.
 What they do not notice is printed, with the counts; what nothing can notice stands with its
 reason in survivors.py.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
-import pickle
 import shutil
 import signal
 import sys
 import tempfile
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from random import Random
 
-import mpmath  # noqa: F401
-import numpy  # noqa: F401
 import pytest
 
 from changes import mutants
-from oracle import ORACLE, TEXT, WORDS, Choice, Known, Lines, running
+from covered import HOUR, covered
+from forked import forked
+from oracle import TEXT, WORDS, Choice, Known, running
 from survivors import EXPLAINED
 
 HOME = Path(__file__).parents[1]
 CORE = HOME / "src" / "drysim" / "core"
-HOUR = 3600
-SAID = "said"
-
-
-def forked(folder: Path, job: Callable[[], int], limit: int) -> bool:
-    """Whether a job on the source in a folder ends well within a limit [s], in a process."""
-    child = os.fork()
-    if child == 0:
-        os.setsid()
-        signal.alarm(limit)
-        os.chdir(folder.parent)
-        with (folder.parent / SAID).open("w") as said:
-            os.dup2(said.fileno(), 1)
-            os.dup2(said.fileno(), 2)
-        sys.path.insert(0, str(folder))
-        os.environ |= {
-            "PYTHONPATH": str(folder), "DRYSIM_ENGINE": "plain",
-            "XDG_CACHE_HOME": str(folder.parent / "cache"),
-        }  # fmt: skip
-        os._exit(int(job()))
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(child, signal.SIGKILL)  # commands that its tests have started
-    return status == 0
-
-
-def unchanged(folder: Path) -> Known:
-    """Run the tests on the source as it is; give what each takes, and what it runs."""
-    notes, said = folder.parent / "lines", folder.parent / SAID
-
-    def job() -> int:
-        lines = Lines(folder / "drysim" / "core")
-        lines.coverage.start()
-        code = pytest.main([*WORDS, *ORACLE], plugins=[lines])
-        lines.coverage.stop()
-        notes.write_bytes(pickle.dumps(lines.known()))
-        return int(code)
-
-    if not forked(folder, job, HOUR):
-        sys.exit(f"{said.read_text()}\nThe tests fail without any change.")
-    known: Known = pickle.loads(notes.read_bytes())
-    return known
+LOADING = 60
+"""Seconds until the first test begins; a change that takes longer is noticed."""
 
 
 def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, int, int]:
     """Try the drawn changes of a file and print those that live; how many, lived, told."""
     seconds, every = known
     copy = folder / file.relative_to(HOME / "src")
-    text, lines = copy.read_text(), every.get(str(copy), {})
+    text, lines = copy.read_text(), every.get(str(copy.relative_to(folder)), {})
     changes = list(mutants(text))
     drawn = Random(1).sample(changes, min(count, len(changes)))
     lived, told = 0, 0
@@ -93,7 +51,7 @@ def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, 
         if compiled:
             job = partial(pytest.main, [*WORDS[:4], *TEXT])
         runs = compiled or bool(choice.names)
-        if runs and not forked(folder, job, HOUR if compiled else choice.limit):
+        if runs and not forked(folder, job, HOUR if compiled else LOADING):
             continue
         why = EXPLAINED.get((file.name, line))
         lived, told = lived + (why is None), told + (why is not None)
@@ -118,7 +76,7 @@ def main(count: int, names: list[str]) -> None:
             shutil.copytree(HOME / part, folder.parent / part, ignore=without)
         for part in ("pyproject.toml", "README.md"):
             shutil.copy(HOME / part, home)
-        known = unchanged(folder)
+        known = covered(folder)
         tried, lived, told = 0, 0, 0
         for file in files:
             of_file = survivors(folder, file, known, count)
@@ -128,4 +86,5 @@ def main(count: int, names: list[str]) -> None:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     main(int(sys.argv[1]) if len(sys.argv) > 1 else 10, sys.argv[2:])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
+import signal
 import time
 from collections.abc import Iterator
 from itertools import accumulate
@@ -23,7 +24,7 @@ ORACLE = (
 TEXT = ("tests/core/test_decimal.py",)
 """For the files of core/text, whose arithmetic is compiled only."""
 
-SLOW = ("minor_loop", "full_memory", "fast", "compiled", "agree_bit", "twins")
+SLOW = ("minor_loop", "full_memory", "fast", "compiled", "engines_agree", "agree_bit", "twins")
 """Parts of the names of tests that take minutes in plain Python, or the compiler."""
 
 WORDS = (
@@ -57,6 +58,7 @@ class Lines:
     """What every test runs of the core, and how long it takes, as a plugin of pytest."""
 
     def __init__(self, folder: Path) -> None:
+        self.folder = folder.parents[1]
         self.coverage = Coverage(data_file=None, config_file=False, source=[str(folder)])
         self.seconds: dict[str, float] = {}
 
@@ -72,14 +74,19 @@ class Lines:
     def known(self) -> Known:
         """Give the seconds of every test, and the tests of every line of every file."""
         found = self.coverage.get_data()
-        files = found.measured_files()
-        return self.seconds, {file: found.contexts_by_lineno(file) for file in files}
+        files = {
+            str(Path(file).relative_to(self.folder)): file for file in found.measured_files()
+        }
+        return self.seconds, {
+            name: found.contexts_by_lineno(file) for name, file in files.items()
+        }
 
 
 class Choice:
     """Tests that a change is put to, the quickest of those that run its line first."""
 
     def __init__(self, running: set[str], seconds: dict[str, float]) -> None:
+        self.seconds = seconds
         files = {name.partition("::")[0] for name in running}
         self.names = [name for name in seconds if name.partition("::")[0] in files]
         self.names.sort(key=lambda name: (name not in running, seconds[name]))
@@ -88,7 +95,12 @@ class Choice:
             name for name, so_far in zip(self.names, spent, strict=True) if so_far < BUDGET
         ]
         self.paths = sorted({name.partition("::")[0] for name in self.names})
-        self.limit = math.ceil(PATIENCE * (1.0 + sum(seconds[name] for name in self.names)))
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        """End it all where a test does not come to an end."""
+        signal.alarm(math.ceil(PATIENCE * (1.0 + self.seconds[item.nodeid])))
+        return (yield)
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         """Leave out what was left out without a change."""
