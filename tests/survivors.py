@@ -6,6 +6,7 @@ GUESS = "a first guess only: the guarded method behind it arrives all the same, 
 EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on its very edge"
 NAME = "a number that stands for a word: any that no other word has will do"
 FIRST = "a name has a number before it has its own, and nobody reads it"
+ORDER = "both of two times are found, whichever is looked for first: that is chosen for speed"
 SPARE = "the last lines of trail and log are held in reserve: one more is free"
 
 EXPLAINED = {
@@ -35,6 +36,15 @@ EXPLAINED = {
         "integrals.py",
         "if until <= begin or until < t[i]:",
     ): "a stretch without length adds nothing",
+    (
+        "holding.py",
+        "turns = not yields or far_from_zero(fills, fill_most, of_room, h - now.s)",
+    ): (ORDER),
+    ("holding.py", "if not (turns and yields):"): ORDER,
+    (
+        "holding.py",
+        "if step < RESOLUTION * now.s:",
+    ): "a step of nothing at the start ends a few lines on, where a value is zero",
     ("integrals.py", "length = min(panel_length(own[0], own[-1], waves, s), hi - s)"): (
         "the last of two is the second"
     ),
