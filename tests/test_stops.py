@@ -350,6 +350,7 @@ class TestSimulate:
             ({"x_rM": 0.01, "k_s": 1e5, "b_s": -1.0}, "b_s must be"),
             ({"x_rM": 0.01, "e": 0.5, "b_s": 1.0}, "b_s must be"),
             ({"x_rM": 0.01, "e": 1.5}, "e must lie"),
+            ({"x_rM": "10 mm", "e": 0.5}, "x_rM must be a number in SI, not '10 mm'"),
             ({"x_rM": 0.01, "e": 0.5, "x_r": 0.02}, "beyond the rigid stops"),
             ({"x_rM": 0.01, "e": 0.5, "approach": "signum"}, "knows no end stops"),
         ],

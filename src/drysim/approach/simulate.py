@@ -73,10 +73,11 @@ def simulate(
     SolverError
         When events follow each other without end or the motion leaves the numbers.
     """
-    samples = np.ascontiguousarray(u_dd, dtype=float)
-    law = Law(float(F_fk), float(F_fk if F_fs is None else F_fs))
-    plant, start = Plant(float(m), float(k_x), float(b)), State(float(x_r), float(v_r))
-    refuse_nonsense(plant, law, samples, float(dt), start)
+    samples = row(u_dd)
+    law = Law(plain("F_fk", F_fk), plain("F_fs", F_fk if F_fs is None else F_fs))
+    plant = Plant(plain("m", m), plain("k_x", k_x), plain("b", b))
+    start = State(plain("x_r", x_r), plain("v_r", v_r))
+    refuse_nonsense(plant, law, samples, plain("dt", dt), start)
     if approach not in SHELF:
         raise UsageError(
             f"there is no approach `{approach}`", f"choose from {', '.join(SHELF)}"
@@ -99,12 +100,32 @@ def simulate(
     return SHELF[approach]().solve(plant, law, motion, start, motion.dt)
 
 
+def plain(name: str, value: float) -> float:
+    """Give a number; raise UsageError where it is none, units in words among them."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise UsageError(f"{name} must be a number in SI, not {value!r}") from None
+
+
+def row(u_dd: ArrayLike) -> Floats:
+    """Give samples as numbers; raise UsageError where they are none."""
+    try:
+        return np.ascontiguousarray(u_dd, dtype=float)
+    except (TypeError, ValueError) as fault:
+        raise UsageError(f"u_dd must be a row of numbers: {fault}") from None
+
+
 def between(
     law: Law, x_rM: float | None, k_s: float | None, b_s: float, e: float | None, start: State
 ) -> Stopped:
     """Give friction between end stops; raise UsageError where the stops make no sense."""
     if x_rM is None or (k_s is None) == (e is None):
         raise UsageError("end stops need x_rM and one of both: k_s of bumpers, or e")
+    x_rM, b_s = plain("x_rM", x_rM), plain("b_s", b_s)
+    k_s, e = (
+        None if one is None else plain(name, one) for name, one in (("k_s", k_s), ("e", e))
+    )
     for name, value in (("x_rM", x_rM), ("k_s", 1.0 if k_s is None else k_s)):
         if not (math.isfinite(value) and value > 0.0):
             raise UsageError(f"{name} must be a finite number above 0, not {value:g}")
@@ -115,7 +136,7 @@ def between(
     if e is not None and abs(start.x_r) > x_rM:
         raise UsageError(f"x_r = {start.x_r:g} m is beyond the rigid stops at {x_rM:g} m")
     F_fk, F_fs = law.F_fk, law.F_fs
-    return Stopped(F_fk, F_fs, float(x_rM), float(k_s or 0.0), float(b_s), float(e or 0.0))
+    return Stopped(F_fk, F_fs, x_rM, k_s or 0.0, b_s, e or 0.0)
 
 
 def linear(plant: Plant, motion: Samples, start: State) -> Response:
