@@ -267,6 +267,21 @@ def test_simulate_refuses_nonsense_in_a_sentence(change: dict[str, object], word
         simulate(**{**scene, **change})  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("F_fk", [0.0, 15.0, 45.0, 1e9])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_faulty_sample_is_named_wherever_the_mass_slides_or_sticks(
+    F_fk: float, value: float
+) -> None:
+    smooth = 2.0 * np.sin(np.arange(600) * 0.05)
+    scene = {"m": 75.0, "k_x": 7500.0, "b": 500.0, "F_fk": F_fk, "dt": 2.5e-3}
+    for at in (0, 1, 40, 255, 256, 257, 511, 598, 599):
+        u_dd = smooth.copy()
+        u_dd[at] = value
+        u_dd[at + 30 :: 50] = math.nan
+        with pytest.raises(UsageError, match=rf"u_dd\[{at}\] must be a finite number"):
+            simulate(u_dd=u_dd, **scene)
+
+
 STEPPED = [
     (Signum(), 0.02), (Signum(method="rk4"), 0.02), (Smooth(sharpness=1e4), 0.01),
     (Switch(), 0.02), (Moreau(), 5e-3),

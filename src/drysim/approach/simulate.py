@@ -15,7 +15,10 @@ from drysim.approach.response import Response
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, Stopped
 from drysim.core.state import State
-from drysim.errors import UsageError
+from drysim.errors import SolverError, UsageError
+
+WATCHFUL = "stick-slip"
+"""The approach that comes upon a faulty sample by itself: to look for one costs a twentieth."""
 
 
 def simulate(
@@ -94,10 +97,17 @@ def simulate(
             raise UsageError(
                 f"{approach} knows no end stops", "leave x_rM out, or choose `stick-slip`"
             )
+        refuse_faults(samples)
         return SHELF[approach]().solve(plant, bounded, motion, start, motion.dt)
     if law.F_fs == 0.0 or not SHELF[approach].use_friction:
         return linear(plant, motion, start)
-    return SHELF[approach]().solve(plant, law, motion, start, motion.dt)
+    if approach != WATCHFUL:
+        refuse_faults(samples)
+    try:
+        return SHELF[approach]().solve(plant, law, motion, start, motion.dt)
+    except SolverError:
+        refuse_faults(samples)
+        raise
 
 
 def plain(name: str, value: float) -> float:
@@ -148,6 +158,8 @@ def linear(plant: Plant, motion: Samples, start: State) -> Response:
     n = len(u_dd)
     x_r, v_r = held(np.empty(n)), held(np.empty(n))
     recursion(plant, held(u_dd), motion.dt, start.x_r, start.v_r, x_r, v_r)
+    if not math.isfinite(x_r[-1] + v_r[-1]):
+        refuse_faults(u_dd)
     F_L = plant.m * u_dd[0] + plant.k_x * start.x_r
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
@@ -175,6 +187,10 @@ def refuse_nonsense(plant: Plant, law: Law, u_dd: Floats, dt: float, start: Stat
         raise UsageError(f"F_fs = {law.F_fs:g} N must be at least F_fk = {law.F_fk:g} N")
     if u_dd.ndim != 1 or len(u_dd) < 2:
         raise UsageError(f"u_dd must be a row of at least 2 samples, not of shape {u_dd.shape}")
+
+
+def refuse_faults(u_dd: Floats) -> None:
+    """Raise UsageError, naming the first of them, where samples are no finite numbers."""
     if not np.isfinite(u_dd).all():
         at = int(np.flatnonzero(~np.isfinite(u_dd))[0])
         raise UsageError(f"u_dd[{at}] must be a finite number, not {u_dd[at]}")

@@ -54,7 +54,8 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     -------
     n, x_r, v_r, d, count, closest
         Sample reached, the state there, events in the log (negative when one step holds too
-        many) and the tightest stop decision [-]. A march that starts there goes on as if never
+        many) and the tightest stop decision [-]; x_r is no number where a stretch of samples
+        ahead is not of finite numbers. A march that starts there goes on as if never
         stopped: to the last bit where n is a multiple of `STRETCH` or the log was full, to
         rounding elsewhere.
     """
@@ -79,6 +80,9 @@ def march_on(
     while n < end and 0 <= count <= full:
         if n >= until:
             begin, until = -1, min(n - n % STRETCH + STRETCH, end)
+            if not numbers(u_dd[n : until + 1]):
+                x_r = math.nan
+                break
         if d == 0:
             n = rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out)
         elif steps.fine:
@@ -135,6 +139,15 @@ def rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
         v_out[n] = 0.0
         d_out[n] = 0
     return n
+
+
+@compiled
+def numbers(u_dd):
+    """Tell whether all of these are finite numbers."""
+    finite = 0
+    for k in range(len(u_dd)):
+        finite += abs(u_dd[k]) < math.inf
+    return finite == len(u_dd)
 
 
 @compiled
