@@ -31,7 +31,7 @@ def stretch_of(b, v_r, r=0.0):
 
 
 @pytest.mark.parametrize("r", [0.0, 30.0])
-def test_ringing_outruns_the_slow_response_until_it_is_twice_as_fast(r):
+def test_ringing_outruns_the_slow_response_until_it_is_but_twice_as_quick(r):
     _, waves, stretch = stretch_of(500.0, 0.1, r)
     own = ringing(stretch, waves)
     fastest = abs(r) / stretch.w
