@@ -56,6 +56,23 @@ def test_bristles_under_a_sine_agree_with_an_integrator_that_knows_no_events(law
     assert response.numerics.error < 1e-8
 
 
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_event_tells_the_direction_of_the_motion_that_follows(law):
+    response = solved(law, sine(1.0, 1.6), duration=2.0)
+    t, kind = response.events.t, response.events.kind
+    assert len(t) > 6
+    v_r = response.track.at(0.5 * (t[1:] + t[:-1]))[1]
+    assert (np.sign(v_r) == np.sign(kind[:-1])).all()
+
+
+def test_stuck_mass_is_pushed_as_the_base_moves_however_slowly():
+    motion = sine(0.1, 0.02)
+    response = solved(SMOOTH_STRIBECK, motion, duration=50.0)
+    push = PAPER.m * motion.A[0] * np.sin(2 * math.pi * 0.02 * response.t)
+    assert response.stuck.all()
+    assert np.abs(response.F_f + push).max() < 1e-14 * np.abs(push).max()
+
+
 @pytest.mark.parametrize("law", [DAHL, LUGRE], ids=["dahl", "lugre"])
 def test_bristles_over_samples_agree_with_an_integrator_restarted_at_each(law):
     motion = noise(200, 1.0)

@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from drysim.core.samples.stop import NEVER
+
 
 @pytest.mark.parametrize(
     ("series", "last", "zeros"),
@@ -22,3 +24,19 @@ def test_zeros_at_the_beginning_of_a_series_are_divided_out(
 
 def test_series_of_zeros_alone_is_told_apart(kernel: SimpleNamespace) -> None:
     assert kernel.locate.lowered(np.zeros(3), 2)[1] == -1
+
+
+@pytest.mark.parametrize(
+    ("series", "at"),
+    [
+        ([1.0, -2.0], 0.5),
+        ([1.0, -3.0, 2.0], 0.5),
+        ([0.0, 3.0, -4.0], 0.75),
+        ([1.0, -0.9], NEVER),
+    ],
+    ids=["line", "parabola", "from zero", "later"],
+)
+def test_first_zero_of_a_polynomial_is_found(
+    kernel: SimpleNamespace, series: list[float], at: float
+) -> None:
+    assert kernel.locate.locate(np.array(series), len(series) - 1, 1.0) == pytest.approx(at)

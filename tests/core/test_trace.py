@@ -102,3 +102,15 @@ def test_bristles_at_their_limit_to_the_last_bit_keep_their_way(kernel):
     for z_now, way in ((0.5 * z, 1), (z, 1), (2.0 * z, -1)):
         kernel.memory.head(law, jet, 1, 0.1, z_now)
         assert jet.branch[kernel.memory.WAY] == way
+
+
+def test_two_turns_whose_neighbours_are_most_like_them_are_forgotten(kernel):
+    law = kernel.plant.Dynamic(
+        32.0, 32.0, kernel.plant.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
+    )
+    jet, turns = work(kernel, law), [10.0, -9.0, 9.9, -3.0, 2.0, -2.9]
+    jet.turned[:6], jet.branch[kernel.memory.COUNT] = turns, 6
+    kernel.memory.forget(jet)
+    # Without -9 and 9.9 the force errs by 0.1 and 6; any other two would let it err by more.
+    assert jet.branch[kernel.memory.COUNT] == 4
+    assert jet.turned[:4].tolist() == [10.0, -3.0, 2.0, -2.9]
