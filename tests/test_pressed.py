@@ -115,6 +115,25 @@ def test_constant_record_is_a_constant_force(motion):
     assert totals[:7] == pytest.approx(others[:7], rel=1e-11)
 
 
+def test_constant_record_is_a_constant_force_over_steps_that_hold_many_events():
+    motion = Samples(noise(8000, 1.0, seed=3).u_dd[::160], 160 * STEP)
+    flat = Pressure(np.ones(3), 50.0, 100.0)
+    one = solved(Pressed(30.0, 40.0, pressure=flat), motion)
+    other = solved(Law(30.0, 40.0), motion)
+    assert one.events.kind.tolist() == other.events.kind.tolist()
+    assert np.abs(one.events.t - other.events.t).max() < 1e-11
+    assert np.abs(one.x_r - other.x_r).max() < 1e-12 * np.abs(other.x_r).max()
+
+
+@each_force
+@each_base
+def test_motion_that_ends_within_a_step_is_the_beginning_of_a_longer_one(law, motion):
+    short, long = (solved(law, motion, duration=end).track for end in (0.4013, 0.9))
+    assert short.state(0.4013)[:2] == pytest.approx(long.state(0.4013)[:2], rel=1e-9)
+    one, other = short.totals(0.1, 0.4013), long.totals(0.1, 0.4013)
+    assert one[:7] == pytest.approx(other[:7], rel=1e-9)
+
+
 @each_base
 def test_force_that_stays_above_zero_is_that_of_a_varying_limit(motion):
     """The two ways to the same limits: by a wave among the others, and by modes."""
