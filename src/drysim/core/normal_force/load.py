@@ -57,7 +57,7 @@ def span_at(law, t):
     k = min(int(t / law.step), last)
     while k < last and (k + 1) * law.step <= t:
         k += 1
-    while k > 0 and k * law.step > t:
+    while k * law.step > t:
         k -= 1
     rate = (law.load[k + 1] - law.load[k]) / law.step
     left = (k + 1) * law.step - t if k < last else NEVER
