@@ -1,4 +1,4 @@
-"""Changes of a source in one place: another operator, or a number with the other sign."""
+"""Changes of a source in one place: another operator, another sign of a number, no for yes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def mutants(text: str) -> Iterator[tuple[int, str, str]]:
             yield row, changed.decode().strip(), replaced(lines, row, changed.decode())
         if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
             line = lines[node.lineno - 1].encode()
-            other = b"1.0" if node.value == 0 else repr(-node.value).encode()
+            yes_or_no = isinstance(node.value, bool)
+            other = repr(not node.value if yes_or_no else -node.value or 1.0).encode()
             changed = line[: node.col_offset] + other + line[node.end_col_offset :]
             yield (
                 node.lineno,

@@ -7,6 +7,7 @@ EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on i
 NAME = "a number that stands for a word: any that no other word has will do"
 FIRST = "a name has a number before it has its own, and nobody reads it"
 ORDER = "both of two times are found, whichever is looked for first: that is chosen for speed"
+NEITHER = "both times are alike where neither comes: a force exceeds one limit at a time"
 SPARE = "the last lines of trail and log are held in reserve: one more is free"
 
 EXPLAINED = {
@@ -52,6 +53,9 @@ EXPLAINED = {
         "jet.py",
         "return n + -1, h",
     ): "the last of three terms in a row that are within the tolerance may go",
+    ("load.py", "if not falling and load >= 0.0 and load_d >= 0.0:"): (
+        "surfaces that are apart do not meet at the top of their force"
+    ),
     ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, -3, 4"): NAME,
     ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, -4"): NAME,
     ("orbit.py", "if events <= 0 or events + ROOM >= capacity:"): (
@@ -64,11 +68,37 @@ EXPLAINED = {
         "orbits.py",
         "answer[STATUS] = STORM if count < 0 else (CROWDED if reached <= length else OVERFLOW)",
     ): ("a crowded case is solved once more by itself, and that says what it is"),
+    ("normal.py", "omega: float = 1.0"): "a force that does not swing has no frequency",
+    ("pressed.py", "return (down, 1) if down <= up else (up, -1)"): NEITHER,
+    ("pressed_replay.py", "span, g, r, u_0, slope = span_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
+        FIRST
+    ),
     ("series.py", "square = q[1] * q[1] + 4.0 * q[0] * q[2]"): GUESS,
+    (
+        "settled.py",
+        "return 1.0, h, 0",
+    ): "no last term is read of bristles that have not settled",
+    ("settled.py", "for rounds in range(1, MOST_ROUNDS - 1):"): (
+        "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
+    ),
+    ("stay.py", "limits = Law(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
+        "no wave stands for the limits of a dynamic law, so how they swing is not read"
+    ),
+    ("stay.py", "if down <= up:"): NEITHER,
+    ("step.py", "return last, step, rounds, 0, 1.0"): (
+        "how long to wait before bristles are asked again is chosen for speed"
+    ),
     ("steps.py", "bend * dt, bend * (0.25 * c - w * dt) * dt,"): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
     ),
+    ("trace.py", "for n in range(1, ORDER + -1):"): (
+        "a base motion whose first eighteen rates vanish at once has no others"
+    ),
+    (
+        "trace.py",
+        "s = length if min(stay, looked) > left else s + min(stay, looked)",
+    ): "s + left is the length but for rounding, and a step of a rounding more ends there",
     ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
 }
