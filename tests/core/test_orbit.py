@@ -29,7 +29,7 @@ def orbit(
         plant, law, waves, period, *start, d, most, *past, log, len(log.n)
     )
     scene = (plant, law, waves, period, x_r, v_r, d, log, len(log.n))
-    marginal = kernel.orbit.marginal(*scene)
+    marginal = not kernel.orbit.reached(*scene)[0]
     *_, events, peak = kernel.orbit.one_period(*scene)
     return SimpleNamespace(
         state=(x_r, v_r), marginal=marginal, peak=peak * K / M, multiple=multiple,
@@ -180,6 +180,47 @@ def test_orbit_that_rounding_keeps_from_closing_is_settled_where_it_comes_no_clo
     assert closed.periods + plain.orbit.PATIENCE <= found.periods < 200
     assert found.closure <= plain.orbit.NOISE
     assert found.state == pytest.approx(closed.state, rel=1e-10)
+
+
+def found_for(
+    kernel: SimpleNamespace, plant: tuple[float, float, float], f: float, F_fk: float
+) -> SimpleNamespace:
+    """Find the orbit from rest under a sine of 1 m/s² and frequency f."""
+    plant, law = kernel.plant.Plant(*plant), kernel.plant.Law(F_fk, F_fk)
+    waves, log = waves_of(kernel, [(1.0, f, 0.0)], law), log_of(kernel)
+    past = np.zeros(8), np.zeros(8)
+    x_r, v_r, multiple, closure, _, _, unique = kernel.orbit.find(
+        plant, law, waves, 1.0 / f, 0.0, 0.0, 300, *past, log, len(log.n)
+    )
+    d = kernel.events.first_mode(plant, law, x_r, v_r, 0.0)
+    one = kernel.period_map.one_period(plant, law, waves, 1.0 / f, x_r, v_r, d, log, len(log.n))
+    return SimpleNamespace(multiple=multiple, unique=unique, closure=closure, peak=one[4])
+
+
+@pytest.mark.parametrize("beta", [60.0, 6e3, 6e4, 6e5, 6e8])
+def test_motion_that_hardly_changes_far_from_its_orbit_is_not_called_settled(
+    kernel: SimpleNamespace, beta: float
+) -> None:
+    # Far above its natural frequency a mass changes by little in a period wherever it is: at
+    # β = 6e5 it was called settled at nearly four times the amplitude of its orbit.
+    found = found_for(kernel, (M, K, 2 / 3 * math.sqrt(K * M)), beta * 10 / (2 * math.pi), 0.3)
+    peak = den_hartog(beta, 1 / 3, 0.3) / K
+    if beta < 1e4:
+        assert (found.multiple, found.unique) == (1, True)
+        assert found.peak == pytest.approx(peak, rel=1e-6)
+    else:
+        assert found.multiple == 0 or not found.unique
+        assert found.peak > 2.0 * peak
+
+
+@pytest.mark.parametrize("b", [0.0, 1e-9, 0.5])
+def test_block_without_a_spring_has_one_orbit_wherever_it_lies(
+    kernel: SimpleNamespace, b: float
+) -> None:
+    # No place is drawn to another, but speeds are, with and without a damper.
+    found = found_for(kernel, (M, 0.0, b), 1.0, 0.3)
+    assert (found.multiple, found.unique) == (1, True)
+    assert found.closure < 1e-12
 
 
 def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> SimpleNamespace:

@@ -120,8 +120,8 @@ def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
         yield Caution("not-settled", sentence, numbers)
     if not orbit.unique:
         sentence = (
-            "the periodic orbit is one of a continuum: without damping its neighbours close, "
-            "too; it is the one that this start leads to"
+            "the periodic orbit is one of a continuum: next to nothing draws its neighbours to "
+            "it, and they close, too; it is the one that this start leads to"
         )
         yield Caution("not-unique", sentence)
     if limit is not None and orbit.run_up_peak >= limit:

@@ -7,7 +7,8 @@ import math
 from drysim.core.compiled import compiled
 from drysim.core.events import first_mode
 from drysim.core.plant import Law
-from drysim.core.sines.period_map import CONTRACTS, one_period, radius, refine, slopes
+from drysim.core.sines.period_map import one_period, rate_of, refine
+from drysim.core.sines.reached import AWAY, ROOM, SLOW, decays, reached
 from drysim.core.waves import OMEGA, PHASE, STRIDE, A
 
 MOST_MULTIPLE = 8
@@ -31,9 +32,6 @@ BETTER = 0.5
 WAIT = 10
 """Periods of the motion itself after Newton's method has failed first; then twice as many."""
 
-ROOM = 2
-"""Places that `leap` leaves free in a log that held all events of a period."""
-
 
 @compiled
 def find(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, capacity):
@@ -56,10 +54,12 @@ def find(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, capacit
     x_r, v_r, d, multiple, closure, periods, peak = settle(
         plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, capacity
     )
-    length = max(multiple, 1) * period
-    unique = multiple <= 0 or plant.b > 0.0
-    if not unique:
-        unique = not marginal(plant, law, waves, length, x_r, v_r, d, log, capacity)
+    unique = True
+    length = multiple * period
+    if multiple > 0 and decays(plant, length) < SLOW:
+        unique, left = reached(plant, law, waves, length, x_r, v_r, d, log, capacity)
+        if left > AWAY:
+            multiple = 0
     return x_r, v_r, multiple, closure, periods, peak, unique
 
 
@@ -88,22 +88,6 @@ def steady_start(plant, waves):
         x_r += swing.imag
         v_r += omega * swing.real
     return x_r, v_r
-
-
-@compiled
-def marginal(plant, law, waves, period, x_r, v_r, d, log, capacity):
-    """Tell whether an orbit that moves is one of a continuum: its map keeps distances."""
-    events = one_period(plant, law, waves, period, x_r, v_r, d, log, capacity)[3]
-    if events <= 0 or events + ROOM > capacity:
-        return False
-    rate = rate_of(plant, period)
-    return not radius(*slopes(plant, law, waves, period, rate, d, events, log)) < CONTRACTS
-
-
-@compiled
-def rate_of(plant, period):
-    """Give what turns velocities into displacements of like size [1/s]."""
-    return max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
 
 
 @compiled

@@ -43,6 +43,12 @@ def one_period(plant, law, waves, period, x_r, v_r, d, log, capacity):
 
 
 @compiled
+def rate_of(plant, period):
+    """Give what turns velocities into displacements of like size [1/s]."""
+    return max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
+
+
+@compiled
 def slopes(plant, law, waves, period, rate, d, events, log):
     """Give the slopes of the period map at a state, from the events on its way.
 
@@ -121,6 +127,20 @@ def radius(a, b, c, e):
 
 
 @compiled
+def fixed_point(a, b, c, e, rate, gap_x, gap_v):
+    """Give how far [m, m/s] the fixed point of a map with these slopes is from a state.
+
+    The gaps are what the map changes of that state.
+    """
+    gap_v /= rate
+    determinant = (1.0 - a) * (1.0 - e) - b * c
+    return (
+        ((1.0 - e) * gap_x + b * gap_v) / determinant,
+        rate * (c * gap_x + (1.0 - a) * gap_v) / determinant,
+    )
+
+
+@compiled
 def refine(plant, law, waves, period, rate, x_r, v_r, d, image, log):
     """Take one Newton step towards the fixed point of the period map.
 
@@ -141,11 +161,9 @@ def refine(plant, law, waves, period, rate, x_r, v_r, d, image, log):
     a, b, c, e = slopes(plant, law, waves, period, rate, d, image[3], log)
     if not radius(a, b, c, e) < CONTRACTS:
         return False, image[0], image[1]
-    gap_x = image[0] - x_r
-    gap_v = (image[1] - v_r) / rate
-    determinant = (1.0 - a) * (1.0 - e) - b * c
-    x_r += ((1.0 - e) * gap_x + b * gap_v) / determinant
-    v_r += rate * (c * gap_x + (1.0 - a) * gap_v) / determinant
+    step_x, step_v = fixed_point(a, b, c, e, rate, image[0] - x_r, image[1] - v_r)
+    x_r += step_x
+    v_r += step_v
     if d != 0 and d * v_r <= 0.0:
         return False, image[0], image[1]
     return True, x_r, v_r

@@ -1,0 +1,68 @@
+"""How far a motion that hardly changes any more still is from its periodic orbit."""
+
+from __future__ import annotations
+
+import math
+
+from drysim.core.compiled import compiled
+from drysim.core.sines.period_map import (
+    CONTRACTS,
+    fixed_point,
+    one_period,
+    radius,
+    rate_of,
+    slopes,
+)
+
+SLOW = 1e-2
+"""Decays over a repetition below which little change does not yet mean a closed orbit."""
+
+AWAY = 1e-6
+"""Scaled distance from an orbit at which a motion that hardly changes has not reached it."""
+
+ROOM = 2
+"""Places that `leap` leaves free in a log that held all events of a period."""
+
+
+@compiled
+def decays(plant, length):
+    """Give how often what dies out slowest falls by e within a time [s]; 0 for never."""
+    half = 0.5 * plant.b / plant.m
+    w = plant.k_x / plant.m
+    square = half * half - w
+    if w == 0.0:
+        return 2.0 * half * length
+    return (w / (half + math.sqrt(square)) if square > 0.0 else half) * length
+
+
+@compiled
+def reached(plant, law, waves, length, x_r, v_r, d, log, capacity):
+    """Tell whether an orbit is the only one around, and how far from it the motion still is.
+
+    Parameters
+    ----------
+    length : float
+        Of the repetition [s].
+
+    Returns
+    -------
+    unique : bool
+        Whether its map draws neighbours; false for one that keeps distances, as those of a
+        continuum do. Without a spring only speeds are drawn: no place is like another then.
+    left : float
+        What the motion would go on changing by, summed up and over its largest |x_r| [-].
+    """
+    x_end, v_end, _, events, peak = one_period(
+        plant, law, waves, length, x_r, v_r, d, log, capacity
+    )
+    if events <= 0 or events + ROOM > capacity:
+        return True, 0.0
+    rate = rate_of(plant, length)
+    a, b, c, e = slopes(plant, law, waves, length, rate, d, events, log)
+    gap_x, gap_v = x_end - x_r, v_end - v_r
+    if plant.k_x == 0.0:
+        a, b, gap_x = 0.0, 0.0, 0.0
+    if not radius(a, b, c, e) < CONTRACTS:
+        return False, 0.0
+    left_x, left_v = fixed_point(a, b, c, e, rate, gap_x, gap_v)
+    return True, max(abs(left_x), abs(left_v) / rate) / (peak if peak > 0.0 else 1.0)
