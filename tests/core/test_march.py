@@ -191,3 +191,15 @@ def test_quick_dip_below_zero_in_a_stiff_critical_step_is_not_missed(
     assert found.events[2].tolist() == other.events[2].tolist()
     assert len(found.t) >= 2
     assert np.abs(found.t - other.t).max() < 1e-11
+
+
+@pytest.mark.parametrize("ahead", range(8, 12))
+def test_stop_between_two_sound_samples_four_apart_is_found(
+    kernel: SimpleNamespace, ahead: int
+) -> None:
+    # The base turns over: four samples on, the block is faster than before.
+    u, f, v = 2.0, 0.2, 2.0 * DT
+    u_dd = np.array([u] * (ahead + 2) + [-u] * 8)
+    start = (0.0, v + (u + f) * ahead * DT)
+    found = march(kernel, u_dd, DT, (f, f), (1.0, 0.0, 0.0), start)
+    assert found.t[0] == pytest.approx(start[1] / (u + f), rel=1e-13)

@@ -84,6 +84,29 @@ def test_six_terms_more_carry_the_series_on_to_the_last_digit(kernel: SimpleName
         )
 
 
+def test_what_a_damper_alone_brings_to_rest_has_every_digit_of_a_longer_series(
+    kernel: SimpleNamespace,
+) -> None:
+    c, s = 500.0, 1e-3
+    tail = kernel.series.tail_of(c, 0.0)
+    q = kernel.longer.longer_series(tail, kernel.longer.more_of(tail, c, 0.0), 0.0, 1.0, -c)
+    assert kernel.series.speed(q, s) == pytest.approx(-math.expm1(-c * s) / c, rel=5e-16)
+
+
+def test_mass_that_only_the_end_of_a_step_shows_at_rest_stops_there(
+    kernel: SimpleNamespace,
+) -> None:
+    plant, law = kernel.plant.Plant(1.0, 9e4, 600.0), kernel.plant.Law(0.0, 0.0)
+    steps = kernel.steps.steps_of(plant, law, 2.5e-3)
+    y, y_d, Y, _ = steps.whole
+    v, a = 1.0, -400.0
+    r = -(v * y_d + (a + steps.c * v) * y) / Y * (1.0 - 1e-12)
+    assert kernel.stop.locate_stop(steps.c, steps.w, v, a, r, steps.dt) == math.inf
+    stop, way = kernel.within.stop_within(steps, v, a, r, -1e-17, steps.dt)
+    assert stop == steps.dt
+    assert way == pytest.approx(kernel.within.coast(steps, v, a, r, stop)[0], rel=1e-14)
+
+
 def test_stiff_step_without_an_extremum_holds_no_stop(kernel: SimpleNamespace) -> None:
     plant, law = kernel.plant.Plant(1.0, 9e4, 600.0), kernel.plant.Law(0.0, 0.0)
     steps = kernel.steps.steps_of(plant, law, 2.5e-3)

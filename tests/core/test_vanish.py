@@ -56,3 +56,11 @@ def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     assert (x_r, v_r) == pytest.approx(found, rel=1e-12, abs=1e-15)
     known = plain.vanish.vanish(stretch, waves, law, blend, 0, 0.999 * s, True)
     assert known[0] == math.inf
+
+
+def test_slow_blend_that_may_turn_above_zero_is_not_taken_to_fall(kernel):
+    # 1 - s/2 + s³/30 is 1/4 at the least, after more than two seconds.
+    blend = kernel.blend
+    course = blend.Course(1.0, -0.5, 0.0, 0.2)
+    for most, falls in ((0.2, False), (0.02, True)):
+        assert blend.falls_surely(course, most, blend.Bound(0.0, 0.0, 10.0)) == falls
