@@ -7,6 +7,8 @@ EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on i
 NAME = "a number that stands for a word: any that no other word has will do"
 FIRST = "a name has a number before it has its own, and nobody reads it"
 ORDER = "both of two times are found, whichever is looked for first: that is chosen for speed"
+LAST = "the last terms of a series are there to fall below rounding"
+SLOWER = "what is not told here is found by the general way, which takes longer"
 NEITHER = "both times are alike where neither comes: a force exceeds one limit at a time"
 SPARE = "the last lines of trail and log are held in reserve: one more is free"
 
@@ -37,6 +39,9 @@ EXPLAINED = {
         "integrals.py",
         "if until <= begin or until < t[i]:",
     ): "a stretch without length adds nothing",
+    ("foresight.py", "if slow > 0.0 and d * v < slow:"): (
+        "no speed is the one from which friction has fallen to the last bit"
+    ),
     (
         "holding.py",
         "turns = not yields or far_from_zero(fills, fill_most, of_room, h - now.s)",
@@ -68,6 +73,9 @@ EXPLAINED = {
         "orbits.py",
         "answer[STATUS] = STORM if count < 0 else (CROWDED if reached <= length else OVERFLOW)",
     ): ("a crowded case is solved once more by itself, and that says what it is"),
+    ("longer.py", "a_14, j_14 = term(c, w, a_13, a_12, -14), term(c, w, j_13, j_12, 14)"): LAST,
+    ("longer.py", "more.a_14 * a + more.j_14 * j, more.a_15 * a - more.j_15 * j,"): LAST,
+    ("march.py", "beyond = 1.0"): "samples that are not passed in blocks are passed one by one",
     ("normal.py", "omega: float = 1.0"): "a force that does not swing has no frequency",
     ("pressed.py", "return (down, 1) if down <= up else (up, -1)"): NEITHER,
     ("pressed_replay.py", "span, g, r, u_0, slope = span_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
@@ -101,5 +109,7 @@ EXPLAINED = {
     ): "s + left is the length but for rounding, and a step of a rounding more ends there",
     ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
+    ("within.py", "elif v_end > 1.0 and first_extremum(c, w, a, j) >= h:"): SLOWER,
+    ("within.py", "if v_end > 0.0 and (q[1] >= 0.0 and rate(q, h) <= 0.0):"): SLOWER,
 }
 """By file and line as changed."""
