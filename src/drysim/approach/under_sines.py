@@ -12,7 +12,7 @@ from drysim.approach.events import Events, Floats
 from drysim.approach.orbit import Orbit
 from drysim.approach.points import Points
 from drysim.approach.response import Response
-from drysim.approach.room import empty_log, larger
+from drysim.approach.room import empty_log, longer
 from drysim.approach.scene import (
     LOG_LENGTH,
     grid_points,
@@ -86,21 +86,23 @@ def follow_sines(
 ) -> LeapTrack:
     """Solve a scene under sines from event to event; no grid takes part."""
     waves = waves_of(motion, law)
-    log = held(np.empty((len(Log._fields), FEW_EVENTS)))
+    log, kind = held(np.empty((4, FEW_EVENTS))), held(np.empty(FEW_EVENTS, np.int8))
     begin, x_r, v_r, d, count, closest = leap_off(
-        plant[:], law[:], *waves, duration, *start[:2], log, FEW_EVENTS
+        plant[:], law[:], *waves, duration, *start[:2], log, kind, FEW_EVENTS
     )
     refuse_storm(count, begin, (x_r, v_r))
     while begin < duration:
-        log = larger(Log(*log), min(2 * len(log[0]), count + LEAPS))
+        size = min(2 * len(kind), count + LEAPS)
+        log, kind = held(np.hstack((log, np.empty((4, size - len(kind)))))), longer(kind, size)
         begin, x_r, v_r, d, count, tight = leap(
-            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d, log, count,
-            len(log.n),
+            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d,
+            Log(log[0], log[1], kind, log[2], log[3]), count, size,
         )  # fmt: skip
         refuse_storm(count, begin, (x_r, v_r))
         closest = min(closest, tight)
-    _, t, kind, x_0, F_L = np.asarray(log)[:, :count]
-    turns = Events(t, kind.astype(np.int8), x_0, F_L)
+    # One row by its number: to take rows apart in turn costs as much as some tens of events.
+    log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
+    turns = Events(log[1, :count], kind, log[2, :count], log[3, :count])
     return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
 
 

@@ -111,15 +111,15 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
 
 
 @compiled
-def leap_off(plant, law, values, size, base, end, x_r, v_r, log, capacity):
+def leap_off(plant, law, values, size, base, end, x_r, v_r, log, kind, capacity):
     """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
 
     Parameters and returns as in `leap`, but that `plant` and `law` may be plain tuples, waves
-    come as what they hold, and the columns of the log as rows of one array. It begins with the
-    state at t = 0, and `closest` counts how near its mode is to the other.
+    come as what they hold, and the log as the rows of one array, its kinds apart. It begins
+    with the state at t = 0, and `closest` counts how near its mode is to the other.
     """
     plant, law, waves = Plant(*plant), Law(*law), Waves(values, size, base)
-    log = Log(log[0], log[1], log[2], log[3], log[4])
+    log = Log(log[0], log[1], kind, log[2], log[3])
     anchor(waves, plant, law, 0.0, 0)
     u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
     d, F_L, margin = opening(plant, law, x_r, v_r, u_dd)
