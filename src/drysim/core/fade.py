@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import inlined
 from drysim.core.flow import SHORT, flow
 
 CALM = 0.05
 """Share of w that is left of w - c²/4 where sines and cosines are as good as the series."""
 
 
-@compiled
+@inlined
 def fade(c, w, s):
     """Give y, y_d and Y as `flow` does: in closed form where that loses nothing.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.events import direction
 from drysim.core.fade import fade
 from drysim.core.plant import Law, Plant
@@ -33,7 +33,7 @@ def state_within(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
     return slide(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]
 
 
-@compiled
+@inlined
 def point_before(t, dt):
     """Give the number of the last grid point before time t [s]; -1 for none."""
     n = int(t / dt)
@@ -105,7 +105,7 @@ def sample_leaps(
             n = end
 
 
-@compiled
+@inlined
 def sample_stretch(
     plant, law, waves, table, t, x_r, v_r, d, start, n, end, first, dt, x_out, v_out, d_out
 ):
@@ -123,7 +123,7 @@ def sample_stretch(
             x_out[k], v_out[k] = state_within(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
 
 
-@compiled
+@inlined
 def write_stretch(
     plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
 ):
@@ -149,7 +149,7 @@ def write_stretch(
         add_wave(table, i, row, end - n, from_sine, from_cosine, at, x_out, v_out)
 
 
-@compiled
+@inlined
 def lack(c, w, waves, x_r, v_r, g, s):
     """Give x_r and v_r at time s of a slip, less the steady response to the waves.
 

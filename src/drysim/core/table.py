@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.fade import fade
 from drysim.core.wave import wave
 from drysim.core.waves import OMEGA, STEADY, STRIDE
@@ -58,7 +58,7 @@ def fill(plant, waves, dt, table, begin, end):
     return max(begin, end)
 
 
-@compiled
+@inlined
 def add_free(table, row, rows, x_r, v_r, push, at, x_out, v_out):
     """Write the motion from a state [m, m/s] under a steady force per mass [m/s²]."""
     if row < 0 or at < 0:
@@ -72,7 +72,7 @@ def add_free(table, row, rows, x_r, v_r, push, at, x_out, v_out):
         v_out[at + k] = v_r * y_d + push * y
 
 
-@compiled
+@inlined
 def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
     """Add what wave i has done since row 0, or its steady response, of such parts there."""
     begin = row + ROWS * (FLOW + WAVE * i)
@@ -86,7 +86,7 @@ def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
         v_out[at + k] += from_sine * P + from_cosine * P_d
 
 
-@compiled
+@inlined
 def set_mode(d, at, rows, v_out, d_out):
     """Write the direction of sliding; tells whether every velocity has it."""
     if at < 0:

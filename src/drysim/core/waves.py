@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 
 STRIDE = 12
 """Columns of a wave in the flat table: one array is quicker to hand on than one a column."""
@@ -62,7 +62,7 @@ def set_wave(values, i, amplitude, frequency, phase):
     values[at + PHASE] = phase
 
 
-@compiled
+@inlined
 def anchor(waves, plant, law, t, d):
     """Start a stretch at time t [s] in direction d: set the phases, and friction's wave."""
     c = plant.b / plant.m
@@ -91,7 +91,7 @@ def anchor(waves, plant, law, t, d):
             values[at + V_START] = omega * (along * cosine - across * sine)
 
 
-@compiled
+@inlined
 def base_motion(waves, u_0, slope, s):
     """Give ü [m/s²] and its first two rates at time s of a stretch."""
     u_dd = u_0 + slope * s
@@ -112,7 +112,7 @@ def base_motion(waves, u_0, slope, s):
     return u_dd, rate, bend
 
 
-@compiled
+@inlined
 def normal_force(law, waves, s):
     """Give the normal force relative to its mean [-], and its first two rates, at time s."""
     if waves.size == waves.base:

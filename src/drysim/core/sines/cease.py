@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import inlined
 from drysim.core.samples.stop import NEVER, RESOLUTION
 from drysim.core.sines.slide import slide_and_snap
 from drysim.core.waves import OMEGA, SINE, STRIDE, A
@@ -25,14 +25,14 @@ REACH = 2.0
 """Radians of the fastest wave that are tried at once: the bound never proves more."""
 
 
-@compiled
+@inlined
 def to_zero(v, a, j):
     """Give the smaller time at which v + a h + j h²/2, falling, is zero; infinity for none."""
     square = a * a - 2.0 * v * j
     return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
 
 
-@compiled
+@inlined
 def above_zero(v, a, bend):
     """Give the largest h up to which v + a h - bend h²/2, not below zero, stays so."""
     square = a * a + 2.0 * bend * v
@@ -46,7 +46,7 @@ def above_zero(v, a, bend):
     return 0.0 if bend > 0.0 else NEVER
 
 
-@compiled
+@inlined
 def safe_slip(v, a, j, snap, growth, cap):
     """Give a step within which a velocity provably stays above zero.
 
@@ -86,13 +86,13 @@ def safe_slip(v, a, j, snap, growth, cap):
     return min(behind, above_zero(v, a, (third + twelfth * behind) * behind - j))
 
 
-@compiled
+@inlined
 def below_slip(v, a, j, third, twelfth, h):
     """Give what a velocity is above after a time h, see `safe_slip`."""
     return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
 
 
-@compiled
+@inlined
 def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     """Give the first time in (0, h] at which sliding in direction d stops, and where it does.
 
@@ -134,7 +134,7 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
             return s, x
 
 
-@compiled
+@inlined
 def sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth):
     """Give the zero of a velocity that only falls, and x_r there, from what is at time s."""
     for _ in range(NEWTON_CAP):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.samples.stop import NEVER, RESOLUTION
 from drysim.core.sines.slide import margin
 from drysim.core.waves import OMEGA, SINE, STRIDE, THETA, A
@@ -41,7 +41,7 @@ def first_step(rate, bend, bend_bound, third_bound):
     return max(by_rate, by_bend)
 
 
-@compiled
+@inlined
 def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
     """Give the first time in [0, h] at which |F_L| exceeds F_fs on one side, or infinity.
 
@@ -82,7 +82,7 @@ def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
         s += step
 
 
-@compiled
+@inlined
 def leave_one_sine(plant, law, waves, x_r, side, h):
     """Give what `leave_stick` gives where one sine moves the base: its inverse."""
     G, G_d, _ = margin(plant, law, waves, x_r, 0.0, 0.0, side, 0.0)

@@ -39,7 +39,7 @@ def slide(c, w, waves, x_r, v_r, g, r, s):
     return slide_and_snap(c, w, waves, x_r, v_r, g, r, s)[:4]
 
 
-@compiled
+@inlined
 def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
     """Give the motion at time s of a stretch of sliding.
 
@@ -112,7 +112,7 @@ def steady_response(values, at, s):
     return swing, rate, push, push_d, -omega * omega * push
 
 
-@compiled
+@inlined
 def from_rest(c, w, values, at, s, y, y_d):
     """Give x_r, v_r, a, j and k that a wave alone has made from rest by time s."""
     omega = values[at + OMEGA]
@@ -127,7 +127,7 @@ def from_rest(c, w, values, at, s, y, y_d):
     return x, v, a, j, -omega * omega * push - c * j - w * a
 
 
-@compiled
+@inlined
 def margin(plant, law, waves, x_r, u_0, slope, side, s):
     """Give the force still missing for break-away on one side, with its first two rates.
 
