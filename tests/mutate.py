@@ -26,7 +26,7 @@ import pytest
 from changes import mutants
 from covered import HOUR, covered
 from forked import forked
-from oracle import TEXT, WORDS, Choice, Known, running
+from oracle import OWN, WORDS, Choice, Known, running
 from survivors import EXPLAINED
 
 HOME = Path(__file__).parents[1]
@@ -43,15 +43,15 @@ def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, 
     changes = list(mutants(text))
     drawn = Random(1).sample(changes, min(count, len(changes)))
     lived, told = 0, 0
-    compiled = file.parent.name == "text"
+    own = tests_of(file)
     for row, line, source in drawn:
         choice = Choice(running(lines, text, row), seconds)
         copy.write_text(source)
         job = partial(pytest.main, [*WORDS, *choice.paths], plugins=[choice])
-        if compiled:
-            job = partial(pytest.main, [*WORDS[:4], *TEXT])
-        runs = compiled or bool(choice.names)
-        if runs and not forked(folder, job, HOUR if compiled else LOADING):
+        if own:
+            job = partial(pytest.main, [*WORDS[:4], *own])
+        runs = bool(own or choice.names)
+        if runs and not forked(folder, job, HOUR if own else LOADING):
             continue
         why = EXPLAINED.get((file.name, line))
         lived, told = lived + (why is None), told + (why is not None)
@@ -60,6 +60,11 @@ def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, 
         print(f"{file.name}:{row}: {line}" + (f" ({why})" if why else ""), flush=True)
     copy.write_text(text)
     return len(drawn), lived, told
+
+
+def tests_of(file: Path) -> tuple[str, ...]:
+    """Give the tests that a file of the core has to itself, if it has."""
+    return OWN.get(file.stem, OWN.get(file.parent.name, ()))
 
 
 def main(count: int, names: list[str]) -> None:
@@ -76,7 +81,7 @@ def main(count: int, names: list[str]) -> None:
             shutil.copytree(HOME / part, folder.parent / part, ignore=without)
         for part in ("pyproject.toml", "README.md"):
             shutil.copy(HOME / part, home)
-        known = covered(folder)
+        known = ({}, {}) if all(map(tests_of, files)) else covered(folder)
         tried, lived, told = 0, 0, 0
         for file in files:
             of_file = survivors(folder, file, known, count)

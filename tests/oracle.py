@@ -21,8 +21,11 @@ ORACLE = (
     "tests/test_pressed.py", "tests/test_stiff_bristles.py", "tests/test_stops.py",
     "tests/test_stops_in_scenarios.py",
 )  # fmt: skip
-TEXT = ("tests/core/test_decimal.py",)
-"""For the files of core/text, whose arithmetic is compiled only."""
+OWN = {
+    "text": ("tests/core/test_decimal.py",), "compiled": ("tests/core/test_compiled.py",),
+    "kept": ("tests/core/test_cache.py",),
+}  # fmt: skip
+"""For files of the core, or all of a folder, that the plain engine does not run."""
 
 SLOW = ("minor_loop", "full_memory", "fast", "compiled", "engines_agree", "agree_bit", "twins")
 """Parts of the names of tests that take minutes in plain Python, or the compiler."""

@@ -23,6 +23,8 @@ EXPLAINED = {
         "touch.py",
         "kind = LIFT if mode == FREE else (STICK if holds(mode) else mode / SLIP)",
     ): "a slip is the number 1",
+    ("cease.py", "if low > 1.0:"): "a step that is shorter than it might be is as safe",
+    ("cease.py", "fastest = 1.0"): "a step that is shorter than it might be is as safe",
     ("contact.py", "while n <= end and at <= full and count < full:"): SPARE,
     ("contact_replay.py", "c, w, g, r = 1.0, 0.0, 0.0, 0.0"): FIRST,
     (
@@ -41,6 +43,9 @@ EXPLAINED = {
     ): "a stretch without length adds nothing",
     ("foresight.py", "if slow > 0.0 and d * v < slow:"): (
         "no speed is the one from which friction has fallen to the last bit"
+    ),
+    ("grid.py", "anchor(waves, plant, law, t[0], 1.0)"): (
+        "a table holds what a wave of amplitude 1 does: the direction of friction is not in it"
     ),
     (
         "holding.py",
@@ -77,6 +82,7 @@ EXPLAINED = {
     ("longer.py", "more.a_14 * a + more.j_14 * j, more.a_15 * a - more.j_15 * j,"): LAST,
     ("march.py", "beyond = 1.0"): "samples that are not passed in blocks are passed one by one",
     ("normal.py", "omega: float = 1.0"): "a force that does not swing has no frequency",
+    ("plant.py", "omega: float = 1.0"): "limits that do not vary have no frequency",
     ("pressed.py", "return (down, 1) if down <= up else (up, -1)"): NEITHER,
     ("pressed_replay.py", "span, g, r, u_0, slope = span_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
         FIRST

@@ -56,6 +56,11 @@ def test_bristles_under_a_sine_agree_with_an_integrator_that_knows_no_events(law
     assert response.numerics.error < 1e-8
 
 
+def test_limits_of_a_dynamic_law_are_constant_for_all_who_ask():
+    assert not DAHL.variation
+    assert not SMOOTH_STRIBECK.variation
+
+
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_event_tells_the_direction_of_the_motion_that_follows(law):
     response = solved(law, sine(1.0, 1.6), duration=2.0)

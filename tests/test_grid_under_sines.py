@@ -45,6 +45,9 @@ def test_friction_only_takes_at_every_point_also_where_the_motion_dies_out():
     found = StickSlip().solve(plant, law, REST, State(0.02, 0.0), 0.05, 200.0)
     assert (found.F_f * found.v_r >= 0.0).all()
     assert not found.stuck.any()
+    states = np.array([found.track.state(t) for t in found.t.tolist()])
+    for series, column in ((found.x_r, states[:, 0]), (found.v_r, states[:, 1])):
+        assert np.abs(series - column).max() <= 1e-12 * np.abs(column).max()
 
 
 def test_blocks_of_a_grid_are_those_of_the_whole_to_the_last_bit():

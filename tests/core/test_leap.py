@@ -177,3 +177,19 @@ def test_block_without_spring_and_damper_breaks_away_under_a_ramp(
     assert out[4] == 1
     assert log.s[0] == pytest.approx(0.5, rel=1e-14)
     assert out[1] == pytest.approx(-(1.5**3) / 6, rel=1e-13)
+
+
+def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(kernel):
+    found = []
+    for scale in (1.0, 2.0**-40, 2.0**40):
+        plant = kernel.plant.Plant(scale, scale, 0.0)
+        law = kernel.plant.Law(scale, scale, 0.5, 3.0)
+        waves = waves_of(kernel, [], law)
+        kernel.waves.anchor(waves, plant, law, 0.0, 0)
+        at = [0.99, *(0.5 + n * 2.0**-53 for n in range(24))]
+        ask = kernel.leave.leave_stick
+        found.append([ask(plant, law, waves, x_r, 0.0, 0.0, 1, 9.0) for x_r in at])
+    assert found[0] == found[1] == found[2]
+    assert found[0][0] == pytest.approx((math.pi + math.asin(0.02)) / 3.0, rel=1e-9)
+    assert found[0][1] == math.inf
+    assert found[0][-1] == pytest.approx(0.5 * math.pi, abs=1e-6)

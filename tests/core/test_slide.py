@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -42,3 +43,33 @@ def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
     omega = 2 * np.pi * 1.1
     u_dd = [1.4 * omega**n * np.sin(omega * s + 0.4 + 0.5 * np.pi * n) for n in range(4)]
     assert rates == pytest.approx(np.array(u_dd) / -c, rel=1e-6)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_each_rate_of_the_force_left_to_break_away_is_the_slope_of_the_one_before(
+    kernel: SimpleNamespace, side: int
+) -> None:
+    plant, law = kernel.plant.Plant(2.0, 90.0, 3.0), kernel.plant.Law(7.0, 8.0, 0.5, 9.0, 0.2)
+    waves = waves_of(kernel, [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)], law)
+    kernel.waves.anchor(waves, plant, law, 0.35, 0)
+    before, now, after = (
+        np.array(kernel.slide.margin(plant, law, waves, 0.01, 0.4, -0.7, side, 0.2 + h))
+        for h in (-H, 0.0, H)
+    )
+    assert (after - before)[:2] / (2 * H) == pytest.approx(now[1:], rel=1e-6)
+
+
+@pytest.mark.parametrize("s", [0.0, 0.3, 1.0])
+def test_base_and_normal_force_at_any_time_are_their_sines(kernel, s):
+    law = kernel.plant.Law(10.0, 12.0, 0.4, 3.0, 0.2)
+    waves = waves_of(kernel, [(2.0, 0.7, 0.1)], law)
+    kernel.waves.anchor(waves, kernel.plant.Plant(1.0, 1.0, 0.1), law, 0.0, 0)
+    omega = 2.0 * math.pi * 0.7
+    sine, cosine = math.sin(omega * s + 0.1), math.cos(omega * s + 0.1)
+    assert kernel.waves.base_motion(waves, 0.5, 0.3, s) == pytest.approx(
+        (0.5 + 0.3 * s + 2.0 * sine, 0.3 + 2.0 * omega * cosine, -2.0 * omega**2 * sine)
+    )
+    sine, cosine = math.sin(3.0 * s + 0.2), math.cos(3.0 * s + 0.2)
+    assert kernel.waves.normal_force(law, waves, s) == pytest.approx(
+        (1.0 + 0.4 * sine, 1.2 * cosine, -3.6 * sine)
+    )

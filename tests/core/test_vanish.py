@@ -64,3 +64,35 @@ def test_slow_blend_that_may_turn_above_zero_is_not_taken_to_fall(kernel):
     course = blend.Course(1.0, -0.5, 0.0, 0.2)
     for most, falls in ((0.2, False), (0.02, True)):
         assert blend.falls_surely(course, most, blend.Bound(0.0, 0.0, 10.0)) == falls
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_safe_step_passes_the_first_zero_of_what_bounds_the_speed(kernel, seed):
+    random = np.random.default_rng(seed)
+    for _ in range(200):
+        v, snap, growth = abs(random.normal(size=3) * 10.0 ** random.integers(-3, 3, 3))
+        a, j = random.normal(size=2) * 10.0 ** random.integers(-3, 3, 2)
+        each = (float(value) for value in (v, a, j, snap, growth))
+        step = kernel.cease.safe_slip(*each, 10.0)
+        assert step <= 10.0
+        h = np.linspace(0.0, step, 50)
+        terms = v, a * h, j * h**2 / 2.0, -snap * h**3 / 6.0, -growth * h**4 / 24.0
+        assert (sum(terms) >= -1e-12 * sum(map(np.abs, terms))).all()
+
+
+def test_speed_that_slow_waves_lift_before_zero_does_not_stop(kernel):
+    # The first two rates of ü cancel: v is 0.45 - f s + G s⁴/24 first, 0.07 at the least.
+    pair, f, v = ((1.0, 0.25, 0.0), (2.0, 0.125, math.pi)), 0.125, 0.45
+    waves = kernel.waves.Waves([0.0] * (2 * kernel.waves.STRIDE), 2, 2)
+    for i, (A, omega, phase) in enumerate(pair):
+        kernel.waves.set_wave(waves.values, i, A, omega / (2.0 * math.pi), phase)
+    plant, law = kernel.plant.Plant(1.0, 0.0, 0.0), kernel.plant.Law(f, f)
+    kernel.waves.anchor(waves, plant, law, 0.0, 1)
+    stretch = kernel.stretch.starting(0.0, 0.0, waves, 0.0, v, -f, 0.0)
+    state = stretch.x_r, stretch.v_r
+    speeds = [kernel.slide.slide(0.0, 0.0, waves, *state, -f, 0.0, s)[1] for s in range(9)]
+    assert 0.05 < min(speeds) < 0.08
+    stop, _ = kernel.cease.leave_slip(
+        0.0, 0.0, waves, *state, stretch.a, stretch.j, -f, 0.0, 1, 8.0
+    )
+    assert stop == math.inf
