@@ -9,13 +9,16 @@ import pytest
 
 from contacts import at, march_contact
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.events import REVERSAL, STICK
+from drysim.approach.touched import Touched
+from drysim.core.events import STICK
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.core.plant import BRISTLE, Dynamic, Law, Plant, Slider
 from drysim.core.state import State
-from drysim.metrics import measure
+from drysim.metrics import greatest, measure
+from drysim.peaks import entries, half_cycles, path_of, upcrossings
+from drysim.stroke import excursions
 from invariants import Invariants
-from law_scenes import PAPER, REST, STEP, doubled, noise, sine, solved
+from law_scenes import PAPER, REST, STEP, doubled, mirrored, noise, sine, solved
 
 NOISE = noise(1200, 1.0, seed=3)
 CONTACTS = {
@@ -103,8 +106,40 @@ RINGING = {
 }
 
 
+@pytest.mark.parametrize("motion", [Sines((0.45, 0.1), (1.6, 0.9), (0.0, 1.0)), NOISE])
 @pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
-def test_contact_that_rings_turns_wherever_an_integrator_does(law):
+def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
+    """Peaks, passages of zero and of limits that the ringing crosses and those it does not."""
+    track = StickSlip().track(PAPER, law, motion, State(0.0, 0.01), STEP, 1.5)
+    grid, levels = np.linspace(0.0, 1.5, 60_001), np.linspace(0.05, 1.05, 21)
+    fine = seen(track, grid)
+    for window in ((0.0, 1.5), (0.311, 1.107)):
+        inside = fine[(grid >= window[0]) & (grid <= window[1])]
+        path = track.path(window, None)
+        assert greatest(track, path, window) == pytest.approx(np.abs(inside).max(), rel=1e-6)
+        assert upcrossings(path_of(track, path, window)) == upcrossings(inside)
+        heights = half_cycles(inside)
+        assert half_cycles(path_of(track, path, window)) == pytest.approx(heights, rel=1e-3)
+        for level in (levels * np.abs(inside).max()).tolist():
+            path = track.path(window, level)
+            assert entries(path_of(track, path, window), level) == entries(inside, level)
+            beyond = np.abs(fine) >= level
+            times, _, t_beyond = excursions(track, path, level)
+            assert times == beyond[0] + np.count_nonzero(beyond[1:] & ~beyond[:-1])
+            assert t_beyond == pytest.approx(1.5 * np.mean(beyond), abs=1e-5 * (times + 2))
+
+
+def seen(track, t):
+    """Give x_r at equidistant times from 0 on [s]; samples are taken as finer ones are."""
+    if isinstance(track, Touched):
+        return track.at(t)[0]
+    known = np.arange(len(track.u_dd)) * track.motion.dt
+    finer = Samples(np.interp(t, known, track.u_dd), t[1])
+    return solved(track.law, finer, track.state(0.0)).x_r
+
+
+@pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
+def test_ringing_contact_follows_an_integrator(law):
     motion, start = Sines((0.45, 0.1), (1.6, 0.9), (0.0, 1.0)), State(0.0, 0.01)
     track = StickSlip().track(PAPER, law, motion, start, STEP, 1.0)
 
@@ -113,24 +148,32 @@ def test_contact_that_rings_turns_wherever_an_integrator_does(law):
         return sum(A * math.sin(2 * math.pi * f * t + phase) for A, f, phase in waves)
 
     pieces = march_contact(PAPER, law, base, 1.0, start)
-    turns = track.events.t[np.abs(track.events.kind) == REVERSAL]
-    x_r, v_r = at(pieces, turns)
-    assert len(turns) > 2 * len(track.trail.n)
-    assert np.abs(v_r).max() < 1e-8 * 0.01
-    assert np.abs(x_r - track.at(turns)[0]).max() < 1e-10 * np.abs(x_r).max()
-    fine = np.linspace(0.0, 1.0, 40_001)
-    ways = np.sign(at(pieces, fine)[1])
-    # A contact that yields under a constant normal force turns as it holds again.
-    stops = 0 if law.variation else np.count_nonzero(track.events.kind[1:] == STICK)
-    assert np.count_nonzero(np.diff(ways)) == len(turns) + stops
+    assert [mode != "hold" for _, _, _, mode in pieces] == (abs(track.trail.d) == 1).tolist()
+    t = np.linspace(0.0, 1.0, 4001)
+    x_r, v_r = at(pieces, t)
+    assert np.abs(x_r - track.at(t)[0]).max() < 1e-10 * np.abs(x_r).max()
+    assert np.abs(v_r - track.at(t)[1]).max() < 1e-8 * np.abs(v_r).max()
+    begins = [begin for begin, _, _, _ in pieces]
+    assert track.trail.s == pytest.approx(begins, abs=1e-9)
 
 
-def test_contact_rings_more_often_than_its_mode_changes():
-    """Room is made for turns as well as for what is kept of the motion."""
-    track = StickSlip().track(PAPER, Slider(45.0, 1e7), sine(0.5, 1.6), REST, STEP, 40.0)
-    assert len(track.events) > 4 * len(track.trail.n)
+@pytest.mark.parametrize("motion", [sine(0.5, 1.6), NOISE], ids=["sine", "noise"])
+@pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
+def test_turns_of_a_contact_that_rings_as_it_holds_are_no_events(law, motion):
+    track = StickSlip().track(PAPER, law, motion, State(0.0, 0.01), STEP, 2.9)
+    holds = track.events.kind == STICK
+    assert holds[0]
+    assert (holds[1:] != holds[:-1]).all()
     assert (np.diff(track.events.t) > 0.0).all()
-    assert measure(track, (4.0, 40.0), None)["energy_residual"] < 1e-12
+    assert measure(track, (0.4, 2.9), None)["energy_residual"] < 1e-12
+
+
+@pytest.mark.parametrize("law", RINGING.values(), ids=RINGING)
+def test_mirrored_ringing_is_the_same_bit_for_bit(law):
+    motion = Sines((0.45, 0.1), (1.6, 0.9), (0.0, 1.0))
+    one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
+    assert (one.x_r == -two.x_r).all()
+    assert (one.track.trail.s == two.track.trail.s).all()
 
 
 @pytest.mark.parametrize("b", [0.0, 500.0, 3000.0])

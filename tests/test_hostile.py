@@ -27,6 +27,9 @@ FILES = {
     "blanks behind a comparison": SEAT + f'checks: ["T_a <{BLANKS}"]\n',
     "blanks in a condition": SEAT + f'checks: ["T_a < 1 at a >{BLANKS}"]\n',
     "blanks in a unit": SEAT + f'stroke: {{limit: "25 m{BLANKS}x"}}\n',
+    "periods without end": SEAT.replace(HARMONIC, "kind: rest").replace(
+        "duration: 2", f"duration: {'9' * MEGABYTE} periods"
+    ),
     "unit without end": SEAT + f'stroke: {{limit: "25 {LETTERS}"}}\n',
     "sign without end": SEAT + f'checks: ["T_a {"<" * MEGABYTE}"]\n',
     "metric without end": SEAT + f'checks: ["{LETTERS} < 1"]\n',

@@ -114,6 +114,13 @@ def test_empty_record_is_refused(answer, tmp_path, kind):
     assert f"r.{kind}: the record is empty" in answer(kind).err
 
 
+@pytest.mark.parametrize("mark", [",", ";", " "])
+def test_record_that_lies_on_its_side_is_refused(answer, tmp_path, mark):
+    (tmp_path / "r.csv").write_text(mark.join(["1"] * 20_000) + "\n")
+    sentence = "r.csv:1: row 1 has 20000 columns, more than 16384: write one sample a row"
+    assert sentence in answer("csv", "unit: g, rate: 1 Hz").err
+
+
 @pytest.mark.parametrize("kind", WRITERS)
 def test_record_beyond_the_memory_is_refused(answer, tmp_path, monkeypatch, kind):
     WRITERS[kind](tmp_path / f"r.{kind}")

@@ -325,8 +325,27 @@ AT2S = {
     "word": (lambda text: text + "oops 1\n", "row 105: `oops` is not a number"),
     "nan": (lambda text: text[:-45] + " nan 1\n", "sample 499, series 1: no finite number"),
     "header": (lambda text: text[:70], "the record is no AT2: none of its first 10 lines"),
-    "step": (lambda text: text.replace(".0050", "-1e-"), "must be above 0, not `NPTS= 500, DT"),
+    "step": (
+        lambda text: text.replace(".0050", "-1e-"),
+        "DT must be a number above 0, not `NPTS= 500, DT",
+    ),
     "binary": (lambda text: text + "\0", "the record is binary"),
+    "claim": (
+        lambda text: text.replace("500", "1" + 18 * "0", 1),
+        "the header says NPTS= 1000000000000000000, but there are 500 samples, less",
+    ),
+    "power": (
+        lambda text: text.replace("500", "1e18", 1),
+        "NPTS must be a whole number above 0",
+    ),
+    "half": (
+        lambda text: text.replace("500", "500.5", 1),
+        "above 0, not `NPTS= 500.5, DT= .0050`",
+    ),
+    "none": (
+        lambda text: text.replace("500", "-500", 1),
+        "above 0, not `NPTS= -500, DT= .0050`",
+    ),
 }
 
 

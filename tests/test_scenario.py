@@ -140,8 +140,10 @@ def test_problem_found_later_is_shown_at_its_key(scenario):
 
 
 @pytest.mark.parametrize(
-    ("file", "name"), [("a b.yaml", "a b"), (".seat.yaml", "seat"), ("ä(1).yaml", "ä-1")]
-)
+    ("file", "name"),
+    [("a b.yaml", "a b"), (".seat.yaml", "seat"), ("ä(1).yaml", "ä-1"),
+     ("seat.partial.yaml", "scenario"), ("con.yaml", "scenario")],
+)  # fmt: skip
 def test_name_defaults_to_the_file_made_safe_for_a_folder(tmp_path, file, name):
     (tmp_path / file).write_text(SEAT)
     assert load(tmp_path / file).name == name

@@ -138,6 +138,12 @@ def test_missing_file_is_refused_with_its_neighbour(tmp_path):
     assert refusal(tmp_path / "no" / "seat.yaml") == "no such file"
 
 
+def test_link_that_leads_nowhere_is_told_as_such_and_not_as_itself(tmp_path):
+    (tmp_path / "seat.yaml").symlink_to("moved.yaml")
+    sentence = "no such file: it is a link that leads nowhere"
+    assert refusal(tmp_path / "seat.yaml") == sentence
+
+
 def test_folder_is_refused_with_the_scenario_in_it(tmp_path):
     assert refusal(tmp_path) == "this is a folder; name a file in it"
     (tmp_path / "seat.yaml").touch()

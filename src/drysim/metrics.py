@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.track import Track
+from drysim.approach.track import Path, Track
 from drysim.averages import energies, means
 from drysim.core.plant import Stopped
 from drysim.peaks import path_of, stroke_statistics
@@ -112,13 +112,14 @@ def measure(
         Whether the motion may be taken to go on as in the window, as noise and records are.
     """
     totals = track.totals(*window)
-    peak = greatest(track, window)
+    path = track.path(window, x_rM)
+    peak = greatest(track, path, window)
     values = means(totals, window[1] - window[0])
     values |= {"x_r_peak": peak, "closure": closure}
     values["chatter_share"] = track.chatter(*window)
-    values["stroke_suffices"] = greatest(track, (0.0, window[1])) if window[0] else peak
+    values["stroke_suffices"] = greatest(track, path, (0.0, window[1])) if window[0] else peak
     length = window[1] - window[0]
-    values |= stroke_statistics(path_of(track, window), length, x_rM, goes_on)
+    values |= stroke_statistics(path_of(track, path, window), length, x_rM, goes_on)
     ends = track.state(window[0]), track.state(window[1])
     held = sprung(track.law, ends[0]), sprung(track.law, ends[1])
     values |= energies(track.plant, track.law.F_fk, totals, *ends, held)
@@ -126,15 +127,15 @@ def measure(
         values |= bounces(track, window, repeats=closure is not None)
         values["energy_stops"] = totals.hits - (held[1] - held[0])
     if x_rM is not None:
-        times, t_first, t_beyond = excursions(track, x_rM, repeats=closure is not None)
+        times, t_first, t_beyond = excursions(track, path, x_rM, repeats=closure is not None)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return {metric.name: values.get(metric.name) for metric in METRICS}
 
 
-def greatest(track: Track, window: tuple[float, float]) -> float:
-    """Give the greatest |x_r| in a window [m]: at a zero of v_r or at an end."""
+def greatest(track: Track, path: Path, window: tuple[float, float]) -> float:
+    """Give the greatest |x_r| in a window [m]: where its path comes by or at an end."""
     begin, end = window
-    inside = (track.turns.t >= begin) & (track.turns.t <= end)
-    turning = np.abs(track.turns.x_r[inside]).max(initial=0.0)
+    inside = (path.t >= begin) & (path.t <= end)
+    turning = np.abs(path.x_r[inside]).max(initial=0.0)
     return float(max(turning, abs(track.state(begin).x_r), abs(track.state(end).x_r)))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from drysim.approach.events import Floats
-from drysim.approach.track import Track
+from drysim.approach.track import Path, Track
 
 HOUR = 3600.0
 
@@ -26,7 +26,7 @@ def stroke_statistics(path: Floats, length: float, x_rM: float | None, goes_on: 
     Parameters
     ----------
     path : ndarray
-        x_r [m] at both ends of the window and at every zero of v_r in it, in order.
+        x_r [m] at both ends of the window and where it came by in it, in order.
     length : float
         Of the window [s].
     x_rM : float or None
@@ -36,7 +36,7 @@ def stroke_statistics(path: Floats, length: float, x_rM: float | None, goes_on: 
 
     Notes
     -----
-    Counted in the continuous solution: between zeros of v_r the displacement is monotone.
+    Counted in the continuous solution: its path tells every passage and every peak.
     """
     values: Values = {"crossing_rate": upcrossings(path) / length}
     if x_rM is not None:
@@ -46,11 +46,10 @@ def stroke_statistics(path: Floats, length: float, x_rM: float | None, goes_on: 
     return values
 
 
-def path_of(track: Track, window: tuple[float, float]) -> Floats:
-    """Give x_r [m] at the ends of a window and at every zero of v_r in it, in order."""
+def path_of(track: Track, path: Path, window: tuple[float, float]) -> Floats:
+    """Give x_r [m] at the ends of a window and where its path comes by in it, in order."""
     begin, end = window
-    turns = track.turns
-    inside = turns.x_r[(turns.t > begin) & (turns.t < end)]
+    inside = path.x_r[(path.t > begin) & (path.t < end)]
     ends = track.state(begin).x_r, track.state(end).x_r
     return np.concatenate(([ends[0]], inside, [ends[1]]))
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
-from drysim.approach.track import Track
+from drysim.approach.track import Path, Track
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.core.state import AnyState
 
@@ -36,12 +36,14 @@ class Excursions(NamedTuple):
     t_beyond: float
 
 
-def excursions(track: Track, x_rM: float, repeats: bool = False) -> Excursions:
+def excursions(track: Track, path: Path, x_rM: float, repeats: bool = False) -> Excursions:
     """Give the excursions of a whole run, settling included; reaching the limit is one.
 
     Parameters
     ----------
     track : Track
+    path : Path
+        Of the track, up to its end and for this limit.
     x_rM : float
         Stroke limit [m], above 0.
     repeats : bool
@@ -49,10 +51,10 @@ def excursions(track: Track, x_rM: float, repeats: bool = False) -> Excursions:
 
     Notes
     -----
-    Between zeros of v_r the displacement is monotone, so nothing hides between two of them.
+    Between two points of the path the limit is passed once at most: nothing hides there.
     """
-    t = np.append(track.turns.t, track.end)
-    x_r = np.append(track.turns.x_r, track.state(track.end).x_r)
+    t = np.append(path.t, track.end)
+    x_r = np.append(path.x_r, track.state(track.end).x_r)
     side = np.where(np.abs(x_r) >= x_rM, np.sign(x_r), 0.0)
     enters = [0.0] if side[0] else []
     leaves = []
@@ -74,7 +76,7 @@ def excursions(track: Track, x_rM: float, repeats: bool = False) -> Excursions:
 
 
 def reach(track: Track, level: float, lo: float, hi: float) -> float:
-    """Give the time at which x_r, monotone from lo to hi, is at a level [m] in between."""
+    """Give the time at which x_r, from lo to hi, passes a level [m] in between."""
     rising = track.state(hi).x_r > track.state(lo).x_r
     t = 0.5 * (lo + hi)
     for _ in range(NEWTON_CAP):

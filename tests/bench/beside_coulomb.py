@@ -69,8 +69,8 @@ def jobs_of(law: Law | Slider, motion: Motion, seconds: float) -> Jobs:
 
 
 def events(track: Track) -> int:
-    """Give how often the mode changed or v_r was zero."""
-    return len(getattr(track, "events", track.turns))
+    """Give how often the mode changed."""
+    return len(track.turns if isinstance(track.law, Law) else track.events)
 
 
 def compare(name: str, shelf: dict[str, Law | Slider], motion: Motion, options) -> None:

@@ -17,8 +17,9 @@ PARTS = (
     "sines.leap", "sines.stretch", "sines.blend", "sines.vanish", "sines.period_map",
     "sines.orbit", "sines.orbits", "text.decimal", "text.digits", "text.cells", "many.lanes",
     "many.trapezia", "many.stride", "many.queue", "many.settle", "many.records", "many.abreast",
-    "contacts.hit", "contacts.joint", "contacts.whole", "stops.bumper", "stops.bounded",
-    "stops.rest",
+    "contacts.contact", "contacts.hit", "contacts.holding", "contacts.joint", "contacts.ring",
+    "contacts.step_turns", "contacts.telling", "contacts.whole", "stops.bumper",
+    "stops.bounded", "stops.rest",
     "dynamic_laws.jet", "dynamic_laws.locate", "dynamic_laws.memory", "dynamic_laws.trace",
 )  # fmt: skip
 

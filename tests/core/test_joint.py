@@ -43,7 +43,7 @@ def test_engines_agree_bit_for_bit(plain, fast, k_t):
 def test_march_that_is_handed_over_goes_on_as_if_never_stopped(kernel):
     u_dd = np.random.default_rng(5).standard_normal(900)
     whole, parts = march(kernel, u_dd, 1e5), march(kernel, u_dd, 1e5, cuts=(256, 512))
-    assert len(whole[3]) > 50
+    assert len(whole[3]) > 30
     for one, other in zip(whole, parts, strict=True):
         assert np.array_equal(one, other)
 

@@ -83,8 +83,8 @@ class Bounded(traced.Traced):
 
 
 def reached(track: Track, x_rM: float) -> bool:
-    """Tell whether |x_r| comes to a limit [m]: at a zero of v_r or at an end."""
-    far = float(np.abs(track.turns.x_r).max())
+    """Tell whether |x_r| comes to a limit [m]: where its path comes by or at an end."""
+    far = float(np.abs(track.path((0.0, track.end), x_rM).x_r).max())
     return max(far, abs(track.state(track.end).x_r)) >= x_rM
 
 

@@ -101,6 +101,10 @@ def home_of(law: AnyLaw, motion: Sines | Samples) -> Any:
         from drysim.approach import over_joints
 
         return over_joints
+    if isinstance(law, Slider):
+        from drysim.approach import touched
+
+        return touched
     from drysim.approach import traced
 
     return traced

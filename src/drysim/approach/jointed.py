@@ -11,11 +11,13 @@ import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.scene import CONSTANT, waves_of
-from drysim.approach.track import Located
+from drysim.approach.told import all_told, whole_pieces
+from drysim.approach.track import Located, Path
 from drysim.core.compiled import held
 from drysim.core.contacts.contact import HOLD
 from drysim.core.contacts.contact_replay import integrate_pieces, read_contact
-from drysim.core.events import SLIP
+from drysim.core.contacts.step_turns import tell_steps
+from drysim.core.contacts.whole import whole_steps
 from drysim.core.forms import step_forms, step_rows
 from drysim.core.motion import Samples, sample_squares
 from drysim.core.plant import Plant, Slider
@@ -47,10 +49,14 @@ class Jointed(Located):
     end: float
     closest: float = math.inf
 
-    @cached_property
-    def turns(self) -> Events:
-        """The start and every zero of v_r: between two of them x_r is monotone."""
-        return self.events.chosen(np.abs(self.events.kind) != SLIP)
+    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Give the points of x_r that tell all of its way in a window [s]."""
+        plant, dt, trail = self.plant, self.motion.dt, self.trail
+        sprung = whole_steps(Plant(plant.m, plant.k_x + self.law.k_t, plant.b), dt)
+        held_trail, states = Pieces(*map(held, trail)), (held(self.x_r), held(self.v_r))
+        scene = plant, self.law, sprung, self.base, *states, held_trail
+        whole = whole_pieces(trail.n * dt + trail.s, window)
+        return all_told(tell_steps, scene, whole, x_rM, (0, -1, 0.0, 0.0, 0.0))
 
     @cached_property
     def base(self) -> Any:

@@ -7,15 +7,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drysim.approach import by_series
+from drysim.approach import by_series, touched, traced
 from drysim.approach.bounded import march
 from drysim.approach.by_series import Series
 from drysim.approach.closing import Closing
 from drysim.approach.orbit import Orbit
-from drysim.approach.traced import Traced, follow
+from drysim.approach.traced import Traced
 from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
-from drysim.core.plant import Dynamic, Plant, Stopped
+from drysim.core.plant import Dynamic, Plant, Slider, Stopped
 from drysim.core.sines.period_map import radius
 from drysim.core.state import AnyState, State
 
@@ -46,7 +46,9 @@ def once(
         return march(plant, law, motion, state, period)
     if isinstance(law, Dynamic):
         return by_series.follow(plant, law, motion, state, period)
-    return follow(plant, law, motion, state, period)
+    if isinstance(law, Slider):
+        return touched.follow(plant, law, motion, state, period)
+    return traced.follow(plant, law, motion, state, period)
 
 
 def find_orbit(
@@ -62,7 +64,8 @@ def find_orbit(
     while periods < MOST_PERIODS:
         periods += 1
         track = once(plant, law, motion, state, period)
-        peak = max(peak, float(np.abs(track.turns.x_r).max()))
+        way = track.path((0.0, period), None)
+        peak = max(peak, float(np.abs(way.x_r).max()))
         largest = [float(np.abs(column).max()) for column in track.series]
         closing.add(track.state(period), largest)
         change, multiple = closing.repetition()
@@ -77,7 +80,7 @@ def find_orbit(
         return once(plant, law, motion, state, multiple * period).state(multiple * period)
 
     unique = True
-    if settled and plant.b == 0.0 and isinstance(law, Stopped) and len(track.turns) > 1:
+    if settled and plant.b == 0.0 and isinstance(law, Stopped) and len(way.t) > 1:
         unique = drawn(repeat, end, (closing.scale[0], closing.scale[1]))
     return Orbit(end, multiple, change, settled, unique, run_up, peak, left)
 

@@ -13,6 +13,7 @@ from drysim.approach.numerics import FIXED_STEP, Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
 from drysim.approach.scene import grid_points, waves_of
+from drysim.approach.track import Path
 from drysim.core.compiled import engine, held
 from drysim.core.means import mean_squares
 from drysim.core.motion import Samples, Sines, base_acceleration, displacement_between
@@ -89,13 +90,11 @@ class SteppedTrack:
         """Last instant [s]."""
         return (len(self.x_r) - 1) * self.dt
 
-    @property
-    def turns(self) -> Events:
-        """The start and the local extremes of x_r on the grid."""
+    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Give the start and the local extremes of x_r on the grid."""
         rising = np.sign(np.diff(self.x_r))
         n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))
-        F_L = self.plant.m * self.u_dd[n] + self.plant.k_x * self.x_r[n]
-        return Events(n * self.dt, self.d[n], self.x_r[n], F_L)
+        return Path(n * self.dt, self.x_r[n])
 
     def state(self, t: float) -> State:
         """Give the state at time t [s], on a straight line between grid points."""

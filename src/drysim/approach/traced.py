@@ -22,11 +22,10 @@ from drysim.approach.scene import (
     refuse_storm,
     waves_of,
 )
-from drysim.approach.touches import Touches
 from drysim.approach.track import Located
 from drysim.core.compiled import held
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Plant, Slider
+from drysim.core.plant import Plant
 from drysim.core.state import AnyState, Deflected, Totals
 from drysim.core.trail import Trail
 from drysim.core.waves import Waves
@@ -178,14 +177,21 @@ def solve(
     duration: float | None,
 ) -> Response:
     """Solve a scene and write it on its grid."""
-    track = follow(plant, law, motion, start, duration)
+    return on_grid(follow(plant, law, motion, start, duration), step)
+
+
+def on_grid(track: Traced, step: float) -> Response:
+    """Give a solution on a grid; samples have their own."""
+    motion = track.motion
     dt = motion.dt if isinstance(motion, Samples) else step
     points = grid_points(track.end, dt)
-    how = partial(numerics, law, motion, points, track.events, track.closest)
-    grid: Grid
-    if isinstance(law, Slider) and isinstance(motion, Sines):
-        grid = Touches(track, dt, points)
-    else:
-        x_r, v_r, _, F_f, d = track.at(spans.times(0, points, dt))
-        grid = Held(dt, spans.base_on_grid(motion, 0, points, dt), Points(x_r, v_r, d, F_f))
-    return Response(plant, law, motion, grid, track.events, how, track)
+    x_r, v_r, _, F_f, d = track.at(spans.times(0, points, dt))
+    grid = Held(dt, spans.base_on_grid(motion, 0, points, dt), Points(x_r, v_r, d, F_f))
+    return responding(track, grid)
+
+
+def responding(track: Traced, grid: Grid) -> Response:
+    """Give the response of a solution on a grid."""
+    law, motion, events = track.law, track.motion, track.events
+    how = partial(numerics, law, motion, len(grid), events, track.closest)
+    return Response(track.plant, law, motion, grid, events, how, track)

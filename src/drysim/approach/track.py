@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
-from drysim.approach.events import Events
+from drysim.approach.events import Events, Floats
 from drysim.core.plant import AnyLaw, Plant
 from drysim.core.state import AnyState, Totals
+
+
+class Path(NamedTuple):
+    """Where the mass came by: arrays of shape (points,), in the order of time.
+
+    Attributes
+    ----------
+    t : ndarray
+        Time [s].
+    x_r : ndarray
+        Relative displacement [m].
+    """
+
+    t: Floats
+    x_r: Floats
 
 
 class Track(Protocol):
@@ -25,10 +40,6 @@ class Track(Protocol):
         """Smallest relative margin of a stop decision; infinite for none."""
 
     @property
-    def turns(self) -> Events:
-        """The start and every zero of v_r: between two of them x_r is monotone."""
-
-    @property
     def end(self) -> float:
         """Last instant [s]."""
 
@@ -38,12 +49,31 @@ class Track(Protocol):
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
 
+    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Give the points of x_r that tell all of its way in a window [s], from the start on.
+
+        Between two of them x_r goes no farther from zero than at the farther one, and passes
+        zero and a stroke limit x_rM [m] once at most.
+        """
+
     def chatter(self, begin: float, end: float) -> float:
         """Give the share of a window in which v_r flips twice within four steps [-]."""
 
 
+class Turning(Protocol):
+    """A track that knows where it turns."""
+
+    @property
+    def turns(self) -> Events:
+        """The start and every zero of v_r: between two of them x_r is monotone."""
+
+
 class Located:
     """A track whose stops are located: nothing is left to flip with a step."""
+
+    def path(self: Turning, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Give the start and every zero of v_r: between two of them x_r is monotone."""
+        return Path(self.turns.t, self.turns.x_r)
 
     def chatter(self, begin: float, end: float) -> float:
         """Give 0."""

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.approach.events import Events, Floats
-from drysim.approach.track import Located, Track
+from drysim.approach.events import Floats
+from drysim.approach.track import Located, Path, Track
 from drysim.core.plant import Plant, Stopped
 from drysim.core.state import AnyState, Totals
 
@@ -45,10 +45,9 @@ class Unreached(Located):
         """Smallest relative margin of a stop decision; infinite for none."""
         return self.bare.closest
 
-    @property
-    def turns(self) -> Events:
-        """The start and every zero of v_r."""
-        return self.bare.turns
+    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Give the points of x_r that tell all of its way in a window [s]."""
+        return self.bare.path(window, x_rM)
 
     @property
     def end(self) -> float:

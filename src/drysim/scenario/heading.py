@@ -12,8 +12,14 @@ from drysim.quantity import shown
 FORMAT = 1
 """Version of the file format."""
 
-NAME = re.compile(r"[^\W_][\w .-]{0,98}[\w-]|[^\W_]")
-"""A name that is a good name for a folder everywhere."""
+LONGEST = 100
+"""Characters of a name, so that a folder can have it everywhere."""
+
+NAME = re.compile(r"[^\W_]([\w .-]*[\w-])?")
+"""What a name is written with."""
+
+DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
+"""What no folder of Windows can be called, whatever stands behind the point."""
 
 
 def _known(version: object) -> object:
@@ -23,12 +29,25 @@ def _known(version: object) -> object:
     return FORMAT
 
 
-def _of_a_folder(name: str) -> str:
-    if not NAME.fullmatch(name) or name.endswith(".partial"):
-        raise ValueError(
-            "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first, "
-            f"as the output folder is named after it; not {shown(name)}"
+def unfit(name: str) -> str:
+    """Say why a name is none for a folder; nothing when it is."""
+    if len(name) > LONGEST:
+        return f"must have at most {LONGEST} characters, not {len(name)}"
+    if name.endswith(".partial"):
+        return f"must not end as a folder of unfinished work does, like {shown(name)}"
+    if DEVICE.fullmatch(name):
+        return f"must not be what Windows calls a device by, like {shown(name)}"
+    if not NAME.fullmatch(name):
+        return (
+            "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first and "
+            f"no space or `.` last, not {shown(name)}"
         )
+    return ""
+
+
+def _of_a_folder(name: str) -> str:
+    if reason := unfit(name):
+        raise ValueError(f"{reason}; the output folder is named after it")
     return name
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError
-from drysim.scenario.heading import NAME
+from drysim.scenario.heading import LONGEST, unfit
 from drysim.scenario.model import Scenario
 from drysim.scenario.options import model_for
 from drysim.scenario.reading import MOST_PROBLEMS, Enough, Reading
@@ -90,8 +90,8 @@ def _read(reading: Reading, model: type[Scenario]) -> Scenario | None:
 
 def _name(stem: str) -> str:
     """Give the name of a file as the name of a scenario."""
-    name = re.sub(r"[^\w .-]", "-", stem).strip(" ._-")[:100]
-    return name if NAME.fullmatch(name) else "scenario"
+    name = re.sub(r"[^\w .-]", "-", stem).strip(" ._-")[:LONGEST]
+    return "scenario" if unfit(name) else name
 
 
 def _error(file: str, problems: list[Problem]) -> ScenarioError:

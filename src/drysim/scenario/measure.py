@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import StrictBool, model_validator
 
-from drysim.quantity import NUMBER, Block, Misfit, Quantity
+from drysim.quantity import NUMBER, Block, Misfit, Quantity, shown
 from drysim.weighting import DIRECTIONS
 
 if TYPE_CHECKING:
@@ -107,7 +107,8 @@ def in_seconds(
     for key in ("settle", "duration"):
         count = _PERIODS.fullmatch(words[key]) if isinstance(words.get(key), str) else None
         if count and period is None and frequencies is not None:
-            raise Misfit(f"`{words[key]}` needs a periodic base motion; give seconds", key)
+            sentence = f"{shown(words[key])} needs a periodic base motion; give seconds"
+            raise Misfit(sentence, key)
         if count:
             words[key] = float(count[1]) * (period or 1.0)
     if words["steady"] is True and period is None and frequencies:

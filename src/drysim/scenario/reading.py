@@ -146,7 +146,7 @@ class Reading:
         elif tag and tag[0] == BY_NAME and (hint := of_other_laws(key)):
             nearest = None
         else:
-            hint = meant(nearest) or _instead(key, fields)
+            hint = meant(nearest) or _instead(key, given[key], fields)
         self.fault(f"unknown key {shown(key)}{where}{hint}", (*at, key), at_key=True)
         return nearest if nearest not in given else None
 
@@ -185,9 +185,9 @@ def dotted(keys: Keys) -> str:
     return ".".join(short(str(key)) for key in keys)
 
 
-def _instead(key: str, fields: Mapping[str, FieldInfo]) -> str:
+def _instead(key: str, value: object, fields: Mapping[str, FieldInfo]) -> str:
     """Say what to do about a key that resembles nothing."""
-    if key[:1].isdigit():
+    if key[:1].isdigit() and value is None:
         return "; write decimals with a point, not with a comma"
     return f"; known are {', '.join(fields)}"
 

@@ -34,7 +34,8 @@ def read_bytes(path: Path) -> bytes:
         inside = _inside(path) if str(other) == "a folder" else "; name a file"
         raise Unreadable(here.problem(f"this is {other}{inside}")) from None
     except FileNotFoundError:
-        raise Unreadable(here.problem(f"no such file{_neighbour(path)}")) from None
+        why = ": it is a link that leads nowhere" if path.is_symlink() else _neighbour(path)
+        raise Unreadable(here.problem(f"no such file{why}")) from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)
         raise Unreadable(here.problem(f"cannot be read: {reason}")) from None

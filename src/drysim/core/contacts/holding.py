@@ -1,38 +1,28 @@
-"""When a spring contact that holds yields, or the mass turns before."""
+"""When a spring contact that holds yields."""
 
 from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled, inlined
-from drysim.core.contacts.yielding import turning_before
-from drysim.core.samples.stop import NEVER, RESOLUTION
-from drysim.core.sines.blend import (
-    Blend,
-    Instant,
-    blended,
-    bound_of,
-    falls_surely,
-    far_from_zero,
-    instant,
-    most_twist,
-    safe_blend,
-    starting_course,
-)
-from drysim.core.sines.cease import to_zero
+from drysim.core.compiled import compiled
+from drysim.core.contacts.ring import clear_of, ringing, stays_within
+from drysim.core.samples.stop import NEVER
+from drysim.core.sines.blend import Blend, blended, bound_of, far_from_zero, instant, most_twist
+from drysim.core.sines.stretch import heading
 from drysim.core.sines.vanish import seek, vanish
+from drysim.core.waves import normal_force
 
 HALF_SWING = 3.2
 """Radians of the oscillator within which a contact that its swing makes yield does so."""
 
 
 @compiled
-def leave_hold(stretch, waves, law, x_0, side, poised, h):
-    """Give the first time in [0, h] at which a holding contact yields to one side, and how.
+def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
+    """Give the first time at which a holding contact yields to one side, and how.
 
     Parameters
     ----------
-    stretch, waves, h
+    stretch, waves
         As in `vanish`, with the spring of the contact in the stretch.
     law : Slider
     x_0 : float
@@ -40,7 +30,10 @@ def leave_hold(stretch, waves, law, x_0, side, poised, h):
     side : int
         +1 where x_r yields upwards, -1 downwards.
     poised : bool
-        Whether it holds at this very limit, and just so: value and rate are zero exactly.
+        Whether at the start it holds at this very limit, and just so: value and rate are zero
+        exactly.
+    begin, until : float
+        Times of the stretch [s].
 
     Returns
     -------
@@ -48,90 +41,34 @@ def leave_hold(stretch, waves, law, x_0, side, poised, h):
         As `vanish` gives them, of what the contact may still bear.
     """
     room = Blend(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
-    return vanish(stretch, waves, law, room, 2 if poised else 0, h, False)
+    if begin == 0.0:
+        return vanish(stretch, waves, law, room, 2 if poised else 0, until, False)
+    bound = bound_of(waves, law, room, stretch.r, until)
+    now = instant(stretch, waves, begin)
+    course = blended(law, waves, room, now)
+    if course.value <= 0.0:
+        return now.s, now.x_r, now.v_r
+    if far_from_zero(course, most_twist(room, stretch.w, now, bound), bound, until - begin):
+        return NEVER, now.x_r, now.v_r
+    return seek(stretch, waves, law, room, bound, now, course, until, False)
 
 
 @compiled
-def turn_or_yield(stretch, waves, law, room, zeros, way, h):
-    """Give the first of two times within h [s]: the mass turns, or a room is used up.
+def or_before(stretch, waves, law, x_0, side, poised, begin, until, s, x, v):
+    """Give time, side and state of a contact that yields, unless it yields before.
 
     Parameters
     ----------
-    stretch, waves, law, zeros, h
-        As in `vanish`.
-    room : Blend
-        What the contact may still bear on the side of the motion.
-    way : int
-        Direction of motion, not 0.
-
-    Returns
-    -------
-    s, x_r, v_r, turns
-        Time and state, as `vanish` gives them, and whether the mass turns then.
-
-    Notes
-    -----
-    Both are approached at once, as long as neither is sure to come; then the one that is, and
-    the other only up to there.
+    stretch, waves, law, x_0, side, poised, begin, until
+        As in `leave_hold`: what may be before.
+    s, x, v
+        When it yields to the other side, as `leave_hold` gives it.
     """
-    speed = Blend(0.0, 0.0, float(way), 0.0, 0.0)
-    of_speed = bound_of(waves, law, speed, stretch.r, h)
-    of_room = bound_of(waves, law, room, stretch.r, h)
-    now = Instant(0.0, stretch.x_r, stretch.v_r, stretch.a, stretch.j, stretch.k)
-    slows = blended(law, waves, speed, now)
-    fills = starting_course(law, waves, room, now, zeros)
-    while True:
-        slow_most = most_twist(speed, stretch.w, now, of_speed)
-        fill_most = most_twist(room, stretch.w, now, of_room)
-        yields = far_from_zero(slows, slow_most, of_speed, h - now.s)
-        turns = not yields and far_from_zero(fills, fill_most, of_room, h - now.s)
-        if not (turns or yields):
-            turns = falls_surely(slows, slow_most, of_speed)
-            yields = falls_surely(fills, fill_most, of_room)
-            if turns and yields:
-                turns = to_zero(slows.value, slows.rate, slows.bend) < to_zero(
-                    fills.value, fills.rate, fills.bend
-                )
-        if turns or yields:
-            break
-        slow_step = safe_blend(slows, slow_most, of_speed)
-        step = min(slow_step, safe_blend(fills, fill_most, of_room))
-        if step <= RESOLUTION * now.s:
-            return now.s, now.x_r, now.v_r, step == slow_step
-        if now.s + step >= h:
-            return NEVER, now.x_r, now.v_r, False
-        now = instant(stretch, waves, now.s + step)
-        slows = blended(law, waves, speed, now)
-        fills = blended(law, waves, room, now)
-        if slows.value <= 0.0 or fills.value <= 0.0:
-            return now.s, now.x_r, now.v_r, slows.value <= 0.0
-    if turns:
-        s, x_r, v_r, first = first_of_two(
-            stretch, waves, law, now, speed, of_speed, slows, room, of_room, fills, h
-        )
-        return s, x_r, v_r, first and s < NEVER
-    s, x_r, v_r, first = first_of_two(
-        stretch, waves, law, now, room, of_room, fills, speed, of_speed, slows, h
-    )
-    return s, x_r, v_r, not first
-
-
-@inlined
-def first_of_two(stretch, waves, law, now, one, of_one, its, other, of_other, others, h):
-    """Give when the first of two blends vanishes, the state then, and whether it is `one`.
-
-    From an instant on; that one is looked for first, and the other only up to there.
-    """
-    s, x_r, v_r = seek(stretch, waves, law, one, of_one, now, its, h, False)
-    until = min(s, h)
-    most = most_twist(other, stretch.w, now, of_other)
-    if not far_from_zero(others, most, of_other, until - now.s):
-        # The speed at the end tells whether it may have been zero before.
-        stays = s < NEVER and other.x == 0.0 and other.v * v_r > 0.0
-        t, x, v = seek(stretch, waves, law, other, of_other, now, others, until, stays)
-        if t < until:
-            return t, x, v, False
-    return s, x_r, v_r, True
+    if begin < until:
+        t, x_t, v_t = leave_hold(stretch, waves, law, x_0, side, poised, begin, until)
+        if t < s:
+            return t, side, x_t, v_t
+    return s, -side, x, v
 
 
 @compiled
@@ -142,8 +79,8 @@ def swings_to(stretch, way, gap):
 
 
 @compiled
-def end_of_hold(stretch, waves, law, x_0, poised, way, gap, h):
-    """Give when within h [s] the mass turns, or a contact that holds yields before.
+def end_of_hold(stretch, waves, law, x_0, poised, h):
+    """Give when within h [s] a contact that holds yields.
 
     Parameters
     ----------
@@ -151,45 +88,49 @@ def end_of_hold(stretch, waves, law, x_0, poised, way, gap, h):
         As in `leave_hold`.
     poised : int
         The side at whose limit it holds just so, 0 for none.
-    way : int
-        Direction of motion.
-    gap : float
-        How far it may move until it yields if the limit stays [m].
     h : float
         Length of the stretch [s].
 
     Returns
     -------
-    turn, x_turn : float
-        Time [s], infinite for none, and x_r then.
-    change, after, x_r, v_r
-        Time, direction of yielding and the state then.
+    s, side, x_r, v_r
+        Time [s], infinite for never, direction of yielding, and the state then.
+
+    Notes
+    -----
+    A contact that swings within the stretch is looked at swing by swing, and only where its
+    envelope does not show that it holds. A peak stands for half a swing on either side, so
+    that the one before has told of the other side up to this peak.
     """
-    turn, x_turn, change, after = NEVER, stretch.x_r, NEVER, way
-    x, v = stretch.x_r, stretch.v_r
-    if way != 0:
-        if swings_to(stretch, way, gap):
-            looked = min(HALF_SWING / math.sqrt(stretch.w), h)
-            change, x, v = leave_hold(stretch, waves, law, x_0, way, poised == way, looked)
-        if change < NEVER:
-            turn, x_turn = turning_before(stretch, waves, law, way, change, v)
-        else:
-            room = Blend(x_0, -way * law.k_t, 0.0, law.F_fk, 0.0)
-            s, x, v, turns = turn_or_yield(
-                stretch, waves, law, room, 2 if poised == way else 0, way, h
-            )
-            if turns:
-                turn, x_turn = s, x
-            else:
-                change = s
-    if law.variation > 0.0:
-        for side in (-1, 1):
-            # On the side that the mass leaves, a force that is not on it cannot yield.
-            if side != way and (way == 0 or side * (stretch.x_r - x_0) > 0.0):
-                until = min(change, turn, h)
-                found, x_s, v_s = leave_hold(
-                    stretch, waves, law, x_0, side, poised == side, until
-                )
-                if found < change:
-                    change, after, x, v = found, side, x_s, v_s
-    return turn, x_turn, change, after, x, v
+    reach, way = law.F_fk / law.k_t, heading(stretch)
+    gap = reach * normal_force(law, waves, 0.0)[0] - way * (stretch.x_r - x_0)
+    if way * poised <= 0 and swings_to(stretch, way, gap):
+        looked = min(HALF_SWING / math.sqrt(stretch.w), h)
+        s, x, v = leave_hold(stretch, waves, law, x_0, way, False, 0.0, looked)
+        if s < NEVER:
+            other = -way, poised == -way, 0.0, s
+            return or_before(stretch, waves, law, x_0, *other, s, x, v)
+    own = ringing(stretch, waves)
+    if own.side == 0 or h <= own.half:
+        side = way if way != 0 else 1
+        s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, 0.0, h)
+        other = -side, poised == -side, 0.0, min(s, h)
+        return or_before(stretch, waves, law, x_0, *other, s, x, v)
+    number, clear = -1 if own.phase > 0.0 else 0, 0.0
+    while clear < h:
+        side = own.side if number % 2 == 0 else -own.side
+        peak = own.phase / own.omega + number * own.half
+        before = own.half
+        if clear > 0.0 or side != poised:
+            before = clear_of(own, stretch, waves, law, x_0, side, peak)
+        if before >= 0.0:
+            begin, until = max(clear, peak - before), min(peak + own.half, h)
+            s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
+            if s < NEVER:
+                other = -side, poised == -side, max(clear, peak), s
+                return or_before(stretch, waves, law, x_0, *other, s, x, v)
+        number += 1
+        if peak >= clear:
+            clear = stays_within(own, stretch, waves, law, x_0, reach, True, peak, h)
+            number = max(number, math.floor((own.omega * clear - own.phase) / math.pi))
+    return NEVER, 0, stretch.x_r, stretch.v_r

@@ -9,7 +9,7 @@ from drysim.core.contacts.contact import HOLD, POISED, holds
 from drysim.core.contacts.hit import next_crossing, next_stop
 from drysim.core.contacts.skim import skim
 from drysim.core.contacts.whole import whole_steps
-from drysim.core.events import REVERSAL, ROOM, SLIP, STICK, limit_force, note, sign
+from drysim.core.events import ROOM, SLIP, STICK, limit_force, note, sign
 from drysim.core.plant import Plant
 from drysim.core.samples.glide import glide, look_ahead
 from drysim.core.samples.march import STRETCH
@@ -45,7 +45,7 @@ def march_joint(
     trail, at : Trail, int
         Where to write each beginning of a mode, and how many are written.
     log, count : Log, int
-        Where to write changes of mode and zeros of v_r, and how many are written.
+        Where to write changes of mode, and how many are written.
 
     Returns
     -------
@@ -76,9 +76,9 @@ def march_on(
         if n >= until:
             begin, until = -1, min(n - n % STRETCH + STRETCH, end)
         if mode == HOLD and v_r != 0.0 and sprung.fine:
-            n, x_r, v_r, count = skim(
-                plant, sprung, u_dd, n, until, x_r, v_r, -stiffness * x_0, x_0 - reach,
-                x_0 + reach, x_out, v_out, d_out, log, count, full,
+            n, x_r, v_r = skim(
+                sprung, u_dd, n, until, x_r, v_r, -stiffness * x_0, x_0 - reach, x_0 + reach,
+                x_out, v_out, d_out,
             )  # fmt: skip
         elif mode * v_r > 0.0 and yields.fine:
             if begin < 0:
@@ -151,10 +151,8 @@ def through(
         if stop == NEVER:
             return x_r, v_r, x_0, mode, at, count
         begin = min(begin + stop, h)
-        F_L = limit_force(plant, x_r, u_0 + slope * begin)
-        if holding:
-            count = note(log, count, n, begin, -way * REVERSAL, x_r, F_L)
-        else:
+        if not holding:
+            F_L = limit_force(plant, x_r, u_0 + slope * begin)
             x_0, mode = x_r - mode * reach, mode * POISED
             at = mark(trail, at, n, begin, x_r, v_r, x_0, mode)
             count = note(log, count, n, begin, STICK, x_r, F_L)

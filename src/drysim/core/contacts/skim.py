@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from drysim.core.compiled import inlined
 from drysim.core.contacts.hit import turn_of
-from drysim.core.events import REVERSAL, limit_force, note
 
 
 @inlined
-def skim(
-    plant, steps, u_dd, n, until, x_r, v_r, f, low, high, x_out, v_out, d_out, log, count, full
-):
+def skim(steps, u_dd, n, until, x_r, v_r, f, low, high, x_out, v_out, d_out):
     """Take whole steps while the contact holds: between two limits of x_r, there and back.
 
     Parameters
     ----------
-    plant : Plant
     steps : Whole
         Of fine steps.
     u_dd : array, shape (samples,)
@@ -30,20 +26,19 @@ def skim(
         Limits of x_r [m].
     x_out, v_out, d_out : array, shape (samples,)
         Written from n + 1 to the sample reached.
-    log, count, full : Log, int, int
-        Where to write zeros of v_r, how many events are written, and may be.
 
     Returns
     -------
-    n, x_r, v_r, count
+    n, x_r, v_r
         The sample whose step wants a closer look, and the state there.
 
     Notes
     -----
-    A mass that turns while the contact holds moves on as before, so its turn is located and
-    the step is the same. A fine step holds one turn at most where the sign of v_r changes.
+    A fine step holds one extremum of v_r at most. So a velocity that falls as the step begins
+    is no greater than then until the mass turns, and no greater than at the end once it has
+    turned twice: where that takes x_r to no limit, its turns need not be known.
     """
-    c, w, one = steps.c, steps.w, steps.one
+    c, w, dt, one = steps.c, steps.w, steps.dt, steps.one
     x_0, x_1, v_0, v_1 = steps.x_0, steps.x_1, steps.v_0, steps.v_1
     x_f, v_f = one.x_f * f, one.v_f * f
     u_0 = u_dd[n]
@@ -55,21 +50,22 @@ def skim(
         v = one.v_x * x_r + one.v_v * v_r - (v_0 * u_0 + v_1 * u_1 + v_f)
         a_end = -(u_1 + c * v + w * x + f)
         if way * v <= 0.0 or (way * a < 0.0 and way * a_end > 0.0) or not low < x < high:
-            if way * v >= 0.0 or not low < x < high or count >= full:
+            if v == 0.0 or not low < x < high:
                 break
-            slope = (u_1 - u_0) * steps.per_dt
-            s, far = turn_of(
-                steps, way * v_r, way * a, -way * slope, way * v, way * a_end, steps.dt
-            )
-            x_turn = x_r + way * far
-            if s < 0.0 or not low < x_turn < high:
-                break
-            way = -way
-            F_L = limit_force(plant, x_turn, u_0 + slope * s)
-            count = note(log, count, n, s, int(way) * REVERSAL, x_turn, F_L)
+            turns = way * v < 0.0
+            inside = low < x_r + v_r * dt < high and (turns or low < x - v * dt < high)
+            if way * a > 0.0 or not inside:
+                if not turns:
+                    break
+                r = -way * (u_1 - u_0) * steps.per_dt
+                s, far = turn_of(steps, way * v_r, way * a, r, way * v, way * a_end, dt)
+                if s < 0.0 or not low < x_r + way * far < high:
+                    break
+            if turns:
+                way = -way
         n += 1
         u_0, x_r, v_r, a = u_1, x, v, a_end
         x_out[n] = x_r
         v_out[n] = v_r
         d_out[n] = 0
-    return n, x_r, v_r, count
+    return n, x_r, v_r

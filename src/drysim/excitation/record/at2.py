@@ -31,9 +31,12 @@ HEADER = 10
 LONGEST = 500
 """Characters of a line of the header."""
 
+SIZE = r"[\d.e+-]{1,20}(?![\d.e+-])"
+"""A number of the header as it is written, whole or not."""
+
 SIZES = (
-    re.compile(r"(?i)\bNPTS\s*=\s*(?P<n>\d{1,12}).{0,20}?\bDT\s*=\s*(?P<dt>[\d.eE+-]{1,20})"),
-    re.compile(r"(?i)\s*(?P<n>\d{1,12})\s+(?P<dt>[\d.eE+-]{1,20})\s+NPTS\b.*\bDT\b"),
+    re.compile(rf"(?i)\bNPTS\s*=\s*(?P<n>{SIZE}).{{0,20}}?\bDT\s*=\s*(?P<dt>{SIZE})"),
+    re.compile(rf"(?i)(?<!\S)(?P<n>{SIZE})\s+(?P<dt>{SIZE})\s+NPTS\b.*\bDT\b"),
 )
 """`NPTS= 4000, DT= .0050 SEC` of today, `4000 0.0050 NPTS, DT` of the older files."""
 
@@ -76,10 +79,12 @@ def _header(text: TextFile) -> Header:
             unit = found[1].lower()
         sizes = next(filter(None, (form.search(words) for form in SIZES)), None)
         if sizes:
-            n, dt = int(sizes["n"]), sizes["dt"]
-            if n < 1 or not NUMBER.fullmatch(dt) or not 0 < float(dt) < np.inf:
-                raise _at(text, line, "NPTS and DT in the header must be above 0", sizes[0])
-            return Header(n, float(dt), unit, line, behind(text, start))
+            n, dt = sizes["n"], sizes["dt"]
+            if not n.isdecimal() or int(n) < 1:
+                raise _at(text, line, "NPTS must be a whole number above 0", sizes[0])
+            if not NUMBER.fullmatch(dt) or not 0 < float(dt) < np.inf:
+                raise _at(text, line, "DT must be a number above 0", sizes[0])
+            return Header(int(n), float(dt), unit, line, behind(text, start))
     raise fault(
         text.shown,
         f"the record is no AT2: none of its first {HEADER} lines says NPTS and DT, as in "

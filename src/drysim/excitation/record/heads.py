@@ -18,6 +18,9 @@ DELIMITERS = "\t;,"
 LOOKED_AT = 100
 """Rows among which a header is looked for."""
 
+MOST_COLUMNS = 16_384
+"""As many as a spreadsheet has; with more of them samples stand beside one another."""
+
 NOT_A_NAME = re.compile(r"(?i)[+-]?(?:nan|inf|infinity|\d*[.,]\d.*|\d+e[+-]?\d+)", re.ASCII)
 """With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
 
@@ -27,6 +30,16 @@ WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
 def delimiter_of(text: str) -> str:
     """Give the delimiter of a row."""
     return next((mark for mark in DELIMITERS if mark in text), "")
+
+
+def wide(file: TextFile) -> tuple[int, int]:
+    """Give line and width of a first row with more columns than a table has; zeros for none."""
+    for line, _, text in islice(lines(file), LOOKED_AT):
+        mark = delimiter_of(text)
+        columns = text.count(mark) + 1 if mark else len(text.split())
+        if columns > MOST_COLUMNS:
+            return line, columns
+    return 0, 0
 
 
 def is_header(cells: Sequence[Cell]) -> bool:

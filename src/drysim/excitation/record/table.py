@@ -14,12 +14,14 @@ from drysim.excitation.record.columns import Columns
 from drysim.excitation.record.file import Cell, TextFile, fault
 from drysim.excitation.record.heads import (
     LOOKED_AT,
+    MOST_COLUMNS,
     delimiter_of,
     header_cells,
     is_header,
     is_units,
     labels_of,
     likely_header,
+    wide,
 )
 from drysim.excitation.record.lines import lines, split
 
@@ -102,8 +104,13 @@ def tabulate(file: TextFile) -> Table:
     Raises
     ------
     RecordError
-        When there are no rows of numbers, the header is not UTF-8 or does not fit the rows.
+        When there are no rows of numbers or too many columns, the header is not UTF-8 or does
+        not fit the rows.
     """
+    line, width = wide(file)
+    if line:
+        sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
+        raise fault(file.shown, f"{sentence}: write one sample a row", line)
     content = ((n, at, text) for n, at, text in lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
     if (likely := likely_header(file)) > line:

@@ -113,18 +113,19 @@ def numbers(column: object, count: int) -> list[float | None]:
 
 def of_stroke(case: Case, motion: Samples, many: Measured, i: int) -> Values:
     """Give the metrics of one seed that are read off its way from stop to stop."""
-    path, suffices, x_rM = many.paths[i], float(many.suffices[i]), case.limit
+    way, suffices, x_rM = many.paths[i], float(many.suffices[i]), case.limit
     length = case.window[1] - case.window[0]
-    peak = float(np.abs(path).max())
+    peak = float(np.abs(way).max())
     values: Values = {"x_r_peak": peak, "stroke_suffices": suffices, "chatter_share": 0.0}
-    values |= stroke_statistics(path, length, x_rM, case.goes_on)
+    values |= stroke_statistics(way, length, x_rM, case.goes_on)
     if x_rM is not None:
         times, t_first, t_beyond = 0, None, 0.0
         if suffices >= x_rM:
             track = track_of(
                 replace(case, motion=motion), case.start, case.step, case.window[1]
             )
-            times, t_first, t_beyond = excursions(track, x_rM)
+            path = track.path((0.0, track.end), x_rM)
+            times, t_first, t_beyond = excursions(track, path, x_rM)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return values
