@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -195,6 +196,17 @@ def test_integrals_of_a_long_hold_are_those_of_its_motion(b, window):
         row @ weights - total for row, total in zip(rows, track.totals(*window), strict=False)
     ]
     assert (np.abs(off) < 1e-12 * np.array(scales)).all()
+
+
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
+@pytest.mark.parametrize("law", (CONTACTS | RINGING).values(), ids=CONTACTS | RINGING)
+def test_integrals_over_a_window_are_the_sums_of_those_over_its_parts(law, motion):
+    """Parts of a millisecond take a few points each, and the whole what suits its pieces."""
+    track = StickSlip().track(PAPER, law, motion, REST, STEP, 2.0)
+    edges = np.linspace(0.3, 1.3, 1001).tolist()
+    parts = np.array([track.totals(*each)[:5] for each in pairwise(edges)])
+    scale = np.abs(parts).sum(axis=0)
+    assert (np.abs(parts.sum(axis=0) - track.totals(0.3, 1.3)[:5]) < 2e-13 * scale).all()
 
 
 def test_stiff_contact_comes_to_coulomb_as_one_over_its_stiffness():

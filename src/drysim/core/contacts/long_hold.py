@@ -96,16 +96,18 @@ def integrate_long(c, w, waves, middle, lag, rate, lo, hi):
         turn = cmath.exp(root * length)
         v, x_dd = root * x, -(w + c * root) * x
         x2 += 2.0 * middle * (x * over(root, turn, length)).real
-        for k in range(waves.base + 1):
-            other, x_k, _ = part(c, w, waves, lag, rate, k, lo)
-            v_k = other * x_k
-            turn_k = cmath.exp(other * length)
+        for k in range(i + 1):
+            twice, other, x_k, u_k, turn_k = 1.0, root, x, u_dd, turn
+            if k < i:
+                other, x_k, u_k = part(c, w, waves, lag, rate, k, lo)
+                twice, turn_k = 2.0, cmath.exp(other * length)
+            v_k, x_dd_k = other * x_k, -(w + c * other) * x_k
             both = 0.5 * over(root + other, turn * turn_k, length)
-            power += (u_dd * v_k * both).real
             against = 0.5 * over(root + other.conjugate(), turn * turn_k.conjugate(), length)
-            power += (u_dd * v_k.conjugate() * against).real
-            x_dd_k = -(w + c * other) * x_k
-            x2 += (x * x_k * both + x * x_k.conjugate() * against).real
-            v2 += (v * v_k * both + v * v_k.conjugate() * against).real
-            x_dd2 += (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
+            x2 += twice * (x * x_k * both + x * x_k.conjugate() * against).real
+            v2 += twice * (v * v_k * both + v * v_k.conjugate() * against).real
+            x_dd2 += twice * (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
+            power += (u_dd * (v_k * both + v_k.conjugate() * against)).real
+            if k < i:
+                power += (v * (u_k * both + u_k.conjugate() * against)).real
     return x2, v2, x_dd2, power
