@@ -193,3 +193,29 @@ def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(ker
     assert found[0][0] == pytest.approx((math.pi + math.asin(0.02)) / 3.0, rel=1e-9)
     assert found[0][1] == math.inf
     assert found[0][-1] == pytest.approx(0.5 * math.pi, abs=1e-6)
+
+
+@pytest.mark.parametrize("bend", [1e-12, 1e-6, 1.0, 1e3])
+@pytest.mark.parametrize("growth", [1e-12, 1e-3, 1.0, 1e6])
+def test_safe_step_takes_a_good_part_of_what_its_bound_allows(
+    kernel: SimpleNamespace, bend: float, growth: float
+) -> None:
+    # A wave of 1e-6 Hz drags the mass along for days: steps of half a second had each been
+    # proven, where the bound allows thousands.
+    v, a, j, snap, cap = 1.0, -bend, -bend, 1e-3 * growth, 1e9
+    step = kernel.cease.safe_slip(v, a, j, snap, growth, cap)
+
+    def lowest(h: float) -> float:
+        return v + a * h + j * h**2 / 2 - snap * h**3 / 6 - growth * h**4 / 24
+
+    assert lowest(step) >= -1e-15
+    assert lowest(2.5 * step) < 0.0
+
+
+def test_wave_of_days_is_solved_in_few_steps(fast: SimpleNamespace) -> None:
+    # The mass is dragged to where its spring balances its inertia and friction.
+    period = 1e9
+    found = leap(fast, [(2.0, 1 / period, 0.0)], (45.0, 45.0), 2.4 * period, plant=PAPER)
+    reached = found.x[np.abs(found.x) > 1e-4]
+    m, k_x, _ = PAPER
+    assert np.abs(reached[1:]) == pytest.approx((2.0 * m - 45.0) / k_x, rel=1e-6)

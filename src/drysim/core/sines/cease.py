@@ -24,6 +24,10 @@ NEWTON_CAP = 20
 REACH = 2.0
 """Radians of the fastest wave that are tried at once: the bound never proves more."""
 
+HALVINGS = 60
+"""Of the longest step at most: where a slow wave drags the mass along, the bound may leave a
+millionth of it."""
+
 
 @inlined
 def to_zero(v, a, j):
@@ -79,10 +83,12 @@ def safe_slip(v, a, j, snap, growth, cap):
     if slope < 0.0:
         behind -= low / slope
         low = below_slip(v, a, j, third, twelfth, behind)
-    before = 0.5 * behind
-    high = below_slip(v, a, j, third, twelfth, before)
-    if high > 0.0:
-        return before + (behind - before) * high / (high - min(low, 0.0))
+    for _ in range(HALVINGS):
+        before = 0.5 * behind
+        high = below_slip(v, a, j, third, twelfth, before)
+        if high > 0.0:
+            return before + (behind - before) * high / (high - min(low, 0.0))
+        behind, low = before, high
     return min(behind, above_zero(v, a, (third + twelfth * behind) * behind - j))
 
 
