@@ -102,6 +102,21 @@ def test_motion_that_never_settles_is_said_to_be_so(seat):
     assert outcome.warnings[0].numbers["closure"] == outcome.metrics["closure"] > 1e-6
 
 
+def test_block_that_walks_on_for_ever_is_told_what_it_does_and_reaches_no_orbit(seat):
+    words = {
+        "oscillator": {"mass": 75, "stiffness": 0, "damping": 0},
+        "friction__normal_variation": {"amplitude": 0.5, "frequency": 1.6},
+        "friction__kinetic": 45,
+        "stroke": {"limit": "1 m"},
+    }
+    outcome = outcome_of(seat, **words, measure={"steady": True})
+    said = {caution.slug: caution.sentence for caution in outcome.warnings}
+    walks, reaches = said["not-settled"], said["stroke-violated-settling"]
+    assert "a repetition; without a spring it may walk on for ever; measure it" in walks
+    assert reaches.startswith("in that time |x_r| reaches")
+    assert reaches.endswith(" is met")
+
+
 @pytest.mark.parametrize(("approach", "share"), [("switch", 0.01), ("moreau", 0.002)])
 def test_fixed_steps_find_an_orbit_of_their_own_near_the_exact_one(seat, approach, share):
     words = {"friction__kinetic": 45, "measure": {"steady": True}, "solver__step": 0.0023}

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from drysim.approach.orbit import Orbit
     from drysim.approach.response import Response
     from drysim.scenario import Axis, Scenario
+    from drysim.study.case import Case
     from drysim.study.sweeps.table import Row
     from drysim.study.sweeps.tally import Tally
 
@@ -108,13 +109,14 @@ def close_decision(closest: float) -> Caution:
     return Caution("close-decision", sentence, {"closest_decision": closest})
 
 
-def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
+def orbit_doubtful(orbit: Orbit, case: Case) -> Iterator[Caution]:
     """Say when a periodic orbit was not reached, or not without meeting the stroke limit."""
     if not orbit.settled:
+        walks = "" if case.plant.k_x else "without a spring it may walk on for ever; "
         sentence = (
             f"the motion has not settled after {number(orbit.run_up, 's')}: it still changes "
-            f"by {number(orbit.closure)} a repetition; measure it with `steady: false`, a "
-            "`settle` and a `duration` instead"
+            f"by {number(orbit.closure)} a repetition; {walks}measure it with `steady: false`, "
+            "a `settle` and a `duration` instead"
         )
         numbers = {"closure": orbit.closure, "run_up": orbit.run_up}
         yield Caution("not-settled", sentence, numbers)
@@ -124,10 +126,14 @@ def orbit_doubtful(orbit: Orbit, limit: float | None) -> Iterator[Caution]:
             "it, and they close, too; it is the one that this start leads to"
         )
         yield Caution("not-unique", sentence)
+    limit = case.limit
     if limit is not None and orbit.run_up_peak >= limit:
+        way, end = "on the way to the periodic orbit", " before the motion settles"
+        if not orbit.settled:
+            way, end = "in that time", ""
         sentence = (
-            f"on the way to the periodic orbit |x_r| reaches {length(orbit.run_up_peak)}: "
-            f"the stroke limit of {length(limit)} is met before the motion settles"
+            f"{way} |x_r| reaches {length(orbit.run_up_peak)}: "
+            f"the stroke limit of {length(limit)} is met{end}"
         )
         numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
         yield Caution("stroke-violated-settling", sentence, numbers)

@@ -101,5 +101,5 @@ def repetition(case: Case) -> Solved:
         period_multiple=orbit.periods,
         error=None if error is None else error + orbit.left,
     )
-    doubts = tuple(orbit_doubtful(orbit, case.limit))
+    doubts = tuple(orbit_doubtful(orbit, case))
     return replace(response, how=lambda: numerics), (0.0, length), doubts
