@@ -64,10 +64,10 @@ class Jointed(Located):
         return held(self.u_dd)
 
     @cached_property
-    def latest(self) -> Any:
-        """Number of the latest piece of the trail at each sample."""
+    def x_0(self) -> Floats:
+        """Where the contact carries no force at each sample, should it hold [m]."""
         first = np.append(self.trail.n + (self.trail.s > 0.0), len(self.x_r))
-        return np.repeat(np.arange(len(first) - 1), np.diff(np.minimum(first, len(self.x_r))))
+        return np.repeat(self.trail.z, np.diff(np.minimum(first, len(self.x_r))))
 
     def state(self, t: float) -> Deflected:
         """Give the state at time t [s]."""
@@ -76,7 +76,7 @@ class Jointed(Located):
         n += (n + 1) * dt <= t and n + 1 <= last
         if n * dt >= t:
             x_r, d = float(self.x_r[n]), int(self.d[n])
-            x_0 = float(self.trail.z[self.latest[n]])
+            x_0 = float(self.x_0[n])
             z = x_r - d * self.law.F_fk / self.law.k_t if d else x_0
             return Deflected(x_r, float(self.v_r[n]), z)
         pieces = self.pieces(np.array([n]))
@@ -88,12 +88,11 @@ class Jointed(Located):
 
     def pieces(self, steps: Any) -> Pieces:
         """Give where each piece of some steps begins, in the order of time."""
-        latest = self.latest[steps]
         inside = np.isin(self.trail.n, steps) & (self.trail.s > 0.0)
         mode = np.where(self.d[steps] == 0, HOLD, self.d[steps])
         starts = (
             steps, np.zeros(len(steps)), self.x_r[steps], self.v_r[steps],
-            self.trail.z[latest], mode,
+            self.x_0[steps], mode,
         )  # fmt: skip
         both = [np.concatenate((a, b[inside])) for a, b in zip(starts, self.trail, strict=True)]
         order = np.lexsort((both[1], both[0]))
@@ -138,7 +137,7 @@ class Jointed(Located):
         """Integrate whole steps, all of a yielding contact or all of one that holds."""
         (m, k_x, b), F_fk, k_t = self.plant, self.law.F_fk, self.law.k_t
         squares, way = forms
-        x_r, x_0, d = self.x_r[n], self.trail.z[self.latest[n]], self.d[n]
+        x_r, x_0, d = self.x_r[n], self.x_0[n], self.d[n]
         holds = not d.any()
         w, f = ((k_x + k_t) / m, -k_t / m * x_0) if holds else (k_x / m, d * (F_fk / m))
         rows = step_rows(b / m, w, f, x_r, self.v_r[n], self.u_dd[n], self.u_dd[n + 1])

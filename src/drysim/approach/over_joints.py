@@ -80,9 +80,9 @@ def solve(
     track = follow(plant, law, motion, start, duration)
     n = grid_points(track.end, motion.dt)
     x_r, v_r, d = track.x_r[:n], track.v_r[:n], track.d[:n]
-    x_0 = track.trail.z[track.latest[:n]]
-    F_f = np.where(d == 0, law.k_t * (x_r - x_0), d * law.F_fk)
-    heading = np.where(v_r < 0.0, -1, 1).astype(np.int8)
+    F_f = law.k_t * (x_r - track.x_0[:n])
+    np.multiply(d, law.F_fk, out=F_f, where=d != 0)
+    heading = np.where(v_r < 0.0, np.int8(-1), np.int8(1))
     how = partial(numerics, law, motion, n, track.events, math.inf)
     grid = Held(motion.dt, track.u_dd[:n], Points(x_r, v_r, heading, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)
