@@ -69,10 +69,12 @@ def first_contact(law, x_r, v_r, x_0):
     One that is bent to its limit, and bent on, yields already: its next event is not at once.
     """
     load = 1.0 + law.variation * math.sin(law.phase)
-    if load <= 0.0:
-        return FREE, x_r
-    way = sign(x_r - x_0)
     rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
+    if load <= 0.0:
+        # A force that only touches zero parts no surfaces; they carry nothing just then.
+        parted = load < 0.0 or (law.variation > 1.0 and rate <= 0.0)
+        return FREE if parted else (sign(v_r) if law.k_t * abs(v_r) > rate else HOLD), x_r
+    way = sign(x_r - x_0)
     reach = law.F_fk * load / law.k_t
     bent = abs(x_r - x_0) >= reach - SLACK * (reach + abs(x_r))
     return (way if bent and law.k_t * way * v_r > rate else HOLD), x_0

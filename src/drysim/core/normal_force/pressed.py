@@ -54,7 +54,9 @@ def first_pressed(plant, law, waves, u_0, slope, x_r, v_r):
     anchor(waves, plant, law, 0.0, 0)
     span = span_at(law, 0.0)
     load, rate = load_within(law, waves, span, 0.0)
-    if load < 0.0 or (load == 0.0 and rate <= 0.0):
+    # A force that only touches zero parts no surfaces.
+    lifts = law.step > 0.0 or law.variation > 1.0
+    if load < 0.0 or (load == 0.0 and rate <= 0.0 and lifts):
         return FREE
     if v_r != 0.0:
         return sign(v_r)
