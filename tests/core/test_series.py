@@ -47,7 +47,7 @@ def test_short_way_and_long_way_are_one(
 def test_graze_is_left_to_the_long_way(kernel: SimpleNamespace) -> None:
     # v = (s - 1)² touches zero and does not cross it: Newton on a series has no slope to go by.
     q = (1.0, -2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert kernel.series.fall(q, 1.0) == -1.0
+    assert kernel.series.fall(q, 1.0)[0] == -1.0
     assert kernel.stop.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(1.0)
 
 

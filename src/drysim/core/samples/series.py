@@ -129,26 +129,28 @@ def rate(q, s):
 
 @inlined
 def fall(q, h):
-    """Give the time in (0, h] at which a velocity above zero that ends below it is zero, or -1.
+    """Give when in (0, h] a velocity above zero that ends below is zero, and the way there.
 
     A short stretch holds at most one extremum, so there is one such time. The first guess is
     where the parabola through the start is zero, mended by the next two terms; where Halley's
-    method strays from there, -1 says so.
+    method strays from there, a time of -1 says so. The way is that to the last guess and what
+    the last step adds, so it need not wait for the time.
     """
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
     if square <= 0.0:
-        return -1.0
+        return -1.0, 0.0
     root = math.sqrt(square)
     s = 2.0 * q[0] / (root - q[1]) if root > q[1] else (-q[1] - root) / (2.0 * q[2])
     s += s * s * s * (q[3] + s * q[4]) * (1.0 / root)
     for _ in range(HALLEY_CAP):
         a = rate(q, s)
         if not (a < 0.0 and s > 0.0):
-            return -1.0
+            return -1.0, 0.0
+        v, way = speed(q, s), distance(q, s)
         per_a = 1.0 / a
-        step = -speed(q, s) * per_a
+        step = -v * per_a
         step -= step * step * (q[2] + 3.0 * q[3] * s) * per_a
         s += step
         if abs(step) <= NEARLY * s:
-            return min(s, h)
-    return -1.0
+            return min(s, h), way + step * (v + 0.5 * step * a)
+    return -1.0, 0.0

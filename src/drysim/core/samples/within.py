@@ -68,7 +68,5 @@ def stop_by_series(q, v_end, h):
     if v_end > 0.0 and (q[1] >= 0.0 or rate(q, h) <= 0.0):
         return NEVER, 0.0
     if q[0] > 0.0 and v_end <= 0.0:
-        stop = fall(q, h)
-        if stop > 0.0:
-            return stop, distance(q, stop)
+        return fall(q, h)
     return -1.0, 0.0
