@@ -9,6 +9,7 @@ FIRST = "a name has a number before it has its own, and nobody reads it"
 ORDER = "both of two times are found, whichever is looked for first: that is chosen for speed"
 LAST = "the last terms of a series are there to fall below rounding"
 SLOWER = "what is not told here is found by the general way, which takes longer"
+STEADIER = "a response is found from rest or from the steady one, both exactly"
 NEITHER = "both times are alike where neither comes: a force exceeds one limit at a time"
 SPARE = "the last lines of trail and log are held in reserve: one more is free"
 
@@ -25,6 +26,18 @@ EXPLAINED = {
     ): "a slip is the number 1",
     ("cease.py", "if low > 1.0:"): "a step that is shorter than it might be is as safe",
     ("cease.py", "fastest = 1.0"): "a step that is shorter than it might be is as safe",
+    (
+        "contact.py",
+        "if waves.values[at + STEADY] > 0.0 and SLOW * waves.values[at + OMEGA] ** -2 <= w:",
+    ): STEADIER,
+    (
+        "contact.py",
+        "if waves.values[at + STEADY] > 0.0 and SLOW / waves.values[at + OMEGA] ** 2 <= w:",
+    ): STEADIER,
+    (
+        "contact.py",
+        "return (way if bent and law.k_t * way * v_r >= rate else HOLD), x_0",
+    ): "one that is as fast as its limit yields now or at the next instant",
     ("contact.py", "while n <= end and at <= full and count < full:"): SPARE,
     ("contact_replay.py", "c, w, g, r = 1.0, 0.0, 0.0, 0.0"): FIRST,
     (
@@ -95,6 +108,7 @@ EXPLAINED = {
     ("settled.py", "for rounds in range(1, MOST_ROUNDS - 1):"): (
         "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
     ),
+    ("signal.py", "KEPT = -1 << 20"): "what is not kept is made anew: the same, more slowly",
     ("stay.py", "limits = Law(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
         "no wave stands for the limits of a dynamic law, so how they swing is not read"
     ),
@@ -113,8 +127,13 @@ EXPLAINED = {
         "trace.py",
         "s = length if min(stay, looked) > left else s + min(stay, looked)",
     ): "s + left is the length but for rounding, and a step of a rounding more ends there",
+    ("stretches.py", "if d != 0 or not steps.brief:"): SLOWER,
+    ("trail.py", "ENOUGH = -3"): "trail and log have more room than a kernel may fill",
     ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
+    ("vanish.py", "rises = 6.0 * rate - (6.0 * bend + 3.0 * twist * step) * step"): (
+        "a part of fourth order, and the search ends where all of that order is nothing"
+    ),
     ("within.py", "elif v_end > 1.0 and first_extremum(c, w, a, j) >= h:"): SLOWER,
     ("within.py", "if v_end > 0.0 and (q[1] >= 0.0 and rate(q, h) <= 0.0):"): SLOWER,
 }

@@ -134,6 +134,11 @@ class TestInvariants:
         assert np.abs(part.x_r - whole.x_r[400:]).max() < 1e-12
 
 
+def test_no_work_is_done_on_stops_that_are_not_there():
+    totals = StickSlip().track(PAPER, Law(15.0, 15.0), NOISE, REST, STEP).totals(0.0, 1.0)
+    assert totals.hits == 0.0
+
+
 @pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
 def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
     bare = solved(Law(45.0, 54.0), motion, duration=2.9)

@@ -45,6 +45,16 @@ def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
     assert rates == pytest.approx(np.array(u_dd) / -c, rel=1e-6)
 
 
+def test_bounds_of_the_rates_of_a_force_are_what_its_sines_reach_together(
+    kernel: SimpleNamespace,
+) -> None:
+    waves = waves_of(kernel, [(1.4, 1.1, 0.4), (-0.9, 0.1, 1.0)], kernel.plant.Law(1.0, 1.0))
+    one, other = 2.0 * math.pi * 1.1, 2.0 * math.pi * 0.1
+    rates = [1.4 * one**n + 0.9 * other**n for n in (1, 2, 3)]
+    rates[0] += 7.0
+    assert kernel.stretch.force_rates(waves, -7.0) == pytest.approx((*rates, one), rel=1e-14)
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_each_rate_of_the_force_left_to_break_away_is_the_slope_of_the_one_before(
     kernel: SimpleNamespace, side: int

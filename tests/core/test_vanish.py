@@ -54,8 +54,9 @@ def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
     found = plain.slide.slide(stretch.c, stretch.w, waves, *state, s)[:2]
     assert (x_r, v_r) == pytest.approx(found, rel=1e-12, abs=1e-15)
-    known = plain.vanish.vanish(stretch, waves, law, blend, 0, 0.999 * s, True)
-    assert known[0] == math.inf
+    for known in (True, False):
+        before = plain.vanish.vanish(stretch, waves, law, blend, 0, 0.999 * s, known)
+        assert before[0] == math.inf
 
 
 def test_slow_blend_that_may_turn_above_zero_is_not_taken_to_fall(kernel):
