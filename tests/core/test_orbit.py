@@ -213,6 +213,17 @@ def test_motion_that_hardly_changes_far_from_its_orbit_is_not_called_settled(
         assert found.peak > 2.0 * peak
 
 
+def test_mass_that_creeps_to_the_edge_of_its_resting_places_has_come_to_rest(
+    fast: SimpleNamespace,
+) -> None:
+    # Kicked under a base too weak to move it from rest, it slides a little less in each period.
+    beta, phi = 3.41048, 1.08319
+    found = orbit(fast, beta, 0.001958, phi, start=(-0.02544344, -0.29677443))
+    assert found.multiple == 1
+    assert found.state == pytest.approx(((phi - 1.0) * M / K, 0.0), rel=1e-5)
+    assert not found.marginal
+
+
 @pytest.mark.parametrize("b", [0.0, 1e-9, 0.5])
 def test_block_without_a_spring_has_one_orbit_wherever_it_lies(
     kernel: SimpleNamespace, b: float

@@ -20,6 +20,10 @@ SLOW = 1e-2
 AWAY = 1e-6
 """Scaled distance from an orbit at which a motion that hardly changes has not reached it."""
 
+RESTS = 1e-9
+"""Share of the largest |x_r| within which a mass that sticks in each period is as good as at
+rest: it creeps to the edge of where it may stay, and any place within is like another."""
+
 ROOM = 2
 """Places that `leap` leaves free in a log that held all events of a period."""
 
@@ -57,6 +61,8 @@ def reached(plant, law, waves, length, x_r, v_r, d, log, capacity):
     )
     if events <= 0 or events + ROOM > capacity:
         return True, 0.0
+    if d == 0 and spread(log, events, x_r) <= RESTS * peak:
+        return True, 0.0
     rate = rate_of(plant, length)
     a, b, c, e = slopes(plant, law, waves, length, rate, d, events, log)
     gap_x, gap_v = x_end - x_r, v_end - v_r
@@ -66,3 +72,12 @@ def reached(plant, law, waves, length, x_r, v_r, d, log, capacity):
         return False, 0.0
     left_x, left_v = fixed_point(a, b, c, e, rate, gap_x, gap_v)
     return True, max(abs(left_x), abs(left_v) / rate) / (peak if peak > 0.0 else 1.0)
+
+
+@compiled
+def spread(log, events, x_r):
+    """Give how far from a place the events of a repetition are [m]."""
+    most = 0.0
+    for i in range(events):
+        most = max(most, abs(log.x_r[i] - x_r))
+    return most
