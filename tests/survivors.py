@@ -6,7 +6,6 @@ GUESS = "a first guess only: the guarded method behind it arrives all the same, 
 EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on its very edge"
 NAME = "a number that stands for a word: any that no other word has will do"
 FIRST = "a name has a number before it has its own, and nobody reads it"
-ORDER = "both of two times are found, whichever is looked for first: that is chosen for speed"
 LAST = "the last terms of a series are there to fall below rounding"
 SLOWER = "what is not told here is found by the general way, which takes longer"
 STEADIER = "a response is found from rest or from the steady one, both exactly"
@@ -19,6 +18,7 @@ EXPLAINED = {
         "return (math.sqrt(FLAT) if law.exponent == -2 else FLAT ** (1.0 / law.exponent)) "
         "* law.v_s",
     ): "a square root is a power, too, and is written for its speed",
+    ("touch.py", "while n <= end and at <= full and count < full:"): SPARE,
     ("touch.py", "if stalled >= STALL:"): "a hundred events without progress are as many",
     (
         "touch.py",
@@ -38,7 +38,6 @@ EXPLAINED = {
         "contact.py",
         "return (way if bent and law.k_t * way * v_r >= rate else HOLD), x_0",
     ): "one that is as fast as its limit yields now or at the next instant",
-    ("contact.py", "while n <= end and at <= full and count < full:"): SPARE,
     ("contact_replay.py", "c, w, g, r = 1.0, 0.0, 0.0, 0.0"): FIRST,
     (
         "contact_replay.py",
@@ -60,15 +59,17 @@ EXPLAINED = {
     ("grid.py", "anchor(waves, plant, law, t[0], 1.0)"): (
         "a table holds what a wave of amplitude 1 does: the direction of friction is not in it"
     ),
+    ("holding.py", "if t <= s:"): NEITHER,
     (
         "holding.py",
-        "turns = not yields or far_from_zero(fills, fill_most, of_room, h - now.s)",
-    ): (ORDER),
-    ("holding.py", "if not (turns and yields):"): ORDER,
+        "gap = reach * normal_force(law, waves, 1.0)[0] - way * (stretch.x_r - x_0)",
+    ): "whether the mass swings to the limit is guessed: that tells only where to look first",
+    ("holding.py", "if peak > clear:"): SLOWER,
     (
         "holding.py",
-        "if step < RESOLUTION * now.s:",
-    ): "a step of nothing at the start ends a few lines on, where a value is zero",
+        "if far_from_zero(course, most_twist(room, stretch.w, now, bound), bound, "
+        "until + begin):",
+    ): SLOWER,
     ("integrals.py", "length = min(panel_length(own[0], own[-1], waves, s), hi - s)"): (
         "the last of two is the second"
     ),
@@ -81,9 +82,6 @@ EXPLAINED = {
     ),
     ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, -3, 4"): NAME,
     ("law.py", "SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, -4"): NAME,
-    ("orbit.py", "if events <= 0 or events + ROOM >= capacity:"): (
-        "a log that is full to the last line stands for one that is too small"
-    ),
     ("orbit.py", "scale = peak if peak > 0.0 else -1.0"): (
         "a mass that has not moved changes by nothing, whatever that is compared to"
     ),
@@ -99,6 +97,9 @@ EXPLAINED = {
     ("pressed.py", "return (down, 1) if down <= up else (up, -1)"): NEITHER,
     ("pressed_replay.py", "span, g, r, u_0, slope = span_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
         FIRST
+    ),
+    ("reached.py", "if events <= 0 or events + ROOM >= capacity:"): (
+        "a log that is full to the last line stands for one that is too small"
     ),
     ("series.py", "square = q[1] * q[1] + 4.0 * q[0] * q[2]"): GUESS,
     (
@@ -131,6 +132,7 @@ EXPLAINED = {
     ("trail.py", "ENOUGH = -3"): "trail and log have more room than a kernel may fill",
     ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
+    ("vanish.py", "if now.s - step >= h:"): "what is found behind the end is not told",
     ("vanish.py", "rises = 6.0 * rate - (6.0 * bend + 3.0 * twist * step) * step"): (
         "a part of fourth order, and the search ends where all of that order is nothing"
     ),

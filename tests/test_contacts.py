@@ -14,7 +14,7 @@ from drysim.approach.touched import Touched
 from drysim.core.events import STICK
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.core.plant import BRISTLE, Dynamic, Law, Plant, Slider
-from drysim.core.state import State
+from drysim.core.state import Deflected, State
 from drysim.metrics import greatest, measure
 from drysim.peaks import entries, half_cycles, path_of, upcrossings
 from drysim.stroke import excursions
@@ -78,6 +78,15 @@ def test_normal_force_that_touches_zero_at_the_start_does_not_part_the_contact(s
     one, other = (solved(each, sine(1.0, 1.6), start, duration=2.0) for each in (law, near))
     assert "lift" not in one.events.names
     assert np.abs(one.x_r - other.x_r).max() < 1e-6 * np.abs(other.x_r).max()
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_contact_that_begins_at_its_limit_yields_at_once_to_a_push_beyond(side):
+    # 3 N push the kilogram, the contact bears 1 N: it is off with 2 m/s².
+    push = Samples(np.full(6, -3.0 * side), 0.1)
+    start = Deflected(1e-3 * side, 0.0, 0.0)
+    found = solved(Slider(1.0, 1e3), push, start, plant=Plant(1.0, 0.0, 0.0))
+    assert found.x_r == pytest.approx(side * (1e-3 + found.t**2), rel=1e-13)
 
 
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
