@@ -13,7 +13,7 @@ from drysim.approach import spans, ways
 from drysim.approach.events import Codes, Events, Floats, of_log
 from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
-from drysim.approach.room import empty_log, empty_trail, larger
+from drysim.approach.room import empty, empty_log, larger
 from drysim.approach.scene import (
     first_u_dd,
     grid_points,
@@ -27,7 +27,7 @@ from drysim.core.compiled import held
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import Plant
 from drysim.core.state import AnyState, Deflected, Totals
-from drysim.core.trail import Trail
+from drysim.core.trail import Pieces
 from drysim.core.waves import Waves
 
 CAPACITY = 16_384
@@ -57,7 +57,7 @@ class Traced(Located):
     motion: Sines | Samples
     waves: Waves
     base: tuple[Floats, float]
-    trail: Trail
+    trail: Pieces
     events: Events
     end: float
     closest: float = math.inf
@@ -74,7 +74,7 @@ class Traced(Located):
         *scene, trail = self.scene
         ends = t.min(initial=self.end), t.max(initial=0.0)
         first, last = np.searchsorted(self._begins, ends, "right")
-        near = Trail(*(column[max(first - 1, 0) : last] for column in trail))
+        near = Pieces(*(column[max(first - 1, 0) : last] for column in trail))
         ways.read(self.law)(*scene, near, held(t), *columns, d)
         x_r, v_r, z, F_f = map(np.asarray, columns)
         return x_r, v_r, z, F_f, np.asarray(d, dtype=np.int8)
@@ -104,9 +104,9 @@ class Traced(Located):
         return self.plant, ways.numbers(self.law), self.waves, base, self.base[1], trail
 
     @cached_property
-    def _held(self) -> tuple[Any, Trail]:
+    def _held(self) -> tuple[Any, Pieces]:
         """Base and trail as the engine takes them."""
-        return held(self.base[0]), Trail(*map(held, self.trail))
+        return held(self.base[0]), Pieces(*map(held, self.trail))
 
     @cached_property
     def _begins(self) -> Floats:
@@ -144,25 +144,25 @@ def follow_as(
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
     # Samples fill much room at once, and sines often little, as a period of many for an orbit.
     least = CAPACITY if last else FEWEST
-    log, count = empty_log(least), 1
+    size = int(FEW_EVENTS * last) + least + 1
+    log, count = empty_log(size), 1
     opening = (0, 0.0, ways.heading(law, state[3]), start.x_r, F_L)
     for column, value in zip(log, opening, strict=True):
         column[0] = value
-    trail, used = empty_trail(least), 0
+    trail, used = empty(Pieces, size), 0
     at: tuple[Any, ...] = (0, 0.0)
     while at[0] <= last:
         most = max(used, count)
         full = most + min(max(most, least), CAPACITY)
         if len(trail.n) < full:
-            size = max(2 * full, int(FEW_EVENTS * last) + least)
-            trail, log = larger(trail, size), larger(log, size)
+            trail, log = larger(trail, 2 * full), larger(log, 2 * full)
         room = (trail, used, log, count, full)
         out = walk(plant, plain, waves, base, dt, *at, length, last, *state, *room)
         n, s, *moved, used, count = out
         at, state = (n, s), tuple(moved)
         refuse_storm(count, n * dt + s, state)
         refuse_crowd(count, last, n * dt + s)
-    trail = Trail(*(np.asarray(column[:used]) for column in trail))
+    trail = Pieces(*(np.asarray(column[:used]) for column in trail))
     events = of_log(log, count, dt)
     closest = ways.tightest(law, events)
     return made(plant, law, motion, waves, (u_dd, dt), trail, events, duration, closest)

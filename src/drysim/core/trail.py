@@ -43,7 +43,7 @@ class Trail(NamedTuple):
 
 
 class Pieces(NamedTuple):
-    """The trail of a contact that is solved in closed form: no series belongs to its pieces.
+    """The trail of a motion that is solved in closed form: no series belongs to its pieces.
 
     Attributes
     ----------
