@@ -92,6 +92,9 @@ EXPLAINED = {
     ("longer.py", "a_14, j_14 = term(c, w, a_13, a_12, -14), term(c, w, j_13, j_12, 14)"): LAST,
     ("longer.py", "more.a_14 * a + more.j_14 * j, more.a_15 * a - more.j_15 * j,"): LAST,
     ("march.py", "beyond = 1.0"): "samples that are not passed in blocks are passed one by one",
+    ("normal.py", "@dataclass(frozen=False, eq=False)"): (
+        "nothing writes to a force that was recorded, and the word forbids it"
+    ),
     ("normal.py", "omega: float = 1.0"): "a force that does not swing has no frequency",
     ("plant.py", "omega: float = 1.0"): "limits that do not vary have no frequency",
     ("pressed.py", "return (down, 1) if down <= up else (up, -1)"): NEITHER,

@@ -84,7 +84,7 @@ def test_no_safe_step_passes_the_first_zero_of_what_bounds_the_speed(kernel, see
 def test_speed_that_slow_waves_lift_before_zero_does_not_stop(kernel):
     # The first two rates of ü cancel: v is 0.45 - f s + G s⁴/24 first, 0.07 at the least.
     pair, f, v = ((1.0, 0.25, 0.0), (2.0, 0.125, math.pi)), 0.125, 0.45
-    waves = kernel.waves.Waves([0.0] * (2 * kernel.waves.STRIDE), 2, 2)
+    waves = kernel.waves.Waves(np.zeros(2 * kernel.waves.STRIDE), 2, 2)
     for i, (A, omega, phase) in enumerate(pair):
         kernel.waves.set_wave(waves.values, i, A, omega / (2.0 * math.pi), phase)
     plant, law = kernel.plant.Plant(1.0, 0.0, 0.0), kernel.plant.Law(f, f)
