@@ -15,7 +15,7 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.core.state import AnyState
-from drysim.core.waves import STRIDE, Waves, wave_of
+from drysim.core.waves import UNSET, Waves
 from drysim.errors import SolverError
 
 CONSTANT = Law(0.0, 0.0)
@@ -33,14 +33,14 @@ ON_GRID = 1e-9
 
 def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
     """Give the sines of a scene as the kernels want them; varying friction is one more."""
-    values: list[float] = []
-    if isinstance(motion, Sines):
-        for row in zip(*motion, strict=True):
-            values += wave_of(*row)
-    base = len(values) // STRIDE
+    rows = list(zip(*motion, strict=True)) if isinstance(motion, Sines) else []
+    base = len(rows)
     if law.variation:
-        values += wave_of(0.0, law.omega / (2.0 * math.pi), law.phase)
-    return Waves(held(np.array(values)), len(values) // STRIDE, base)
+        rows.append((0.0, law.omega / math.tau, law.phase))
+    values: list[float] = []
+    for A, f, phase in rows:
+        values += A, f, math.tau * f, phase, *UNSET
+    return Waves(held(np.array(values)), len(rows), base)
 
 
 def first_u_dd(motion: Sines | Samples) -> float:

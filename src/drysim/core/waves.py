@@ -47,11 +47,6 @@ class Waves(NamedTuple):
     base: int
 
 
-def wave_of(amplitude, frequency, phase):
-    """Give the columns of a wave as `set_wave` writes them: what calls no kernel."""
-    return (amplitude, frequency, 2.0 * math.pi * frequency, phase, *UNSET)
-
-
 @compiled
 def set_wave(values, i, amplitude, frequency, phase):
     """Write a wave into the table."""
