@@ -31,18 +31,22 @@ class Closing:
 
     Changes that die away like geometric series have a sum, to which the motion is moved on
     (reduced rank extrapolation; Sidi, Vector Extrapolation Methods, SIAM 2017). From there it
-    is followed as before: an orbit is always followed, never extrapolated.
+    is followed as before: an orbit is always followed, never extrapolated. `summed` tells
+    whether that was done. One that is `wary` sums up changes of periods without events only.
     """
 
-    def __init__(self, closed: float) -> None:
+    def __init__(self, closed: float, wary: bool = False) -> None:
         self.closed = closed
+        self.wary, self.summed = wary, False
+        self.quiet = 0
         self.ends: list[AnyState] = []
         self.scale: Sequence[float] = ()
         self.gain = 1.0
         self.before: tuple[float, AnyState] | None = None
 
-    def add(self, end: AnyState, largest: Sequence[float]) -> None:
+    def add(self, end: AnyState, largest: Sequence[float], events: int = 0) -> None:
         """Add the state at the end of a period, and the largest of each number on the way."""
+        self.quiet = 0 if events else self.quiet + 1
         before = self.scale or (0.0,) * len(largest)
         self.scale = [max(new, 0.5 * old) for new, old in zip(largest, before, strict=True)]
         self.ends = [end, *self.ends[: CHANGES * MOST_MULTIPLE]]
@@ -79,11 +83,13 @@ class Closing:
                 self.ends = [end]
         end = self.ends[0]
         ends = self.ends[: CHANGES * periods + 1 : periods]
-        if change > DYING or len(ends) <= CHANGES or getattr(end, "turned", False):
+        early = change > DYING or len(ends) <= CHANGES
+        early |= self.wary and self.quiet < CHANGES * periods
+        if early or getattr(end, "turned", False):
             return end
         total = self.sum_of(np.array([self.scaled(one) for one in reversed(ends)]))
         if total is not None:
-            self.before = change, end
+            self.before, self.summed = (change, end), True
             sizes = [size or 1.0 for size in self.scale]
             self.ends = [type(end)(*(total * sizes).tolist())]
         return self.ends[0]

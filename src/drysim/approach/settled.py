@@ -58,16 +58,38 @@ def find_orbit(
     start: AnyState,
     period: float,
 ) -> Orbit:
-    """Follow a start, period by period, to its periodic orbit."""
-    state, peak, periods = start, 0.0, 0
+    """Follow a start, period by period, to its periodic orbit.
+
+    Notes
+    -----
+    A contact that holds all through a repetition has kept where it yielded last. No sum of
+    changes tells that, so the motion is then followed without any until it holds.
+    """
     closing = Closing(closed(law))
+    orbit, events = approached(plant, law, motion, start, period, closing)
+    if closing.summed and isinstance(law, Slider) and events == 0:
+        closing = Closing(closed(law), wary=True)
+        orbit, _ = approached(plant, law, motion, start, period, closing)
+    return orbit
+
+
+def approached(
+    plant: Plant,
+    law: AnyOther | Dynamic,
+    motion: Sines,
+    start: AnyState,
+    period: float,
+    closing: Closing,
+) -> tuple[Orbit, int]:
+    """Give the orbit that a start leads to, and how many events its last period has."""
+    state, peak, periods = start, 0.0, 0
     while periods < MOST_PERIODS:
         periods += 1
         track = once(plant, law, motion, state, period)
         way = track.path((0.0, period), None)
         peak = max(peak, float(np.abs(way.x_r).max()))
         largest = [float(np.abs(column).max()) for column in track.series]
-        closing.add(track.state(period), largest)
+        closing.add(track.state(period), largest, len(track.turns) - 1)
         change, multiple = closing.repetition()
         if change <= closing.closed:
             break
@@ -82,7 +104,8 @@ def find_orbit(
     unique = True
     if settled and plant.b == 0.0 and isinstance(law, Stopped) and len(way.t) > 1:
         unique = drawn(repeat, end, (closing.scale[0], closing.scale[1]))
-    return Orbit(end, multiple, change, settled, unique, run_up, peak, left)
+    orbit = Orbit(end, multiple, change, settled, unique, run_up, peak, left)
+    return orbit, len(track.turns) - 1
 
 
 def closed(law: AnyOther | Dynamic) -> float:
