@@ -7,7 +7,7 @@ from typing import NamedTuple
 from drysim.core.compiled import compiled, fused
 from drysim.core.events import ROUNDING
 from drysim.core.many.lanes import AHEAD, LANES, STRIDE, SUMS, WAITS, WIDTH, D, V, X
-from drysim.core.samples.steps import MARGIN
+from drysim.core.samples.steps import MARGIN, Map
 
 TAME = 0.05
 """Share that must be left of 1 for the bound on a dip to mean anything."""
@@ -24,8 +24,9 @@ class Pace(NamedTuple):
     m, k_x, F_fs : float
     c, w, f : float
         b/m [1/s], k_x/m [1/s²] and F_fk/m [m/s²].
-    x_x, x_v, x_f, v_x, v_v, v_f, x_0, x_1, v_0, v_1 : float
-        As in `Map` and `Steps`.
+    one : Map
+    x_0, x_1, v_0, v_1 : float
+        As in `Steps`.
     steep, fast : float
         A step hides no dip of |v_r| to zero above steep |change of ü| + fast |v_r|.
     """
@@ -36,12 +37,7 @@ class Pace(NamedTuple):
     c: float
     w: float
     f: float
-    x_x: float
-    x_v: float
-    x_f: float
-    v_x: float
-    v_v: float
-    v_f: float
+    one: Map
     x_0: float
     x_1: float
     v_0: float
@@ -63,10 +59,8 @@ def pace_of(plant, law, steps):
     c, w, dt = steps.c, steps.w, steps.dt
     tame = 1.0 - (c + 0.5 * w * dt) * dt
     steep = MARGIN * 0.125 * dt / tame if tame > TAME else EVER
-    one = steps.one
     return Pace(
-        plant.m, plant.k_x, law.F_fs, c, w, steps.f,
-        one.x_x, one.x_v, one.x_f, one.v_x, one.v_v, one.v_f,
+        plant.m, plant.k_x, law.F_fs, c, w, steps.f, steps.one,
         steps.x_0, steps.x_1, steps.v_0, steps.v_1, steep, steep * (c + w * dt),
     )  # fmt: skip
 
@@ -99,15 +93,16 @@ def grip_of(pace, x, d):
     """Give what does not change in a lane during a stride that begins there."""
     F_k = pace.k_x * x
     hold = pace.F_fs + ROUNDING * (pace.F_fs + abs(F_k))
-    return Grip(d, d != 0.0, pace.f * d, pace.x_f * d, pace.v_f * d, F_k, hold)
+    return Grip(d, d != 0.0, pace.f * d, pace.one.x_f * d, pace.one.v_f * d, F_k, hold)
 
 
 @fused
 def step(pace, grip, x, v, u, u_1):
     """Give the state at the end of a step, and minus x_dd at its start where it slides."""
     # What the state takes part in comes last: the next step waits for it.
-    x_1 = pace.x_x * x + (pace.x_v * v - (pace.x_0 * u + (pace.x_1 * u_1 + grip.x_f)))
-    v_1 = pace.v_v * v + (pace.v_x * x - (pace.v_0 * u + (pace.v_1 * u_1 + grip.v_f)))
+    one = pace.one
+    x_1 = one.x_x * x + (one.x_v * v - (pace.x_0 * u + (pace.x_1 * u_1 + grip.x_f)))
+    v_1 = one.v_v * v + (one.v_x * x - (pace.v_0 * u + (pace.v_1 * u_1 + grip.v_f)))
     felt = pace.c * v + (pace.w * x + grip.pull)
     return x_1 if grip.slides else x, v_1 if grip.slides else 0.0, felt
 
