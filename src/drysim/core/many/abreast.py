@@ -32,10 +32,10 @@ from drysim.core.many.queue import (
 from drysim.core.many.stride import grip_of, step
 from drysim.core.many.trapezia import ends, halves
 from drysim.core.samples import series as brief
-from drysim.core.samples.series import NEARLY
 
-ROUNDS = 2
-"""Of Halley's method, of third order: the first guess is good to a thousandth mostly."""
+NEARLY = 2e-5
+"""Step of a method of fourth order after which nothing is left to mend, relative to the root
+and to how far the velocity bends: the first guess is as good but once in a thousand times."""
 
 series, distance = fused(brief.series), fused(brief.distance)
 speed, rate = fused(brief.speed), fused(brief.rate)
@@ -58,17 +58,17 @@ def first_guess(q, h):
 def fall_abreast(q, h):
     """Give where a velocity that ends below zero is zero, and whether that holds."""
     s, good = first_guess(q, h)
-    step = 0.0
-    for _ in range(ROUNDS):
-        a = rate(q, s)
-        good = good and a < 0.0 and s > 0.0
-        per_a = 1.0 / (a if good else -1.0)
-        step = -speed(q, s) * per_a
-        step -= step * step * (q[2] + 3.0 * q[3] * s) * per_a
-        step = step if good else 0.0
-        s += step
+    a = rate(q, s)
+    good = good and a < 0.0 and s > 0.0
+    per_a = 1.0 / (a if good else -1.0)
+    bend, twist = q[2] + s * (3.0 * q[3] + 6.0 * q[4] * s), q[3] + 4.0 * q[4] * s
+    step, bend, twist = -speed(q, s) * per_a, bend * per_a, twist * per_a
+    step -= step * step * (bend - (2.0 * bend * bend - twist) * step)
+    step = step if good else 0.0
+    s += step
     # A root that strays may be anywhere; what is made of it shall stay among the numbers.
-    return min(max(s, 0.0), h), good and abs(step) <= NEARLY * s
+    good = good and abs(step) <= NEARLY * s and abs(bend * step) <= NEARLY
+    return min(max(s, 0.0), h), good
 
 
 @compiled
