@@ -59,6 +59,13 @@ EXPLAINED = {
     ("grid.py", "anchor(waves, plant, law, t[0], 1.0)"): (
         "a table holds what a wave of amplitude 1 does: the direction of friction is not in it"
     ),
+    ("hit.py", "s = gap / v if 0.0 < gap < v * h else 0.5 / h"): GUESS,
+    ("hit.py", "bend = (value_end - value + rate * h) * per_h * per_h"): GUESS,
+    ("hit.py", "if not 1.0 < s <= steps.dt:"): SLOWER,
+    (
+        "hit.py",
+        "return s + step, way, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / -6.0))",
+    ): LAST,
     ("holding.py", "if t <= s:"): NEITHER,
     (
         "holding.py",
@@ -89,6 +96,7 @@ EXPLAINED = {
         "orbits.py",
         "answer[STATUS] = STORM if count < 0 else (CROWDED if reached <= length else OVERFLOW)",
     ): ("a crowded case is solved once more by itself, and that says what it is"),
+    ("long_hold.py", "steady = w > 1.0 and w - 0.25 * c * c >= CALM * w"): SLOWER,
     ("longer.py", "a_14, j_14 = term(c, w, a_13, a_12, -14), term(c, w, j_13, j_12, 14)"): LAST,
     ("longer.py", "more.a_14 * a + more.j_14 * j, more.a_15 * a - more.j_15 * j,"): LAST,
     ("march.py", "beyond = 1.0"): "samples that are not passed in blocks are passed one by one",
@@ -113,6 +121,7 @@ EXPLAINED = {
         "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
     ),
     ("signal.py", "KEPT = -1 << 20"): "what is not kept is made anew: the same, more slowly",
+    ("skim.py", "if s < 1.0 or not low < x_r + way * far < high:"): SLOWER,
     ("stay.py", "limits = Law(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
         "no wave stands for the limits of a dynamic law, so how they swing is not read"
     ),
@@ -123,6 +132,14 @@ EXPLAINED = {
     ("steps.py", "bend * dt, bend * (0.25 * c - w * dt) * dt,"): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
+    ),
+    ("telling.py", "if stretch.w * (h - turn) * (h - turn) < math.pi / math.pi:"): SLOWER,
+    ("telling.py", "low, high = (0.0, x_rM) if size <= x_rM else (x_rM, math.inf)"): (
+        "at the very limit both sides end there"
+    ),
+    ("telling.py", "low, high = (1.0, x_rM) if size < x_rM else (x_rM, math.inf)"): SLOWER,
+    ("touch.py", "return (sign(v_r) if law.k_t * abs(v_r) >= rate else HOLD), x_r"): (
+        "one that is as fast as its limit yields now or at the next instant"
     ),
     ("trace.py", "for n in range(1, ORDER + -1):"): (
         "a base motion whose first eighteen rates vanish at once has no others"
@@ -141,5 +158,10 @@ EXPLAINED = {
     ),
     ("within.py", "elif v_end > 1.0 and first_extremum(c, w, a, j) >= h:"): SLOWER,
     ("within.py", "if v_end > 0.0 and (q[1] >= 0.0 and rate(q, h) <= 0.0):"): SLOWER,
+    (
+        "yielding.py",
+        "faster = Blend(1.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)",
+    ): "a share of nothing counts from anywhere",
+    ("yielding.py", "if law.variation >= 0.0:"): SLOWER,
 }
 """By file and line as changed."""

@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 
 from contacts import at, march_contact
+from drysim.approach.room import empty_log, empty_trail
 from drysim.approach.stick_slip import StickSlip
 from drysim.approach.touched import Touched
+from drysim.core.contacts.touch import touch
 from drysim.core.events import STICK
 from drysim.core.motion import Samples, Sines, base_acceleration
 from drysim.core.plant import BRISTLE, Dynamic, Law, Plant, Slider
 from drysim.core.state import Deflected, State
+from drysim.core.waves import Waves
 from drysim.metrics import greatest, measure
 from drysim.peaks import entries, half_cycles, path_of, upcrossings
 from drysim.stroke import excursions
@@ -78,6 +81,48 @@ def test_normal_force_that_touches_zero_at_the_start_does_not_part_the_contact(s
     one, other = (solved(each, sine(1.0, 1.6), start, duration=2.0) for each in (law, near))
     assert "lift" not in one.events.names
     assert np.abs(one.x_r - other.x_r).max() < 1e-6 * np.abs(other.x_r).max()
+
+
+def test_contact_that_outruns_its_limit_at_the_start_yields_from_the_start():
+    law = Slider(1.0, 1e3, 0.5, 2.0, 1.0)
+    reach = 1e-3 * (1.0 + 0.5 * math.sin(1.0))
+    for v_r, name in ((1e-3, "slip+"), (3e-4, "stick")):  # the limit grows by 5.4e-4 m/s
+        found = solved(law, Sines((), (), ()), Deflected(reach, v_r, 0.0), duration=0.1)
+        assert found.events.names[0] == name
+
+
+@pytest.mark.parametrize("share", [0.91, 0.95, 0.999])
+@pytest.mark.parametrize("side", [1, -1])
+def test_contact_that_swings_past_its_limit_within_a_step_yields(side, share):
+    # The peak lies amid the second step, which begins and ends at nine tenths of it.
+    swing, turn = 1e-3, 0.9
+    plant, law = Plant(1.0, 0.0, 0.0), Slider(share, 1e3)
+    dt = turn / math.sqrt(1e3)
+    v_r = swing * math.sqrt(1e3) * math.sin(1.5 * turn)
+    start = Deflected(side * swing * math.cos(1.5 * turn), side * v_r, 0.0)
+    coarse = solved(law, Samples(np.zeros(9), dt), start, plant=plant)
+    fine = solved(law, Samples(np.zeros(8 * 16 + 1), dt / 16), start, plant=plant)
+    assert coarse.x_r == pytest.approx(fine.x_r[::16], rel=1e-11, abs=1e-15)
+    assert "slip+" in coarse.events.names or "slip-" in coarse.events.names
+
+
+def test_contact_whose_time_does_not_move_on_is_told_as_a_storm():
+    # After 1e20 s the next double is 16 384 s away, and this contact yields at each swing.
+    begin, waves = 1e20, Waves(np.zeros(0), 0, 0)
+    trail, log = empty_trail(1000), empty_log(1000)
+    found = touch(
+        Plant(1.0, 40.0, 0.0), Slider(1.0, 1e3), waves, np.zeros(2), 2 * begin, 0, begin,
+        2 * begin, 0, 100.0, 0.0, 100.0, 0, trail, 0, log, 0, 1000,
+    )  # fmt: skip
+    assert found[-1] == -1
+
+
+def test_integrals_of_a_contact_that_holds_in_resonance_are_those_of_a_spring():
+    plant, motion = Plant(75.0, 7500.0, 0.0), sine(1.0, math.sqrt(12500 / 75) / 2 / math.pi)
+    one = solved(Slider(1e6, 5000.0), motion, duration=3.0, plant=plant)
+    other = solved(Law(0.0, 0.0), motion, duration=3.0, plant=plant._replace(k_x=12500.0))
+    totals, others = one.track.totals(0.0, 3.0), other.track.totals(0.0, 3.0)
+    assert totals[:3] == pytest.approx(others[:3], rel=1e-10)
 
 
 @pytest.mark.parametrize("side", [1, -1])
