@@ -6,6 +6,7 @@ GUESS = "a first guess only: the guarded method behind it arrives all the same, 
 EDGE = "the bound holds F_fs with its rounding: nothing in the physics lies on its very edge"
 NAME = "a number that stands for a word: any that no other word has will do"
 FIRST = "a name has a number before it has its own, and nobody reads it"
+BUILT = "how a kernel is built changes its speed alone, which no test takes"
 LAST = "the last terms of a series are there to fall below rounding"
 SLOWER = "what is not told here is found by the general way, which takes longer"
 STEADIER = "a response is found from rest or from the steady one, both exactly"
@@ -26,6 +27,22 @@ EXPLAINED = {
     ): "a slip is the number 1",
     ("cease.py", "if low > 1.0:"): "a step that is shorter than it might be is as safe",
     ("cease.py", "fastest = 1.0"): "a step that is shorter than it might be is as safe",
+    (
+        "compiled.py",
+        'return jit(plain, "fused", forceinline=False, fastmath={"contract"})',
+    ): BUILT,
+    (
+        "compiled.py",
+        "return function if is_plain() else jit(function, forceinline=False)",
+    ): BUILT,
+    (
+        "compiled.py",
+        "return function if is_plain() else jit(function, forceinline=True)",
+    ): BUILT,
+    (
+        "compiled.py",
+        'kernel = make(nogil=True, error_model="numpy", _nrt=True, **options)(function)',
+    ): BUILT,
     (
         "contact.py",
         "if waves.values[at + STEADY] > 0.0 and SLOW * waves.values[at + OMEGA] ** -2 <= w:",
