@@ -24,7 +24,7 @@ from random import Random
 import pytest
 
 from changes import mutants
-from covered import HOUR, covered
+from covered import covered
 from forked import forked
 from oracle import OWN, WORDS, Choice, Known, running
 from survivors import EXPLAINED
@@ -33,6 +33,8 @@ HOME = Path(__file__).parents[1]
 CORE = HOME / "src" / "drysim" / "core"
 LOADING = 60
 """Seconds until the first test begins; a change that takes longer is noticed."""
+COMPILING = 300
+"""Seconds for tests that compile: a kernel that never ends hears no alarm of a test."""
 
 
 def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, int, int]:
@@ -51,7 +53,7 @@ def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, 
         job = partial(pytest.main, [*WORDS, *choice.paths], plugins=[choice])
         if own:
             job = partial(pytest.main, [*WORDS[:4], *own])
-        if not forked(folder, job, HOUR if own else LOADING):
+        if not forked(folder, job, COMPILING if own else LOADING):
             continue
         why = EXPLAINED.get((file.name, line))
         lived, told = lived + (why is None), told + (why is not None)
