@@ -135,6 +135,20 @@ def test_contact_that_begins_at_its_limit_yields_at_once_to_a_push_beyond(side):
 
 
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
+@pytest.mark.parametrize("far", [1.001, 1.5, 30.0])
+@pytest.mark.parametrize("side", [1, -1])
+def test_contact_said_to_be_bent_beyond_its_limit_has_given_way_to_it(motion, side, far):
+    law, limit = Slider(45.0, 1e5), 45.0 / 1e5
+    for v_r in (0.0, -1e-4 * side, -3e-3 * side):
+        beyond, at_limit = (
+            solved(law, motion, Deflected(0.0, v_r, -side * z), 0.5)
+            for z in (far * limit, limit)
+        )
+        assert np.abs(beyond.F_f).max() <= law.F_fk * (1 + 1e-12)
+        assert np.array_equal(beyond.x_r, at_limit.x_r)
+
+
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
 def test_homogeneity(motion):
     law = CONTACTS["stiff"]
     one = solved(law, motion, duration=2.9)

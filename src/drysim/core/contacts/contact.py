@@ -67,6 +67,7 @@ def first_contact(law, x_r, v_r, x_0):
     """Give mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
 
     One that is bent to its limit, and bent on, yields already: its next event is not at once.
+    One that would be bent beyond, as what an orbit is summed up to may tell, has given way.
     """
     load = 1.0 + law.variation * math.sin(law.phase)
     rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
@@ -76,5 +77,8 @@ def first_contact(law, x_r, v_r, x_0):
         return FREE if parted else (sign(v_r) if law.k_t * abs(v_r) > rate else HOLD), x_r
     way = sign(x_r - x_0)
     reach = law.F_fk * load / law.k_t
-    bent = abs(x_r - x_0) >= reach - SLACK * (reach + abs(x_r))
+    far = abs(x_r - x_0)
+    if far > reach:
+        x_0 = x_r - way * reach
+    bent = far >= reach - SLACK * (reach + abs(x_r))
     return (way if bent and law.k_t * way * v_r > rate else HOLD), x_0
