@@ -250,6 +250,8 @@ def test_simulate_gives_arrays_for_arrays() -> None:
      ({"u_dd": [1.0, "a"]}, "u_dd must be a row of numbers: could not convert string"),
      ({"m": "75 kg"}, "m must be a number in SI, not '75 kg'"),
      ({"dt": None}, "dt must be a number in SI, not None"),
+     ({"k_x": 10**400}, "k_x must be a number in SI, not 1000"),
+     ({"u_dd": [1.0, 10**400]}, "u_dd must be a row of numbers: int too large"),
      ({"u_dd": [1.0, math.inf]}, r"u_dd\[1\] must be a finite"),
      ({"approach": "signum", "F_fs": 18.0}, "signum knows no static limit: F_fs = 18 N"),
      ({"approach": "signom"}, "there is no approach `signom`")],

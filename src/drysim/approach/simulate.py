@@ -114,7 +114,7 @@ def plain(name: str, value: float) -> float:
     """Give a number; raise UsageError where it is none, units in words among them."""
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise UsageError(f"{name} must be a number in SI, not {value!r}") from None
 
 
@@ -122,7 +122,7 @@ def row(u_dd: ArrayLike) -> Floats:
     """Give samples as numbers; raise UsageError where they are none."""
     try:
         return np.ascontiguousarray(u_dd, dtype=float)
-    except (TypeError, ValueError) as fault:
+    except (TypeError, ValueError, OverflowError) as fault:
         raise UsageError(f"u_dd must be a row of numbers: {fault}") from None
 
 
