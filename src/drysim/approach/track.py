@@ -52,8 +52,8 @@ class Track(Protocol):
     def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
         """Give the points of x_r that tell all of its way in a window [s], from the start on.
 
-        Between two of them x_r goes no farther from zero than at the farther one, and passes
-        zero and a stroke limit x_rM [m] once at most.
+        Between two of them x_r passes zero and a stroke limit x_rM [m] once at most, and goes
+        no farther from zero than at some of them on the same side.
         """
 
     def chatter(self, begin: float, end: float) -> float:

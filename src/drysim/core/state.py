@@ -18,7 +18,8 @@ class Deflected(NamedTuple):
     Attributes
     ----------
     x_r, v_r, z : float
-        Relative displacement [m] and velocity [m/s], deflection of the contact [m].
+        Relative displacement [m] and velocity [m/s], deflection of the bristles [m]; of a
+        spring contact the x_r at which it carries no force [m].
     turned : tuple of float
         Deflections at which it turned and to which it returns [m], the oldest first.
     """
