@@ -54,7 +54,7 @@ def skim(steps, u_dd, n, until, x_r, v_r, f, low, high, x_out, v_out, d_out):
                 break
             turns = way * v < 0.0
             inside = low < x_r + v_r * dt < high and (turns or low < x - v * dt < high)
-            if way * a > 0.0 or not inside:
+            if way * a >= 0.0 or not inside:
                 if not turns:
                     break
                 r = -way * (u_1 - u_0) * steps.per_dt
