@@ -123,8 +123,8 @@ def end_of_hold(stretch, waves, law, x_0, poised, h):
         before = own.half
         if clear > 0.0 or side != poised:
             before = clear_of(own, stretch, waves, law, x_0, side, peak)
-        if before >= 0.0:
-            begin, until = max(clear, peak - before), min(peak + own.half, h)
+        begin, until = max(clear, peak - before), min(peak + own.half, h)
+        if before >= 0.0 and begin < until:
             s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
             if s < NEVER:
                 other = -side, poised == -side, max(clear, peak), s
