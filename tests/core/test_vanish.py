@@ -41,7 +41,7 @@ def value_at(kernel, stretch, waves, law, blend, s):
 @pytest.mark.parametrize("seed", range(24))
 def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     stretch, waves, law, blend = scene(plain, seed)
-    s, x_r, v_r = plain.vanish.vanish(stretch, waves, law, blend, 0, LENGTH, False)
+    s, x_r, v_r = plain.vanish.vanish(stretch, waves, law, blend, 0, LENGTH)
     t = np.linspace(0.0, LENGTH, FINE)
     values = [value_at(plain, stretch, waves, law, blend, at) for at in t.tolist()]
     below = np.flatnonzero(np.array(values) < 0.0)
@@ -54,9 +54,7 @@ def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
     found = plain.slide.slide(stretch.c, stretch.w, waves, *state, s)[:2]
     assert (x_r, v_r) == pytest.approx(found, rel=1e-12, abs=1e-15)
-    for known in (True, False):
-        before = plain.vanish.vanish(stretch, waves, law, blend, 0, 0.999 * s, known)
-        assert before[0] == math.inf
+    assert plain.vanish.vanish(stretch, waves, law, blend, 0, 0.999 * s)[0] == math.inf
 
 
 def test_slow_blend_that_may_turn_above_zero_is_not_taken_to_fall(kernel):
@@ -64,7 +62,7 @@ def test_slow_blend_that_may_turn_above_zero_is_not_taken_to_fall(kernel):
     blend = kernel.blend
     course = blend.Course(1.0, -0.5, 0.0, 0.2)
     for most, falls in ((0.2, False), (0.02, True)):
-        assert blend.falls_surely(course, most, blend.Bound(0.0, 0.0, 10.0)) == falls
+        assert kernel.cease.falls_surely(*course[:3], most, 0.0) == falls
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -42,7 +42,7 @@ def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
     """
     room = Blend(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
     if begin == 0.0:
-        return vanish(stretch, waves, law, room, 2 if poised else 0, until, False)
+        return vanish(stretch, waves, law, room, 2 if poised else 0, until)
     bound = bound_of(waves, law, room, stretch.r, until)
     now = instant(stretch, waves, begin)
     course = blended(law, waves, room, now)
@@ -50,7 +50,7 @@ def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
         return now.s, now.x_r, now.v_r
     if far_from_zero(course, most_twist(room, stretch.w, now, bound), bound, until - begin):
         return NEVER, now.x_r, now.v_r
-    return seek(stretch, waves, law, room, bound, now, course, until, False)
+    return seek(stretch, waves, law, room, bound, now, course, until)
 
 
 @compiled

@@ -19,7 +19,7 @@ def end_of_yield(stretch, waves, law, d, h):
     c, w, x_r, v_r, a, j, _, g, r = stretch
     if law.variation > 0.0:
         faster = Blend(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
-        return vanish(stretch, waves, law, faster, 0, h, False)
+        return vanish(stretch, waves, law, faster, 0, h)
     if heading(stretch) != d:
         return 0.0, x_r, v_r
     stop, x = leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h)

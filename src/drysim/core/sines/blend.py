@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from drysim.core.compiled import inlined
-from drysim.core.sines.cease import FALLS, REACH, safe_slip, to_zero
+from drysim.core.sines.cease import REACH, safe_slip
 from drysim.core.sines.slide import slide_and_snap
 from drysim.core.sines.stretch import force_rates
 from drysim.core.waves import normal_force
@@ -124,17 +124,6 @@ def far_from_zero(course, most, bound, h):
     """Tell whether a blend is above zero for h [s] to come, as in most steps of a record."""
     loses = max(-course.bend, 0.0) + h * (most + h * bound.growth)
     return course.value > h * (max(-course.rate, 0.0) + h * loses)
-
-
-@inlined
-def falls_surely(course, most, bound):
-    """Tell whether a blend only falls until it is below zero, at 1.5 times its parabola's."""
-    value, rate, bend, _ = course
-    if not rate < 0.0 < value:
-        return False
-    far = 1.5 * to_zero(value, rate, bend)
-    loses = (max(bend, 0.0) + (0.5 * most + bound.growth * far / 6.0) * far) * far
-    return -rate >= FALLS * loses
 
 
 @inlined

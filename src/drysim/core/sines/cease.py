@@ -37,6 +37,21 @@ def to_zero(v, a, j):
 
 
 @inlined
+def falls_surely(v, a, j, snap, growth):
+    """Tell whether a velocity only falls until it is below zero, at 1.5 times its parabola's.
+
+    Parameters
+    ----------
+    v, a, j, snap, growth : float
+        As in `safe_slip`; the velocity may be below zero.
+    """
+    if not a < 0.0 < v:
+        return False
+    far = 1.5 * to_zero(v, a, j)
+    return -a >= FALLS * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
+
+
+@inlined
 def above_zero(v, a, bend):
     """Give the largest h up to which v + a h - bend h²/2, not below zero, stays so."""
     square = a * a + 2.0 * bend * v
@@ -121,12 +136,9 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     v, a, j, k = d * v_r, d * a, d * j, d * k
     while True:
         snap = math.sqrt(k * k + w * j * j)
-        if a < 0.0 < v:
-            near = to_zero(v, a, j)
-            far = 1.5 * near
-            if -a >= FALLS * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far:
-                s, x = sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth)
-                return (s, x) if s < h else (NEVER, x)
+        if falls_surely(v, a, j, snap, growth):
+            s, x = sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth)
+            return (s, x) if s < h else (NEVER, x)
         step = safe_slip(v, a, j, snap, growth, cap)
         if s + step >= h:
             # The end of the stretch lies within the safe step.

@@ -16,18 +16,17 @@ from drysim.core.sines.blend import (
     Instant,
     blended,
     bound_of,
-    falls_surely,
     far_from_zero,
     instant,
     most_twist,
     safe_blend,
     starting_course,
 )
-from drysim.core.sines.cease import NEWTON_CAP, to_zero
+from drysim.core.sines.cease import NEWTON_CAP, falls_surely, to_zero
 
 
 @compiled
-def vanish(stretch, waves, law, blend, zeros, h, stays):
+def vanish(stretch, waves, law, blend, zeros, h):
     """Give the first time in [0, h] at which a blend is no longer above zero, and the motion.
 
     Parameters
@@ -43,8 +42,6 @@ def vanish(stretch, waves, law, blend, zeros, h, stays):
         What is zero exactly at the start: 1 the blend, 2 its rate as well.
     h : float
         Length of the stretch [s].
-    stays : bool
-        Whether the blend is known to be above zero at the end.
 
     Returns
     -------
@@ -61,16 +58,16 @@ def vanish(stretch, waves, law, blend, zeros, h, stays):
     course = starting_course(law, waves, blend, now, zeros)
     if far_from_zero(course, most_twist(blend, stretch.w, now, bound), bound, h):
         return NEVER, now.x_r, now.v_r
-    return seek(stretch, waves, law, blend, bound, now, course, h, stays)
+    return seek(stretch, waves, law, blend, bound, now, course, h)
 
 
 @compiled
-def seek(stretch, waves, law, blend, bound, now, course, h, stays):
+def seek(stretch, waves, law, blend, bound, now, course, h):
     """Give what `vanish` gives, from some time of the stretch on.
 
     Parameters
     ----------
-    stretch, waves, law, blend, h, stays
+    stretch, waves, law, blend, h
         As in `vanish`.
     bound : Bound
     now, course : Instant, Course
@@ -79,7 +76,7 @@ def seek(stretch, waves, law, blend, bound, now, course, h, stays):
     w = stretch.w
     while True:
         most = most_twist(blend, w, now, bound)
-        if falls_surely(course, most, bound):
+        if falls_surely(course.value, course.rate, course.bend, most, bound.growth):
             break
         step = safe_blend(course, most, bound)
         if step == 0.0:
@@ -92,8 +89,6 @@ def seek(stretch, waves, law, blend, bound, now, course, h, stays):
         course = blended(law, waves, blend, now)
         if course.value <= 0.0:
             return now.s, now.x_r, now.v_r
-    if stays and now.s + 1.5 * to_zero(course.value, course.rate, course.bend) >= h:
-        return NEVER, now.x_r, now.v_r
     s, x, v, a, j, k = now
     for _ in range(NEWTON_CAP):
         value, rate, bend, twist = course

@@ -157,4 +157,4 @@ def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
         return 0.0
     push = Blend(0.0, side * law.k_s, side * law.b_s, 0.0, 0.0)
     stretch = starting(c, w, waves, xi, v_r, g, r)
-    return vanish(stretch, waves, law, push, 1 if poised else 0, h, False)[0]
+    return vanish(stretch, waves, law, push, 1 if poised else 0, h)[0]
