@@ -149,6 +149,19 @@ def test_contact_said_to_be_bent_beyond_its_limit_has_given_way_to_it(motion, si
 
 
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
+def test_limit_that_is_met_just_after_a_run_is_not_met_in_it(motion):
+    path = solved(CONTACTS["stiff"], motion, duration=1.5).track.path((0.0, 1.5), None)
+    far = np.abs(path.x_r)
+    highest = np.flatnonzero(far[1:] > np.maximum.accumulate(far)[:-1]) + 1
+    assert len(highest) > 3
+    for t, limit in zip(path.t[highest].tolist(), far[highest].tolist(), strict=True):
+        track = solved(CONTACTS["stiff"], motion, duration=t - 0.05 * STEP).track
+        found = track.path((0.0, track.end), limit)
+        assert found.t.max() <= track.end
+        assert excursions(track, found, limit).times == 0
+
+
+@pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
 def test_homogeneity(motion):
     law = CONTACTS["stiff"]
     one = solved(law, motion, duration=2.9)

@@ -56,7 +56,10 @@ class Jointed(Located):
         held_trail, states = Pieces(*map(held, trail)), (held(self.x_r), held(self.v_r))
         scene = plant, self.law, sprung, self.base, *states, held_trail
         whole = whole_pieces(trail.n * dt + trail.s, window)
-        return all_told(tell_steps, scene, whole, x_rM, (0, -1, 0.0, 0.0, 0.0))
+        path = all_told(tell_steps, scene, whole, x_rM, (0, -1, 0.0, 0.0, 0.0))
+        # The march goes on to the next sample, wherever the run ends before.
+        count = int(np.searchsorted(path.t, self.end, "right"))
+        return Path(path.t[:count], path.x_r[:count])
 
     @cached_property
     def base(self) -> Any:
