@@ -55,6 +55,9 @@ EXPLAINED = {
         "contact.py",
         "return (way if bent and law.k_t * way * v_r >= rate else HOLD), x_0",
     ): "one that is as fast as its limit yields now or at the next instant",
+    ("contact.py", "return sign(v_r) if law.k_t * abs(v_r) >= rate else HOLD"): (
+        "one that is as fast as its limit yields now or at the next instant"
+    ),
     ("contact_replay.py", "c, w, g, r = 1.0, 0.0, 0.0, 0.0"): FIRST,
     (
         "contact_replay.py",
@@ -155,9 +158,6 @@ EXPLAINED = {
         "at the very limit both sides end there"
     ),
     ("telling.py", "low, high = (1.0, x_rM) if size < x_rM else (x_rM, math.inf)"): SLOWER,
-    ("touch.py", "return (sign(v_r) if law.k_t * abs(v_r) >= rate else HOLD), x_r"): (
-        "one that is as fast as its limit yields now or at the next instant"
-    ),
     ("trace.py", "for n in range(1, ORDER + -1):"): (
         "a base motion whose first eighteen rates vanish at once has no others"
     ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 
 STICK, SLIP, REVERSAL, LIFT = 0, 1, 2, 3
 CONTACT, RELEASE, IMPACT = 4, 5, 6
@@ -67,6 +67,14 @@ def holding_force(plant, law, x_r):
 def sign(value):
     """Give -1, 0 or 1."""
     return 1 if value > 0.0 else (-1 if value < 0.0 else 0)
+
+
+@inlined
+def onset(v_r, a, j):
+    """Give the direction in which a mass sets out: of v_r, else of acceleration or jerk."""
+    if v_r != 0.0:
+        return sign(v_r)
+    return sign(a) if a != 0.0 else sign(j)
 
 
 @compiled

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.events import sign
 from drysim.core.plant import Plant
 from drysim.core.waves import OMEGA, STEADY, STRIDE, anchor
@@ -62,6 +62,15 @@ def begin_stretch(plant, law, waves, mode, x_0, t):
     return effective.b / m, w, steady_force(law, mode, x_0) / m
 
 
+@inlined
+def just_met(law, v_r, rate):
+    """Give the mode of surfaces that carry nothing yet: what outruns their limit yields.
+
+    `rate` is that of the limit [N/s].
+    """
+    return sign(v_r) if law.k_t * abs(v_r) > rate else HOLD
+
+
 @compiled
 def first_contact(law, x_r, v_r, x_0):
     """Give mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
@@ -74,7 +83,7 @@ def first_contact(law, x_r, v_r, x_0):
     if load <= 0.0:
         # A force that only touches zero parts no surfaces; they carry nothing just then.
         parted = load < 0.0 or (law.variation > 1.0 and rate <= 0.0)
-        return FREE if parted else (sign(v_r) if law.k_t * abs(v_r) > rate else HOLD), x_r
+        return FREE if parted else just_met(law, v_r, rate), x_r
     way = sign(x_r - x_0)
     reach = law.F_fk * load / law.k_t
     far = abs(x_r - x_0)

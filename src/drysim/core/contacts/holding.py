@@ -6,9 +6,9 @@ import math
 
 from drysim.core.compiled import compiled
 from drysim.core.contacts.ring import clear_of, ringing, stays_within
+from drysim.core.events import onset
 from drysim.core.samples.stop import NEVER
 from drysim.core.sines.blend import Blend, blended, bound_of, far_from_zero, instant, most_twist
-from drysim.core.sines.stretch import heading
 from drysim.core.sines.vanish import seek, vanish
 from drysim.core.waves import normal_force
 
@@ -102,7 +102,7 @@ def end_of_hold(stretch, waves, law, x_0, poised, h):
     envelope does not show that it holds. A peak stands for half a swing on either side, so
     that the one before has told of the other side up to this peak.
     """
-    reach, way = law.F_fk / law.k_t, heading(stretch)
+    reach, way = law.F_fk / law.k_t, onset(stretch.v_r, stretch.a, stretch.j)
     gap = reach * normal_force(law, waves, 0.0)[0] - way * (stretch.x_r - x_0)
     if way * poised <= 0 and swings_to(stretch, way, gap):
         looked = min(HALF_SWING / math.sqrt(stretch.w), h)

@@ -9,7 +9,7 @@ from drysim.core.contacts.contact import HOLD, POISED, holds
 from drysim.core.contacts.hit import next_crossing, next_stop
 from drysim.core.contacts.skim import skim
 from drysim.core.contacts.whole import whole_steps
-from drysim.core.events import ROOM, SLIP, STICK, limit_force, note, sign
+from drysim.core.events import ROOM, SLIP, STICK, limit_force, note, onset
 from drysim.core.plant import Plant
 from drysim.core.samples.glide import glide, look_ahead
 from drysim.core.samples.march import STRETCH
@@ -121,9 +121,7 @@ def through(
         holding = holds(mode)
         w, f = (sprung.w, -stiffness * x_0) if holding else (bare.w, mode * f_k)
         a = -(u_0 + slope * begin + c * v_r + w * x_r + f)
-        way = sign(v_r)
-        if way == 0:
-            way = sign(a) if a != 0.0 else -sign(slope)
+        way = onset(v_r, a, -slope)
         if way == 0:
             return x_r, v_r, x_0, mode, at, count
         v, a, r = way * v_r, way * a, -way * slope

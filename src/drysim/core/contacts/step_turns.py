@@ -6,7 +6,7 @@ from drysim.core.compiled import compiled
 from drysim.core.contacts.contact import holds
 from drysim.core.contacts.hit import next_stop
 from drysim.core.contacts.telling import holds_unseen
-from drysim.core.events import sign
+from drysim.core.events import onset
 from drysim.core.samples.stop import NEVER
 
 
@@ -48,7 +48,7 @@ def tell_steps(
         while (n < last or (n == last and s < end)) and count + 2 <= len(t_told):
             slope = (u_dd[n + 1] - u_dd[n]) * sprung.per_dt
             a = -(u_dd[n] + slope * s + c * v + w * x + f)
-            way = sign(v) if v != 0.0 else (sign(a) if a != 0.0 else -sign(slope))
+            way = onset(v, a, -slope)
             h = (end if n == last else dt) - s
             stop, far = NEVER, 0.0
             if way != 0:

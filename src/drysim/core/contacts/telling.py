@@ -11,11 +11,11 @@ import math
 from drysim.core.compiled import compiled
 from drysim.core.contacts.contact import begin_stretch, holds
 from drysim.core.contacts.ring import ringing, stays_within
-from drysim.core.events import sign
+from drysim.core.events import onset, sign
 from drysim.core.samples.stop import NEVER
 from drysim.core.sines.cease import leave_slip
 from drysim.core.sines.slide import slide
-from drysim.core.sines.stretch import heading, starting
+from drysim.core.sines.stretch import starting
 
 SLACK = 1e-14
 """Relative distance by which what is as far as something else may seem to be farther."""
@@ -64,7 +64,7 @@ def holds_unseen(law, trail, i, x_rM):
 def next_turn(stretch, waves, h):
     """Give the first time in (0, h] at which v_r is zero, or infinity, and x_r then."""
     c, w, x_r, v_r, a, j, _, g, r = stretch
-    way = heading(stretch)
+    way = onset(stretch.v_r, stretch.a, stretch.j)
     if way == 0:
         return NEVER, x_r
     return leave_slip(c, w, waves, x_r, v_r, a, j, g, r, way, h)

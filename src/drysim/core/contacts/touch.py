@@ -10,6 +10,7 @@ from drysim.core.contacts.contact import (
     begin_stretch,
     contact_force,
     holds,
+    just_met,
 )
 from drysim.core.contacts.holding import end_of_hold
 from drysim.core.contacts.yielding import end_of_yield
@@ -106,8 +107,7 @@ def next_mode(law, waves, mode, after, x_r, v_r, x_0, force, s):
     if after == FREE:
         return FREE, x_r
     if mode == FREE:
-        rate = law.F_fk * normal_force(law, waves, s)[1]
-        return (sign(v_r) if law.k_t * abs(v_r) > rate else HOLD), x_r
+        return just_met(law, v_r, law.F_fk * normal_force(law, waves, s)[1]), x_r
     if after == HOLD:
         return mode * POISED, x_r - force / law.k_t
     return after, x_0

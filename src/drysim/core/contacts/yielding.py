@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from drysim.core.compiled import compiled
+from drysim.core.events import onset
 from drysim.core.sines.blend import Blend
 from drysim.core.sines.cease import leave_slip
-from drysim.core.sines.stretch import heading
 from drysim.core.sines.vanish import vanish
 
 
@@ -20,7 +20,7 @@ def end_of_yield(stretch, waves, law, d, h):
     if law.variation > 0.0:
         faster = Blend(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
         return vanish(stretch, waves, law, faster, 0, h)
-    if heading(stretch) != d:
+    if onset(stretch.v_r, stretch.a, stretch.j) != d:
         return 0.0, x_r, v_r
     stop, x = leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h)
     return stop, x, 0.0

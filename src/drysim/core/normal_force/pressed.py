@@ -15,6 +15,7 @@ from drysim.core.events import (
     STICK,
     limit_force,
     note,
+    onset,
     sign,
 )
 from drysim.core.normal_force.load import load_within, meets_at, parts_at, span_at
@@ -128,11 +129,7 @@ def press(
                 load = load_within(law, waves, span, 0.0)[0]
                 start = d * (law.F_fs - law.F_fk) * load / plant.m
                 a, j = start, j - c * (start - a)
-            way = d
-            if mode == FREE:
-                way = sign(v_r)
-                if way == 0:
-                    way = sign(a) if a != 0.0 else sign(j)
+            way = onset(v_r, a, j) if mode == FREE else d
             turn = leave_motion(c, w, waves, x_r, v_r, a, j, g, r, way, until)
             step = min(turn, until)
             x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, g, r, step)

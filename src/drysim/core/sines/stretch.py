@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from drysim.core.compiled import compiled, inlined
-from drysim.core.events import sign
 from drysim.core.waves import COSINE, OMEGA, SINE, STRIDE, A
 
 
@@ -45,14 +44,6 @@ def starting(c, w, waves, x_r, v_r, g, r):
     a = push - c * v_r - w * x_r
     j = push_d - c * a - w * v_r
     return Stretch(c, w, x_r, v_r, a, j, push_dd - c * j - w * a, g, r)
-
-
-@inlined
-def heading(stretch):
-    """Give the direction in which a stretch starts, 0 where nothing moves."""
-    if stretch.v_r != 0.0:
-        return sign(stretch.v_r)
-    return sign(stretch.a) if stretch.a != 0.0 else sign(stretch.j)
 
 
 @compiled
