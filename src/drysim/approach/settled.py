@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.approach import by_series, touched, traced
-from drysim.approach.bounded import march
-from drysim.approach.by_series import Series
+from drysim.approach import exact
 from drysim.approach.closing import Closing
 from drysim.approach.orbit import Orbit
-from drysim.approach.traced import Traced
-from drysim.approach.ways import AnyOther
 from drysim.core.motion import Sines
 from drysim.core.plant import Dynamic, Plant, Slider, Stopped
 from drysim.core.sines.period_map import radius
 from drysim.core.state import AnyState, State
+
+if TYPE_CHECKING:
+    from drysim.approach.by_series import Series
+    from drysim.approach.traced import Traced
+    from drysim.approach.ways import AnyOther
 
 MOST_PERIODS = 2_000
 """Periods after which a motion counts as not settled."""
@@ -43,12 +45,12 @@ def once(
 ) -> Traced | Series:
     """Follow a state for one period."""
     if isinstance(law, Stopped):
+        from drysim.approach.bounded import march
+
         return march(plant, law, motion, state, period)
-    if isinstance(law, Dynamic):
-        return by_series.follow(plant, law, motion, state, period)
-    if isinstance(law, Slider):
-        return touched.follow(plant, law, motion, state, period)
-    return traced.follow(plant, law, motion, state, period)
+    home = exact.home_of(law, motion)
+    track: Traced | Series = home.follow(plant, law, motion, state, period)
+    return track
 
 
 def find_orbit(
