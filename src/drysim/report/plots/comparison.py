@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drysim import wording
 from drysim.approach.numerics import FIXED_STEP
 from drysim.report.plots import against, canvas, curves, heading, ink, layout, moment, panels
 from drysim.report.plots.labels import spoken
@@ -111,11 +112,15 @@ def _loops(axes: Axes, made: Comparison, looks: Mapping[str, Style]) -> None:
     yardstick = made.responses[made.yardstick]
     first, last = moment.telling(yardstick, _rivals(made), _begin(made))
     first, last = moment.cycle(yardstick, first, last)
-    unit = panels.unit_of(yardstick)
-    for name, response in made.responses.items():
-        if made.laws.get(name):
-            shown = _stretch(response, first, last)
-            axes.plot(shown.x_r * unit.per_metre, shown.F_f, **{**looks[name], "marker": ""})
+    stretches = {
+        name: _stretch(response, first, last)
+        for name, response in made.responses.items()
+        if made.laws.get(name)
+    }
+    peaks = (float(np.abs(shown.x_r).max()) for shown in stretches.values())
+    unit = wording.length_unit(max(peaks, default=0.0))
+    for name, shown in stretches.items():
+        axes.plot(shown.x_r * unit.per_metre, shown.F_f, **{**looks[name], "marker": ""})
     ink.name(axes, "friction force $F_f$ [N]")
     axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]")
 

@@ -43,11 +43,6 @@ SETTLED: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, 
 BAND = "#bdbdbd"
 
 
-def unit_of(motion: Response) -> LengthUnit:
-    """Give the unit in which x_r is drawn."""
-    return wording.length_unit(curves.greatest(motion, "x_r").value)
-
-
 def pair(
     figure: Figure, grid: GridSpec, begin: float, end: float, unit: LengthUnit
 ) -> tuple[Axes, Axes]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drysim import wording
 from drysim.report.plots import canvas, curves, heading, layout, panels
 
 if TYPE_CHECKING:
@@ -54,15 +55,14 @@ def draw(outcome: Outcome) -> Figure:
 def _whole(figure: Figure, outcome: Outcome) -> None:
     """Draw all of a short response, the loop as large as the rest."""
     shown = curves.curve(outcome.response, slice(None))
-    unit = panels.unit_of(outcome.response)
-    _stretch(figure, _grid(figure, 0.9, 4.9, 2), shown, outcome, FAR, unit)
+    _stretch(figure, _grid(figure, 0.9, 4.9, 2), shown, outcome, FAR)
 
 
 def _zoomed(figure: Figure, outcome: Outcome) -> None:
     """Draw a long response as it goes, and a stretch of it so that it can be read."""
     motion, stroke = outcome.response, outcome.scenario.stroke
     shown = curves.curve(motion, curves.zoom(motion, _settle(outcome)))
-    unit = panels.unit_of(motion)
+    unit = _unit(outcome)
     end = (len(motion) - 1) * motion.dt
     above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), 0.0, end, unit)
     if len(motion) > 2 * curves.BINS:
@@ -73,20 +73,15 @@ def _zoomed(figure: Figure, outcome: Outcome) -> None:
         panels.stroke(below, motion, stroke.limit, FAR, unit)
     panels.settled(above, below, _settle(outcome))
     panels.frame(above, below, shown)
-    _stretch(figure, _grid(figure, 0.9, 4.15, 2), shown, outcome, NEAR, unit)
+    _stretch(figure, _grid(figure, 0.9, 4.15, 2), shown, outcome, NEAR)
     figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
 
 
 def _stretch(
-    figure: Figure,
-    grid: GridSpec,
-    shown: Curve,
-    outcome: Outcome,
-    far: float,
-    unit: LengthUnit,
+    figure: Figure, grid: GridSpec, shown: Curve, outcome: Outcome, far: float
 ) -> None:
     """Draw a stretch of the response: its curves, what sticks, its friction loop."""
-    motion, stroke = outcome.response, outcome.scenario.stroke
+    motion, stroke, unit = outcome.response, outcome.scenario.stroke, _unit(outcome)
     above, below = panels.pair(figure, grid, shown.t[0], shown.t[-1], unit)
     panels.lines(above, below, shown, unit)
     panels.stuck(above, below, shown, motion)
@@ -95,6 +90,11 @@ def _stretch(
     if shown.t[0] < _settle(outcome) < shown.t[-1]:
         panels.settled(above, below, _settle(outcome))
     panels.loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
+
+
+def _unit(outcome: Outcome) -> LengthUnit:
+    """Give the unit in which x_r is drawn: that in which its peak is told."""
+    return wording.length_unit(outcome.metrics["x_r_peak"] or 0.0)
 
 
 def _settle(outcome: Outcome) -> float:
