@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drysim.core.state import State
 from drysim.metrics import measure
-from law_scenes import mirrored, solved
+from law_scenes import REST, mirrored, sine, solved
 
 
 class Invariants:
@@ -20,3 +27,20 @@ class Invariants:
         one, two = (solved(law, each, duration=2.0) for each in (motion, mirrored(motion)))
         assert (one.x_r == -two.x_r).all()
         assert (one.F_f == -two.F_f).all()
+
+
+class TouchingZero:
+    """Tests of a class whose `law` has a normal force that touches zero once a period."""
+
+    law: Any
+
+    @pytest.mark.parametrize("phase", [-0.5 * math.pi, 1.5 * math.pi])
+    @pytest.mark.parametrize("start", [REST, State(0.0, 0.01), State(1e-3, 0.0)])
+    def test_force_that_touches_zero_at_the_start_does_not_part_the_surfaces(
+        self, start, phase
+    ):
+        # They were taken for lifted off, and they never met again.
+        law, near = (self.law._replace(phase=at) for at in (phase, phase + 1e-7))
+        one, other = (solved(each, sine(1.0, 1.6), start, duration=2.0) for each in (law, near))
+        assert "lift" not in one.events.names
+        assert np.abs(one.x_r - other.x_r).max() < 1e-6 * np.abs(other.x_r).max()

@@ -21,7 +21,7 @@ from drysim.core.waves import Waves
 from drysim.metrics import greatest, measure
 from drysim.peaks import entries, half_cycles, path_of, upcrossings
 from drysim.stroke import excursions
-from invariants import Invariants
+from invariants import Invariants, TouchingZero
 from law_scenes import PAPER, REST, STEP, doubled, mirrored, noise, sine, solved
 
 NOISE = noise(1200, 1.0, seed=3)
@@ -72,15 +72,8 @@ class TestInvariants(Invariants):
         assert np.abs(np.diff(response.F_f)).max() <= fastest * response.dt * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize("phase", [-0.5 * math.pi, 1.5 * math.pi])
-@pytest.mark.parametrize("start", [REST, State(0.0, 0.01), State(1e-3, 0.0)])
-def test_normal_force_that_touches_zero_at_the_start_does_not_part_the_contact(start, phase):
-    # It was taken for lifted off, and it never met again.
-    law = Slider(30.0, 1e5, 1.0, 2 * math.pi * 2.3, phase)
-    near = law._replace(phase=phase + 1e-7)
-    one, other = (solved(each, sine(1.0, 1.6), start, duration=2.0) for each in (law, near))
-    assert "lift" not in one.events.names
-    assert np.abs(one.x_r - other.x_r).max() < 1e-6 * np.abs(other.x_r).max()
+class TestTouchingZero(TouchingZero):
+    law = Slider(30.0, 1e5, 1.0, 2 * math.pi * 2.3)
 
 
 def test_contact_that_outruns_its_limit_at_the_start_yields_from_the_start():

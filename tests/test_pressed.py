@@ -13,7 +13,7 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed, Pressure
 from drysim.core.plant import Law
 from drysim.core.state import State
-from invariants import Invariants
+from invariants import Invariants, TouchingZero
 from law_scenes import PAPER, REST, STEP, doubled, noise, sine, solved
 from pressing import march_pressed
 
@@ -142,15 +142,8 @@ def test_force_that_stays_above_zero_is_that_of_a_varying_limit(motion):
     assert np.abs(one.x_r - other.x_r).max() < 1e-11 * np.abs(other.x_r).max()
 
 
-@pytest.mark.parametrize("phase", [-0.5 * math.pi, 1.5 * math.pi])
-@pytest.mark.parametrize("start", [REST, State(0.0, 0.01), State(1e-3, 0.0)])
-def test_force_that_touches_zero_at_the_start_does_not_part_the_surfaces(start, phase):
-    # They were taken for lifted off, and they never met again.
-    law = Pressed(30.0, 36.0, 1.0, 2 * math.pi * 2.3, phase)
-    near = law._replace(phase=phase + 1e-7)
-    one, other = (solved(each, sine(1.0, 1.6), start, duration=2.0) for each in (law, near))
-    assert "lift" not in one.events.names
-    assert np.abs(one.x_r - other.x_r).max() < 1e-6 * np.abs(other.x_r).max()
+class TestTouchingZero(TouchingZero):
+    law = Pressed(30.0, 36.0, 1.0, 2 * math.pi * 2.3)
 
 
 def test_mass_that_is_never_touched_moves_freely():
