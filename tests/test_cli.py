@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from drysim import __version__, report
-from drysim.cli.commands import ORDER
+from drysim.cli.shelf import COMMANDS
 
 RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
 
@@ -79,7 +79,7 @@ def test_help_lists_every_command_in_a_whole_sentence(drysim, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     listed = drysim("--help").out.partition("Commands:")[2].split("\n")
     names = [line.split()[0] for line in listed if line.strip()]
-    assert names == [*ORDER]
+    assert names == [command.__name__ for command in COMMANDS]
     assert all(line.endswith(".") and "..." not in line for line in listed if line.strip())
 
 

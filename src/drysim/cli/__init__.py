@@ -15,8 +15,8 @@ import typer
 
 from drysim.cli import plugins
 from drysim.cli.leave import ASKED, tidy_up_first
+from drysim.cli.shelf import app
 from drysim.cli.streams import open_closed_streams, reader_may_leave, unheard
-from drysim.cli.summaries import app
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drysim.cli import options
-from drysim.cli.studies import app as app
 from drysim.cli.voice import Voice
 from drysim.errors import EXIT_OK, Caution
 
@@ -52,7 +51,6 @@ Hard = Annotated[
 ]
 
 
-@app.command()
 def bench(
     context: typer.Context,
     scenario: Asked = None,

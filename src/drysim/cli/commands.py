@@ -1,4 +1,4 @@
-"""The commands: words in, a study asked, an exit code out."""
+"""The commands about one scenario, and about none: run, validate, init, schema, doctor."""
 
 from __future__ import annotations
 
@@ -6,63 +6,18 @@ import json
 import shlex
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import typer
-from typer.core import TyperGroup
 
 from drysim.cli import options
 from drysim.cli.streams import reader_may_leave
 from drysim.cli.voice import Voice
 from drysim.errors import EXIT_NOTHING_COMPUTED, EXIT_NUMERICS_FAILED, EXIT_OK
 
-ORDER = (
-    "init", "run", "sweep", "compare", "validate", "summarise", "bench", "schema", "doctor"
-)  # fmt: skip
-"""The commands as somebody new may need them."""
-
-
-class Commands(TyperGroup):
-    """The commands; one that is interrupted without a word of its own gets one here."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Give the names of the commands as the help lists them."""
-        return sorted(super().list_commands(ctx), key=ORDER.index)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Run the command that was asked for."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            from drysim import console
-
-            console.remark("interrupted; no file is left half-written")
-            raise
-
-
-app = typer.Typer(
-    cls=Commands,
-    help="Vibration isolation with viscous and dry-friction damping, from a YAML scenario.",
-    context_settings={"help_option_names": ["-h", "--help"]},
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
-
 FIRST = "paper-low-friction"
 """What `drysim init` writes when no name is given."""
 
 
-@app.callback(invoke_without_command=True)
-def no_command(context: typer.Context, version: options.Version = False) -> int:
-    """Show the help when no command is named."""
-    if context.invoked_subcommand is None:
-        from drysim import console
-
-        console.remark(context.get_help())
-    return EXIT_NOTHING_COMPUTED
-
-
-@app.command()
 def run(
     context: typer.Context,
     scenario: options.File,
@@ -120,7 +75,6 @@ def run(
     return voice.answer(told, show, outcome.warnings, folder, code)
 
 
-@app.command()
 def validate(
     scenarios: options.Files,
     changes: options.Changes = None,
@@ -137,7 +91,6 @@ def validate(
     return EXIT_NOTHING_COMPUTED if faulty else EXIT_OK
 
 
-@app.command()
 def schema() -> int:
     """JSON schema of scenario files, for editors."""
     from drysim.scenario import schema as describe
@@ -147,7 +100,6 @@ def schema() -> int:
     return EXIT_OK
 
 
-@app.command()
 def init(name: options.Name = FIRST, show: options.Show = False) -> int:
     """Write a commented scenario from the gallery."""
     from drysim import console
@@ -174,7 +126,6 @@ def init(name: options.Name = FIRST, show: options.Show = False) -> int:
     return EXIT_OK
 
 
-@app.command()
 def doctor() -> int:
     """Versions, engine, known-answer tests; about a second."""
     from drysim import console

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import typer
 
 from drysim.cli import leave, options
-from drysim.cli.commands import app as app
 from drysim.cli.voice import Voice
 from drysim.errors import EXIT_INTERRUPTED
 
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from drysim.study.sweeps.table import Table
 
 
-@app.command()
 def sweep(
     context: typer.Context,
     scenario: options.File,
@@ -110,7 +108,6 @@ def finished(advance: Callable[[int], None], batch: Batch) -> None:
     leave.if_asked()
 
 
-@app.command()
 def compare(
     context: typer.Context,
     approaches: options.Compared,

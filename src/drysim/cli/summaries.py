@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import typer
 
 from drysim.cli import options
-from drysim.cli.bench import app as app
 from drysim.cli.streams import reader_may_leave
 from drysim.errors import EXIT_OK, OutputError
 
@@ -19,7 +18,6 @@ TOLD = ("metrics", "ensemble", "checks", "numerics")
 """What of drysim.json is told again; only many seeds are an ensemble."""
 
 
-@app.command()
 def summarise(folder: Folder, as_json: options.Json = False) -> int:
     """Extremes, quantiles and checks of a result on the disk."""
     from drysim import console
