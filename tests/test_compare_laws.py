@@ -213,6 +213,17 @@ class TestComparison:
         assert "at least the kinetic 60 N, not 50 N" in fault.value.problems[0].sentence
         assert "friction.kinetic = 60" in fault.value.problems[0].sentence
 
+    def test_law_is_called_by_its_name_where_its_seeds_are_measured_together(
+        self, scene, process
+    ):
+        """Rows of a block were called by the approach, a word that the table did not know."""
+        noise = "{kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.6, duration: 3, seeds: 8}"
+        words = ("compare", "dahl", "vs", "coulomb", "-s", scene, "--no-plots")
+        answer = process(*words, "--set", f"excitation={noise}", DRYSIM_ENGINE="compiled")
+        assert answer.code == 0, answer.err
+        lines = (scene.parent / "out/scene-compare/comparison.csv").read_text().splitlines()
+        assert [line.split(",")[0] for line in lines[1:]] == ["dahl", "coulomb", "viscous"]
+
     def test_seeds_are_compared_in_pairs(self, scene):
         noise = "{kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.6, duration: 3, seeds: 3}"
         scene.write_text(SCENE.replace("{kind: harmonic, frequency: 2, rms: 0.75}", noise))

@@ -74,13 +74,12 @@ def rows_of_block(case: Case, seeds: Sequence[int], motion_of: MotionOf) -> Iter
             digests.append(sha256_of(motion.u_dd))
             yield motion
 
-    approach, found = scenario.solver.approach, measured_block(case, drawn(), len(seeds))
+    same, found = (scenario.word, law.F_fk, law.F_fs), measured_block(case, drawn(), len(seeds))
     for i, (seed, metrics) in enumerate(zip(seeds, found, strict=True)):
         if metrics is None:
             yield row_of_seed(scenario, seed, motion_of)
         else:
-            point = {KEY: seed}
-            yield Row(point, approach, law.F_fk, law.F_fs, metrics, sha256=digests[i])
+            yield Row({KEY: seed}, *same, metrics, sha256=digests[i])
 
 
 def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
