@@ -7,8 +7,9 @@ import pytest
 
 from drysim.approach import by_series, settled
 from drysim.approach.closing import DYING, Closing
+from drysim.approach.orbit import Orbit
 from drysim.core.motion import Sines
-from drysim.core.plant import BRISTLE, Dynamic, Plant, Slider
+from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Plant, Slider
 from drysim.core.state import Deflected, State
 from drysim.scenario import load
 from drysim.study.run import run
@@ -78,6 +79,50 @@ def test_orbit_of_a_contact_is_one_that_was_followed():
     orbit = settled.find_orbit(FAINT, law, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
     again = settled.once(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
     np.testing.assert_allclose(again[:3], orbit.state[:3], rtol=1e-10)
+
+
+NEXT_TO_NONE = {
+    "dahl": Dynamic(1e-14, 1e-14, BRISTLE, sigma_0=1.0),
+    "stribeck": Dynamic(1e-14, 1e-14, STRIBECK),
+    "contact that holds": Slider(100.0, 1.0),
+}
+"""Laws that take next to nothing from a motion within metres [N, N/m]."""
+
+
+def at_half_its_natural_frequency(law: Slider | Dynamic, xi: float) -> tuple[Orbit, float]:
+    """Give the orbit that rest leads to, and how far it is off x_r = -(m A/k)/(1 - 1/4) sin."""
+    k = 1.0 + (law.k_t if isinstance(law, Slider) else 0.0)
+    period = 4.0 * np.pi / k**0.5
+    plant = Plant(1.0, 1.0, 2.0 * xi * k**0.5)
+    sine = Sines((1.0,), (1.0 / period,), (0.0,))
+    orbit = settled.find_orbit(plant, law, sine, Deflected(0.0, 0.0, 0.0), period)
+    fastest = 2.0 * np.pi / period / k / 0.75
+    return orbit, abs(orbit.state.v_r / fastest + 1.0)
+
+
+@pytest.mark.parametrize("law", NEXT_TO_NONE.values(), ids=NEXT_TO_NONE)
+def test_motion_that_repeats_itself_because_nothing_stills_it_is_one_of_a_continuum(law):
+    # From rest the free oscillation, as large, goes on for ever and repeats itself, too.
+    orbit, off = at_half_its_natural_frequency(law, 1e-15)
+    assert off > 0.1
+    assert orbit.settled
+    assert not orbit.unique
+
+
+def test_changes_that_fall_by_less_than_rounding_tells_are_not_summed(monkeypatch):
+    # A sum of them had put a contact on a motion 210 times as large.
+    monkeypatch.setattr(settled, "MOST_PERIODS", 200)
+    orbit, off = at_half_its_natural_frequency(NEXT_TO_NONE["contact that holds"], 1e-13)
+    assert off < 1.1
+    assert not orbit.settled
+
+
+@pytest.mark.parametrize("law", NEXT_TO_NONE.values(), ids=NEXT_TO_NONE)
+def test_orbit_that_a_little_damping_leads_to_is_the_only_one(law):
+    orbit, off = at_half_its_natural_frequency(law, 2e-4)
+    assert off < 1e-6
+    assert orbit.settled
+    assert orbit.unique
 
 
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-8, 1e-6])

@@ -25,6 +25,10 @@ DYING = 1e-2
 NOISE = 1e-8
 """Changes this much smaller than the others tell nothing [-]."""
 
+ROUNDING = 1e-15
+"""Of a change [-]: where changes fall so slowly that it adds up to more than the change itself,
+their sum is a guess."""
+
 
 class Closing:
     """The ends of the last periods, and where they lead to.
@@ -108,7 +112,10 @@ class Closing:
         last = changes[-1]
         shares = np.linalg.lstsq((changes[:-1] - last).T, -last, rcond=NOISE)[0]
         total: Floats = ends[-1] + shares @ (ends[1:-1] - ends[-1])
-        self.gain = max(1.0, float(np.abs(total - ends[-1]).max() / sizes[-1]))
+        gain = max(1.0, float(np.abs(total - ends[-1]).max() / sizes[-1]))
+        if gain * ROUNDING > sizes[-1]:
+            return None
+        self.gain = gain
         return total
 
     def left(self, change: float) -> float:

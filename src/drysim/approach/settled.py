@@ -13,12 +13,14 @@ from drysim.approach.closing import Closing
 from drysim.approach.orbit import Orbit
 from drysim.core.motion import Sines
 from drysim.core.plant import Dynamic, Plant, Slider, Stopped
-from drysim.core.sines.period_map import radius
-from drysim.core.state import AnyState, State
+from drysim.core.sines.period_map import fixed_point, radius
+from drysim.core.sines.reached import RESTS, SLOW, decays
+from drysim.core.state import AnyState, Deflected
 
 if TYPE_CHECKING:
     from drysim.approach.by_series import Series
     from drysim.approach.traced import Traced
+    from drysim.approach.track import Path
     from drysim.approach.ways import AnyOther
 
 MOST_PERIODS = 2_000
@@ -37,7 +39,7 @@ DRAWS = 1.0 - 1e-4
 """A map that shrinks distances less than this would not have settled; slopes by neighbours are
 this sharp."""
 
-Repeat = Callable[[AnyState], AnyState]
+Repeat = Callable[[float, float], AnyState]
 
 
 def once(
@@ -90,8 +92,7 @@ def approached(
         track = once(plant, law, motion, state, period)
         way = track.path((0.0, period), None)
         peak = max(peak, float(np.abs(way.x_r).max()))
-        largest = [float(np.abs(column).max()) for column in track.series]
-        closing.add(track.state(period), largest, len(track.turns) - 1)
+        closing.add(track.state(period), largest(track, way, period), len(track.turns) - 1)
         change, multiple = closing.repetition()
         if change <= closing.closed:
             break
@@ -100,14 +101,41 @@ def approached(
     end, left = closing.ends[0], closing.left(change)
     multiple = multiple if settled else 1
 
-    def repeat(state: AnyState) -> AnyState:
-        return once(plant, law, motion, state, multiple * period).state(multiple * period)
+    def repeat(dx: float, dv: float) -> AnyState:
+        state, length = beside(law, end, dx, dv), multiple * period
+        return once(plant, sharp(law), motion, state, length).state(length)
 
     unique = True
-    if settled and plant.b == 0.0 and isinstance(law, Stopped) and len(way.t) > 1:
-        unique = drawn(repeat, end, (closing.scale[0], closing.scale[1]))
+    moves = float(np.ptp(way.x_r)) > RESTS * peak
+    if settled and moves and decays(plant, multiple * period) < SLOW:
+        unique, far = drawn(repeat, end, plant.k_x > 0.0, (closing.scale[0], closing.scale[1]))
+        left = max(left, far)
     orbit = Orbit(end, multiple, change, settled, unique, run_up, peak, left)
     return orbit, len(track.turns) - 1
+
+
+def largest(track: Traced | Series, way: Path, period: float) -> list[float]:
+    """Give the largest of each number of the state within a period.
+
+    One without events is a single piece, at whose ends the mass may be at rest: its mean speed
+    is a measure then.
+    """
+    sizes = [float(np.abs(column).max()) for column in track.series]
+    travelled = float(np.abs(np.diff(way.x_r)).sum())
+    return [float(np.abs(way.x_r).max()), max(sizes[1], travelled / period), *sizes[2:]]
+
+
+def beside(law: AnyOther | Dynamic, state: AnyState, dx: float, dv: float) -> AnyState:
+    """Give a state beside another; a contact stays in its place, and bristles bend."""
+    x_r, v_r = state.x_r + dx, state.v_r + dv
+    if isinstance(law, Dynamic) and isinstance(state, Deflected):
+        return Deflected(x_r, v_r, state.z + dx, state.turned)
+    return state._replace(x_r=x_r, v_r=v_r)
+
+
+def sharp(law: AnyOther | Dynamic) -> AnyOther | Dynamic:
+    """Give the law by which neighbours are told apart: a series would blur them."""
+    return law._replace(tolerance=ROUNDING) if isinstance(law, Dynamic) else law
 
 
 def closed(law: AnyOther | Dynamic) -> float:
@@ -115,23 +143,39 @@ def closed(law: AnyOther | Dynamic) -> float:
     return max(ROUNDING, SLACK * law.tolerance) if isinstance(law, Dynamic) else ROUNDING
 
 
-def drawn(repeat: Repeat, end: AnyState, scale: tuple[float, float]) -> bool:
-    """Tell whether neighbours in x_r and v_r come closer to an orbit.
+def drawn(
+    repeat: Repeat, end: AnyState, held: bool, scale: tuple[float, float]
+) -> tuple[bool, float]:
+    """Tell whether neighbours in x_r and v_r come closer to an orbit, and how far off it is.
 
     Parameters
     ----------
     repeat : callable
-        Gives the state a repetition later.
+        Gives the state a repetition after that at the end, moved by dx_r [m] and dv_r [m/s].
     end : State or Deflected
         Of the orbit.
+    held : bool
+        Whether a spring holds the mass; without one no place is like another, and speeds count.
     scale : tuple of float
         Largest |x_r| [m] and |v_r| [m/s] of the motion.
+
+    Returns
+    -------
+    unique : bool
+        Whether they do.
+    left : float
+        What the motion would go on changing by, summed up and scaled [-]; 0 where they do not.
     """
-    image, slopes = repeat(end), []
+    image, slopes = repeat(0.0, 0.0), []
     # Inwards, for beyond a rigid stop there is nothing.
     for dx, dv in ((-math.copysign(NUDGE, end.x_r), 0.0), (0.0, NUDGE)):
-        moved = repeat(State(end.x_r + dx * scale[0], end.v_r + dv * scale[1]))
+        moved = repeat(dx * scale[0], dv * scale[1])
         off = (moved.x_r - image.x_r) / scale[0], (moved.v_r - image.v_r) / scale[1]
         slopes.append([each / (dx or dv) for each in off])
     (a, c), (b, e) = slopes
-    return bool(radius(a, b, c, e) < DRAWS)
+    gap = (image.x_r - end.x_r) / scale[0], (image.v_r - end.v_r) / scale[1]
+    if not held:
+        a, b, gap = 0.0, 0.0, (0.0, gap[1])
+    if not radius(a, b, c, e) < DRAWS:
+        return False, 0.0
+    return True, max(map(abs, fixed_point(a, b, c, e, 1.0, *gap)))
