@@ -13,6 +13,7 @@ PARTS = (
     "table", "grid", "integrals", "means", "turns", "forms", "recursion", "law", "stepping",
     "stretches", "trail", "samples.series", "samples.longer", "samples.steps", "samples.stop",
     "samples.within", "samples.glide", "samples.eventful", "samples.march",
+    "samples.foresight",
     "sines.slide", "sines.cease", "sines.leave",
     "sines.leap", "sines.stretch", "sines.blend", "sines.vanish", "sines.period_map",
     "sines.orbit", "sines.orbits", "text.decimal", "text.digits", "text.cells", "many.lanes",

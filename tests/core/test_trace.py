@@ -114,3 +114,9 @@ def test_two_turns_whose_neighbours_are_most_like_them_are_forgotten(kernel):
     # Without -9 and 9.9 the force errs by 0.1 and 6; any other two would let it err by more.
     assert jet.branch[kernel.memory.COUNT] == 4
     assert jet.turned[:4].tolist() == [10.0, -3.0, 2.0, -2.9]
+
+
+def test_series_that_holds_for_no_time_has_no_zero_in_it(kernel):
+    # One had ended in a division by zero: bristles and a force at the end of double precision.
+    series = kernel.compiled.held(np.array([0.5, -1.0, 0.3, 0.1]))
+    assert kernel.foresight.first_zero(series, 3, 1, 0.0) == np.inf

@@ -26,13 +26,12 @@ def first_zero(series, n, d, h):
         return NEVER
     rest = 0.0
     bend = 0.0
-    power = 1.0
+    power_before, power = 0.0, 1.0
     for k in range(1, n - first + 1):
         size = abs(series[first + k])
         rest += size * power * h
-        if k > 1:
-            bend += k * (k - 1) * size * power / h
-        power *= h
+        bend += k * (k - 1) * size * power_before
+        power_before, power = power, power * h
     if abs(series[first]) > rest:
         return NEVER
     s = 0.0
