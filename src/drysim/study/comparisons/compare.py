@@ -12,13 +12,11 @@ from drysim.errors import Caution, SolverError, UsageError
 from drysim.quantity import near
 from drysim.scenario.laws import LAWS
 from drysim.study.case import prepare
-from drysim.study.cautions import statuses, strokes
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.comparisons.diagnosis import diagnose
-from drysim.study.spectral import run_only
-from drysim.study.sweeps import over_seeds, survey
+from drysim.study.sweeps import survey
 from drysim.study.sweeps.cases import case_at, response_of
-from drysim.study.sweeps.gathering import how, shared
+from drysim.study.sweeps.gathering import table_of
 from drysim.study.sweeps.rows import Rows
 from drysim.study.sweeps.sweep import Finished, nothing, settle, solved
 from drysim.study.sweeps.table import Row, Table
@@ -111,29 +109,17 @@ def solve(
     finished: Finished = nothing,
 ) -> Comparison:
     """Compare where the yardstick's case is ready to be solved; otherwise as `compare` does."""
-    yardstick = names[-1]
-    scenarios = scenarios_of(scenario, names)
-    settle(case, list(scenarios.values()))
-    blocks = solved(list(scenarios.values()), case, workers, finished=finished)
-    batches = [batch for _, batch in blocks]
-    tallies = {
-        name: Tally(name, scenario.checks if name == yardstick else ()) for name in scenarios
-    }
-    for batch in batches:
-        tallies[batch.approach].add(batch)
-    own = tallies[yardstick]
-    losses = tuple(
+    yardstick, scenarios = names[-1], scenarios_of(scenario, names)
+    compared = list(scenarios.values())
+    settle(case, compared)
+    batches = [batch for _, batch in solved(compared, case, workers, finished=finished)]
+    tallies = Tally.of(batches, scenario.checks, yardstick)
+    losses = [
         Caution("left-out", sentence)
         for name in scenarios
         for sentence in scenario.losses(name)
-    )
-    told = (*losses, *case.cautions, *run_only(case))
-    met = (*strokes(own, scenario), *over_seeds.remarks(scenario, own.seeds))
-    warnings = (*told, *statuses(tallies.values(), scenario.sweep), *met)
-    table = Table(
-        scenario, scenario.sweep, Rows.of(batches), own.verdicts, warnings, numerics=how(case),
-        motion=case.motion if shared(scenario.sweep) else None, told=tallies,
-    )  # fmt: skip
+    ]
+    table = table_of(scenario, case, Rows.of(batches), tallies, losses)
     shown = telling(table, names, yardstick)
     responses = dict(responses_at(shown.point, scenarios, yardstick))
     laws = {name: one.acting.law if one.acting else "" for name, one in scenarios.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
@@ -19,7 +19,8 @@ from drysim.study.sweeps.table import Table
 from drysim.study.sweeps.tally import Tally
 
 if TYPE_CHECKING:
-    from drysim.scenario import Axis
+    from drysim.errors import Caution
+    from drysim.scenario import Axis, Scenario
 
 MOVERS = ("excitation.", "solver.step", "measure.")
 """Beginnings of the keys that change the base motion."""
@@ -32,31 +33,49 @@ def gathered(
     complete: bool = True,
 ) -> Table:
     """Give the table of blocks as they come; few are held where a store has them."""
-    checks = case.scenario.checks
-    tallies: dict[str, Tally] = {}
+    scenario = case.scenario
     held: list[Batch] = []
     kept: list[Piece] = []
-    for piece, batch in blocks:
-        own = Tally(batch.approach, () if tallies else checks)
-        tallies.setdefault(batch.approach, own).add(batch)
-        kept.append(piece)
-        if store is None or kept[-1].first < HELD:
-            held.append(batch)
+
+    def passing() -> Iterator[Batch]:
+        for piece, batch in blocks:
+            kept.append(piece)
+            if store is None or piece.first < HELD:
+                held.append(batch)
+            yield batch
+
+    tallies = Tally.of(passing(), scenario.checks, scenario.word)
     small = len(held) == len(kept)
     batches: Sequence[Batch] = held if small or store is None else Stored(store, kept)
     rows = Rows.of(batches, [piece.end - piece.begin for piece in kept])
-    return table_of(case, rows, tallies, complete)
+    return table_of(scenario, case, rows, tallies, complete=complete)
 
 
 def table_of(
-    case: Case, rows: Rows, tallies: Mapping[str, Tally], complete: bool = True
+    scenario: Scenario,
+    case: Case,
+    rows: Rows,
+    tallies: Mapping[str, Tally],
+    losses: Iterable[Caution] = (),
+    complete: bool = True,
 ) -> Table:
-    """Give the table of finished cases, with its verdicts and warnings."""
-    scenario = case.scenario
-    own = tallies.get(scenario.solver.approach, Tally("", scenario.checks))
+    """Give the table of finished cases, with its verdicts and warnings.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Whose sweep it is.
+    case : Case
+        The same by the approach, or the law, that is judged and warned of.
+    rows, tallies
+        The cases, and what those of each approach come to.
+    losses : iterable of Caution
+        What is to be said before anything else.
+    """
+    own = tallies.get(case.scenario.word, Tally("", scenario.checks))
     lost, met = statuses(tallies.values(), scenario.sweep), strokes(own, scenario)
     means = over_seeds.remarks(scenario, own.seeds)
-    warnings = (*case.cautions, *run_only(case), *lost, *met, *means)
+    warnings = (*losses, *case.cautions, *run_only(case), *lost, *met, *means)
     motion = case.motion if shared(scenario.sweep) else None
     return Table(
         scenario, scenario.sweep, rows, own.verdicts, warnings, complete, motion, how(case),

@@ -75,12 +75,16 @@ class Tally:
     _decided: dict[int, Verdict] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, batches: Iterable[Batch], checks: Sequence[Check] = ()) -> dict[str, Self]:
-        """Give the tally of every approach, in the order in which they come."""
+    def of(
+        cls, batches: Iterable[Batch], checks: Sequence[Check] = (), judged: str = ""
+    ) -> dict[str, Self]:
+        """Give the tally of every approach in the order in which they come; one is judged."""
         found: dict[str, Self] = {}
         for batch in batches:
-            first = cls(batch.approach, () if found else checks)
-            found.setdefault(batch.approach, first).add(batch)
+            name = batch.approach
+            if name not in found:
+                found[name] = cls(name, checks if name == judged else ())
+            found[name].add(batch)
         return found
 
     @property
