@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 
 from drysim.approach.numerics import FIXED_STEP
-from drysim.study.cautions import at
 from drysim.study.comparisons.agreement import range_of_agreement
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.sweeps.cases import Motions, attempted, case_at, response_of
+from drysim.study.sweeps.doubts import at
 from drysim.study.sweeps.survey import AGREE, deviations, worst
 from drysim.study.sweeps.table import Row
 from drysim.wording import number, percent

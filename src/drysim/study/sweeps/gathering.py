@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core import compiled
 from drysim.study.case import Case
-from drysim.study.cautions import statuses, strokes
 from drysim.study.spectral import run_only
 from drysim.study.sweeps import over_seeds
 from drysim.study.sweeps.batch import Batch
+from drysim.study.sweeps.doubts import statuses, strokes
 from drysim.study.sweeps.plan import Piece
 from drysim.study.sweeps.rows import HELD, Rows
 from drysim.study.sweeps.store import Store, Stored
