@@ -16,7 +16,7 @@ from drysim.report import parquet, rows
 from drysim.scenario import load
 from drysim.study.case import prepare
 from drysim.study.cluster.link import joined
-from drysim.study.journal import identity
+from drysim.study.identity import identity
 from drysim.study.sweeps.packing import packed
 from drysim.study.sweeps.plan import Pieces, Plan, length_of
 from drysim.study.sweeps.store import Store

@@ -9,7 +9,7 @@ import pytest
 
 from drysim.errors import OutputError
 from drysim.scenario import load
-from drysim.study.journal import identity
+from drysim.study.identity import identity
 from drysim.study.sweeps.cases import Motions
 from drysim.study.sweeps.plan import Piece, Pieces, solve_piece
 from drysim.study.sweeps.store import Store, Stored

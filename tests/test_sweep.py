@@ -10,7 +10,7 @@ from drysim.errors import ScenarioError
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import points, size
 from drysim.study.case import prepare
-from drysim.study.journal import identity
+from drysim.study.identity import identity
 from drysim.study.sweeps.cases import Motions, count
 from drysim.study.sweeps.plan import Pieces, solve_piece
 from drysim.study.sweeps.store import Store

@@ -11,7 +11,7 @@ import pytest
 from drysim import report
 from drysim.scenario import load
 from drysim.study.case import prepare
-from drysim.study.journal import identity
+from drysim.study.identity import identity
 from drysim.study.sweeps import gathering, rows, sweep
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.plan import Pieces, Plan

@@ -55,8 +55,9 @@ def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: boo
     """Give the ensemble of a case; incomplete when it was interrupted on the way."""
     from drysim import console
     from drysim.study.ensembles.ensemble import ensemble_of, solve
+    from drysim.study.ensembles.journal import Journal
     from drysim.study.ensembles.seeds import most
-    from drysim.study.journal import Journal, identity
+    from drysim.study.identity import identity
     from drysim.study.sweeps.table import Row
 
     what = identity(case.scenario) | {"of": "seeds"}

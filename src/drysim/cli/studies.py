@@ -85,7 +85,7 @@ def sweep(
 def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool) -> Table:
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim import console
-    from drysim.study.journal import identity
+    from drysim.study.identity import identity
     from drysim.study.sweeps.plan import Pieces
     from drysim.study.sweeps.store import Store
     from drysim.study.sweeps.sweep import approaches_of, leftover

@@ -30,7 +30,7 @@ class Claim(NamedTuple):
 
     @property
     def journal(self) -> Path:
-        """Where finished cases are kept while the work goes on."""
+        """Where finished seeds are kept while the work goes on."""
         return self.partial / JOURNAL
 
     @property

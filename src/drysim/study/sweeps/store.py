@@ -11,7 +11,7 @@ from typing import Any
 
 from drysim.errors import OutputError
 from drysim.scenario.sweep.lazy import Lazy
-from drysim.study.journal import of_another
+from drysim.study.identity import of_another
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.packing import is_whole, packed, unpacked
 from drysim.study.sweeps.plan import Piece
