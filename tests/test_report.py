@@ -24,6 +24,7 @@ from drysim.report import swap, tables
 from drysim.report.plots import curves, heading, panels
 from drysim.report.plots.limit import excursions
 from drysim.report.plots.response import draw
+from drysim.report.sidecar import Ending
 from killing import kills
 from outcomes import SINE, outcome, record
 
@@ -309,7 +310,7 @@ def test_sidecar_tells_what_made_the_numbers(monkeypatch):
 @pytest.mark.parametrize("epoch", ["", "soon", "-", "9" * 30])
 def test_senseless_source_date_is_the_time_of_day(monkeypatch, epoch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
-    assert report.sidecar(outcome(), "", 0, {})["created"] > "2024"
+    assert report.sidecar(outcome(), Ending("", 0, {}))["created"] > "2024"
 
 
 def test_sidecar_names_no_folder_of_the_user():
@@ -323,7 +324,7 @@ def test_sidecar_names_no_folder_of_the_user():
         },
     )  # fmt: skip
     command = "drysim run '/home/joe smith/seat.yaml' --out=/tmp/joe/x -o ~joe/y --set a=m/s2"
-    told = report.sidecar(made, command, 0, {})
+    told = report.sidecar(made, Ending(command, 0, {}))
     assert "joe" not in json.dumps(told)
     assert told["command"] == "drysim run seat.yaml --out=x -o y --set a=m/s2"
     assert told["scenario"]["overrides"] == {
@@ -335,7 +336,7 @@ def test_sidecar_names_no_folder_of_the_user():
 def test_sidecar_is_strict_json_whatever_the_numbers():
     made = outcome()
     made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
-    told = json.loads(report.text(report.sidecar(made, "", 3, {})))
+    told = json.loads(report.text(report.sidecar(made, Ending("", 3, {}))))
     assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
     assert told["metrics"]["violations"] == 3
     assert told["complete"] is False

@@ -17,6 +17,7 @@ from drysim.checks import Check
 from drysim.errors import Caution, OutputError
 from drysim.metrics import METRICS
 from drysim.report.rows import transmissibility
+from drysim.report.sidecar import Ending
 from drysim.study.sweeps import survey
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Row, Table
 from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
@@ -179,7 +180,7 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
     began = time.process_time()
     transmissibility(table, tmp_path)
     report.rows.comparison(made, tmp_path)
-    report.digest.of_comparison(made, "", 0, {})
+    report.digest.of_comparison(made, Ending("", 0, {}))
     # 50 µs a case on an idle machine; a scan of all rows for each would take seconds.
     assert (time.process_time() - began) / count < 5e-4
 
@@ -342,7 +343,7 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(report, "resolved_scenario", full)
+    monkeypatch.setattr(report.scenarios, "own", full)
 
     def end():
         with report.claim_partial(Path("out")) as claim:

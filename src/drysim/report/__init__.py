@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report import spectrum, tables
-from drysim.report.claim import SCENARIO
+from drysim.report import scenarios, spectrum, tables
 from drysim.report.claim import check as check
 from drysim.report.folder import Claim as Claim
 from drysim.report.folder import claim_partial as claim_partial
@@ -16,7 +15,6 @@ from drysim.report.folder import put
 from drysim.report.folder import resumable as resumable
 from drysim.report.sidecar import sidecar as sidecar
 from drysim.report.sidecar import text as text
-from drysim.source import dump
 
 if TYPE_CHECKING:
     from drysim.study.bench.hard import Ordeals
@@ -27,19 +25,8 @@ if TYPE_CHECKING:
     from drysim.study.sweeps.table import Table
 
 
-def resolved_scenario(made: Outcome | Ensemble | Table, folder: Path) -> None:
-    """Write scenario.yaml: overrides and defaults spelled out; it runs again as it is."""
-    words = dump(made.scenario.resolved(relative_to=folder))
-    (folder / SCENARIO).write_text(words, encoding="utf-8", newline="\n")
-
-
-def compared_scenario(made: Comparison, folder: Path) -> None:
-    """Write the scenario that all approaches share."""
-    resolved_scenario(made.table, folder)
-
-
 WRITERS = (
-    resolved_scenario,
+    scenarios.own,
     tables.response,
     tables.events,
     tables.stroke_violations,
@@ -49,12 +36,6 @@ WRITERS = (
 
 PAINTERS = ("response", "spectra")
 """The same in `drysim.report.plots`, for files that `--no-plots` leaves out."""
-
-
-def of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
-    """Give a writer that writes the file of the seed that an ensemble shows."""
-    return lambda made, folder: write(made.shown, folder)
-
 
 TABLE_PAINTERS = ("transmissibility", "stroke")
 COMPARISON_PAINTERS = ("comparison",)
@@ -99,15 +80,15 @@ def write_ensemble(
     from drysim.report import ensembles
 
     writers = (
-        resolved_scenario,
+        scenarios.own,
         ensembles.ensemble,
-        of_shown(tables.response),
-        of_shown(tables.events),
+        _of_shown(tables.response),
+        _of_shown(tables.events),
         ensembles.stroke_violations,
-        of_shown(spectrum.spectra),
+        _of_shown(spectrum.spectra),
     )
     if plots and exit_code != EXIT_INTERRUPTED:
-        writers += (*_painters(("ensemble",)), *map(of_shown, _painters(PAINTERS)))
+        writers += (*_painters(("ensemble",)), *map(_of_shown, _painters(PAINTERS)))
     return put(ensemble, folder, writers, ensembles.told, command, exit_code)
 
 
@@ -134,7 +115,7 @@ def write_table(
 
     cases = rows.transmissibility if form == "csv" else parquet.transmissibility
     drawn = TABLE_PAINTERS * (plots and exit_code != EXIT_INTERRUPTED)
-    files = (resolved_scenario, cases, rows.stroke_violations)
+    files = (scenarios.own, cases, rows.stroke_violations)
     writers = files + _painters(drawn)
     return put(table, folder, writers, digest.of_table, command, exit_code)
 
@@ -145,7 +126,7 @@ def write_comparison(
     """Write the output folder of a comparison; parameters and errors are those of `write`."""
     from drysim.report import digest, rows
 
-    writers = (compared_scenario, rows.comparison, *_painters(COMPARISON_PAINTERS * plots))
+    writers = (scenarios.compared, rows.comparison, *_painters(COMPARISON_PAINTERS * plots))
     return put(comparison, folder, writers, digest.of_comparison, command, exit_code)
 
 
@@ -155,7 +136,7 @@ def write_bench(
     """Write the output folder of a bench; parameters and errors are those of `write`."""
     from drysim.report import scored
 
-    writers = (scored.scenarios, scored.speed_error, *_painters(BENCH_PAINTERS * plots))
+    writers = (scenarios.benched, scored.speed_error, *_painters(BENCH_PAINTERS * plots))
     return put(bench, folder, writers, scored.of_bench, command, exit_code)
 
 
@@ -165,6 +146,11 @@ def write_hard(hard: Ordeals, folder: Path, *, command: str, exit_code: int) -> 
 
     writers = (ordeals.hard_cases,)
     return put(hard, folder, writers, ordeals.of_ordeals, command, exit_code)
+
+
+def _of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
+    """Give a writer that writes the file of the seed that an ensemble shows."""
+    return lambda made, folder: write(made.shown, folder)
 
 
 def _painters(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:

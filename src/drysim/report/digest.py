@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from drysim.metrics import METRICS
-from drysim.report.sidecar import Fields, framed, software
+from drysim.report.sidecar import Ending, Fields, framed
 from drysim.study.sweeps import survey
 from drysim.study.sweeps.table import OK
 
@@ -17,11 +17,10 @@ if TYPE_CHECKING:
     from drysim.study.sweeps.tally import Extreme, Tally
 
 
-def of_table(table: Table, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:
+def of_table(table: Table, ending: Ending) -> Fields:
     """Give everything that made the numbers of a sweep, ready for JSON.
 
-    Parameters are those of `report.sidecar`; the metrics are extremes over the approach that
-    was asked for, its reference left aside.
+    The metrics are extremes over the approach that was asked for, its reference left aside.
     """
     approach, *references = table.approaches or ("",)
     own = table.tallies.get(approach)
@@ -30,13 +29,10 @@ def of_table(table: Table, command: str, exit_code: int, files: Mapping[str, str
         "reference": next(iter(references), None),
         **_numerics(table, own),
     }
-    found = {"numerics": numerics, "software": software(), "metrics": _metrics(own)}
-    return framed(table, table.motion, found, command, exit_code, files)
+    return framed(table, table.motion, numerics, _metrics(own), ending)
 
 
-def of_comparison(
-    comparison: Comparison, command: str, exit_code: int, files: Mapping[str, str]
-) -> Fields:
+def of_comparison(comparison: Comparison, ending: Ending) -> Fields:
     """Give the same for a comparison: extremes for each approach, deviations, the verdict."""
     table, yardstick = comparison.table, comparison.yardstick
     numerics = {
@@ -49,15 +45,9 @@ def of_comparison(
         name: {**_metrics(tally), **_deviation(comparison, name)}
         for name, tally in table.tallies.items()
     }
-    found = {
-        "numerics": numerics,
-        "software": software(),
-        "metrics": metrics,
-        "verdict": comparison.verdict,
-    }
     response = comparison.responses.get(yardstick)
     motion = table.motion if response is None else response.motion
-    return framed(table, motion, found, command, exit_code, files)
+    return framed(table, motion, numerics, metrics, ending, verdict=comparison.verdict)
 
 
 def _numerics(table: Table, own: Tally | None) -> Fields:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from drysim.metrics import BOUNDED, COMFORT, UNITS
 from drysim.report.cells import joined
 from drysim.report.rows import known
-from drysim.report.sidecar import Fields, excitation, framed, software
+from drysim.report.sidecar import Ending, Fields, excitation, framed
 from drysim.report.tables import STROKE, VIOLATION, heading, write
 from drysim.study.ensembles.seeds import until_of
 from drysim.study.ensembles.statistics import CONFIDENCE, QUANTILES
@@ -57,10 +56,10 @@ def stroke_violations(made: Ensemble, folder: Path) -> None:
         write(folder / "stroke_violations.csv", headings, [joined(columns)])
 
 
-def told(made: Ensemble, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:
+def told(made: Ensemble, ending: Ending) -> Fields:
     """Give everything that made the numbers of an ensemble, ready for JSON.
 
-    Parameters are those of `report.sidecar`; the metrics are means.
+    The metrics are means.
     """
     residual = made.statistics["energy_residual"]
     numerics = {
@@ -69,14 +68,8 @@ def told(made: Ensemble, command: str, exit_code: int, files: Mapping[str, str])
         "cases": len(made.rows),
         "energy_residual": residual and residual.greatest[0],
     }
-    found = {
-        "excitation": _drawn(made),
-        "numerics": numerics,
-        "software": software(),
-        "metrics": made.metrics,
-        "ensemble": _ensemble(made),
-    }
-    return framed(made, made.response.motion, found, command, exit_code, files)
+    more = {"excitation": _drawn(made), "ensemble": _ensemble(made)}
+    return framed(made, made.response.motion, numerics, made.metrics, ending, **more)
 
 
 def _drawn(made: Ensemble) -> Fields:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.report.claim import CASES, DRAFT, JOURNAL, MARKER, beside, check, named, sentences
-from drysim.report.sidecar import text
+from drysim.report.sidecar import Ending, text
 from drysim.report.swap import alone, empty, recover, remove, swap, sync
 
 Made = TypeVar("Made")
@@ -134,7 +134,7 @@ def put(
     made: Made,
     folder: Path | Claim,
     writers: Sequence[Callable[[Made, Path], None]],
-    tell: Callable[[Made, str, int, dict[str, str]], dict[str, Any]],
+    tell: Callable[[Made, Ending], dict[str, Any]],
     command: str,
     exit_code: int,
 ) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def put(
             path.relative_to(claim.partial).as_posix(): _sha256(path)
             for path in written(claim.partial)
         }
-        told = tell(made, command, exit_code, files)
+        told = tell(made, Ending(command, exit_code, files))
         mark(claim.partial, text(told))
         (leave if exit_code == EXIT_INTERRUPTED else finish)(claim)
     return told

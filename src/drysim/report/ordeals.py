@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.report.bare import plain
 from drysim.report.cells import joined, text
 from drysim.report.scored import quoted
-from drysim.report.sidecar import Fields, head, origin, software
+from drysim.report.sidecar import Ending, Fields, head, origin, software
 from drysim.report.tables import heading, write
 from drysim.study.bench.trial import COMPARED
 
@@ -44,10 +44,8 @@ def cells(ordeals: Ordeals) -> Iterator[list[str]]:
             yield [case.scenario.name, one.approach, one.word, quoted(one.how), *off, *counts]
 
 
-def of_ordeals(
-    ordeals: Ordeals, command: str, exit_code: int, files: Mapping[str, str]
-) -> Fields:
-    """Give everything that made the verdicts, ready for JSON; as `report.sidecar` does."""
+def of_ordeals(ordeals: Ordeals, ending: Ending) -> Fields:
+    """Give everything that made the verdicts, ready for JSON."""
     trials = [one for case in ordeals.cases for one in case.trials]
     metrics: Fields = {
         name: dict(Counter(one.word for one in trials if one.approach == name))
@@ -61,13 +59,13 @@ def of_ordeals(
         for case in ordeals.cases
     ]
     fields: Fields = {
-        **head(command, exit_code),
+        **head(ending),
         "numerics": {"engine": ordeals.engine, "cases": len(cases)},
         "software": software(),
         "metrics": metrics,
         "cases": cases,
         "checks": [],
         "warnings": [],
-        "files": files,
+        "files": ending.files,
     }
     return {key: plain(value) for key, value in fields.items()}

@@ -1,17 +1,14 @@
-"""Files of a bench: speed_error.csv, the scenarios, and what drysim.json says of it."""
+"""Files of a bench: speed_error.csv, and what drysim.json says of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.report.cells import joined, text
-from drysim.report.claim import SCENARIO
-from drysim.report.sidecar import Fields, framed, software
+from drysim.report.sidecar import Ending, Fields, framed
 from drysim.report.tables import heading, write
-from drysim.source import dump
 
 if TYPE_CHECKING:
     from drysim.study.bench.scores import Bench, Panel
@@ -22,15 +19,6 @@ FURTHER = ("time_over_lfilter", "samples", "repeats")
 
 OF_A_CASE = ("scenario", "inputs", "excitation")
 """What drysim.json says of every case of a bench."""
-
-
-def scenarios(bench: Bench, folder: Path) -> None:
-    """Write the resolved scenario; of several each under its own name."""
-    alone = len(bench.panels) == 1
-    for panel in bench.panels:
-        name = SCENARIO if alone else f"{panel.scenario.name}.yaml"
-        words = dump(panel.scenario.resolved(relative_to=folder))
-        (folder / name).write_text(words, encoding="utf-8", newline="\n")
 
 
 def speed_error(bench: Bench, folder: Path) -> None:
@@ -60,17 +48,11 @@ def cells(panel: Panel, at: int) -> list[str]:
     ]  # fmt: skip
 
 
-def of_bench(bench: Bench, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:
-    """Give everything that made the numbers of a bench, ready for JSON.
-
-    Parameters are those of `report.sidecar`.
-    """
+def of_bench(bench: Bench, ending: Ending) -> Fields:
+    """Give everything that made the numbers of a bench, ready for JSON."""
     numerics = {"engine": bench.engine, "cases": len(bench.panels), "absent": bench.absent}
     metrics = {panel.scenario.name: _found(panel) for panel in bench.panels}
-    found = {"numerics": numerics, "software": software(), "metrics": metrics}
-    frames = [
-        framed(panel, panel.motion, found, command, exit_code, files) for panel in bench.panels
-    ]
+    frames = [framed(panel, panel.motion, numerics, metrics, ending) for panel in bench.panels]
     cases = [
         {key: frame[key] for key in OF_A_CASE}
         | {"lfilter": panel.lfilter, "scores": [asdict(one) for one in panel.scores]}

@@ -9,7 +9,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import drysim
 from drysim.core.motion import Input, Samples, Sines
@@ -36,23 +36,27 @@ SOFTWARE = ("numpy", "scipy", "numba", "pydantic", "yaml", "matplotlib")
 Fields = dict[str, Any]
 
 
-def sidecar(outcome: Outcome, command: str, exit_code: int, files: Mapping[str, str]) -> Fields:
-    """Give everything that made the numbers of an outcome, ready for JSON.
+class Ending(NamedTuple):
+    """What every command that writes files ends with.
 
-    Parameters
+    Attributes
     ----------
-    outcome : Outcome
     command : str
         The command line, quoted as for a shell.
     exit_code : int
-        With which the command ends.
     files : mapping
         SHA-256 (hex) by name of the file in the output folder.
+    """
 
-    Returns
-    -------
-    dict
-        As the contract has it; values that are not finite are None.
+    command: str
+    exit_code: int
+    files: Mapping[str, str]
+
+
+def sidecar(outcome: Outcome, ending: Ending) -> Fields:
+    """Give everything that made the numbers of an outcome, ready for JSON.
+
+    Values that are not finite are None.
     """
     numerics = {
         **asdict(outcome.response.numerics),
@@ -62,17 +66,16 @@ def sidecar(outcome: Outcome, command: str, exit_code: int, files: Mapping[str, 
     }
     if outcome.spectra is not None:
         numerics["spectra"] = told(outcome.spectra)
-    found = {"numerics": numerics, "software": software(), "metrics": outcome.metrics}
-    return framed(outcome, outcome.response.motion, found, command, exit_code, files)
+    return framed(outcome, outcome.response.motion, numerics, outcome.metrics, ending)
 
 
 def framed(
     made: Outcome | Ensemble | Table | Panel,
     motion: Sines | Samples | None,
-    found: Mapping[str, Any],
-    command: str,
-    exit_code: int,
-    files: Mapping[str, str],
+    numerics: Mapping[str, Any],
+    metrics: Mapping[str, Any],
+    ending: Ending,
+    **further: Any,
 ) -> Fields:
     """Give what was found with all that every drysim.json says.
 
@@ -82,34 +85,39 @@ def framed(
         What was computed.
     motion : Sines or Samples or None
         How the base moved; None where it moved differently from case to case.
-    found : mapping
-        Numerics, software and metrics.
-    command, exit_code, files
-        As in `sidecar`.
+    numerics, metrics : mapping
+        How the numbers were made, and what they came to.
+    ending : Ending
+    **further
+        What else is told, behind the metrics.
     """
     scenario, complete = made.scenario, getattr(made, "complete", True)
     fields = {
-        **head(command, exit_code, complete),
+        **head(ending, complete),
         "scenario": {"name": scenario.name, **origin(scenario.origin)},
         "inputs": [
             {"file": bare_name(file), "sha256": sha256, "size": size}
             for file, sha256, size in (*getattr(motion, "inputs", ()), *_forces(scenario))
         ],
         "excitation": excitation(scenario, motion),
-        **found,
+        "numerics": numerics,
+        "software": software(),
+        "metrics": metrics,
+        **further,
         "checks": [_check(verdict) for verdict in made.checks],
         "warnings": [asdict(caution) for caution in made.warnings],
-        "files": files,
+        "files": ending.files,
     }
     return {key: plain(value) for key, value in fields.items()}
 
 
-def head(command: str, exit_code: int, complete: bool = True) -> Fields:
+def head(ending: Ending, complete: bool = True) -> Fields:
     """Give what every drysim.json begins with."""
+    exit_code = ending.exit_code
     return {
         "format": FORMAT,
         "version": drysim.__version__,
-        "command": bare_command(command),
+        "command": bare_command(ending.command),
         "created": created(),
         "complete": complete and exit_code not in (EXIT_NUMERICS_FAILED, EXIT_INTERRUPTED),
         "exit_code": exit_code,

@@ -12,7 +12,7 @@ from drysim.approach.events import EVENT_NAMES
 from drysim.core.plant import Stopped
 from drysim.core.signal import BLOCK
 from drysim.metrics import UNITS as METRIC_UNITS
-from drysim.report.cells import Block, Text, joined, rows
+from drysim.report.cells import Block, Text, joined, rows, text
 
 if TYPE_CHECKING:
     from drysim.approach.events import Events
@@ -80,8 +80,7 @@ def stroke_violations(outcome: Outcome, folder: Path) -> None:
         # The peak of the metrics is that of their window; the limit may be met before.
         if caution.slug == "stroke-violated":
             found |= caution.numbers
-    row = (found[name] for name in VIOLATION)
-    cells = [["" if value is None else str(value)] for value in row]
+    cells = [[text(found[name])] for name in VIOLATION]
     write(folder / "stroke_violations.csv", [*map(heading, STROKE)], [joined(cells)])
 
 
