@@ -30,7 +30,7 @@ class Touched(traced.Traced):
         """Give the points of x_r that tell all of its way in a window [s]."""
         begins = self._begins
         lengths = held(np.append(np.diff(begins), self.end - begins[-1]))
-        at = (0, 0.0, 0.0, 0.0)
+        at = (0, 0.0, 0.0, 0.0, 0.0)
         return all_told(tell, (*self.scene, lengths), whole_pieces(begins, window), x_rM, at)
 
     @property

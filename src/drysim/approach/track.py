@@ -53,7 +53,7 @@ class Track(Protocol):
         """Give the points of x_r that tell all of its way in a window [s], from the start on.
 
         Between two of them x_r passes zero and a stroke limit x_rM [m] once at most, and goes
-        no farther from zero than at some of them on the same side.
+        no farther from zero than at some of them in the same half cycle.
         """
 
     def chatter(self, begin: float, end: float) -> float:

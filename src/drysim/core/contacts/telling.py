@@ -46,16 +46,10 @@ def unseen(x_r, far, x_rM):
 
 
 @compiled
-def unseen_from(trail, i, x_r, x_rM):
-    """Give what `unseen` does somewhere in a piece whose ends are told."""
-    side = sign(x_r)
-    return unseen(x_r, max(side * trail.x_r[i], side * trail.x_r[i + 1]), x_rM)
-
-
-@compiled
 def holds_unseen(law, trail, i, x_rM):
     """Tell whether the limits of a holding contact alone keep it where nothing is told."""
-    low, high = unseen_from(trail, i, trail.x_r[i], x_rM)
+    side = sign(trail.x_r[i])
+    low, high = unseen(trail.x_r[i], side * trail.x_r[i + 1], x_rM)
     reach = law.F_fk / law.k_t * (1.0 + law.variation)
     return low <= trail.z[i] - reach and trail.z[i] + reach <= high
 
@@ -71,16 +65,41 @@ def next_turn(stretch, waves, h):
 
 
 @compiled
-def goes_unseen(law, waves, stretch, trail, i, x_turn, x_rM, turn, h):
-    """Give until when the motion after a turn tells nothing, by its envelope [s]."""
+def farthest(far, x_r):
+    """Give the farthest of a half cycle [m], of what it was and where the mass is told next."""
+    return far if far * x_r > 0.0 and abs(far) > abs(x_r) else x_r
+
+
+@compiled
+def goes_unseen(law, waves, stretch, x_turn, far, x_end, x_rM, turn, h):
+    """Give until when the motion after a turn tells nothing, by its envelope [s].
+
+    Parameters
+    ----------
+    law, waves, stretch
+        The stretch of holding, and the waves anchored at its start.
+    x_turn, far, x_end : float
+        Where it turns, the farthest that is told of this half cycle, and where the piece
+        ends [m]: whoever stays on this side until then is told to come by there.
+    x_rM : float
+        Limit of the stroke [m]; infinite for none.
+    turn, h : float
+        Time of the turn, and length of what is left of the piece [s].
+    """
     if stretch.w * (h - turn) * (h - turn) < math.pi * math.pi:
         return turn
     own = ringing(stretch, waves)
     if own.side == 0:
         return turn
-    low, high = unseen_from(trail, i, x_turn, x_rM)
-    middle, reach = 0.5 * (low + high), 0.5 * (high - low)
-    return stays_within(own, stretch, waves, law, middle, reach, False, turn, h)
+    side = sign(x_turn)
+    until = turn
+    for known in (max(side * far, side * x_end), side * far):
+        low, high = unseen(x_turn, known, x_rM)
+        middle, reach = 0.5 * (low + high), 0.5 * (high - low)
+        until = stays_within(own, stretch, waves, law, middle, reach, False, turn, h)
+        if until >= h or side * x_end <= side * far:
+            return until
+    return until
 
 
 @compiled
@@ -98,7 +117,8 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
     x_rM : float
         Limit of the stroke [m]; infinite for none.
     at : tuple
-        Where to go on: piece, time since its beginning [s], x_r and v_r then [m, m/s].
+        Where to go on: piece, time since its beginning [s], x_r and v_r then [m, m/s], and the
+        farthest that is told of the half cycle [m].
     t_out, x_out : array, shape (room,)
         Written: time [s] and displacement [m].
 
@@ -107,13 +127,14 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
     at, count
         Where to go on, at the number of pieces where all is told; and how many are written.
     """
-    i, s, x_r, v_r = at
+    i, s, x_r, v_r, far = at
     count = 0
     while i < len(trail.n) and count + 2 <= len(t_out):
         mode, t, only = trail.d[i], trail.n[i] * dt + trail.s[i], not whole[i]
         if s == 0.0:
             x_r, v_r = trail.x_r[i], trail.v_r[i]
             t_out[count], x_out[count] = t, x_r
+            far = farthest(far, x_r)
             count += 1
             yields = abs(mode) == 1 and law.variation == 0.0
             if yields or (only and holds(mode) and holds_unseen(law, trail, i, x_rM)):
@@ -130,13 +151,15 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
             i, s = i + 1, 0.0
             continue
         t_out[count], x_out[count] = t + s + turn, x_turn
+        far = farthest(far, x_turn)
         count += 1
         until = turn
         if only and holds(mode):
-            until = goes_unseen(law, waves, stretch, trail, i, x_turn, x_rM, turn, left)
+            x_end = trail.x_r[i + 1]
+            until = goes_unseen(law, waves, stretch, x_turn, far, x_end, x_rM, turn, left)
         if until > turn:
             x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, stretch.g, -slope, until)
         else:
             x_r, v_r = x_turn, 0.0
         s += until
-    return (i, s, x_r, v_r), count
+    return (i, s, x_r, v_r, far), count
