@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tracemalloc
 import wave
 from pathlib import Path
 
@@ -270,6 +271,40 @@ def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
             assert said.startswith("the record is no MAT file, or damaged: ")
     (tmp_path / "r.mat").write_bytes(whole[:200] + b"\0\0\0\0" + whole[204:])
     assert "cannot be unpacked" in refused(tmp_path, "r.mat", step=1, unit="g")
+
+
+def test_packed_mat_takes_the_memory_of_its_numbers_once(tmp_path):
+    # 400 MB of them, packed to little, had taken 813 MB.
+    values = np.zeros(2_000_000)
+    values[::1000] = 1.0
+    mat(tmp_path / "r.mat", {"acc": values}, do_compression=True)
+    tracemalloc.start()
+    motion = motion_of(tmp_path, "r.mat", step=1, unit="m/s2")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    np.testing.assert_array_equal(motion.u_dd[:], values)
+    assert most < 1.5 * values.nbytes
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i2", "u1"])
+@pytest.mark.parametrize("packed", [False, True])
+def test_mat_that_is_longer_than_what_is_read_at_a_time_holds_every_number(
+    tmp_path, packed, kind
+):
+    # 1,500,000 numbers of one byte, too: they need not end where a part of the bytes does.
+    values = (np.arange(1_500_000) % 251).astype(kind)
+    mat(tmp_path / "r.mat", {"odd": 1.0, "acc": values}, do_compression=packed)
+    motion = motion_of(tmp_path, "r.mat", step=1, unit="m/s2")
+    np.testing.assert_array_equal(motion.u_dd[:], values)
+
+
+def test_mat_whose_numbers_reach_beyond_their_variable_is_refused(tmp_path):
+    mat(tmp_path / "r.mat", {"acc": np.arange(500.0), "more": np.arange(500.0)})
+    whole = bytearray((tmp_path / "r.mat").read_bytes())
+    whole[132:136] = (4000).to_bytes(4, "little")
+    (tmp_path / "r.mat").write_bytes(whole)
+    said = refused(tmp_path, "r.mat", step=1, unit="g", column="acc")
+    assert said.startswith("the record is no MAT file, or damaged: ")
 
 
 def test_mat_that_unpacks_beyond_the_memory_is_refused(tmp_path, monkeypatch):

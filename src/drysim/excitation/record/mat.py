@@ -21,11 +21,12 @@ def columns(file: File) -> Channels:
     RecordError
         When it is of version 7.3, damaged, or holds no vector of real numbers.
     """
-    if file.raw[:10] == b"MATLAB 7.3" or b"\x89HDF\r\n\x1a\n" in file.raw[:1024]:
+    head = file.reader[:1024]
+    if head[:10] == b"MATLAB 7.3" or b"\x89HDF\r\n\x1a\n" in head:
         sentence = "the MAT file is of version 7.3, which is not read; save it by `save -v7`"
         raise fault(file.shown, sentence)
     # Text begins version 5; the first number of version 4 has a zero byte.
-    found = variables_of_4(file) if 0 in file.raw[:4] else variables_of_5(file)
+    found = variables_of_4(file) if 0 in head[:4] else variables_of_5(file)
     vectors = [
         Channel(Label(variable.name, variable.name), variable.load)
         for variable in found

@@ -29,16 +29,16 @@ def variables(file: File) -> list[Variable]:
         When the file is damaged.
     """
     at, found = 0, []
-    while at < len(file.raw):
-        order = "<" if Bytes(file, file.raw, "<").whole(at) < 1000 else ">"
-        given = Bytes(file, file.raw, order)
+    while at < len(file.reader):
+        order = "<" if Bytes(file, file.reader, "<").whole(at) < 1000 else ">"
+        given = Bytes(file, file.reader, order)
         kind, rows, wide, imaginary, named = (int(n) for n in given.numbers(at, 5, "u4"))
         number = kind // 10 % 100
         if kind // 1000 != ORDERS[order] or number >= len(KINDS):
             raise given.damaged(f"a matrix is of type {kind}")
         name, start = given.text(at + HEAD, named), at + HEAD + named
-        values = given.numbers(start, rows * wide * (2 if imaginary else 1), KINDS[number])
+        count, of = rows * wide, KINDS[number]
         if kind % 10 == FULL and not imaginary:
-            found.append(Variable(name, (rows, wide), partial(values.view)))
-        at = start + values.nbytes
+            found.append(Variable(name, (rows, wide), partial(given.stored, start, count, of)))
+        at = given.behind(start, count * (2 if imaginary else 1), of)
     return found

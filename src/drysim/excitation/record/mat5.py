@@ -8,9 +8,11 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drysim.excitation.record.channels import SIZE
+from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.file import File, fit
+from drysim.excitation.record.stored import Stored
 from drysim.excitation.record.variable import Bytes, Variable
 
 HEAD = 128
@@ -29,8 +31,12 @@ REAL = range(6, 16)
 COMPLEX = 0x800
 """Mark of an array with an imaginary part."""
 
-ROOM = 64
-"""Bytes beside the numbers: their tag, and what tells that nothing is missing behind them."""
+TAG, BEHIND = 8, 64
+"""Bytes of a tag, and more behind the numbers than belong to them: whoever unpacks so far has
+seen that nothing is missing."""
+
+BLOCK = 1 << 20
+"""Bytes unpacked at a time."""
 
 PREFACE = 1 << 12
 """Unpacked bytes that hold what stands before the numbers: flags, shape and name."""
@@ -53,8 +59,8 @@ def variables(file: File) -> list[Variable]:
     RecordError
         When the file is damaged.
     """
-    order = ORDERS.get(file.raw[HEAD - 2 : HEAD])
-    given = Bytes(file, file.raw, order or "<")
+    order = ORDERS.get(file.reader[HEAD - 2 : HEAD])
+    given = Bytes(file, file.reader, order or "<")
     if order is None:
         raise given.damaged("its head is none")
     return list(_variables(given))
@@ -98,25 +104,63 @@ def _variable(given: Bytes, element: Element) -> Variable | None:
 
 
 def _unpacked(given: Bytes, element: Element, most: int) -> Bytes:
-    """Give the bytes of a variable from its tag on, at most so many where it is packed."""
-    end = element.start + element.size
+    """Give the first bytes of a variable from its tag on, so many at least if it has them."""
     if element.kind == MATRIX:
-        return given._replace(raw=given.raw[element.start - 8 : end])
-    packed, unpacker = given.raw[element.start : end], zlib.decompressobj()
-    try:
-        raw = unpacker.decompress(packed, most)
-    except zlib.error:
-        raise given.damaged("a variable cannot be unpacked") from None
-    if len(raw) < most and not unpacker.eof:
-        raise given.damaged("a variable is not packed whole")
+        begin = element.start - 8
+        return given._replace(
+            raw=given.raw[begin : min(begin + most, begin + 8 + element.size)]
+        )
+    raw = b""
+    for piece in _pieces(given, element):
+        raw += piece
+        if len(raw) >= most:
+            break
     return given._replace(raw=raw)
 
 
-def _load(given: Bytes, element: Element, at: int, count: int) -> NDArray[np.generic]:
-    fit(given.file.shown, 8 * count)
-    inner = _unpacked(given, element, at + ROOM + 8 * count)
+def _pieces(given: Bytes, element: Element) -> Iterator[bytes]:
+    """Unpack a variable, so many bytes at a time that they are few beside its numbers."""
+    at, end, unpacker = element.start, element.start + element.size, zlib.decompressobj()
+    packed = b""
+    while not unpacker.eof:
+        if not packed:
+            packed = given.raw[at : min(at + BLOCK, end)]
+            at += len(packed)
+        try:
+            piece = unpacker.decompress(packed, BLOCK)
+        except zlib.error:
+            raise given.damaged("a variable cannot be unpacked") from None
+        packed = unpacker.unconsumed_tail
+        if not (piece or packed or at < end or unpacker.eof):
+            raise given.damaged("a variable is not packed whole")
+        yield piece
+
+
+def _load(given: Bytes, element: Element, at: int, count: int) -> Floats | Stored:
+    inner = _unpacked(given, element, at + TAG)
     numbers = _element(inner, at)
     kind = NUMBERS.get(numbers.kind)
     if kind is None or numbers.size != count * np.dtype(kind).itemsize:
         raise given.damaged("the numbers of a variable do not fit its shape")
-    return inner.numbers(numbers.start, count, kind)
+    if element.kind == MATRIX:
+        if numbers.start + numbers.size > 8 + element.size:
+            raise given.damaged("the numbers of a variable are longer than itself")
+        return given.stored(element.start - 8 + numbers.start, count, kind)
+    return _filled(given, element, numbers.start, count, kind)
+
+
+def _filled(given: Bytes, element: Element, skip: int, count: int, kind: str) -> Floats:
+    """Give the numbers of a packed variable behind some unpacked bytes."""
+    fit(given.file.shown, SIZE * count)
+    values, done, rest = np.empty(count), 0, b""
+    for piece in _pieces(given, element):
+        rest, skip = rest + piece[skip:], max(skip - len(piece), 0)
+        if done == count and len(rest) > BEHIND:
+            break
+        whole = min(len(rest) // np.dtype(kind).itemsize, count - done)
+        part = given._replace(raw=rest).numbers(0, whole, kind)
+        values[done : done + whole] = part
+        done, rest = done + whole, rest[part.nbytes :]
+    if done < count:
+        raise given.damaged("bytes are missing at its end")
+    return values
