@@ -43,11 +43,11 @@ def test_block_is_what_its_scenes_are_alone(fast: SimpleNamespace) -> None:
 
 
 def test_energy_of_every_orbit_balances(kernel: SimpleNamespace) -> None:
-    o = kernel.orbits
+    o, s = kernel.orbits, kernel.scene
     scenes = np.array([scene(f, F, ratio=1.2) for F in (0.0, 15.0, 45.0) for f in (0.6, 3.0)])
     for row, found in zip(scenes, solve(kernel, scenes), strict=True):
-        work = -row[o.M] * found[o.POWER]
-        lost = row[o.B] * found[o.V2] + row[o.F_FK] * found[o.RUB]
+        work = -row[s.M] * found[o.POWER]
+        lost = row[s.B] * found[o.V2] + row[s.F_FK] * found[o.RUB]
         assert lost == pytest.approx(work, rel=1e-11)
 
 

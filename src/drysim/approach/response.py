@@ -17,6 +17,9 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Law, Plant, Stopped
 from drysim.core.signal import BLOCK, KEPT
 
+WHOLE = (0, 0)
+"""Stands for all points among the parts of a response that are kept."""
+
 
 @dataclass(frozen=True, eq=False)
 class Response:
@@ -46,7 +49,7 @@ class Response:
     events: Events
     how: Callable[[], Numerics]
     track: Track | None = None
-    _latest: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
+    _kept: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
         """Give the number of grid points."""
@@ -67,10 +70,13 @@ class Response:
         """How the numbers were made."""
         return self.how()
 
-    @cached_property
+    @property
     def whole(self) -> Points:
         """All points."""
-        return self.grid.part(0, len(self.grid))
+        # Kept as a part is: a cached property would lock, some hundredths of a short run.
+        if WHOLE not in self._kept:
+            self._kept[WHOLE] = self.grid.part(0, len(self.grid))
+        return self._kept[WHOLE]
 
     @cached_property
     def u_dd(self) -> Floats:
@@ -132,13 +138,13 @@ class Response:
 
     def points(self, part: slice) -> Points:
         """Give a part of the grid, so that long responses need not be held whole."""
-        if len(self) <= KEPT or "whole" in vars(self):
+        if len(self) <= KEPT or WHOLE in self._kept:
             return self.whole.cut(part)
         first, last, _ = part.indices(len(self))
-        if (first, last) not in self._latest:
-            self._latest.clear()
-            self._latest[first, last] = self.grid.part(first, last)
-        return self._latest[first, last]
+        if (first, last) not in self._kept:
+            self._kept.clear()
+            self._kept[first, last] = self.grid.part(first, last)
+        return self._kept[first, last]
 
     def friction(self, part: slice) -> Floats:
         """Give F_f [N] on a part of the grid."""

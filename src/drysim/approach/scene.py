@@ -15,11 +15,14 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.core.state import AnyState
-from drysim.core.waves import UNSET, Waves
+from drysim.core.waves import STRIDE, UNSET, Waves
 from drysim.errors import SolverError
 
 CONSTANT = Law(0.0, 0.0)
 """Friction without a wave of its own."""
+
+STILL = Sines((), (), ())
+"""A base without waves."""
 
 LOG_LENGTH = 4 * ROOM
 """Events that a kernel may write before it hands over."""
@@ -33,14 +36,20 @@ ON_GRID = 1e-9
 
 def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
     """Give the sines of a scene as the kernels want them; varying friction is one more."""
-    rows = list(zip(*motion, strict=True)) if isinstance(motion, Sines) else []
-    base = len(rows)
-    if law.variation:
-        rows.append((0.0, law.omega / math.tau, law.phase))
+    values = wave_values(motion if isinstance(motion, Sines) else STILL, law)
+    size = len(values) // STRIDE
+    return Waves(held(np.array(values)), size, size - bool(law.variation))
+
+
+def wave_values(motion: Sines, law: Law) -> list[float]:
+    """Give what `Waves` hold of a scene, until they are anchored."""
     values: list[float] = []
-    for A, f, phase in rows:
-        values += A, f, math.tau * f, phase, *UNSET
-    return Waves(held(np.array(values)), len(rows), base)
+    for i, A in enumerate(motion.A):
+        f = motion.f[i]
+        values += A, f, math.tau * f, motion.phase[i], *UNSET
+    if law.variation:
+        values += 0.0, law.omega / math.tau, law.omega, law.phase, *UNSET
+    return values
 
 
 def first_u_dd(motion: Sines | Samples) -> float:
@@ -64,8 +73,7 @@ def beginning(
 def grid_points(duration: float, step: float) -> int:
     """Give the number of grid points n·step from 0 to the duration, both ends included."""
     steps = duration / step
-    whole = round(steps)
-    return (whole if abs(steps - whole) <= ON_GRID * max(1.0, whole) else int(steps)) + 1
+    return int(steps + ON_GRID * max(1.0, steps)) + 1
 
 
 def numerics(

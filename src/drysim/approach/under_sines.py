@@ -18,6 +18,7 @@ from drysim.approach.scene import (
     grid_points,
     numerics,
     refuse_storm,
+    wave_values,
     waves_of,
 )
 from drysim.approach.spans import base_of_waves
@@ -31,6 +32,7 @@ from drysim.core.motion import Sines
 from drysim.core.plant import Law, Plant
 from drysim.core.sines import orbit, orbits
 from drysim.core.sines.leap import leap, leap_off
+from drysim.core.sines.scene import REST, V_R
 from drysim.core.state import AnyState, State, Totals
 from drysim.core.table import room
 from drysim.core.waves import STRIDE, Waves
@@ -47,22 +49,31 @@ MOST_PERIODS = 5_000
 
 @dataclass(frozen=True, eq=False)
 class LeapTrack(Located):
-    """A solution under sines: known from event to event."""
+    """A solution under sines: known from event to event; `scene` as kernels read it."""
 
     plant: Plant
     law: Law
     motion: Sines
-    waves: Waves
-    start: AnyState
+    scene: Any
     turns: Events
     end: float
     closest: float
+
+    @property
+    def waves(self) -> Waves:
+        """The waves of the scene."""
+        return Waves(self.scene[REST:], self.size, len(self.motion.A))
+
+    @property
+    def size(self) -> int:
+        """Their number."""
+        return (len(self.scene) - REST) // STRIDE
 
     def state(self, t: float) -> State:
         """Give the state at time t [s]."""
         i = int(np.searchsorted(self.turns.t, t, side="right")) - 1
         t_i, x_r = float(self.turns.t[i]), float(self.turns.x_r[i])
-        v_r = self.start.v_r if i == 0 else 0.0
+        v_r = self.scene[V_R] if i == 0 else 0.0
         d = direction(int(self.turns.kind[i]))
         found = state_within(
             self.plant, self.law, self.waves, 0.0, 0.0, t_i, x_r, v_r, d, t - t_i
@@ -71,13 +82,13 @@ class LeapTrack(Located):
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the integrals over a window [s]."""
-        turns = self.turns
+        turns, waves = self.turns, self.waves
         x2, v2, x_dd2, power, rub, stuck = integrate_leaps(
-            self.plant, self.law, self.waves, held(turns.t), held(turns.kind), held(turns.x_r),
-            self.start.v_r, begin, end,
+            self.plant, self.law, waves, held(turns.t), held(turns.kind), held(turns.x_r),
+            self.scene[V_R], begin, end,
         )  # fmt: skip
         length = end - begin
-        u_dd2, u2 = mean_squares(self.waves, begin, end)
+        u_dd2, u2 = mean_squares(waves, begin, end)
         return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length)
 
 
@@ -85,17 +96,16 @@ def follow_sines(
     plant: Plant, law: Law, motion: Sines, start: AnyState, duration: float
 ) -> LeapTrack:
     """Solve a scene under sines from event to event; no grid takes part."""
-    waves = waves_of(motion, law)
+    x_r, v_r = start[:2]
+    scene = held(np.array([*plant, *law, x_r, v_r, *wave_values(motion, law)]))
     log, kind = held(np.empty((4, FEW_EVENTS))), held(np.empty(FEW_EVENTS, np.int8))
-    begin, x_r, v_r, d, count, closest = leap_off(
-        plant[:], law[:], *waves, duration, *start[:2], log, kind, FEW_EVENTS
-    )
+    begin, x_r, v_r, d, count, closest = leap_off(scene, duration, log, kind)
     refuse_storm(count, begin, (x_r, v_r))
     while begin < duration:
         size = min(2 * len(kind), count + LEAPS)
         log, kind = held(np.hstack((log, np.empty((4, size - len(kind)))))), longer(kind, size)
         begin, x_r, v_r, d, count, tight = leap(
-            plant, law, waves, 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d,
+            plant, law, waves_of(motion, law), 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d,
             Log(log[0], log[1], kind, log[2], log[3]), count, size,
         )  # fmt: skip
         refuse_storm(count, begin, (x_r, v_r))
@@ -103,7 +113,7 @@ def follow_sines(
     # One row by its number: to take rows apart in turn costs as much as some tens of events.
     log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
     turns = Events(log[1, :count], kind, log[2, :count], log[3, :count])
-    return LeapTrack(plant, law, motion, waves, start, turns, duration, closest)
+    return LeapTrack(plant, law, motion, scene, turns, duration, closest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,20 +136,13 @@ class Leaps:
         """Give the points from number `first` to the one before `last`."""
         track, n = self.track, last - first
         turns = track.turns
-        begin, behind = 0, len(turns)
-        if first > 0:
-            begin = int(turns.t.searchsorted(first * self.dt, side="right")) - 1
-        if last < self.length:
-            behind = int(turns.t.searchsorted((last - 1) * self.dt, side="right"))
-        t, kind, x_0 = turns.t[begin:behind], turns.kind[begin:behind], turns.x_r[begin:behind]
-        v_0 = track.start.v_r if begin == 0 else 0.0
-        x_r, v_r = held(np.empty((2, n)))
-        modes, table = held(np.empty(n, np.int8)), held(np.empty(room(track.waves.size)))
+        out, d = held(np.empty((2, n))), held(np.empty(n, np.int8))
         sample_leaps(
-            track.plant[:], track.law[:], *track.waves, held(t), held(kind), held(x_0), v_0,
-            first, self.dt, table, x_r, v_r, modes,
+            track.scene, held(turns.t), held(turns.kind), held(turns.x_r), first, self.dt,
+            held(np.empty(room(track.size))), out, d,
         )  # fmt: skip
-        return Points(np.asarray(x_r), np.asarray(v_r), np.asarray(modes, dtype=np.int8))
+        x_r, v_r = np.asarray(out)
+        return Points(x_r, v_r, np.asarray(d, dtype=np.int8))
 
 
 def on_grid(track: LeapTrack, step: float) -> Response:

@@ -69,8 +69,8 @@ def compiled(function: Kernel) -> Kernel:
     """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine.
 
     A kernel may not allocate: arrays come from its caller and are not counted as references,
-    which would cost more than a step at each call. One that serves small scenes is called with
-    plain tuples, `plant[:]`: numba takes longer to tell what a named one is.
+    which would cost more than a step at each call. One that serves small scenes takes few
+    arguments and no tuples: numba looks at each of them, and longest at those.
     """
     return function if is_plain() else jit(function, forceinline=False)
 

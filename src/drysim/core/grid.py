@@ -5,7 +5,7 @@ from __future__ import annotations
 from drysim.core.compiled import compiled, inlined
 from drysim.core.events import direction
 from drysim.core.fade import fade
-from drysim.core.plant import Law, Plant
+from drysim.core.sines.scene import V_R, unpacked
 from drysim.core.sines.slide import from_rest, slide
 from drysim.core.table import ROWS, add_free, add_wave, fill, set_mode
 from drysim.core.waves import (
@@ -17,7 +17,6 @@ from drysim.core.waves import (
     V_START,
     X_START,
     A,
-    Waves,
     anchor,
 )
 
@@ -44,38 +43,48 @@ def point_before(t, dt):
     return n
 
 
+@inlined
+def latest(t, at):
+    """Give the number of the last event that is not after a time [s]; the first is not."""
+    low, high = 0, len(t)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if t[middle] <= at:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 @compiled
-def sample_leaps(
-    plant, law, values, size, base, t, kind, x_r, v_first, first, dt, table, x_out, v_out, d_out
-):
+def sample_leaps(scene, t, kind, x_r, first, dt, table, out, d_out):
     """Write a solution under waves on the grid n·dt, from point `first` on.
 
     Parameters
     ----------
-    plant, law : tuple
-        They may be plain.
-    values, size, base
-        The waves.
+    scene : array
+        As in `drysim.core.sines.scene`, its waves included.
     t, kind, x_r : array, shape (events,)
-        The events; the first is before the first point and leaves with `v_first` [m/s].
+        The events; the first is the start.
     first : int
         Number of the first point.
     dt : float
         Distance of the grid points [s].
     table : array, shape (`drysim.core.table.room`,)
         Room for what the oscillator and the waves do in whole numbers of steps.
-    x_out, v_out, d_out : array, shape (n,)
-        Written.
+    out, d_out : array, shape (2, n) and (n,)
+        Written: x_r and v_r, and the direction of sliding.
 
     Notes
     -----
     Between two events the points are sums of a few columns of the table, anew from the first of
     every `ROWS` behind the event: always the same ones, so that blocks change no number.
     """
-    plant, law, waves = Plant(*plant), Law(*law), Waves(values, size, base)
-    last = first + len(x_out)
+    plant, law, waves = unpacked(scene)
+    x_out, v_out = out[0], out[1]
+    last = first + len(d_out)
     filled = 0
-    event = 0
+    event = latest(t, first * dt)
     n = first
     anchor(waves, plant, law, t[0], 0)
     while n < last:
@@ -93,7 +102,7 @@ def sample_leaps(
             n = until
             continue
         begin = point_before(t[event], dt) + 1
-        v_r = v_first if event == 0 else 0.0
+        v_r = scene[V_R] if event == 0 else 0.0
         while n < until:
             start = n - (n - begin) % ROWS
             end = min(until, start + ROWS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drysim.core.compiled import compiled
 from drysim.core.events import direction, sign
-from drysim.core.grid import state_within
+from drysim.core.grid import latest, state_within
 
 NEWTON_CAP = 100
 """Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
@@ -21,16 +21,10 @@ def state_at(plant, law, waves, t, kind, x_r, v_first, at):
     at : float
         The time [s], not before the first event.
     """
-    low, high = 0, len(t)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if t[middle] <= at:
-            low = middle
-        else:
-            high = middle
-    v_r = v_first if low == 0 else 0.0
-    d = direction(kind[low])
-    return state_within(plant, law, waves, 0.0, 0.0, t[low], x_r[low], v_r, d, at - t[low])
+    i = latest(t, at)
+    v_r = v_first if i == 0 else 0.0
+    d = direction(kind[i])
+    return state_within(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, at - t[i])
 
 
 @compiled

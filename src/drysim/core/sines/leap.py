@@ -16,12 +16,12 @@ from drysim.core.events import (
     sign,
     tightness,
 )
-from drysim.core.plant import Law, Plant
 from drysim.core.samples.stop import NEVER
 from drysim.core.sines.cease import leave_slip
 from drysim.core.sines.leave import leave_stick
+from drysim.core.sines.scene import V_R, X_R, unpacked
 from drysim.core.sines.slide import slide
-from drysim.core.waves import Waves, anchor, base_motion, normal_force
+from drysim.core.waves import anchor, base_motion, normal_force
 
 STALL = 100
 """Events in a row without progress in time that put a scene at the end of double precision."""
@@ -111,14 +111,23 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
 
 
 @compiled
-def leap_off(plant, law, values, size, base, end, x_r, v_r, log, kind, capacity):
+def leap_off(scene, end, log, kind):
     """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
 
-    Parameters and returns as in `leap`, but that `plant` and `law` may be plain tuples, waves
-    come as what they hold, and the log as the rows of one array, its kinds apart. It begins
-    with the state at t = 0, and `closest` counts how near its mode is to the other.
+    Returns as in `leap`; it begins with the state at t = 0, and `closest` counts how near its
+    mode is to the other.
+
+    Parameters
+    ----------
+    scene : array
+        As in `drysim.core.sines.scene`, its waves included.
+    end : float
+    log, kind : array
+        The rows of a log as one array, and its kinds.
     """
-    plant, law, waves = Plant(*plant), Law(*law), Waves(values, size, base)
+    plant, law, waves = unpacked(scene)
+    x_r, v_r = scene[X_R], scene[V_R]
+    capacity = len(kind)
     log = Log(log[0], log[1], kind, log[2], log[3])
     anchor(waves, plant, law, 0.0, 0)
     u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]

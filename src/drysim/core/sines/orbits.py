@@ -7,15 +7,16 @@ import math
 from drysim.core.compiled import compiled
 from drysim.core.integrals import integrate_leaps
 from drysim.core.means import mean_squares
-from drysim.core.plant import Law, Plant
 from drysim.core.sines.leap import leap
 from drysim.core.sines.orbit import find, first_direction
+from drysim.core.sines.scene import REST, V_R, X_R, plant_and_law
 from drysim.core.turns import excursions, passages, state_at
 from drysim.core.waves import Waves, set_wave
 
-M, K_X, B, F_FK, F_FS, VARIATION, OMEGA_N, PHASE_N, X_R, V_R, PERIOD, X_RM, SINES = range(13)
-"""Columns of a scene: plant, law, start, period of the excitation [s], stroke limit (infinite
-for none); from SINES on amplitude [m/s²], frequency [Hz] and phase [rad] of each sine."""
+PERIOD, X_RM, SINES = range(REST, REST + 3)
+"""Columns of a scene behind those of `drysim.core.sines.scene`: period of the excitation [s],
+stroke limit (infinite for none); from SINES on amplitude [m/s²], frequency [Hz] and phase [rad]
+of each sine."""
 
 (
     STATUS, TIME, MULTIPLE, CLOSURE, RUN_UP, RUN_UP_PEAK, X_BEGIN, V_BEGIN, X_END, V_END,
@@ -49,8 +50,7 @@ def solve_orbits(scenes, answers, values, past_x, past_v, most, log, capacity):
     """
     for i in range(len(scenes)):
         scene, answer = scenes[i], answers[i]
-        plant = Plant(scene[M], scene[K_X], scene[B])
-        law = Law(scene[F_FK], scene[F_FS], scene[VARIATION], scene[OMEGA_N], scene[PHASE_N])
+        plant, law = plant_and_law(scene)
         waves = waves_in(scene, values, law)
         x_r, v_r, multiple, closure, periods, peak, unique = find(
             plant, law, waves, scene[PERIOD], scene[X_R], scene[V_R], most, past_x, past_v,

@@ -129,7 +129,8 @@ def periods_of(case: Scenario, frequencies: tuple[Any, ...], length: int) -> Flo
 
 def refuse_odd(scenario: Scenario, points: Columns, case: Scenario, scenes: Floats) -> None:
     """Let the first case that may break a rule be checked by itself."""
-    from drysim.core.sines.orbits import F_FK, F_FS, K_X, PERIOD
+    from drysim.core.sines.orbits import PERIOD
+    from drysim.core.sines.scene import F_FK, F_FS, K_X
 
     odd = (scenes[:, F_FS] < scenes[:, F_FK]) | np.isnan(scenes[:, PERIOD])
     if case.oscillator.damping_ratio is not None:
@@ -162,14 +163,15 @@ def statuses(answers: Floats) -> tuple[NDArray[np.int8], dict[int, str]]:
 def measured(scenes: Floats, answers: Floats, status: NDArray[np.int8]) -> dict[str, Floats]:
     """Give every metric of every case; NaN where it is not known."""
     from drysim.core.sines import orbits as o
+    from drysim.core.sines.scene import F_FK, K_X, B, M
 
     scene, answer = scenes.T, answers.T
     length = answer[o.MULTIPLE] * scene[o.PERIOD]
     totals = Totals(*answer[o.X2 : o.U2 + 1])
-    plant = Plant(*scene[[o.M, o.K_X, o.B]])
+    plant = Plant(*scene[[M, K_X, B]])
     ends = State(answer[o.X_BEGIN], answer[o.V_BEGIN]), State(answer[o.X_END], answer[o.V_END])
     with np.errstate(invalid="ignore"):
-        found = means(totals, length) | energies(plant, scene[o.F_FK], totals, *ends)
+        found = means(totals, length) | energies(plant, scene[F_FK], totals, *ends)
     peak = answer[o.PEAK]
     found |= {"x_r_peak": peak, "stroke_suffices": peak, "chatter_share": 0.0 * peak}
     found["crossing_rate"] = answer[o.UPCROSSINGS] / length
