@@ -93,7 +93,7 @@ def test_parts_under_sines_are_those_of_the_whole(law, small):
 
 def test_blocks_begin_where_a_march_may_be_handed_over():
     assert BLOCK % STRETCH == 0
-    assert marching.STRIDE % STRETCH == 0
+    assert marching.PER_CALL % STRETCH == 0
 
 
 def test_any_stretch_of_a_march_can_be_had(motion, small):

@@ -11,12 +11,8 @@ import numpy as np
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.points import Points
-from drysim.approach.room import empty_log, larger
-from drysim.approach.scene import (
-    beginning,
-    refuse_storm,
-    waves_of,
-)
+from drysim.approach.room import empty_log, larger, put_first
+from drysim.approach.scene import PER_CALL, beginning, refuse_storm, waves_of
 from drysim.core.compiled import held
 from drysim.core.events import ROOM, Log
 from drysim.core.motion import Samples
@@ -26,9 +22,6 @@ from drysim.core.signal import BLOCK, KEPT
 from drysim.core.sines.leap import leap_steps
 from drysim.core.state import AnyState
 from drysim.core.waves import Waves
-
-STRIDE = 4_000_000
-"""Samples that a kernel may march before it hands over, so that an interrupt is heard."""
 
 PER_EVENT = 16
 """Samples for which room is made for one event at first; what is not written costs nothing."""
@@ -98,12 +91,11 @@ class March:
         given, n, count = held(u_dd), 0, 1
         log = empty_log(4 * ROOM + last // PER_EVENT)
         F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state[0]
-        for column, value in zip(log, (0, 0.0, state[2], state[0], F_L), strict=True):
-            column[0] = value
+        put_first(log, (0, 0.0, state[2], state[0], F_L))
         while n < last:
             if count > len(log.n) - ROOM:
                 log = larger(log, 2 * len(log.n))
-            until, capacity = min(n + STRIDE, last), len(log.n)
+            until, capacity = min(n + PER_CALL, last), len(log.n)
             rest: tuple[Any, ...] = (n, until, *state, x_r, v_r, d, log, count, capacity)
             if self.law.variation:
                 waves = self.waves, first

@@ -12,9 +12,9 @@ from drysim.approach.events import of_log
 from drysim.approach.jointed import Jointed
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
-from drysim.approach.room import empty, empty_log, larger
-from drysim.approach.scene import grid_points, numerics, refuse_storm
-from drysim.approach.spans import run_length
+from drysim.approach.room import empty, empty_log, larger, put_first
+from drysim.approach.scene import PER_CALL, grid_points, numerics, refuse_storm
+from drysim.approach.spans import last_needed, run_length
 from drysim.core.compiled import held
 from drysim.core.contacts.contact import first_contact
 from drysim.core.contacts.joint import march_joint
@@ -27,18 +27,13 @@ from drysim.core.trail import Pieces
 FEW_EVENTS = 0.1
 """Events a sample that there is room for at first."""
 
-STRIDE = 4_000_000
-"""Samples that a kernel may march before it hands over, so that an interrupt is heard."""
-
 
 def follow(
     plant: Plant, law: Slider, motion: Samples, start: AnyState, duration: float | None
 ) -> Jointed:
     """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
-    last = len(motion.u_dd) - 1
     end = run_length(motion, duration)
-    points = min(last, grid_points(end, motion.dt) - 1)
-    last = min(last, points + (end > points * motion.dt * (1.0 + 1e-12)))
+    _, last = last_needed(motion, end)
     u_dd = motion.u_dd[: last + 1]
     x_r, v_r = held(np.empty((2, last + 1)))
     d = held(np.empty(last + 1, dtype=np.int8))
@@ -47,17 +42,15 @@ def follow(
     x_r[0], v_r[0], d[0] = start.x_r, start.v_r, mode
     room = int(FEW_EVENTS * last) + 4 * ROOM
     trail, log = empty(Pieces, room), empty_log(room)
-    for column, value in zip(trail, (0, 0.0, start.x_r, start.v_r, x_0, mode), strict=True):
-        column[0] = value
+    put_first(trail, (0, 0.0, start.x_r, start.v_r, x_0, mode))
     F_L = plant.m * float(u_dd[0]) + plant.k_x * start.x_r
-    for column, value in zip(log, (0, 0.0, mode, start.x_r, F_L), strict=True):
-        column[0] = value
+    put_first(log, (0, 0.0, mode, start.x_r, F_L))
     given, n, used, count = held(u_dd), 0, 1, 1
     state: tuple[Any, ...] = (start.x_r, start.v_r, x_0, mode)
     while n < last:
         if max(used, count) > len(trail.n) - ROOM:
             trail, log = (larger(kept, 2 * len(kept[0])) for kept in (trail, log))
-        until, written = min(n + STRIDE, last), (x_r, v_r, d, trail, used, log, count)
+        until, written = min(n + PER_CALL, last), (x_r, v_r, d, trail, used, log, count)
         rest: tuple[Any, ...] = (n, until, *state, *written)
         n, *moved, used, count = march_joint(plant, law, given, motion.dt, *rest)
         state = tuple(moved)

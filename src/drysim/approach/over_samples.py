@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from drysim.approach.events import Events, Floats
 from drysim.approach.march import Block, March, Marched, march_samples
 from drysim.approach.response import Response
-from drysim.approach.scene import grid_points, numerics
+from drysim.approach.scene import numerics
+from drysim.approach.spans import last_needed, run_length
 from drysim.approach.track import Located
 from drysim.core.compiled import held
 from drysim.core.events import Log, direction
@@ -133,12 +134,10 @@ def solve_samples(
     whole: bool,
 ) -> Response:
     """Solve a scene under samples on their own grid; `whole` keeps all of it at hand."""
-    last = len(motion.u_dd) - 1
-    end_time = last * motion.dt if duration is None else duration
-    n_end = min(last, grid_points(end_time, motion.dt) - 1)
-    beyond = min(last, n_end + (end_time > n_end * motion.dt * (1.0 + 1e-12)))
-    march, found, closest = march_samples(plant, law, motion, start, beyond, whole)
-    turns = found.until(end_time)
-    track = StepTrack(march, turns, end_time, closest)
-    how = partial(numerics, law, motion, n_end + 1, turns, closest)
-    return Response(plant, law, motion, Marched(march, n_end + 1), turns, how, track)
+    end = run_length(motion, duration)
+    point, last = last_needed(motion, end)
+    march, found, closest = march_samples(plant, law, motion, start, last, whole)
+    turns = found.until(end)
+    track = StepTrack(march, turns, end, closest)
+    how = partial(numerics, law, motion, point + 1, turns, closest)
+    return Response(plant, law, motion, Marched(march, point + 1), turns, how, track)

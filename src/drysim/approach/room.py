@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,8 @@ WHOLE = ("n", "d", "terms")
 
 def empty(kind: Any, size: int) -> Any:
     """Give room for a trail or for pieces."""
-    return kind(
-        *[
-            held(np.empty(size, np.int64 if name in WHOLE else np.float64))
-            for name in kind._fields
-        ]
-    )
+    kinds = (np.int64 if name in WHOLE else np.float64 for name in kind._fields)
+    return kind(*[held(np.empty(size, numbers)) for numbers in kinds])
 
 
 def empty_trail(size: int) -> Trail:
@@ -35,6 +32,12 @@ def empty_log(size: int) -> Log:
     n, kind = held(np.empty(size, np.int64)), held(np.empty(size, np.int8))
     s, x_r, F_L = held(np.empty((3, size)))
     return Log(n, s, kind, x_r, F_L)
+
+
+def put_first(room: Any, values: Iterable[Any]) -> None:
+    """Put a value into the first place of every column."""
+    for column, value in zip(room, values, strict=True):
+        column[0] = value
 
 
 def larger(room: Any, size: int) -> Any:

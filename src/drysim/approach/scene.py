@@ -24,6 +24,9 @@ CONSTANT = Law(0.0, 0.0)
 STILL = Sines((), (), ())
 """A base without waves."""
 
+PER_CALL = 4_000_000
+"""Samples that a kernel may march before it hands over, so that an interrupt is heard."""
+
 LOG_LENGTH = 4 * ROOM
 """Events that a kernel may write before it hands over."""
 

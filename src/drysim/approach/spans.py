@@ -19,6 +19,9 @@ from drysim.core.table import room
 from drysim.core.waves import Waves
 from drysim.errors import UsageError
 
+ROUNDING = 1e-12
+"""What an instant may be beyond a sample and still be that sample's, relative to it."""
+
 FAINT = 1e-9
 """Share of the speed that the scene may give, from which on a motion is measured."""
 
@@ -61,6 +64,13 @@ def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int,
     if beyond > dt * 1e-9 and last + 2 < len(motion.u_dd):
         return dt, last + 1, beyond
     return dt, last, dt
+
+
+def last_needed(motion: Samples, end: float) -> tuple[int, int]:
+    """Give the last sample up to an instant [s], and the last that the way there needs."""
+    last = len(motion.u_dd) - 1
+    point = min(last, grid_points(end, motion.dt) - 1)
+    return point, min(last, point + (end > point * motion.dt * (1.0 + ROUNDING)))
 
 
 def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:

@@ -38,8 +38,5 @@ def all_told(
         t, x_r = held(np.empty((2, ROOM + pieces)))
         at, count = kernel(*scene, given, limit, at, t, x_r)
         parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
-    return (
-        Path(*parts[0])
-        if len(parts) == 1
-        else Path(*map(np.concatenate, zip(*parts, strict=True)))
-    )
+    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+    return Path(*columns)

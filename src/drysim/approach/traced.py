@@ -13,7 +13,7 @@ from drysim.approach import spans, ways
 from drysim.approach.events import Codes, Events, Floats, of_log
 from drysim.approach.points import Grid, Held, Points
 from drysim.approach.response import Response
-from drysim.approach.room import empty, empty_log, larger
+from drysim.approach.room import empty, empty_log, larger, put_first
 from drysim.approach.scene import (
     first_u_dd,
     grid_points,
@@ -146,9 +146,7 @@ def follow_as(
     least = CAPACITY if last else FEWEST
     size = int(FEW_EVENTS * last) + least + 1
     log, count = empty_log(size), 1
-    opening = (0, 0.0, ways.heading(law, state[3]), start.x_r, F_L)
-    for column, value in zip(log, opening, strict=True):
-        column[0] = value
+    put_first(log, (0, 0.0, ways.heading(law, state[3]), start.x_r, F_L))
     trail, used = empty(Pieces, size), 0
     at: tuple[Any, ...] = (0, 0.0)
     while at[0] <= last:
