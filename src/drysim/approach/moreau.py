@@ -30,19 +30,10 @@ class Moreau(Member):
         duration: float | None = None,
     ) -> Response:
         """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        import numpy as np
-
-        from drysim.approach.stepped import from_start, grid_of, respond
-        from drysim.core.compiled import held
+        from drysim.approach.stepped import grid_of, sticking
         from drysim.core.stepping import moreau_march
 
         u_dd, _, dt = grid_of(motion, step, duration)
-        n = len(u_dd)
-        x_r, v_r = from_start(start, n)
-        force, mode = held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
-        moreau_march(plant, law.F_fk, held(u_dd), dt, x_r, v_r, force, mode)
-        state = (
-            np.asarray(x_r), np.asarray(v_r), np.asarray(force), np.asarray(mode, dtype=np.int8)
-        )  # fmt: skip
+        scene, limits = (plant, law, motion), (law.F_fk,)
         how = (self.approach, "the sign as a set, solved implicitly at every fixed step")
-        return respond(plant, law, motion, (u_dd, dt), state, how)
+        return sticking(moreau_march, limits, scene, start, (u_dd, dt), how)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.approach.events import Codes, Events, Floats
 from drysim.approach.numerics import FIXED_STEP, Numerics
@@ -35,11 +35,8 @@ def grid_of(
         return u_dd, 0.5 * (u_dd[:-1] + u_dd[1:]), motion.dt
     assert duration is not None, "sines have no end of their own"
     n = np.arange(grid_points(duration, step), dtype=float)
-    return (
-        base_acceleration(motion, n * step),
-        base_acceleration(motion, (n[:-1] + 0.5) * step),
-        step,
-    )
+    at, between = (base_acceleration(motion, k * step) for k in (n, n[:-1] + 0.5))
+    return at, between, step
 
 
 def finer(motion: Sines | Samples, pieces: int) -> Sines | Samples:
@@ -106,21 +103,13 @@ class SteppedTrack:
     def totals(self, begin: float, end: float) -> Totals:
         """Give the sums over the grid points of a window [s]."""
         part = self._part(begin, end)
-        x_r, v_r, u_dd = self.x_r[part], self.v_r[part], self.u_dd[part]
+        x_r, v_r, x_dd, u_dd = self.x_r[part], self.v_r[part], self.x_dd[part], self.u_dd[part]
         share = self.force[part] / self.law.F_fk if self.law.F_fk else np.zeros(len(x_r))
+        stuck = np.count_nonzero(self.d[part] == 0)
+        sums = x_r @ x_r, v_r @ v_r, x_dd @ x_dd, u_dd @ v_r, share @ v_r, stuck, u_dd @ u_dd
         span = (end - begin) / max(len(x_r), 1)
-        sums = (
-            x_r @ x_r,
-            v_r @ v_r,
-            self.x_dd[part] @ self.x_dd[part],
-            u_dd @ v_r,
-            share @ v_r,
-        )
-        x2, v2, x_dd2, power, rub = (float(total) * span for total in sums)
-        stuck = float(np.count_nonzero(self.d[part] == 0)) * span
-        return Totals(
-            x2, v2, x_dd2, power, rub, stuck, float(u_dd @ u_dd) * span, self._u2(part)
-        )
+        x2, v2, x_dd2, power, rub, still, u_dd2 = (float(total) * span for total in sums)
+        return Totals(x2, v2, x_dd2, power, rub, still, u_dd2, self._u2(part))
 
     def chatter(self, begin: float, end: float) -> float:
         """Give the share of a window in which v_r flips twice within four steps [-]."""
@@ -144,12 +133,34 @@ class SteppedTrack:
         return float(np.dot(u, u)) * self.dt
 
 
+def sticking(
+    kernel: Callable[..., None],
+    limits: tuple[float, ...],
+    scene: tuple[Plant, AnyLaw, Sines | Samples],
+    start: AnyState,
+    grid: tuple[Floats, float],
+    how: tuple[str, str],
+) -> Response:
+    """Give the response of a march whose mass may stick.
+
+    `limits` are what its kernel wants of friction, `scene` is plant, law and base motion; grid
+    and how are those of `respond`.
+    """
+    u_dd, dt = grid
+    n = len(u_dd)
+    x_r, v_r = from_start(start, n)
+    force, d = held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
+    kernel(scene[0], *limits, held(u_dd), dt, x_r, v_r, force, d)
+    x_r, v_r, force = map(np.asarray, (x_r, v_r, force))
+    return respond(*scene, grid, (x_r, v_r, force, np.asarray(d, dtype=np.int8)), how)
+
+
 def respond(
     plant: Plant,
     law: AnyLaw,
     motion: Sines | Samples,
     grid: tuple[Floats, float],
-    state: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], Codes],
+    state: tuple[Floats, Floats, Floats, Codes],
     how: tuple[str, str],
 ) -> Response:
     """Give the response of a fixed-step approach.

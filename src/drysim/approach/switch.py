@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sys import float_info
 from typing import Annotated, ClassVar, Literal
 
 from drysim.approach.member import Member
@@ -36,20 +37,11 @@ class Switch(Member):
         duration: float | None = None,
     ) -> Response:
         """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        import numpy as np
-
-        from drysim.approach.stepped import from_start, grid_of, respond
-        from drysim.core.compiled import held
+        from drysim.approach.stepped import grid_of, sticking
         from drysim.core.stepping import switch_march
 
         u_dd, _, dt = grid_of(motion, step, duration)
-        n = len(u_dd)
-        band = self.band or dt * law.F_fs / plant.m or np.finfo(float).tiny
-        x_r, v_r = from_start(start, n)
-        force, mode = held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
-        switch_march(plant, law.F_fk, law.F_fs, band, held(u_dd), dt, x_r, v_r, force, mode)
-        state = (
-            np.asarray(x_r), np.asarray(v_r), np.asarray(force), np.asarray(mode, dtype=np.int8)
-        )  # fmt: skip
+        band = self.band or dt * law.F_fs / plant.m or float_info.min
+        scene, limits = (plant, law, motion), (law.F_fk, law.F_fs, band)
         how = (self.approach, f"fixed step, sticks within a band of {band:.3g} m/s")
-        return respond(plant, law, motion, (u_dd, dt), state, how)
+        return sticking(switch_march, limits, scene, start, (u_dd, dt), how)
