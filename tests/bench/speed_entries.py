@@ -39,5 +39,5 @@ def test_entry(work, entry, benchmark):
     benchmark.group = work.scenario.name
     run = entry.ready(work)
     answer = benchmark(run)
-    score = judged(entry, Runner(entry, work, run, answer, 0.0), Yardstick.of(work))
+    score = judged(entry, Runner(work, run, answer, 0.0), Yardstick.of(work))
     benchmark.extra_info |= {"verdict": score.verdict, "error_x_r": score.error_x_r}

@@ -141,12 +141,10 @@ def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measur
         start, empty_side(), turns, answers,
     )  # fmt: skip
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
-        return answered(plant, given, start, turns, answers)
+        return answered(given, start, turns, answers)
 
 
-def answered(
-    plant: Plant, given: Abreast, start: State, turns: Floats, answers: Floats
-) -> Measured:
+def answered(given: Abreast, start: State, turns: Floats, answers: Floats) -> Measured:
     """Give what the kernel has answered by name."""
     column, u2 = answers.T, cast(Any, given.u2)
     first = State(column[records.X_BEGIN], column[records.V_BEGIN])

@@ -58,11 +58,6 @@ class Coulomb(Limits):
         varied = self.normal_variation
         return (varied.frequency,) if varied and varied.amplitude else ()
 
-    @property
-    def repeats(self) -> bool:
-        """Whether the normal force is constant or periodic."""
-        return self.normal_record is None
-
     def forced(self, mu: float, m: float) -> float:
         """Give the force [N] behind a coefficient; of a recorded one the mean counts."""
         record = self.normal_record

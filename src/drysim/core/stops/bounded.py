@@ -154,7 +154,7 @@ def bound(
                 elif step == change:
                     F_L = steady_pull(plant, law, touch, z, xi) + m * u_then
                     xi, mode, count = let_go(
-                        law, touch, after, d, then, ends, z, xi, F_L, log, count
+                        touch, after, d, then, ends, z, xi, F_L, log, count
                     )
                 if way_of(mode) != 0 and (step == turn or (v_r == 0.0 and law.k_s == 0.0)):
                     mode, count = stand(

@@ -60,7 +60,7 @@ def leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left):
 
 
 @compiled
-def let_go(law, touch, after, d, n, s, z, xi, F_L, log, count):
+def let_go(touch, after, d, n, s, z, xi, F_L, log, count):
     """Change how the mass is to a bumper on its way inwards; gives xi and mode."""
     if abs(after) == AWAY and d * xi >= 0.0:
         after = APART

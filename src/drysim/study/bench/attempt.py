@@ -43,9 +43,8 @@ class Terms(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Runner:
-    """An entry made ready on a stretch of the work, and its first answer, timed [s]."""
+    """A stretch of the work, what an entry runs on it, and its first answer, timed [s]."""
 
-    entry: Entry
     work: Work
     run: Run
     answer: Answer
@@ -69,4 +68,4 @@ def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:
     part = work.first(max(min(within, most), taste.samples))
     run = entry.ready(part)
     answer, once = timed(run)
-    return Runner(entry, part, run, answer, once)
+    return Runner(part, run, answer, once)
