@@ -157,8 +157,8 @@ CELLS = {
     "oops": "row 3, column 2 (`u_dd [m/s2]`): `oops` is not a number",
     "": "row 3, column 2 (`u_dd [m/s2]`): the cell is empty: the record has a gap",
     "nan": "row 3, column 2 (`u_dd [m/s2]`): `nan` is not a finite number",
-    "-inf": "row 3, column 2 (`u_dd [m/s2]`): `-inf` is not a finite number",
-    "1e999": "row 3, column 2 (`u_dd [m/s2]`): `1e999` is not a finite number",
+    "-inf": "row 3, column 2 (`u_dd [m/s2]`): `-inf` is not a finite number: an infinite samp",
+    "1e999": "row 3, column 2 (`u_dd [m/s2]`): `1e999` is not a finite number: an infinite sam",
     '"1,5"': "row 3, column 2 (`u_dd [m/s2]`): `1,5` has a decimal comma; write points",
 }
 
@@ -252,6 +252,33 @@ def test_faulty_cell_is_named_by_row_and_column(tmp_path, cell, sentence):
     assert found.sentence.startswith(sentence)
     assert (found.file, found.line) == (str(tmp_path / "r.csv"), 3)
     assert found.column == (7 if '"' in cell else 6)
+
+
+@pytest.mark.parametrize("header", ["t [s],a [g],b\n", "# no names\n"])
+def test_quotation_mark_that_is_not_closed_is_named(tmp_path, header):
+    text = f'{header}0,1,2\n1,"2,3\n9,9,9\n'
+    found = problem_of(tmp_path, text, column=2, unit="g", rate=1)
+    assert found.sentence == 'row 3 has a quotation mark that is not closed: `"2,3`'
+    assert (found.line, found.source.strip()) == (3, '"2,3')
+
+
+def test_quotation_mark_in_the_first_row_is_named_though_all_others_are_counted_by_it(tmp_path):
+    for names in ("a [g],b", "a [g],b,c"):
+        found = problem_of(tmp_path, f'{names}\n0,"1,2\n1,2,3\n', column="a", rate=1)
+        assert found.sentence == 'row 2 has a quotation mark that is not closed: `"1,2`'
+
+
+def test_header_with_a_quotation_mark_that_is_not_closed_is_named(tmp_path):
+    said = problem_of(tmp_path, 't [s],"a [g],b\n0,1,2\n1,2,3\n', time="t").sentence
+    assert said == 'row 1 has a quotation mark that is not closed: `"a [g],b`'
+    kept = motion_of(tmp_path, 't [s],a 5" up [g]\n0,1\n1,2\n', time="t")
+    assert len(kept.u_dd) == 2
+
+
+@pytest.mark.parametrize("first", ["++1", "--2.5", "+-3e4", "\u22121", "\u22121.5"])
+def test_first_row_of_a_number_with_a_wrong_sign_is_a_fault_and_no_header(tmp_path, first):
+    found = problem_of(tmp_path, f"{first}\n2\n3\n", unit="g", step=1)
+    assert found.sentence == f"row 1, column 1: `{first}` is not a number"
 
 
 def test_message_quotes_nothing_but_the_faulty_cell(tmp_path):

@@ -210,6 +210,18 @@ def test_fault_of_a_wav_earns_its_sentence(tmp_path, samples, name):
     assert sentence in refused(tmp_path, "r.wav", full_scale="1 g")
 
 
+@pytest.mark.parametrize("sample", [np.inf, -np.inf])
+@pytest.mark.parametrize("gaps", [None, {"fill": "line", "at_most": 1}])
+def test_infinite_sample_of_a_wav_is_called_so_and_not_a_gap(tmp_path, samples, sample, gaps):
+    samples[6] = sample
+    wav(tmp_path / "r.wav", RATE, samples)
+    words = {"gaps": gaps} if gaps else {}
+    assert refused(tmp_path, "r.wav", unit="m/s2", **words) == (
+        "sample 7, channel 1: an infinite sample is no gap that could be filled; "
+        "export the record anew"
+    )
+
+
 # MAT
 
 
@@ -234,7 +246,10 @@ MATS = {
     "unit": ({"column": "acc"}, "variable 2 (`acc`) has no unit; write `unit: m/s²` in"),
     "lengths": ({"column": "late", "time": "t", "unit": "g"}, "(`late`) has 3 samples, variab"),
     "spacing": ({"column": "acc", "unit": "g"}, "`time: t` is what is missing, as the file"),
-    "gap": ({"column": "late", "unit": "g", "step": 1}, "sample 2, variable 3 (`late`): no fi"),
+    "gap": (
+        {"column": "late", "unit": "g", "step": 1},
+        "sample 2, variable 3 (`late`): no number: the",
+    ),
     "uneven": ({"column": "acc", "unit": "g", "time": "acc"}, "time runs backwards"),
 }
 
@@ -358,7 +373,10 @@ AT2S = {
     ),
     "long": (lambda text: text + "1 2\n", "there are 502 samples, more"),
     "word": (lambda text: text + "oops 1\n", "row 105: `oops` is not a number"),
-    "nan": (lambda text: text[:-45] + " nan 1\n", "sample 499, series 1: no finite number"),
+    "nan": (
+        lambda text: text[:-45] + " nan 1\n",
+        "sample 499, series 1: no number: the record has a gap",
+    ),
     "header": (lambda text: text[:70], "the record is no AT2: none of its first 10 lines"),
     "step": (
         lambda text: text.replace(".0050", "-1e-"),

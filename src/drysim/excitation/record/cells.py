@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.excitation.record.columns import GAP, Floats
+from drysim.excitation.record.columns import GAP, INFINITE, Floats
 from drysim.excitation.record.file import Cell, fault, room
 from drysim.quantity import NUMBER
-from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.excitation.record.table import Table
@@ -139,8 +138,7 @@ def _careful(table: Table, wanted: list[int], gappy: int | None = None) -> list[
         if not cells:
             raise fault(table.file.shown, f"row {line} is empty: {GAP}", line)
         if len(cells) != table.width:
-            sentence = f"row {line} has {several(len(cells), 'cell')}, not {table.width}"
-            raise fault(table.file.shown, sentence, line)
+            raise table.ragged(line, len(cells))
         for index, column in zip(wanted, found, strict=True):
             lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
             value = math.nan if lost else _number(cells[index], line, index, table)
@@ -166,7 +164,7 @@ def _complaint(cell: Cell, table: Table) -> str:
     if MISSING.fullmatch(text):
         return f"`{cell.quote}` is not a finite number: {GAP}"
     if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER.fullmatch(text):
-        return f"`{cell.quote}` is not a finite number"
+        return f"`{cell.quote}` is not a finite number: {INFINITE}"
     if NUMBER.fullmatch(text.replace(",", ".", 1)):
         return f"`{cell.quote}` has a decimal comma; write points throughout"
     if CLOCK.fullmatch(text):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drysim.core.signal import KEPT, Signal, blocks
 from drysim.errors import RecordError
-from drysim.excitation.record.columns import GAP, Columns, Label
+from drysim.excitation.record.columns import GAP, INFINITE, Columns, Label
 from drysim.excitation.record.file import File, fault, room
 from drysim.excitation.record.stored import Stored
 
@@ -59,8 +59,9 @@ class Channels(Columns):
                 if index == gappy:
                     good |= np.isnan(block)
                 if not good.all():
-                    row += int(np.argmin(good))
-                    raise self.at(row, index, f"no finite number: {GAP}")
+                    bad = int(np.argmin(good))
+                    why = f"no number: {GAP}" if np.isnan(block[bad]) else INFINITE
+                    raise self.at(row + bad, index, why)
                 row += len(block)
         return found
 

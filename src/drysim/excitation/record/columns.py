@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 GAP = "the record has a gap; `gaps: {fill: line, at_most: 50 ms}` fills short ones"
 """What to say of a sample that is missing."""
 
+INFINITE = "an infinite sample is no gap that could be filled; export the record anew"
+"""What to say of a sample that overflowed."""
+
 LISTED = 12
 """How many of a file's columns a message lists."""
 

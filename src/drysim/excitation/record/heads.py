@@ -21,7 +21,9 @@ LOOKED_AT = 100
 MOST_COLUMNS = 16_384
 """As many as a spreadsheet has; with more of them samples stand beside one another."""
 
-NOT_A_NAME = re.compile(r"(?i)[+-]?(?:nan|inf|infinity|\d*[.,]\d.*|\d+e[+-]?\d+)", re.ASCII)
+NOT_A_NAME = re.compile(
+    r"(?i)[+\-\u2212]*(?:nan|inf|infinity|\d*[.,]\d.*|\d+(?:e[+-]?\d+)?)", re.ASCII
+)
 """With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
 
 WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")

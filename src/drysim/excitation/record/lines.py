@@ -66,6 +66,12 @@ def split(text: str, delimiter: str) -> list[Cell]:
     return [*cells, _cell(delimiter.join(parts), at)] if parts else cells
 
 
+def left_open(text: str) -> Cell | None:
+    """Give a line from the quotation mark on that it does not close; None where all are."""
+    at = text.rfind('"') if text.count('"') % 2 else -1
+    return None if at < 0 else Cell(text[at:], at + 1)
+
+
 def _cell(part: str, at: int) -> Cell:
     bare = part.strip()
     quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'

@@ -23,7 +23,8 @@ from drysim.excitation.record.heads import (
     likely_header,
     wide,
 )
-from drysim.excitation.record.lines import lines, split
+from drysim.excitation.record.lines import left_open, lines, split
+from drysim.wording import several
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +88,16 @@ class Table(Columns):
         where = f"row {line}, {self.called(index)}"
         return fault(self.shown, f"{where}: {sentence}", line, cells[index] if cells else None)
 
+    def ragged(self, line: int, cells: int) -> RecordError:
+        """Give the error for a row that has not as many cells as the first one."""
+        for number, _, text in lines(self.file, self.start, self.line):
+            if number in (self.line, line):
+                refuse_open_quote(self.shown, number, text)
+            if number == line:
+                break
+        sentence = f"row {line} has {several(cells, 'cell')}, not {self.width}"
+        return fault(self.shown, sentence, line)
+
     def fault(self, sentence: str, index: int | None = None) -> RecordError:
         """Give the error for a fault of the header, or of one column's header."""
         cell = self.header[index] if index is not None and self.header else None
@@ -96,6 +107,13 @@ class Table(Columns):
         """Give the 0-based columns that may be samples: one without a name is none of them."""
         named = [i for i, label in enumerate(self.labels) if label.text]
         return named or super().series()
+
+
+def refuse_open_quote(shown: str, line: int, text: str) -> None:
+    """Make sure that a row closes its quotation marks; no delimiter counts behind one."""
+    if cell := left_open(text):
+        sentence = f"row {line} has a quotation mark that is not closed: `{cell.quote}`"
+        raise fault(shown, sentence, line, cell)
 
 
 def tabulate(file: TextFile) -> Table:
@@ -138,6 +156,8 @@ def tabulate(file: TextFile) -> Table:
         raise fault(file.shown, f"row {line}: `{cell.quote}` is not a number", line, cell)
     header = header_cells(header_text, delimiter, width) if header_line else []
     if header and len(header) != width:
+        refuse_open_quote(file.shown, header_line, header_text)
+        refuse_open_quote(file.shown, line, text)
         sentence = f"the header names {len(header)} columns, but row {line} has {width}"
         raise fault(file.shown, sentence, line)
     return Table(
