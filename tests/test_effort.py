@@ -7,6 +7,7 @@ import time
 import pytest
 
 import drysim
+from drysim.approach import Switch
 from drysim.core.compiled import PLAIN_STEPS
 from drysim.errors import ScenarioError
 from drysim.study.case import prepare
@@ -192,7 +193,7 @@ def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engi
 
 
 def test_fixed_steps_cost_the_same_whatever_the_law(prepared):
-    assert price("switch", prepared(friction=LUGRE).law) == price("switch", prepared().law)
+    assert price(Switch(), prepared(friction=LUGRE).law) == price(Switch(), prepared().law)
 
 
 def test_rows_and_bytes_of_a_large_response_are_told_before_the_work(prepared):

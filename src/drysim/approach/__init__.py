@@ -15,3 +15,6 @@ SHELF: dict[str, type[Approach]] = {
     member.model_fields["approach"].default: member for member in APPROACHES
 }
 """The approaches by name."""
+
+EXACT = StickSlip.model_fields["approach"].default
+"""The name of the one that solves every law as well as it can be solved."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from drysim.quantity import Block
+
+if TYPE_CHECKING:
+    from drysim.core.plant import AnyLaw, Plant
 
 
 class Member(Block):
@@ -20,3 +23,7 @@ class Member(Block):
     """Whether it knows other laws than Coulomb's."""
     use_stops: ClassVar[bool] = False
     """Whether it knows end stops."""
+
+    def pieces(self, plant: Plant, law: AnyLaw, dt: float) -> int:
+        """Give the number of points that are computed for a step of the output grid [s]."""
+        return 1

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drysim.approach import SHELF
+from drysim.approach import EXACT, SHELF
 from drysim.approach.events import Events, Floats
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
@@ -16,9 +16,6 @@ from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant, Stopped
 from drysim.core.state import State
 from drysim.errors import SolverError, UsageError
-
-WATCHFUL = "stick-slip"
-"""The approach that comes upon a faulty sample by itself: to look for one costs a twentieth."""
 
 
 def simulate(
@@ -32,7 +29,7 @@ def simulate(
     dt: float,
     x_r: float = 0.0,
     v_r: float = 0.0,
-    approach: str = "stick-slip",
+    approach: str = EXACT,
     x_rM: float | None = None,
     k_s: float | None = None,
     b_s: float = 0.0,
@@ -101,7 +98,7 @@ def simulate(
         return SHELF[approach]().solve(plant, bounded, motion, start, motion.dt)
     if law.F_fs == 0.0 or not SHELF[approach].use_friction:
         return linear(plant, motion, start)
-    if approach != WATCHFUL:
+    if approach != EXACT:  # it comes upon one by itself: to look for one costs a twentieth
         refuse_faults(samples)
     try:
         return SHELF[approach]().solve(plant, law, motion, start, motion.dt)

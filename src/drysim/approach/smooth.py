@@ -44,7 +44,7 @@ class Smooth(Member):
     implicit one, slow, for reference)."""
 
     def pieces(self, plant: Plant, law: AnyLaw, dt: float) -> int:
-        """Give the number of points that are computed for a step of the output grid [s]."""
+        """Give how many; the sharper the function, the more."""
         if self.method == "rk4":
             return 1
         return max(LEAST_PIECES, ceil(law.F_fk * self.sharpness * dt / (plant.m * STIFFNESS)))

@@ -23,7 +23,10 @@ def core() -> Any:
 
 
 class Exact(Member):
-    """What the approaches do that follow a motion exactly; they differ in what rubs."""
+    """What the approaches do that follow a motion exactly; they differ in what rubs.
+
+    They alone give a `track` without a grid, and orbits; all others march by fixed steps.
+    """
 
     use_dynamic: ClassVar[bool] = True
     use_stops: ClassVar[bool] = True

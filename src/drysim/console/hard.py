@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drysim.approach import EXACT
 from drysim.console.columns import show_columns
 from drysim.console.paper import line, stdout
 from drysim.console.parts import headed, show_folder
-from drysim.study.bench.trial import EXACT, FAILED, HELD, TOLERANCE, UNPROMISED, WRONG
+from drysim.study.bench.trial import FAILED, HELD, TOLERANCE, UNPROMISED, WRONG
 from drysim.wording import percent
 
 if TYPE_CHECKING:

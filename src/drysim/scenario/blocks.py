@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, create_model, field_validator, model_validator
 
-from drysim.approach import SHELF, Approach
+from drysim.approach import EXACT, SHELF, Approach
 from drysim.core.plant import Law, Plant, Stopped
 from drysim.core.state import State
 from drysim.quantity import (
@@ -109,7 +109,7 @@ class Start(Block):
 class Solver(Block):
     """How the motion is computed."""
 
-    approach: str = "stick-slip"
+    approach: str = EXACT
     """Name of the approach."""
     step: Annotated[float, Quantity("s", above=0)] | None = None
     """Distance of the output grid [s]; a record owns its step."""

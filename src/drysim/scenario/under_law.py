@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from drysim.approach import EXACT
 from drysim.errors import Problem, ScenarioError
 from drysim.scenario import laws, others
 from drysim.scenario.misfits import faults
@@ -15,9 +16,6 @@ from drysim.wording import several
 if TYPE_CHECKING:
     from drysim.friction import Friction
     from drysim.scenario.model import Scenario
-
-EXACT = "stick-slip"
-"""The approach that solves every law as well as it can be solved."""
 
 COULOMB = "coulomb"
 """The law beside which a mass may have end stops."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from drysim.approach.stick_slip import Exact
 from drysim.core.compiled import engine
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed
@@ -76,7 +77,7 @@ class Case:
     @property
     def price(self) -> effort.Price:
         """What a step costs."""
-        return effort.price(self.approach.approach, self.law)
+        return effort.price(self.approach, self.law)
 
     @property
     def limit(self) -> float | None:
@@ -154,7 +155,8 @@ def assemble(
     if shortage := memory.shortage(case.steps, weighed, by_parts(case)):
         sentence = f"solver.step and measure.duration: {shortage}"
         raise misfit(scenario, sentence, "measure.duration")
-    if shortage := memory.shortage(case.steps * pieces(case), weighed, by_parts(case)):
+    points = case.steps * case.approach.pieces(case.plant, case.law, step)
+    if shortage := memory.shortage(points, weighed, by_parts(case)):
         key = f"solver.{case.approach.approach}"
         raise misfit(scenario, f"{key} divides every step: {shortage}", key)
     if excess := effort.excess(case):
@@ -176,13 +178,7 @@ def too_short(case: Case) -> str:
 
 def by_parts(case: Case) -> bool:
     """Tell whether a long response of a case is never held whole."""
-    return hasattr(case.approach, "by_parts") and isinstance(case.law, Law | Dynamic)
-
-
-def pieces(case: Case) -> int:
-    """Give the number of points that an approach computes for a step of the output grid."""
-    counted = getattr(case.approach, "pieces", None)
-    return counted(case.plant, case.law, case.step) if counted else 1
+    return isinstance(case.approach, Exact) and isinstance(case.law, Law | Dynamic)
 
 
 def require_engine() -> None:

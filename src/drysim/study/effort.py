@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from math import inf, pi, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
+from drysim.approach.stick_slip import Exact
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import AnyLaw, Dynamic, Law, Slider, Stopped
@@ -13,13 +14,11 @@ from drysim.errors import Caution
 from drysim.wording import number
 
 if TYPE_CHECKING:
+    from drysim.approach import Approach
     from drysim.study.case import Case
 
 SLOW = "slow-scene"
 """Slug of the caution, which is told before the work, too."""
-
-EXACT = ("stick-slip", "viscous")
-"""Approaches that follow every turn; the others step over it."""
 
 A_STEP = 30.0
 """Radians that a step of an easy scene is worth a hundred times over: a sampled step takes some
@@ -75,9 +74,9 @@ PRICES = {
 }
 
 
-def price(approach: str, law: AnyLaw) -> Price:
+def price(approach: Approach, law: AnyLaw) -> Price:
     """Give what a step of an approach to a law costs; fixed steps cost the same for all."""
-    return PRICES.get(type(law), USUAL) if approach in EXACT else USUAL
+    return PRICES.get(type(law), USUAL) if isinstance(approach, Exact) else USUAL
 
 
 class Turns(NamedTuple):
@@ -107,8 +106,8 @@ def turns(case: Case) -> Turns:
 
 def _turns(case: Case) -> Iterator[Turns]:
     """Give the waves of a case, and its spring where the mass may move."""
-    if case.approach.approach not in EXACT:
-        return
+    if not isinstance(case.approach, Exact):
+        return  # it steps over every turn
     span, fastest, law = case.window[1], inf, case.law
     if isinstance(case.motion, Sines):
         fastest = max(case.motion.f, default=0.0)
@@ -175,7 +174,7 @@ def _creeps(case: Case) -> Iterator[tuple[str, float]]:
 
 def cautions(case: Case) -> Iterator[Caution]:
     """Say when a step takes a hundred times as long as one of an easy scene."""
-    if case.approach.approach in EXACT and (slow := next(_creeps(case), None)):
+    if isinstance(case.approach, Exact) and (slow := next(_creeps(case), None)):
         name, decays = slow
         sentence = (
             f"the {name} stills the mass {number(decays)} times within a step of "

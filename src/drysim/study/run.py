@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from drysim.approach.stick_slip import Exact
 from drysim.core.compiled import settle
 from drysim.study import comfort
 from drysim.study.case import Case, prepare
@@ -81,11 +82,10 @@ def solve(case: Case) -> Outcome:
 
 def march(case: Case) -> Solved:
     """Give the motion from the start state to the end of the window."""
-    solve = getattr(case.approach, "by_parts", case.approach.solve)
-    response: Response = solve(
-        case.plant, case.law, case.motion, case.start, case.step, case.window[1]
-    )
-    return response, case.window, ()
+    approach = case.approach
+    solve = approach.by_parts if isinstance(approach, Exact) else approach.solve
+    scene = (case.plant, case.law, case.motion, case.start)
+    return solve(*scene, case.step, case.window[1]), case.window, ()
 
 
 def repetition(case: Case) -> Solved:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim.approach.orbit import Orbit
-from drysim.approach.stick_slip import StickSlip
+from drysim.approach.stick_slip import Exact, StickSlip
 from drysim.core.motion import Sines
 from drysim.core.state import AnyState, State
 
@@ -47,9 +47,8 @@ def orbit_of(case: Case) -> tuple[Orbit, float]:
     approach, motion = case.approach, case.motion
     assert isinstance(motion, Sines), "samples end, so they repeat nothing"
     scene = (case.plant, case.law, motion)
-    if find := getattr(approach, "orbit", None):
-        orbit: Orbit = find(*scene, case.start, period)
-        return orbit, case.step
+    if isinstance(approach, Exact):
+        return approach.orbit(*scene, case.start, period), case.step
     step = fitted(case.step, period)
     exact = StickSlip().orbit(*scene, case.start, period)
     return march_to_orbit(case, exact.state, step, period), step

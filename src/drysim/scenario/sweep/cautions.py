@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from drysim.approach.stick_slip import Exact
 from drysim.errors import Caution
 from drysim.scenario.sweep.axis import walks
 
@@ -60,7 +61,7 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     block, option, *rest = axis.key.split(".")
     if block == "solver" and rest and option != approach:
         return f"changes nothing: the approach is {approach}, which has no use for {option}"
-    exact = hasattr(scenario.solver.member(), "orbit")
+    exact = isinstance(scenario.solver.member(), Exact)
     if axis.key == "solver.step" and exact and hasattr(scenario.excitation, "frequencies"):
         return f"changes nothing: {approach} under sines makes no error that depends on it"
     last = {other.key: other.values[-1] for other in scenario.sweep}

@@ -9,7 +9,7 @@ from drysim.approach.moreau import Moreau
 from drysim.approach.signum import Signum
 from drysim.approach.smooth import Smooth
 from drysim.approach.stepped import finer
-from drysim.approach.stick_slip import StickSlip
+from drysim.approach.stick_slip import Exact, StickSlip
 from drysim.approach.switch import Switch
 from drysim.approach.viscous import Viscous
 from drysim.core.motion import Samples
@@ -85,8 +85,6 @@ def entry(
 
         return run
 
-    own = getattr(approach, "pieces", None)
-    points = count * (own(work.plant, law, work.step / count) if own else 1)
-    exact = hasattr(approach, "track")
-    step = None if exact else work.step / points
+    points = count * approach.pieces(work.plant, law, work.step / count)
+    step = None if isinstance(approach, Exact) else work.step / points
     return Entry(approach.approach, words, ready, step, points, True, lacks)

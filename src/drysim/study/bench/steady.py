@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from drysim import wording
+from drysim.approach import EXACT
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
 from drysim.errors import SolverError, UsageError
 from drysim.scenario.sweep.axis import size as cases_of_grid
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from drysim.scenario import Scenario
     from drysim.study.bench.entry import Entry
     from drysim.study.case import Case
-
-EXACT = "stick-slip"
 
 TASTE, TOO_LONG, HOPELESS = 4, 8.0, 60.0
 """Periods that tell how long a case would take [s], from where on that is too long [s], and
@@ -71,9 +70,7 @@ def bench(asked: Sequence[Case], terms: Terms, finished: Job = nothing) -> Bench
 
 def entries(work: Work, terms: Terms) -> list[Entry]:
     """Give what marches: the shelf at the step of the work, the peers, the reference last."""
-    own = [
-        one for one in shelf.entries(work) if one.points == 1 and one.approach != "stick-slip"
-    ]
+    own = [one for one in shelf.entries(work) if one.points == 1 and one.approach != EXACT]
     if unknown_to_peers(work.law):
         return own
     return [*own, *(peers.entries(work) if terms.peers else ()), reference()]

@@ -1,14 +1,15 @@
-"""A trial: what an approach made of a hard case, and the verdict on it."""
+"""A trial: what an approach made of a hard case, and the verdict on it.
+
+The exact approach is held to the checks of every case, the others to the exact one.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from drysim.approach import EXACT
 from drysim.wording import number
-
-EXACT = "stick-slip"
-"""The approach that the others are held to, and which is held to the checks of every case."""
 
 HELD, WRONG, FAILED = "held", "wrong", "failed"
 

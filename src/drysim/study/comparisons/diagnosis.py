@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 
 from drysim.approach.numerics import FIXED_STEP
+from drysim.approach.stick_slip import Exact
 from drysim.study.comparisons.agreement import range_of_agreement
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.sweeps.cases import Motions, attempted, case_at, response_of
@@ -92,7 +93,7 @@ def doubtful(comparison: Comparison) -> str:
     yardstick, scenario = comparison.yardstick, comparison.table.scenario
     if losses := scenario.losses(yardstick):
         return f"; {'; '.join(losses)}"
-    if not hasattr(scenario.compared_by(yardstick).solver.member(), "track"):
+    if not isinstance(scenario.compared_by(yardstick).solver.member(), Exact):
         return f"; {yardstick} marches by fixed steps, so that it may be off itself"
     return ""
 

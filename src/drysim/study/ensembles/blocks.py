@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from drysim.approach import EXACT
 from drysim.averages import energies, means
 from drysim.core.compiled import COMPILED, engine
 from drysim.core.motion import Samples
@@ -58,7 +59,7 @@ def fits(case: Case) -> bool:
 
     return (
         engine() == COMPILED
-        and case.approach.approach == "stick-slip"
+        and case.approach.approach == EXACT
         and case.period is None
         and case.scenario.measure.weights is None
         and isinstance(case.motion, Samples)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
+from drysim.approach.stick_slip import Exact
 from drysim.core import compiled
 from drysim.study.case import Case
 from drysim.study.spectral import run_only
@@ -92,6 +93,6 @@ def how(case: Case) -> dict[str, object]:
     """Give how the cases are solved, as far as they share it."""
     from drysim.approach.scene import core_of
 
-    exact = hasattr(case.approach, "track")
+    exact = isinstance(case.approach, Exact)
     core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
     return {"core": core, "why": why, "engine": compiled.engine(), "step": case.step}

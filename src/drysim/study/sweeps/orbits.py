@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.approach.stick_slip import Exact
 from drysim.averages import energies, means
 from drysim.core.motion import Sines
 from drysim.core.plant import Plant
@@ -35,7 +36,7 @@ def together(scenario: Scenario) -> bool:
         measure.steady
         and measure.weights is None
         and scenario.stops is None
-        and hasattr(scenario.solver.member(), "orbit")
+        and isinstance(scenario.solver.member(), Exact)
         and isinstance(scenario.excitation, Harmonic | SineSum)
         and (friction is None or (isinstance(friction, Coulomb) and not _lifts(scenario)))
     )

@@ -101,9 +101,7 @@ def leftover(case: Case, store: Store) -> Table:
 
 def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
     """Settle the engine for so many cases like this one, by the law that costs the most."""
-    prices = [
-        price(scenario.solver.member().approach, scenario.law()) for scenario in scenarios
-    ]
+    prices = [price(scenario.solver.member(), scenario.law()) for scenario in scenarios]
     dearest = max(prices, key=lambda one: one.of(case.motion))
     steps = max(case.steps, STEPS_A_CASE) * dearest.of(case.motion)
     compiled.settle(steps * most(case.scenario) * count(scenarios), dearest.kernels)
