@@ -41,7 +41,7 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "law": lambda: law,
         "stops": None,
         "stroke": None if limit is None else SimpleNamespace(limit=limit),
-        "excitation": SimpleNamespace(kind=kind),
+        "excitation": SimpleNamespace(kind=kind, periodic=False, frequencies=()),
         "friction": SimpleNamespace(static_given=False),
         "static_given": False,
         "terms": (),

@@ -71,7 +71,7 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 def _periods(outcome: Outcome, multiple: int) -> int:
     """Give how many periods of the base a repetition takes; other forces may need several."""
-    base = common_period(getattr(outcome.scenario.excitation, "frequencies", ()))
+    base = common_period(outcome.scenario.excitation.frequencies)
     length = (len(outcome.response) - 1) * outcome.response.dt
     return round(length / base) if base else multiple
 

@@ -26,7 +26,6 @@ class Chirp(Ending):
     kind: Literal["sweep"]
     """A sine sweep."""
     also_called: ClassVar[tuple[str, ...]] = ("chirp", "sine sweep", "swept sine")
-    """Words that somebody may have for it."""
     first: Annotated[Frequency, Field(alias="from")]
     """Frequency at the beginning [Hz]."""
     last: Annotated[Frequency, Field(alias="to")]

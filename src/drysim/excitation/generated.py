@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Self
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from drysim.core.motion import Samples
+from drysim.excitation.member import Member
 from drysim.excitation.noise import numbers
 from drysim.quantity import Block, Misfit, Quantity, shown
 
@@ -28,7 +29,7 @@ MOST = 400
 what a single seed scatters."""
 
 
-class Generated(Block):
+class Generated(Member):
     """Base motion that is computed on the grid of solver.step, linear between its points."""
 
     @property
@@ -73,7 +74,6 @@ class Ending(Generated):
     """Length of the base motion [s], a whole number of steps."""
 
     own_end: ClassVar[bool] = True
-    """A run ends with its base motion unless the scenario says otherwise."""
 
     @property
     def spans(self) -> dict[str, float]:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from drysim.core.motion import Sines
+from drysim.excitation.member import Member
 from drysim.quantity import Angle, Block, Frequency, Quantity
 
 Level = Annotated[float, Quantity("m/s²", at_least=0)]
@@ -39,7 +40,7 @@ class Component(Block):
         return sqrt(2) * self.rms
 
 
-class Harmonic(Component):
+class Harmonic(Component, Member):
     """A shaker table that moves as one sine, given by its acceleration.
 
     Not to be confused with a sine of given displacement: a_u stays when the frequency changes.
@@ -49,9 +50,9 @@ class Harmonic(Component):
     """One sine."""
 
     also_called: ClassVar[tuple[str, ...]] = ("sin", "sine", "sinus", "sinusoid", "sinusoidal")
-    """Words that somebody may have for it, whose slip `sines` would be."""
+    """Those whose slip `sines` would be are among them."""
+    periodic: ClassVar[bool] = True
     steady_by_default: ClassVar[bool] = True
-    """A sine is measured over the periodic orbit unless the scenario says otherwise."""
 
     @property
     def frequencies(self) -> tuple[float, ...]:
@@ -63,7 +64,7 @@ class Harmonic(Component):
         return Sines((self.A,), (self.frequency,), (self.phase,))
 
 
-class SineSum(Block):
+class SineSum(Member):
     """A base that moves as a sum of sines, each given by its acceleration.
 
     Not to be confused with a sine sweep, whose frequency changes with time.
@@ -73,6 +74,8 @@ class SineSum(Block):
     """A sum of sines."""
     components: Annotated[tuple[Component, ...], Field(min_length=1)]
     """The sines: frequency, rms or amplitude, phase."""
+
+    periodic: ClassVar[bool] = True
 
     @property
     def frequencies(self) -> tuple[float, ...]:

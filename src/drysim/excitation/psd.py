@@ -37,7 +37,6 @@ class Psd(Drawn):
     kind: Literal["psd"]
     """Random base motion of a given PSD."""
     also_called: ClassVar[tuple[str, ...]] = ("random", "noise", "spectrum")
-    """Words that somebody may have for it."""
     points: Annotated[tuple[Point, ...], Field(json_schema_extra={"minItems": 2})]
     """Corners [frequency, PSD] of the one-sided PSD of ü, in Hz and (m/s²)²/Hz (or `g²/Hz`),
     frequencies ascending. Straight lines in log-log axes join them; zero outside."""

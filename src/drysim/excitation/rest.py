@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Literal
 
 from drysim.core.motion import Sines
-from drysim.quantity import Block
+from drysim.excitation.member import Member
 
 
-class Rest(Block):
+class Rest(Member):
     """A base that stands still: the free motion from `start`.
 
     Not to be confused with a mass at rest: it may be let go from anywhere, at any speed.

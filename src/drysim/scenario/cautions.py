@@ -45,7 +45,7 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     motion : Sines or Samples, optional
         Base motion, if it is at hand; no record is read and no signal is made for this.
     """
-    if motion is None and hasattr(scenario.excitation, "frequencies"):
+    if motion is None and scenario.excitation.periodic:
         motion = scenario.excitation.motion()
     found = [*odd_units(scenario, motion)]
     if isinstance(motion, Sines):

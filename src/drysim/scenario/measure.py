@@ -73,7 +73,7 @@ class Measure(Block):
 def steady_by_default(excitation: Excitation | None, friction: Friction | None) -> bool:
     """Tell whether a block without times means the steady state; a record never repeats."""
     recorded = getattr(friction, "normal_record", None) is not None
-    return getattr(excitation, "steady_by_default", False) and not recorded
+    return excitation is not None and excitation.steady_by_default and not recorded
 
 
 def in_periods(given: Mapping[str, Any]) -> bool:
@@ -147,5 +147,5 @@ def period(scenario: Scenario) -> float | None:
 
 def frequencies(excitation: Excitation | None, friction: Friction | None) -> tuple[float, ...]:
     """Give every frequency [Hz] of a scene whose base moves periodically."""
-    found: tuple[float, ...] = getattr(excitation, "frequencies", ())
+    found = excitation.frequencies if excitation else ()
     return (*found, *friction.frequencies) if found and friction else found

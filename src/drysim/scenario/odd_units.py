@@ -44,8 +44,7 @@ def odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Ca
     found: dict[tuple[str, ...], Caution] = {}
     for case in extremes(scenario) if scenario.sweep else (scenario,):
         if case is not scenario:  # of a sweep, whose cases move as they do
-            sines = hasattr(case.excitation, "frequencies")
-            motion = case.excitation.motion() if sines else None
+            motion = case.excitation.motion() if case.excitation.periodic else None
         waves = _sines(motion) if isinstance(motion, Sines) else ()
         for caution in (*_lengths(case), *_oscillator(case), *waves):
             found.setdefault((caution.slug, *caution.numbers), caution)

@@ -112,7 +112,7 @@ def _parts(scenario: Scenario) -> bool:
 
 def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
     """A record owns its step, everything else needs one."""
-    own = getattr(_KINDS[kind], "own_step", False)
+    own = _KINDS[kind].own_step
     if not own and "step" not in solver:
         yield ("solver", "step"), "solver.step is required: distance of the output grid [s]"
     if own and "step" in solver:
@@ -125,9 +125,9 @@ def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
 def _measure(measure: Mapping[str, Any], kind: str, recorded: bool) -> Iterator[Fault]:
     """Either one repetition of an orbit, or a window; under a recorded normal force that."""
     steady, times = measure.get("steady"), {"settle", "duration"} & measure.keys()
-    periodic = hasattr(_KINDS[kind], "frequencies")
+    periodic = _KINDS[kind].periodic
     if steady is True and not periodic:
-        others = [name for name, member in _KINDS.items() if hasattr(member, "frequencies")]
+        others = [name for name, member in _KINDS.items() if member.periodic]
         sentence = f"measure.steady needs {' or '.join(others)} excitation, not {kind}"
         yield ("measure", "steady"), sentence
     elif steady is True and recorded:
@@ -137,8 +137,8 @@ def _measure(measure: Mapping[str, Any], kind: str, recorded: bool) -> Iterator[
         for key in ("settle", "duration"):
             if key in times:
                 yield ("measure", key), f"measure.{key} has no use beside `steady: true`"
-    elif not getattr(_KINDS[kind], "own_end", False) and "duration" not in times:
-        by_default = getattr(_KINDS[kind], "steady_by_default", False) and not recorded
+    elif not _KINDS[kind].own_end and "duration" not in times:
+        by_default = _KINDS[kind].steady_by_default and not recorded
         if not by_default or times or steady is False:
             other = ", or `steady: true`" if periodic and not recorded else ""
             yield ("measure", "duration"), f"measure.duration is required for {kind}{other}"

@@ -26,7 +26,7 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
     excitation, step, measure = scenario.excitation, scenario.solver.step, scenario.measure
     end = None if measure.duration is None else measure.settle + measure.duration
     span, block = end, "measure"
-    if getattr(excitation, "own_end", False):
+    if excitation.own_end:
         span, block = getattr(excitation, "duration", None), "excitation"
     steps = span / step if step and span and isinstance(excitation, Generated) else 0
     if shortage := memory.shortage(round(steps)):

@@ -20,6 +20,10 @@ class Base(Protocol):
     def kind(self) -> str:
         """Kind on the shelf."""
 
+    @property
+    def periodic(self) -> bool:
+        """Whether it is made of sines."""
+
     def motion(self) -> Sines | Samples:
         """Give the base motion."""
 
@@ -42,7 +46,7 @@ def excitations(base: Base, swept: Collection[str]) -> str:
     """Give what the base motions of a sweep have in common, where a key of theirs is swept."""
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("excitation.")}
     words = base.kind + (f" {clean(base.named)}" if hasattr(base, "named") else "")
-    if not hasattr(base, "frequencies"):
+    if not base.periodic:
         return words
     motion = base.motion()
     assert isinstance(motion, Sines), "what has frequencies is made of sines"

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from drysim.core.motion import Samples
+from drysim.excitation.member import Member
 from drysim.excitation.record.recorded import Recorded as Recorded
 from drysim.excitation.record.spoken import SI
-from drysim.quantity import Block
 
 
-class Motion(Block):
+class Motion(Member):
     """What a record of base motion holds."""
 
     kind: Literal["record"]
@@ -28,9 +28,7 @@ class Record(Recorded, Motion):
     """
 
     own_step: ClassVar[bool] = True
-    """A record owns its step."""
     own_end: ClassVar[bool] = True
-    """A run ends with its record unless the scenario says otherwise."""
 
     @property
     def measured(self) -> str:

@@ -62,7 +62,7 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     if block == "solver" and rest and option != approach:
         return f"changes nothing: the approach is {approach}, which has no use for {option}"
     exact = isinstance(scenario.solver.member(), Exact)
-    if axis.key == "solver.step" and exact and hasattr(scenario.excitation, "frequencies"):
+    if axis.key == "solver.step" and exact and scenario.excitation.periodic:
         return f"changes nothing: {approach} under sines makes no error that depends on it"
     last = {other.key: other.values[-1] for other in scenario.sweep}
     together = next(group for group in walks(scenario.sweep) if axis in group)

@@ -15,9 +15,7 @@ from drysim.scenario.shape import block_in, keys_of, tag_of
 from drysim.scenario.sweep.numerals import Known, Numeral
 
 STEADY = {
-    tag[1]
-    for member in EXCITATIONS
-    if (tag := tag_of(member)) and getattr(member, "steady_by_default", False)
+    tag[1] for member in EXCITATIONS if (tag := tag_of(member)) and member.steady_by_default
 }
 """Kinds of excitation that are measured over the periodic orbit when nothing else is said."""
 
