@@ -79,9 +79,10 @@ def judgement(check, rows):
     points, metrics = zip(*rows, strict=True)
     keys = {one.key for one in check.conditions}
     here = {key: column([point.get(key) for point in points]) for key in keys}
-    at = check.worst(here, column([one.get(check.metric) for one in metrics]))
+    judged = check.reach(here, len(points))
+    at = check.worst(judged, column([one.get(check.metric) for one in metrics]))
     if at is None:
-        return check.undecided()
+        return check.missed(bool(judged.any()))
     return check.verdict(metrics[at].get(check.metric), points[at])
 
 

@@ -94,12 +94,41 @@ def test_run_says_that_it_replaces_a_sweep(drysim, seat):
 
 def test_quiet_says_what_makes_the_exit_code(drysim, seat):
     failing = ("run", seat, "-q", "--no-plots", "--set", "checks=[T_a < 0.1, T_a > 0]")
-    assert drysim(*failing) == (1, "", "check failed: T_a < 0.1\n")
+    code, out, err = drysim(*failing)
+    T_a = json.loads((seat.parent / "out/seat/drysim.json").read_text())["metrics"]["T_a"]
+    assert (code, out, err) == (1, "", f"check failed: T_a < 0.1, with {T_a:.6g}\n")
+    unknown = ("run", seat, "-q", "--no-plots", "--set", "checks=[SEAT < 1]")
+    assert drysim(*unknown) == (1, "", "check failed: SEAT < 1; SEAT is not known here\n")
     code, out, err = drysim(
         "run", seat, "-q", "--no-plots", "--strict", "--set", "stroke.limit=1 mm"
     )
     assert (code, out) == (1, "")
     assert "the stroke limit of 1 mm is met" in err
+
+
+def test_check_about_another_case_is_not_judged_and_fails_under_strict_alone(drysim, seat):
+    words = (
+        "run",
+        seat,
+        "--no-plots",
+        "--set",
+        "checks=[T_a < 0.1 at friction.kinetic >= 500]",
+    )
+    code, out, err = drysim(*words)
+    sentence = "T_a < 0.1 at friction.kinetic >= 500; this case lies elsewhere"
+    assert (code, err) == (0, "")
+    assert f"  · unjudged  {sentence}\n" in out
+    told = json.loads(drysim(*words, "--json").out)["checks"]
+    assert told == [
+        {
+            "check": "T_a < 0.1 at friction.kinetic >= 500",
+            "passed": None,
+            "value": None,
+            "reason": "this case lies elsewhere",
+        }
+    ]
+    assert sentence in drysim("summarise", seat.parent / "out/seat").out
+    assert drysim(*words, "--strict", "-q") == (1, "", f"check not judged: {sentence}\n")
 
 
 def test_failed_check_ends_with_1_and_results_are_written(drysim, seat):

@@ -148,7 +148,7 @@ def test_checks_judge_the_mean_and_say_so(noisy):
     assert (passed.passed, failed.passed, found.exit_code()) == (True, False, 1)
     assert passed.value == found.statistics["T_a"].mean
     assert passed.half_width == found.statistics["T_a"].half_width
-    assert "(mean of 10 seeds)" in passed.sentence
+    assert ", mean of 10 seeds" in passed.sentence
     assert not any(one.slug == "check-undecided" for one in found.warnings)
 
 

@@ -162,10 +162,19 @@ def test_summary_is_retold_without_computing(drysim, huge):
     assert drysim("sweep", huge, *words, "--no-plots", "-o", "a").code == 1
     done = drysim("summarise", "a")
     assert done.code == 0
-    assert "fails" in done.out
-    assert "T_a < 1" in done.out
+    (fails,) = [line for line in done.out.splitlines() if "✗ fails" in line]
+    assert "T_a < 1, with" in fails
+    assert fails.endswith("Hz")
     told = json.loads(drysim("summarise", "a", "--json").out)
     assert told["metrics"]["T_a"]["quantiles"].keys() == {"0.05", "0.25", "0.5", "0.75", "0.95"}
+
+
+def test_check_is_retold_in_its_own_unit(drysim, seat):
+    words = ("--no-plots", "--set", "checks=[x_r_peak < 60 mm at excitation.frequency > 1 Hz]")
+    shown = drysim("run", seat, *words, "-o", "a").out
+    (held,) = [line for line in shown.splitlines() if "✓ holds" in line]
+    assert held.endswith(" mm")
+    assert held in drysim("summarise", "a").out.splitlines()
 
 
 def test_folder_without_a_result_cannot_be_summarised(drysim, tmp_path):

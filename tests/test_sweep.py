@@ -134,6 +134,7 @@ def test_motion_that_does_not_settle_is_a_status_and_not_a_number(grid: Path) ->
     assert row.metrics["T_a"] is None
     assert any(caution.slug == "not-settled" for caution in table.warnings)
     assert not table.checks[0].passed
+    assert table.checks[0].reason == "no case has metrics"
 
 
 def test_scenario_without_a_sweep_says_so(grid: Path) -> None:

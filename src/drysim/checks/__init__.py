@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -64,7 +65,14 @@ class Check:
         ValueError
             With a sentence, when it means none.
         """
-        promise, *where = AT.split(text, maxsplit=1)
+        where = AT.split(text, maxsplit=1)[1:]
+        promise = cls.promise(text)
+        return replace(promise, conditions=conditions(where[0], units)) if where else promise
+
+    @classmethod
+    def promise(cls, text: str) -> Check:
+        """Give a check without its conditions; errors as in `parse`."""
+        promise = AT.split(text, maxsplit=1)[0]
         form = _FORM.fullmatch(promise)
         if form is None:
             raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(text)}")
@@ -74,7 +82,7 @@ class Check:
             raise ValueError(f"unknown metric {shown(metric)}{hint}")
         refuse_unknown(op)
         bound, unit = limit(form["limit"], UNITS[metric]), unit_behind(form["limit"])
-        return cls(text, metric, op, bound, conditions(where[0], units) if where else (), unit)
+        return cls(text, metric, op, bound, unit=unit)
 
     def based_on(self, here: Mapping[str, float | None]) -> Check:
         """Give the check of a scenario in which some keys have these values."""
@@ -84,41 +92,57 @@ class Check:
     def judge(self, metrics: Metrics) -> Verdict:
         """Give the verdict on one case; a metric that is not known fails the check.
 
-        A check that does not apply to the case, by its `at`, is passed over: it has not failed.
+        A check that does not apply to the case, by its `at`, is not judged.
         """
         if not self.applies({}):
-            return Verdict(self, True, None, applies=False)
+            return Verdict(self, None, None, reason="this case lies elsewhere")
         return self.verdict(metrics.get(self.metric), None)
 
-    def worst(self, points: Mapping[str, Column], values: Column) -> int | None:
-        """Give the place of the case that decides; None where the check applies to none.
+    def reach(self, points: Mapping[str, Column], count: int) -> Column:
+        """Give which of so many cases the check applies to, as truth values of shape (count,).
 
         Parameters
         ----------
         points : mapping
-            Column of every key that the cases have of their own, shape (n,).
+            Column of every key that the cases have of their own, shape (count,).
+        count : int
+        """
+        applies = np.ones(count, dtype=bool)
+        for one in self.conditions:
+            here = np.nan if one.here is None else one.here
+            column = points.get(one.key, np.full(count, here))
+            column = np.where(np.isnan(column), here, column)
+            applies &= COMPARISONS[one.op](column, one.limit)
+        return applies
+
+    def worst(self, judged: Column, values: Column) -> int | None:
+        """Give the place of the case that decides; None where none is judged.
+
+        Parameters
+        ----------
+        judged : ndarray of bool, shape (n,)
+            Cases that the check is about, and that have metrics.
         values : ndarray, shape (n,)
             Of the metric; NaN where it is not known.
         """
-        applies = np.ones(len(values), dtype=bool)
-        for one in self.conditions:
-            here = np.nan if one.here is None else one.here
-            column = points.get(one.key, np.full(len(values), here))
-            column = np.where(np.isnan(column), here, column)
-            applies &= COMPARISONS[one.op](column, one.limit)
-        if not applies.any():
+        if not judged.any():
             return None
         bad = np.where(np.isnan(values), np.inf, self.off(values))
-        return int(np.argmax(np.where(applies, bad, -np.inf)))
+        return int(np.argmax(np.where(judged, bad, -np.inf)))
 
     def off(self, value: Any) -> Any:
         """Give how far a value, or a column, is from what was promised; below 0 it holds."""
         away = value - self.limit
         return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
 
-    def undecided(self) -> Verdict:
-        """Give the verdict of a check that applies to no case: it fails."""
-        return Verdict(self, False, None, applies=False)
+    def missed(self, reached: bool) -> Verdict:
+        """Give the verdict on many cases none of which could be judged: the check fails.
+
+        `reached` tells whether it applies to any of them, which then have no metrics.
+        """
+        there = " there" if self.conditions else ""
+        reason = f"no case{there} has metrics" if reached else "no case lies there"
+        return Verdict(self, False, None, reason=reason)
 
     def applies(self, point: Point) -> bool:
         """Whether a check is about the case at a point."""
@@ -126,8 +150,10 @@ class Check:
 
     def verdict(self, value: float | None, where: Point | None) -> Verdict:
         """Give the verdict on a case that the check applies to, by its metric."""
-        holds = value is not None and COMPARISONS[self.op](value, self.limit)
-        return Verdict(self, bool(holds), value, where)
+        if value is None or math.isnan(value):
+            here = "" if where else " here"
+            return Verdict(self, False, None, where, f"{self.metric} is not known{here}")
+        return Verdict(self, bool(COMPARISONS[self.op](value, self.limit)), value, where)
 
     def __str__(self) -> str:
         """Give the text of the scenario."""

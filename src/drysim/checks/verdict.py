@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING
 
 from drysim.checks.condition import Point
 from drysim.metrics import UNITS
-from drysim.wording import number
+from drysim.quantity import factor
+from drysim.wording import around, number, pretty
 
 if TYPE_CHECKING:
     from drysim.checks import Check
+
+FINE, FINEST = 6, 17
+"""Digits of a value beside the bound of its check; and all that it takes to tell them apart."""
 
 
 @dataclass(frozen=True)
@@ -19,13 +23,14 @@ class Verdict:
     """A check with what the metric turned out to be."""
 
     check: Check
-    passed: bool
+    passed: bool | None
+    """None where the check was not judged."""
     value: float | None
-    """In the unit of the metric; None when it is not known in this scene."""
+    """In the unit of the metric; None where there is none, for a reason."""
     where: Point | None = None
     """Of many cases the one that decided, by its swept keys; None for a single case."""
-    applies: bool = True
-    """Whether the check is about this case, or about any case of the sweep."""
+    reason: str = ""
+    """Why there is no value; empty where there is one."""
     half_width: float | None = None
     """Half of the 95 % confidence interval, where the value is a mean over several seeds."""
     seeds: int = 1
@@ -39,25 +44,25 @@ class Verdict:
         return abs(self.value - self.check.limit) < self.half_width
 
     @property
-    def unit(self) -> str:
-        """Unit of the metric."""
-        return UNITS[self.check.metric]
-
-    @property
     def sentence(self) -> str:
         """What was asked, and what came out."""
-        if not self.applies and self.passed:
-            return f"{self.check}: passed over, this case lies elsewhere"
-        if not self.applies:
-            return f"{self.check}: no case lies there, so the check fails"
+        outcome = {True: "holds", False: "fails", None: "not judged"}[self.passed]
+        parted = ";" if self.reason else ""
+        return f"{self.check}: {outcome}{parted} {self.found}{self.place}"
+
+    @property
+    def found(self) -> str:
+        """What the metric turned out to be, in the unit that the check has; or the reason."""
         if self.value is None:
-            where = self.place or " here"
-            return f"{self.check}: {self.check.metric} is not known{where}, so the check fails"
-        unit = "" if self.unit == "-" else f" {self.unit}"
-        outcome = "holds" if self.passed else "fails"
-        width = "" if self.half_width is None else f" ± {self.half_width:.3g}"
-        mean = f" (mean of {self.seeds} seeds)" if self.seeds > 1 else ""
-        return f"{self.check}: {outcome} with {self.value:.6g}{width}{unit}{mean}{self.place}"
+            return self.reason
+        check, unit = self.check, UNITS[self.check.metric]
+        scale = factor(check.unit, unit) if check.unit else 1.0
+        value, limit, unit = self.value / scale, check.limit / scale, pretty(check.unit or unit)
+        if self.half_width:
+            words = around(value, self.half_width / scale, unit)
+        else:
+            words = number(value, unit, _digits(value, limit))
+        return f"with {words}{f', mean of {self.seeds} seeds' if self.seeds > 1 else ''}"
 
     @property
     def place(self) -> str:
@@ -65,6 +70,19 @@ class Verdict:
         point = self.where or {}
         values = [f"{key} = {number(value, digits=6)}" for key, value in point.items()]
         return f" at {', '.join(values)}" if values else ""
+
+
+def _digits(value: float, limit: float) -> int:
+    """Give how many digits of a value tell it from a limit that it does not equal."""
+    digits = FINE
+    while value != limit and digits < FINEST and _alike(value, limit, digits):
+        digits += 1
+    return digits
+
+
+def _alike(value: float, limit: float, digits: int) -> bool:
+    """Tell whether two numbers read the same."""
+    return number(value, digits=digits) == number(limit, digits=digits)
 
 
 def badness(verdict: Verdict) -> float:

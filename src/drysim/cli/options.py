@@ -61,7 +61,9 @@ Approach = Annotated[
     ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything, compute nothing.")]
-Strict = Annotated[bool, typer.Option("--strict", help="Warnings count as failed checks.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Warnings, and checks not judged, count as failed.")
+]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object in place of the summary.")]
 Workers = Annotated[

@@ -60,11 +60,15 @@ class Voice(NamedTuple):
         """Say on stderr what makes the exit code, where nothing else is said."""
         from drysim import console
 
-        failed = [check["check"] for check in told.get("checks", ()) if not check["passed"]]
-        for check in failed:
-            console.remark(f"check failed: {check}")
-        if not failed:
-            console.show_warnings(warnings)
+        checks = list(console.told_checks(told))
+        failed = [words for passed, words in checks if passed is False]
+        for words in failed:
+            console.remark(f"check failed: {words}")
+        if failed:
+            return
+        for words in (words for passed, words in checks if passed is None):
+            console.remark(f"check not judged: {words}")
+        console.show_warnings(warnings)
 
     def plan(
         self, fields: Mapping[str, Any], sentences: Sequence[str], cautions: Sequence[Caution]

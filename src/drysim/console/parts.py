@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from drysim import wording
 from drysim.console.paper import folded, line, paragraph, stderr
 from drysim.errors import Caution
-from drysim.quantity import factor
-from drysim.wording import number
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -19,9 +17,6 @@ if TYPE_CHECKING:
 
 HEAD = 14
 """Columns of the names on the left."""
-
-FINE = 6
-"""Digits of a value that stands beside the bound of its check."""
 
 
 class Row(NamedTuple):
@@ -52,8 +47,10 @@ def headed(paper: Paper, head: str, sentence: str, style: str = "dim") -> None:
     paragraph(paper, f"  {head}".ljust(HEAD), sentence, style)
 
 
-def judged(passed: bool) -> tuple[str, str]:
+def judged(passed: bool | None) -> tuple[str, str]:
     """Give the mark of a check and its style."""
+    if passed is None:
+        return "· unjudged", "dim"
     return ("✓ holds", "green") if passed else ("✗ fails", "bold red")
 
 
@@ -83,32 +80,17 @@ def show_verdicts(paper: Paper, verdicts: Sequence[Verdict], axes: Sequence[Axis
     """Show what became of the checks, over many cases with the one that decided."""
     if verdicts:
         line(paper)
+    units = {axis.key: axis.unit for axis in axes}
     for verdict in verdicts:
         mark, style = judged(verdict.passed)
-        if verdict.passed and not verdict.applies:
-            mark, style = "· passed", "dim"
-        headed(paper, mark, _words(verdict, axes), style)
+        headed(paper, mark, finding(verdict, units), style)
 
 
-def _words(verdict: Verdict, axes: Sequence[Axis]) -> str:
-    """Give a check and what its metric turned out to be, in the unit that the check has."""
-    check, value, unit = verdict.check, verdict.value, wording.pretty(verdict.unit)
-    where = wording.place(verdict.where or {}, axes)
-    place = f" at {where}" if where else ""
-    if not verdict.applies:
-        none = "this case lies elsewhere" if verdict.passed else "no case lies there"
-        return f"{check}; {none}"
-    if value is None:
-        return f"{check}; {check.metric} is not known {place.lstrip() or 'here'}"
-    scale = 1.0
-    if check.unit:
-        scale = 1.0 / factor(check.unit, verdict.unit)
-        unit = wording.pretty(check.unit)
-    mean = f", mean of {verdict.seeds} seeds" if verdict.seeds > 1 else ""
-    if verdict.half_width:
-        found = wording.around(value * scale, verdict.half_width * scale, unit)
-        return f"{check}, with {found}{mean}{place}"
-    return f"{check}, with {number(value * scale, unit, FINE)}{mean}{place}"
+def finding(verdict: Verdict, units: Mapping[str, str]) -> str:
+    """Give a check with what came out and where, by the unit of every swept key."""
+    where = wording.located(verdict.where or {}, units)
+    parted, place = ";" if verdict.reason else ",", f" at {where}" if where else ""
+    return f"{verdict.check}{parted} {verdict.found}{place}"
 
 
 def show_folder(paper: Paper, folder: Path | None) -> None:

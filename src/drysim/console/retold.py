@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from drysim import wording
+from drysim.checks import Check, Verdict
 from drysim.console.columns import show_columns
 from drysim.console.paper import line, stdout
-from drysim.console.parts import headed, judged, show_scene
+from drysim.console.parts import finding, headed, judged, show_scene
 from drysim.metrics import UNITS
 from drysim.wording import number
 
@@ -46,9 +47,9 @@ def show_result(told: Fields) -> None:
         show_columns(paper, _columns(metrics), ("metric", "unit"), SPARED)
     if told["checks"]:
         line(paper)
-    for check in told["checks"]:
-        mark, style = judged(check["passed"])
-        headed(paper, mark, _found(check), style)
+    for passed, words in told_checks(told):
+        mark, style = judged(passed)
+        headed(paper, mark, words, style)
 
 
 def _scene(told: Fields) -> Iterator[tuple[str, str]]:
@@ -109,10 +110,15 @@ def _row(name: str, found: Any) -> tuple[str, ...] | None:
     return name, wording.pretty(UNITS[name]), *cells
 
 
-def _found(check: Fields) -> str:
-    """Give a check with its value, and where that was met."""
-    where = check.get("where") or {}
-    place = ", ".join(f"{key} = {number(value)}" for key, value in where.items())
-    value = check["value"]
-    found = "not known" if value is None else f"with {number(value, digits=6)}"
-    return f"{check['check']}, {found}{f' at {place}' if place else ''}"
+def told_checks(told: Fields) -> Iterator[tuple[bool | None, str]]:
+    """Give what became of every check, and in words what came out and where."""
+    units = {axis["key"]: axis["unit"] for axis in told.get("numerics", {}).get("swept", ())}
+    for check in told.get("checks", ()):
+        yield check["passed"], finding(_verdict(check), units)
+
+
+def _verdict(check: Fields) -> Verdict:
+    """Give the verdict that a file tells."""
+    known = {key: check[key] for key in ("half_width", "seeds", "reason") if key in check}
+    promise = Check.promise(check["check"])
+    return Verdict(promise, check["passed"], check["value"], check.get("where"), **known)

@@ -167,8 +167,14 @@ def excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
 
 
 def _check(verdict: Verdict) -> Fields:
-    """Give a verdict; over many cases also where it was decided, of a mean how sure it is."""
+    """Give a verdict; over many cases also where it was decided, of a mean how sure it is.
+
+    One that was not judged has neither passed nor failed. Where there is no value the reason is
+    told.
+    """
     fields = {"check": str(verdict.check), "passed": verdict.passed, "value": verdict.value}
+    if verdict.reason:
+        fields["reason"] = verdict.reason
     if verdict.seeds > 1:
         fields |= {"half_width": verdict.half_width, "seeds": verdict.seeds}
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}

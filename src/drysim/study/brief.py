@@ -33,9 +33,11 @@ def spans(ends: Mapping[str, tuple[float, float]]) -> str:
 
 
 def judged(checks: Sequence[Verdict], warnings: Sequence[Caution]) -> str:
-    """Give how many checks hold and how many warnings there are; empty for none of either."""
-    held = sum(verdict.passed for verdict in checks)
+    """Give how many checks hold, are not judged, and how many warnings there are, if any."""
+    held = sum(verdict.passed is True for verdict in checks)
+    left = sum(verdict.passed is None for verdict in checks)
     told = [f"{held} of {several(len(checks), 'check')} held"] * bool(checks)
+    told += [f"{left} not judged"] * bool(left)
     told += [several(len(warnings), "warning")] * bool(warnings)
     return listed(told) if told else ""
 

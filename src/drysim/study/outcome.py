@@ -63,8 +63,12 @@ class Outcome:
 def exit_code(
     checks: Sequence[Verdict], warnings: Sequence[Caution], strict: bool, lost: bool = False
 ) -> int:
-    """Give 3 when a case was lost, 1 when a check failed, else 0; `strict` counts warnings."""
+    """Give 3 when a case was lost, 1 when a check failed, else 0.
+
+    `strict` counts a warning as a failed check, and a check that was not judged.
+    """
     if lost:
         return EXIT_NUMERICS_FAILED
-    failed = not all(verdict.passed for verdict in checks)
+    wanted = (True,) if strict else (True, None)
+    failed = not all(verdict.passed in wanted for verdict in checks)
     return EXIT_CHECK_FAILED if failed or (strict and warnings) else EXIT_OK

@@ -3,6 +3,7 @@
 from drysim.wording.base_motion import clean_up as clean_up
 from drysim.wording.base_motion import excitation as excitation
 from drysim.wording.base_motion import excitations as excitations
+from drysim.wording.cases import located as located
 from drysim.wording.cases import place as place
 from drysim.wording.cases import places as places
 from drysim.wording.cases import short as short

@@ -50,9 +50,13 @@ def swept(axis: Swept) -> str:
 
 def place(point: Mapping[str, float], axes: Sequence[Swept]) -> str:
     """Give where a case is, e.g. `frequency 1.6 Hz, rms 0.5 m/s²`."""
-    units = {axis.key: pretty(axis.unit) for axis in axes}
+    return located(point, {axis.key: axis.unit for axis in axes})
+
+
+def located(point: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """Give where a case is by the unit of every swept key."""
     return ", ".join(
-        f"{short(key, units)} {number(value, units.get(key, ''))}"
+        f"{short(key, units)} {number(value, pretty(units.get(key, '')))}"
         for key, value in point.items()
     )
 

@@ -132,7 +132,7 @@ def _limits(left: Axes, right: Axes, made: Ensemble, values: Floats, quantity: S
     for verdict in made.checks:
         check = verdict.check
         limit = check.limit * quantity.scale
-        if check.metric == quantity.metric and verdict.applies:
+        if check.metric == quantity.metric and verdict.passed is not None:
             if min(abs(values - limit)) > FAR * scatter:
                 continue
             label = f"limit of a check: {wording.clean(check.text)}"

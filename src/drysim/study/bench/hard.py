@@ -94,5 +94,5 @@ def solved(scenario: Scenario, name: str) -> Solved:
         own = scenario.at(point).with_approach(name)
         outcome = solve(assemble(own, motions.of(own)))
         found.append(outcome.metrics)
-        checks += [verdict for verdict in outcome.checks if verdict.applies]
-    return Solved(found, len(checks), sum(verdict.passed for verdict in checks))
+        checks += [verdict for verdict in outcome.checks if verdict.passed is not None]
+    return Solved(found, len(checks), sum(verdict.passed is True for verdict in checks))

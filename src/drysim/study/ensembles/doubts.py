@@ -34,7 +34,9 @@ def of_statistic(verdict: Verdict, found: Statistic | None) -> Verdict:
 
 def about_mean(verdict: Verdict, half_width: float | None, seeds: int) -> Verdict:
     """Give a verdict with what is known of the mean that it is about, if it applies."""
-    return replace(verdict, half_width=half_width, seeds=seeds) if verdict.applies else verdict
+    if verdict.passed is None:
+        return verdict
+    return replace(verdict, half_width=half_width, seeds=seeds)
 
 
 def remarks(

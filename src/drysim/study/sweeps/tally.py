@@ -73,6 +73,7 @@ class Tally:
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
     _beyond: float = -np.inf
     _decided: dict[int, Verdict] = field(default_factory=dict)
+    _reached: set[int] = field(default_factory=set)
 
     @classmethod
     def of(
@@ -108,13 +109,14 @@ class Tally:
             self.seeds = self.seeds or Seeds()
             self.seeds.add(batch, self.checks)
         for i, check in enumerate(self.checks):
-            self._judge(i, check, batch, np.flatnonzero(good), row)
+            self._judge(i, check, batch, good, row)
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
         """One for every check, in order."""
         return tuple(
-            self._decided.get(i) or check.undecided() for i, check in enumerate(self.checks)
+            self._decided.get(i) or check.missed(i in self._reached)
+            for i, check in enumerate(self.checks)
         )
 
     @property
@@ -163,12 +165,14 @@ class Tally:
                 self.worst = row(int(met[np.argmax(beyond)]))
 
     def _judge(
-        self, i: int, check: Check, batch: Batch, good: NDArray[np.intp], row: RowAt
+        self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt
     ) -> None:
-        points = {key: column[good] for key, column in batch.points.items()}
-        at = check.worst(points, batch.metrics[check.metric][good])
+        reach = check.reach(batch.points, len(batch))
+        at = check.worst(reach & good, batch.metrics[check.metric])
+        if reach.any():
+            self._reached.add(i)
         if at is not None:
-            case = row(int(good[at]))
+            case = row(at)
             verdict = check.verdict(case.metrics.get(check.metric), case.point)
             if case.over:
                 verdict = about_mean(verdict, case.half_widths.get(check.metric), case.seeds)
