@@ -17,6 +17,7 @@ from drysim.report.plots.stroke import draw as draw_stroke
 from drysim.report.plots.transmissibility import draw
 from drysim.scenario import Axis, load
 from drysim.study.bench.scores import Bench, Panel, Score
+from drysim.study.comparisons.compare import compare
 from drysim.study.sweeps.sweep import sweep as solved
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
 from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, spoil, sweep
@@ -322,6 +323,31 @@ def test_stretch_without_a_stop_holds_the_greatest_deviation():
     gap = moment.difference(yardstick, other, 0.2)
     begin, end = moment.telling(yardstick, [other], 0.2)
     assert begin <= 0.2 + gap.argmax() * yardstick.dt <= end
+
+
+def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
+    # The varying normal force makes the orbit of stick-slip last two periods; signum has no
+    # use for it.
+    (tmp_path / "s.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        "friction: {law: coulomb, kinetic: 45, normal_variation: {amplitude: 0.5, frequency: 3}}\n"
+        "excitation: {kind: harmonic, frequency: 2, rms: 1}\n"
+        "solver: {step: 2.5e-3}\nmeasure: {steady: true}\n"
+    )
+    made = compare(load(tmp_path / "s.yaml"), "signum coulomb vs stick-slip")
+    short = made.responses["signum"]
+    assert (moment.repetition(short), moment.repetition(made.responses["coulomb"])) == (0.5, 1)
+    motion, loops, *_ = draw_comparison(made).axes
+    assert motion.get_xlim()[0] > 0.5
+    thin = {line.get_linestyle(): line for line in motion.lines if line.get_linewidth() < 3}[
+        "-"
+    ]
+    t, x_dd = np.array(thin.get_data())
+    assert t[0] <= motion.get_xlim()[0] < motion.get_xlim()[1] <= t[-1]
+    assert x_dd == pytest.approx(np.interp(t - 0.5, short.t, short.x_dd))
+    for line in loops.lines:  # closed, a point or two beyond
+        x_r = line.get_xdata()
+        assert np.abs(x_r[-3:] - x_r[0]).min() == pytest.approx(0, abs=1e-6)
 
 
 def test_numbers_of_bars_stand_within_their_panel():

@@ -11,6 +11,7 @@ import numpy as np
 from drysim import wording
 from drysim.approach.numerics import FIXED_STEP
 from drysim.report.plots import against, canvas, curves, heading, ink, layout, moment, panels
+from drysim.report.plots.curves import Curve
 from drysim.report.plots.labels import spoken
 from drysim.report.plots.views import compared
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from drysim.approach.response import Response
-    from drysim.report.plots.curves import Curve
     from drysim.report.plots.ink import Style
     from drysim.study.comparisons.comparison import Comparison
 
@@ -139,11 +139,20 @@ def _begin(made: Comparison) -> float:
 
 
 def _stretch(response: Response, first: float, last: float) -> Curve:
-    """Give a stretch [s]; jumps of an exact response stand upright."""
-    begin = max(int(first / response.dt) - 1, 0)
-    part = slice(begin, min(int(last / response.dt) + 2, len(response)))
-    fixed = response.numerics.core == FIXED_STEP
-    return curves.grid(response, part) if fixed else curves.curve(response, part)
+    """Give a stretch [s]; jumps of an exact response stand upright.
+
+    Orbits of several approaches may repeat after different times, so each is drawn as often as
+    the stretch asks for.
+    """
+    fixed, length = response.numerics.core == FIXED_STEP, moment.repetition(response)
+    pieces = []
+    for turn in range(int(first // length), int(last // length) + 1):
+        passed = turn * length if turn else 0.0
+        begin = max(int((first - passed) / response.dt) - 1, 0)
+        part = slice(begin, min(int((last - passed) / response.dt) + 2, len(response)))
+        piece = curves.grid(response, part) if fixed else curves.curve(response, part)
+        pieces.append(piece._replace(t=piece.t + passed))
+    return Curve(*map(np.concatenate, zip(*pieces, strict=True)))
 
 
 def _roughness(response: Response, first: float, last: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,6 +64,8 @@ def telling(response: Response, others: Iterable[Response], begin: float) -> Str
 
 def cycle(response: Response, first: float, last: float) -> Stretch:
     """Give begin and end [s] of a whole cycle around a stretch, on which loops can close."""
+    if (length := repetition(response)) < inf:
+        return 0.0, length
     end = (len(response) - 1) * response.dt
     least = _period(response)
     if last - first >= least:
@@ -97,5 +99,14 @@ def difference(response: Response, other: Response, begin: float) -> Floats:
     first = round(begin / response.dt)
     t = np.arange(first, len(response)) * response.dt
     own = response.acceleration(slice(first, None))
-    gap: Floats = np.abs(np.interp(t, other.t, other.x_dd) - own)
+    beside = np.interp(np.mod(t, repetition(other)), other.t, other.x_dd)
+    gap: Floats = np.abs(beside - own)
     return gap
+
+
+def repetition(response: Response) -> float:
+    """Give after how long a response repeats [s]: one of a steady orbit goes on and on."""
+    if response.numerics.period_multiple is None:
+        return inf
+    assert response.track is not None, "an orbit is measured by its track"
+    return response.track.end
