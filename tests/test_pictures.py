@@ -172,6 +172,18 @@ def test_third_axis_gets_panels_of_its_own_on_one_scale():
     assert sum(bool(panel.get_xlabel()) for panel in figure.axes) == 2
 
 
+def test_every_curve_lies_within_its_panel_where_a_lower_row_reaches_higher():
+    force, rms = [45, 2], [0.5, 0.6, 0.7]
+    table = sweep(*axes(frequency=[1, 1.6, 2], force=force, rms=rms), reference=None)
+    for figure in (draw(table), draw_stroke(table)):
+        for panel in figure.axes:
+            top = panel.get_ylim()[1]
+            assert all(np.max(line.get_ydata()) <= top for line in panel.lines)
+    steep = sweep(*axes(frequency=[1, 10, 400], force=[45, 0], rms=[1, 2, 3]), reference=None)
+    columns = [panel.get_yscale() for panel in draw(steep).axes]
+    assert columns == ["linear", "linear", "log", "log"]
+
+
 def test_heading_fills_its_lines_and_never_leaves_the_picture():
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -330,7 +342,8 @@ def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
     # use for it.
     (tmp_path / "s.yaml").write_text(
         "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
-        "friction: {law: coulomb, kinetic: 45, normal_variation: {amplitude: 0.5, frequency: 3}}\n"
+        "friction: {law: coulomb, kinetic: 45,\n"
+        "  normal_variation: {amplitude: 0.5, frequency: 3}}\n"
         "excitation: {kind: harmonic, frequency: 2, rms: 1}\n"
         "solver: {step: 2.5e-3}\nmeasure: {steady: true}\n"
     )

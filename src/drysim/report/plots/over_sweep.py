@@ -50,9 +50,10 @@ def over_sweep(
             ink.curves(axes, drawn, panel, quantity.of)
             bands.along(axes, drawn, panel, quantity.of, quantity.width)
             extra(axes, panel, quantity)
-            _upright(axes, list(ink.known(drawn, quantity.of)) if quantity is T_A else ())
             ink.gaps(axes, drawn, panel)
             _marks(axes, table, drawn)
+        assert first is not None, "a view has a panel"
+        _upright(first, list(ink.known(drawn, quantity.of)) if quantity is T_A else ())
     unnamed = {line.label for line in drawn.panels[0].lines} if coloured else ()
     head = heading.of_table(table, drawn.left_out)
     bottom, top = layout.complete(figure, grid, head, unnamed)
@@ -62,7 +63,7 @@ def over_sweep(
 
 
 def _upright(axes: Axes, values: Sequence[float]) -> None:
-    """Let a panel begin at 0, or draw it logarithmically where the values are steep."""
+    """Let panels of one scale begin at 0, or be logarithmic where their values are steep."""
     if values and 0 < STEEP * min(values) <= max(values):
         axes.set_yscale("log")
         scales.decades(axes.yaxis, *axes.get_ylim())
