@@ -108,8 +108,11 @@ def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
     colours = {line.get_linestyle(): [] for line in own}
     for line in own:
         colours[line.get_linestyle()].append(str(line.get_color()))
-    # The stroke of the reference goes with the intensity: it is dashed in the line's colour.
+    # The stroke of the reference goes with the intensity: it is dashed in the line's colour,
+    # and in the legend in none of them.
     assert colours["--"] == colours["-"]
+    (told,) = lines(panel, "viscous, no dry friction")
+    assert told.get_color() not in colours["-"]
 
 
 def test_friction_is_drawn_as_force_and_a_reference_without_it_as_a_level():

@@ -32,7 +32,7 @@ LIGHTEST = 0.82
 
 MARKERS = "os^DvPX*"
 REFERENCE: Style = {"color": "black", "linewidth": 1.3, "linestyle": (0, (4, 2))}
-FAINT: Style = {"linewidth": 0.9, "linestyle": (0, (4, 2))}
+FAINT: Style = {"color": "#6b6b6b", "linewidth": 0.9, "linestyle": (0, (4, 2))}
 UNITY: Style = {"color": "#404040", "linewidth": 0.8, "zorder": 1}
 GAPS: dict[str, Style] = {
     NOT_SETTLED: {"marker": "x", "color": "black"},
@@ -100,12 +100,16 @@ def references(
     """Draw the reference dashed: once where it is the same for all lines."""
     drawn = [(line, *series(view, line, value)) for line in panel.references]
     one = all(_same(y, drawn[0][2]) for _, _, y in drawn)
-    if not one and len(panel.lines) > FEW_LINES:
+    if not drawn or (not one and len(panel.lines) > FEW_LINES):
         return
-    for at, (line, x, y) in enumerate(drawn[:1] if one else drawn):
-        style = REFERENCE if one else {"color": looks[at % len(looks)]["color"], **FAINT}
-        words = "_" if at else f"{line.label}, no dry friction"
-        curve(axes, x, y, style, words)
+    words = f"{panel.references[0].label}, no dry friction"
+    if one:
+        curve(axes, *drawn[0][1:], REFERENCE, words)
+        return
+    # In the legend grey stands for the dashes of every colour.
+    axes.plot([], [], **FAINT, label=words)
+    for at, (_, x, y) in enumerate(drawn):
+        curve(axes, x, y, {**FAINT, "color": looks[at % len(looks)]["color"]}, "_")
 
 
 def _same(one: Sequence[float], other: Sequence[float]) -> bool:
