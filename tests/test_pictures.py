@@ -201,6 +201,15 @@ def test_heading_fills_its_lines_and_never_leaves_the_picture():
         assert max(box.x1 for box in found) > 0.8 * wide
 
 
+def test_number_in_the_heading_keeps_its_unit_on_its_line():
+    swept = (*axes(frequency=[1, 2], rms=[0.5, 1.0]), MASS)
+    for key in range(20):
+        longer = Axis(f"oscillator.{'x' * key}", "N*s/m", (900.0, 50.0))
+        table = replace(sweep(*axes(frequency=[1, 2])), axes=(*swept, longer))
+        told = [text.get_text() for text in draw(table).texts]
+        assert any(line.endswith(" 50 N·s/m") for line in told)
+
+
 def test_what_is_not_drawn_is_said():
     table = sweep(*axes(frequency=[1, 2], force=range(7), rms=range(1, 7)), reference=None)
     view = views.view(table)

@@ -37,6 +37,9 @@ LINE = 0.19
 STOPS = "end stops"
 """The head that a line of the scene keeps; all others go without saying."""
 
+COMMA = r"(?<=[,;]) "
+"""Behind what drysim's own lines end, so that a number keeps its name and its unit."""
+
 Lines = tuple[str, list[str], list[str]]
 """Title; words of the user, taken as they are; words of drysim, in which x_r is a symbol."""
 
@@ -95,15 +98,12 @@ def _title(scenario: Scenario) -> str:
 
 
 def _about(scenario: Scenario) -> list[str]:
-    return _wrapped(wording.clean(scenario.about or ""))
+    return _wrapped(wording.clean(scenario.about or ""), apart=" ")
 
 
-def _wrapped(words: str, symbols: bool = False) -> list[str]:
-    """Give a sentence in lines that fit, cut where it takes more than it may.
-
-    Lines of symbols end behind a comma, so that a number keeps its name and its unit.
-    """
-    parts = re.split(r"(?<=[,;]) ", words) if symbols else words.split()
+def _wrapped(words: str, symbols: bool = False, apart: str = COMMA) -> list[str]:
+    """Give a sentence in lines that fit, cut where it takes more than it may."""
+    parts = re.split(apart, words)
     found = [""]
     for part in (piece for one in parts for piece in textwrap.wrap(one, LONGEST)):
         longer = f"{found[-1]} {part}".lstrip()
