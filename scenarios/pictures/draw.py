@@ -17,6 +17,7 @@ from PIL import Image
 import drysim
 from drysim.report.plots import canvas, curves, panels
 from drysim.scenario.laws import LAWS
+from drysim.wording import length_unit
 
 HERE = Path(__file__).parent
 LOOPS = HERE / "loops"
@@ -63,10 +64,11 @@ def draw(name: str, words: list[str], drawn: str) -> None:
 
 def loop(law: str) -> Figure:
     """Give the friction loop of a law in its scenario of the gallery."""
-    motion = drysim.run(drysim.load(GALLERY / f"friction-{law}.yaml")).response
+    made = drysim.run(drysim.load(GALLERY / f"friction-{law}.yaml"))
+    motion, unit = made.response, length_unit(made.metrics["x_r_peak"])
     figure = Figure(figsize=SIZE, dpi=DOTS)
     axes = figure.add_axes((0.15, 0.17, 0.73, 0.63))
-    panels.loop(axes, curves.curve(motion, slice(None)), motion)
+    panels.loop(axes, curves.curve(motion, slice(None)), motion, unit)
     figure.text(0.02, 0.92, law, weight="bold", size=11)
     if not motion.law.variation:
         beside = {"transform": axes.get_yaxis_transform(), "va": "center", "size": 9}
