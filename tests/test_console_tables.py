@@ -232,6 +232,17 @@ def test_comparison_is_aligned_columns_when_piped(capsys):
     assert err == ""
 
 
+def test_stroke_of_a_small_comparison_is_told_in_micrometres(capsys):
+    made = orbits(["signum", "stick-slip"], rms=5e-6, force=15e-5)
+    console.show_comparison(made)
+    out = capsys.readouterr().out
+    heading, *_ = (line for line in out.splitlines() if line.startswith("approach"))
+    assert "peak |x_r| µm" in heading
+    peak = made.table.rows[1].metrics["x_r_peak"]
+    (row,) = (line for line in out.splitlines() if line.startswith("stick-slip"))
+    assert f"  {1e6 * peak:.3g}  " in row
+
+
 def test_comparison_over_a_sweep_gives_ranges_and_the_worst_with_where(capsys):
     swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
     made = comparison(["signum", "stick-slip"], *swept, n=900)

@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 
 import drysim as package
+from drysim.console.ensemble import show_ensemble
 from drysim.core.compiled import COMPILED
 from drysim.errors import ScenarioError, SolverError
+from drysim.report.plots.ensemble import draw
 from drysim.scenario import load
 from drysim.study.case import prepare
 from drysim.study.ensembles import blocks, by_seed
 from drysim.study.ensembles.seeds import LOOK
 from drysim.study.ensembles.statistics import interval
 from drysim.study.run import run
+from drysim.wording import number
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -140,6 +143,25 @@ def test_stroke_violations_are_counted_over_the_seeds(noisy):
     (caution,) = [one for one in found.warnings if one.slug == "stroke-violated"]
     assert f"is met with {len(beyond)} of 20 seeds" in caution.sentence
     assert caution.sentence.endswith(f"with seed {worst.point['excitation.seed']}")
+
+
+@pytest.mark.parametrize(("size", "unit"), [(1e-5, "µm"), (1.0, "mm"), (1e5, "m")])
+def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
+    noisy, capsys, size, unit
+):
+    forces = {"friction.kinetic": 45 * size, "stroke.limit": 0.005 * size}
+    made = run(load(noisy, {SEEDS: 3, "excitation.rms": 0.67 * size, **forces}))
+    show_ensemble(made)
+    (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
+    scale = {"µm": 1e6, "mm": 1e3, "m": 1.0}[unit]
+    most = made.statistics["x_r_peak"].greatest[0] * scale
+    assert f"{number(most, unit)}; most with seed" in " ".join(told.split())
+    figure = draw(made)
+    titles = [panel.get_title("left") for panel in figure.axes]
+    assert f"peak |$x_r$| [{unit}]: mean of the first seeds" in titles
+    low, high = figure.axes[-1].get_ylim()
+    assert low < most < high
+    assert any(f" {unit}" in text.get_text() for text in figure.texts)
 
 
 def test_checks_judge_the_mean_and_say_so(noisy):

@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from drysim import wording
+from drysim.console.table import show_table
 from drysim.report import plots
 from drysim.report.plots import moment, views
 from drysim.report.plots.comparison import draw as draw_comparison
@@ -415,6 +417,32 @@ def test_hits_of_end_stops_are_drawn_where_the_stroke_hardly_differs(tmp_path):
         assert title in hits.get_title("left")
         (curve,) = [line for line in hits.lines if len(line.get_xdata()) == 2]
         assert 0 < curve.get_ydata()[0] < curve.get_ydata()[1]
+
+
+@pytest.mark.parametrize(
+    ("size", "unit", "limit"), [(1e-5, "µm", 0.25), (1.0, "mm", 25.0), (1e4, "m", 250.0)]
+)
+def test_stroke_of_a_sweep_is_drawn_in_the_unit_in_which_its_peak_is_told(
+    tmp_path, capsys, size, unit, limit
+):
+    (tmp_path / "s.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        f"friction: {{law: coulomb, kinetic: {15 * size}}}\n"
+        f"stroke: {{limit: {0.025 * size}}}\n"
+        f"excitation: {{kind: harmonic, frequency: 1.6, rms: {size}}}\n"
+        "solver: {step: 4 ms}\nsweep: {excitation.frequency: [1, 1.4, 2]}\n"
+    )
+    table = solved(load(tmp_path / "s.yaml"))
+    (panel,) = draw_stroke(table).axes
+    assert panel.get_title("left").endswith(f"[{unit}]")
+    assert lines(panel, f"stroke limit {limit:g} {unit}")[0].get_ydata()[0] == pytest.approx(
+        limit
+    )
+    show_table(table)
+    (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
+    peak = max(lines(panel, "stick-slip")[0].get_ydata())
+    assert told.split()[2:4] == [wording.number(peak), unit]
+    assert f"{wording.number(peak, digits=3)} {unit}" in repr(table)
 
 
 def test_numbers_below_a_long_logarithmic_axis_do_not_touch():

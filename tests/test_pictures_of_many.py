@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drysim.report.plots import many, scatter
-from drysim.report.plots.shown import PEAK, T_A, T_X
+from drysim.report.plots.shown import T_A, T_X, peak
 from drysim.report.plots.transmissibility import draw
 from drysim.scenario import load
 from drysim.study.sweeps.rows import batches_of
@@ -135,9 +135,23 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
 
 
 def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
-    figure = many.draw(table(GRID), [PEAK])
+    figure = many.draw(table(GRID), [peak(0.01)])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
+
+
+def test_numbers_beside_a_map_are_within_the_picture(table):
+    small = SEAT.replace("rms: 1.0", "rms: 1e-5").replace("15}", "15e-5}")
+    rms = "{excitation.frequency: [1, 1.4, 4, 8], excitation.rms: [0.5e-5, 0.75e-5, 1e-5]}"
+    figure = many.draw(table(rms, small), [peak(2e-7)])
+    figure.draw_without_rendering()
+    _, mapped = figure.axes
+    (bar,) = mapped.child_axes
+    ends = [one.get_window_extent().x1 for one in bar.get_yticklabels()]
+    assert len(ends) > 2
+    assert max(ends) <= figure.bbox.x1
+    factor, title = mapped.yaxis.get_offset_text(), mapped.title
+    assert not factor.get_window_extent().overlaps(title.get_window_extent())
 
 
 def test_one_case_and_one_key_make_a_picture(table):

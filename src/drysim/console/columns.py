@@ -33,7 +33,7 @@ def show_columns(
     left : collection of str
         Headings of the columns that are set to the left.
     spared : sequence of str, optional
-        Headings of what a narrow terminal does without, in this order.
+        How the headings begin of what a narrow terminal does without, in this order.
     """
     if isinstance(paper, Plain):
         _plain(paper, given)
@@ -61,7 +61,7 @@ def _fitting(given: Columns, width: int, spared: Sequence[str]) -> Columns:
     for heading in spared:
         if sum(max(map(len, column)) + BETWEEN for column in given) <= width:
             break
-        given = [column for column in given if column[0] != heading]
+        given = [column for column in given if not column[0].startswith(heading)]
     return given
 
 

@@ -25,7 +25,7 @@ from drysim.wording import number, percent
 if TYPE_CHECKING:
     from drysim.study.comparisons.comparison import Comparison
     from drysim.study.sweeps.survey import Deviation
-    from drysim.study.sweeps.tally import Tally
+    from drysim.study.sweeps.table import Table
 
 VALUE = 11
 """Least width of the words before the places of the worst deviations."""
@@ -36,13 +36,16 @@ FINE, COARSE = 4, 3
 NONE = "–"
 """What stands where there is nothing to say."""
 
-SPARED = ("T_x", "chatter %", "peak |x_r| mm")
+STROKE = "x_r_peak"
+"""The metric that is told in the unit in which the greatest of a column reads well."""
+
+SPARED = ("T_x", "chatter %", "peak |x_r|")
 """What a narrow terminal does without, in this order."""
 
 METRICS: tuple[tuple[str, str, Callable[[float], str]], ...] = (
     ("T_a", "T_a", lambda value: number(value, digits=FINE)),
     ("T_x", "T_x", lambda value: number(value, digits=COARSE)),
-    ("peak |x_r| mm", "x_r_peak", lambda value: number(value * 1e3, digits=COARSE)),
+    ("peak |x_r|", STROKE, lambda value: number(value, digits=COARSE)),
     ("stuck %", "stuck_share", lambda value: _bare(percent(value))),
     ("chatter %", "chatter_share", lambda value: _bare(percent(value))),
 )
@@ -90,14 +93,24 @@ def columns(comparison: Comparison) -> list[list[str]]:
     """Give the table column by column, headings first, without columns of no number."""
     table = comparison.table
     rows = table.tallies
-    found = [
-        [heading, *(_range(own, metric, words) for own in rows.values())]
-        for heading, metric, words in METRICS
-    ]
+    found = [_column(table, *metric) for metric in METRICS]
     worst = _worst(comparison)
     off = [_off(worst[name]) if name in worst else NONE for name in rows]
     known = [column for column in found if set(column[1:]) != {NONE}]
     return [["approach", *rows], *known[:1], ["deviation", *off], *known[1:]]
+
+
+def _column(
+    table: Table, heading: str, metric: str, words: Callable[[float], str]
+) -> list[str]:
+    """Give the column of a metric, its heading first."""
+    ends = [own.ends.get(metric) for own in table.tallies.values()]
+    factor, sign = 1.0, ""
+    if metric == STROKE:
+        factor, sign = wording.length_unit(
+            max((high for _, high in filter(None, ends)), default=0.0)
+        )
+    return [f"{heading} {sign}".strip(), *(_range(each, factor, words) for each in ends)]
 
 
 def _off(worst: Deviation) -> str:
@@ -131,10 +144,11 @@ def _bare(words: str) -> str:
     return words.removesuffix(" %").replace("below ", "<").replace("above ", ">")
 
 
-def _range(tally: Tally, metric: str, words: Callable[[float], str]) -> str:
+def _range(
+    ends: tuple[float, float] | None, factor: float, words: Callable[[float], str]
+) -> str:
     """Give a metric over some cases, from its least to its greatest."""
-    ends = tally.extremes.get(metric)
     if ends is None:
         return NONE
-    low, high = (words(end.value) for end in ends)
+    low, high = (words(end * factor) for end in ends)
     return low if low == high else f"{low}–{high}"

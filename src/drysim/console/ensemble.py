@@ -19,7 +19,7 @@ from drysim.console.parts import (
 from drysim.console.summary import scene
 from drysim.study.ensembles.seeds import until_of
 from drysim.study.sweeps.table import OK
-from drysim.wording import around, number, percent, seeds, several
+from drysim.wording import around, number, percent, seeds, several, told_in
 
 if TYPE_CHECKING:
     from drysim.study.ensembles.ensemble import Ensemble
@@ -29,15 +29,15 @@ VALUE = 22
 """Columns of the values beside the names."""
 
 MAIN = (
-    ("T_a", "T_a", 1.0, ""),
-    ("SEAT", "SEAT", 1.0, ""),
-    ("a_w", "a_w", 1.0, "m/s²"),
-    ("T_x", "T_x", 1.0, ""),
-    ("peak |x_r|", "x_r_peak", 1e3, "mm"),
-    ("in an hour", "stroke_once_an_hour", 1e3, "mm"),
-    ("stuck", "stuck_share", 1e2, "%"),
+    ("T_a", "T_a", ""),
+    ("SEAT", "SEAT", ""),
+    ("a_w", "a_w", "m/s²"),
+    ("T_x", "T_x", ""),
+    ("peak |x_r|", "x_r_peak", "m"),
+    ("in an hour", "stroke_once_an_hour", "m"),
+    ("stuck", "stuck_share", "%"),
 )
-"""Name, metric, scale and unit of the rows."""
+"""Name, metric and unit of the rows."""
 
 
 HITS = (
@@ -83,13 +83,14 @@ def _rows(ensemble: Ensemble) -> Iterator[Row]:
     """Give the metrics that matter most, and the one that decided when to stop."""
     until = until_of(ensemble.scenario)
     rows, good = list(MAIN), sum(row.status == OK for row in ensemble.rows)
-    if until and until.metric not in {metric for _, metric, _, _ in MAIN}:
-        rows.append((until.metric, until.metric, 1.0, ""))
-    for name, metric, scale, unit in rows:
+    if until and until.metric not in {metric for _, metric, _ in MAIN}:
+        rows.append((until.metric, until.metric, ""))
+    for name, metric, given in rows:
         found = ensemble.statistics[metric]
         wished = until is not None and metric == until.metric
         # What only some seeds know is a mean over chosen ones; drysim.json has it.
         if found is not None and (wished or found.seeds == good):
+            scale, unit = told_in(given, found.greatest[0])
             width = None if found.half_width is None else found.half_width * scale
             words = around(found.mean * scale, width, unit)
             yield Row(name, words, "; ".join(_remarks(ensemble, metric, found, scale, unit)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from drysim.wording import length, listed, number, several
+from drysim.wording import length, length_unit, listed, number, several
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -28,7 +28,8 @@ def spans(ends: Mapping[str, tuple[float, float]]) -> str:
     told = [f"{name} {_span(ends[name])}" for name in RATIOS if name in ends]
     if "x_r_peak" in ends:
         low, high = ends["x_r_peak"]
-        told.append(f"peak |x_r| {_span((low * 1e3, high * 1e3))} mm")
+        factor, sign = length_unit(high)
+        told.append(f"peak |x_r| {_span((low * factor, high * factor))} {sign}")
     return ", ".join(told)
 
 

@@ -22,5 +22,6 @@ from drysim.wording.numbers import percent as percent
 from drysim.wording.numbers import pretty as pretty
 from drysim.wording.numbers import several as several
 from drysim.wording.numbers import times as times
+from drysim.wording.numbers import told_in as told_in
 from drysim.wording.scenes import friction as friction
 from drysim.wording.scenes import scene as scene

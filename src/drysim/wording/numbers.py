@@ -57,6 +57,16 @@ def length_unit(size: float) -> LengthUnit:
     return LengthUnit(1e6, "µm") if 0.0 < abs(size) < 1e-5 else LengthUnit(1e3, "mm")
 
 
+def told_in(unit: str, size: float) -> tuple[float, str]:
+    """Give the factor and the unit by which SI values of a size are told.
+
+    Lengths `m` as `length_unit` has it, shares `%` as a hundredth, all else as it is.
+    """
+    if unit == "m":
+        return length_unit(size)
+    return (100.0 if unit == "%" else 1.0), unit
+
+
 def length(value: float | None) -> str:
     """Give a length [m], e.g. `17.26 mm`."""
     unit = length_unit(value or 0.0)

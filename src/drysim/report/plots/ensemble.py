@@ -10,7 +10,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.report.plots import canvas, heading, ink, layout, panels
-from drysim.report.plots.shown import PEAK, SEAT, T_A, Shown
+from drysim.report.plots.shown import SEAT, STROKE, T_A, Shown, peak
 from drysim.study.ensembles.seeds import until_of
 from drysim.study.ensembles.statistics import QUANTILES, student
 
@@ -37,8 +37,13 @@ BAND: dict[str, Any] = {"facecolor": "#c9d8ea", "edgecolor": "none", "zorder": 1
 QUANTILE: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (0, (4, 1.5))}
 INTERVAL = "95 % confidence interval of the mean"
 
-
-MAIN = (T_A, SEAT, PEAK)
+TOLD = (
+    ("T_a", "T_a", ""),
+    ("SEAT", "SEAT", ""),
+    ("peak |x_r|", "x_r_peak", "m"),
+    ("stuck", "stuck_share", "%"),
+)
+"""Name, metric and unit of the results in the heading."""
 
 
 def ensemble(made: Ensemble, folder: Path) -> None:
@@ -73,9 +78,11 @@ def draw(made: Ensemble) -> Figure:
 
 def _shown(made: Ensemble) -> Iterator[Shown]:
     """Give what is drawn: the main metrics, and the one that decided when to stop."""
-    yield from (one for one in MAIN if made.statistics[one.metric])
+    greatest = made.statistics[STROKE]
+    main = (T_A, SEAT, peak(greatest.greatest[0] if greatest else 0.0))
+    yield from (one for one in main if made.statistics[one.metric])
     until = until_of(made.scenario)
-    others = {quantity.metric for quantity in MAIN}
+    others = {quantity.metric for quantity in main}
     if until and until.metric not in others and made.statistics[until.metric]:
         yield Shown(until.metric, until.metric)
 
@@ -148,13 +155,14 @@ def _words(made: Ensemble) -> heading.Lines:
     drawn = f"seeds: {wording.seeds(made.seeds, until)}"
     title, words, (scene, _) = heading.lines(made.shown, drawn)
     found = [
-        f"{name} {wording.around(one.mean * scale, (one.half_width or 0.0) * scale, unit)}"
-        for name, metric, scale, unit in (
-            ("T_a", "T_a", 1.0, ""),
-            ("SEAT", "SEAT", 1.0, ""),
-            ("peak |x_r|", "x_r_peak", 1e3, "mm"),
-            ("stuck", "stuck_share", 1e2, "%"),
-        )
+        f"{name} {_told(one, unit)}"
+        for name, metric, unit in TOLD
         if (one := made.statistics[metric]) is not None
     ]
     return title, words, [scene, ", ".join(found)]
+
+
+def _told(found: Statistic, unit: str) -> str:
+    """Give a mean with its interval, in the unit in which the greatest value reads well."""
+    scale, sign = wording.told_in(unit, found.greatest[0])
+    return wording.around(found.mean * scale, (found.half_width or 0.0) * scale, sign)

@@ -11,7 +11,7 @@ from drysim import wording
 from drysim.report.plots import heading, ink, layout, panels, scales
 from drysim.report.plots.labels import key_label
 from drysim.report.plots.scatter import Bins, Scatter, gathered
-from drysim.report.plots.shown import PEAK
+from drysim.report.plots.shown import STROKE
 from drysim.report.plots.views import along_axis
 from drysim.study.sweeps.rows import HELD, batches_of
 from drysim.study.sweeps.table import LIMIT
@@ -88,14 +88,15 @@ def bound(axes: Axes, table: Table, quantity: Shown) -> None:
     """Draw the stroke limit all cases share, or the line at which nothing is gained."""
     stroke = table.scenario.stroke
     axes.set_ylim(bottom=0.0)
-    if quantity is not PEAK:
+    if quantity.metric != STROKE:
         axes.axhline(1.0, **ink.UNITY)
     elif any(axis.key == LIMIT for axis in table.axes):
         return
-    elif stroke is not None and stroke.limit * 1e3 <= 2.0 * axes.get_ylim()[1]:
+    elif stroke is not None and stroke.limit * quantity.scale <= 2.0 * axes.get_ylim()[1]:
         words = f"stroke limit {wording.length(stroke.limit)}"
-        axes.axhline(stroke.limit * 1e3, **panels.LIMIT, label=words)
-        axes.set_ylim(top=max(axes.get_ylim()[1], 1.05e3 * stroke.limit))
+        limit = stroke.limit * quantity.scale
+        axes.axhline(limit, **panels.LIMIT, label=words)
+        axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 
 
 def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
@@ -113,6 +114,8 @@ def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
 
 def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: bool) -> None:
     """Draw the mean over two swept keys; the first of a row names the key across."""
+    from matplotlib.ticker import MaxNLocator
+
     assert found.across is not None, "a map has two axes"
     x, y = found.along.fences(), found.across.fences()
     values = np.ma.masked_invalid(found.map * factor)
@@ -125,5 +128,8 @@ def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: boo
     axes.tick_params(labelleft=named)
     if named:
         axes.set_ylabel(key_label(found.across.axis))
+    axes.yaxis.set_offset_position("right")
     axes.grid(visible=False)
-    figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
+    bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
+    # The numbers stand in a narrow margin.
+    bar.ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from drysim import wording
 from drysim.study.sweeps.table import OK
 
 if TYPE_CHECKING:
     from drysim.study.sweeps.table import Row
+
+
+STROKE = "x_r_peak"
+"""The metric whose unit is chosen for its size."""
 
 
 class Shown(NamedTuple):
@@ -37,6 +42,11 @@ class Shown(NamedTuple):
 T_X = Shown("$T_x$ [–]", "T_x", title="relative displacement transmissibility")
 T_A = Shown("$T_a$ [–]", "T_a", title="acceleration transmissibility")
 SEAT = Shown("SEAT [–]", "SEAT")
-PEAK = Shown("peak |$x_r$| [mm]", "x_r_peak", 1e3, "stroke:")
 HIT = Shown("impact speed [m/s]", "impact_speed", title="end stops:")
 FORCE = Shown("peak force [N]", "stop_force_peak", title="end stops:")
+
+
+def peak(greatest: float) -> Shown:
+    """Give the peak of |x_r| in the unit in which the greatest of them [m] reads well."""
+    unit = wording.length_unit(greatest)
+    return Shown(f"peak |$x_r$| [{unit.sign}]", STROKE, unit.per_metre, "stroke:")
