@@ -209,7 +209,7 @@ def test_number_in_the_heading_keeps_its_unit_on_its_line():
         longer = Axis(f"oscillator.{'x' * key}", "N*s/m", (900.0, 50.0))
         table = replace(sweep(*axes(frequency=[1, 2])), axes=(*swept, longer))
         told = [text.get_text() for text in draw(table).texts]
-        assert any(line.endswith(" 50 N·s/m") for line in told)
+        assert any("50 N·s/m" in line for line in told)
 
 
 def test_what_is_not_drawn_is_said():
