@@ -34,6 +34,11 @@ class Block(BaseModel):
     """Keys that make sense only beside another key."""
 
     @classmethod
+    def exclusive(cls) -> tuple[tuple[str, ...], ...]:
+        """Give the groups of keys of which no two go together."""
+        return (*cls.one_of, *cls.at_most_one_of)
+
+    @classmethod
     def __get_pydantic_json_schema__(
         cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:

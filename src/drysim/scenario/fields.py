@@ -21,11 +21,8 @@ from drysim.excitation import EXCITATIONS
 from drysim.friction import FRICTIONS
 from drysim.quantity import Block, shown
 from drysim.scenario.blocks import Solver, on_the_shelf, with_options
-from drysim.scenario.sweep.axis import Axis, Range, spelled
+from drysim.scenario.sweep.axis import KEY, Axis, Range, spelled
 from drysim.scenario.sweep.sample import Draw, Sample
-
-KEY = r"^\w+(\.[\w-]+)+$"
-"""What dotted keys look like."""
 
 TOGETHER = "Keys that take their values side by side, as many each: one case for each place."
 

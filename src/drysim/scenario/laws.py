@@ -52,8 +52,7 @@ def together(name: str, block: Mapping[str, Any], own: Mapping[str, Any]) -> dic
 
 def excluded(name: str, own: Collection[str]) -> set[str]:
     """Give the keys of a law that do not go together with some of its keys, these included."""
-    law = LAWS[name]
-    groups = [{*group} for group in (*law.one_of, *law.at_most_one_of)]
+    groups = [{*group} for group in LAWS[name].exclusive()]
     return set(own).union(*(group for group in groups if group & {*own}))
 
 

@@ -156,24 +156,20 @@ class Reading:
             if field.is_required() and name not in words:
                 sentence = f"{dotted((*at, name))} is required{_about(model, field)}"
                 self.fault(sentence, (*at, name), at_key=True)
-        for group in (*getattr(model, "one_of", ()), *getattr(model, "any_of", ())):
+        for group in (*model.one_of, *model.any_of):
             if not words.keys() & set(group):
                 either = " or ".join(group)
                 self.fault(f"{dotted(at)} needs {either}", (*at, group[0]), at_key=True)
 
     def _clashing(self, model: Model, words: Mapping[str, Any], at: Keys) -> None:
         """Note the keys of a block that do not go together."""
-        for group in (*getattr(model, "one_of", ()), *getattr(model, "at_most_one_of", ())):
+        for group in model.exclusive():
             first, *rest = [name for name in words if name in group] or [""]
             for name in rest:
                 sentence = f"{dotted(at)} has {first} already; give {name} or {first}, not both"
                 self.fault(sentence, (*at, name), at_key=True)
-        missing = [
-            set(group)
-            for group in getattr(model, "one_of", ())
-            if not words.keys() & set(group)
-        ]
-        for name, other in getattr(model, "needs", {}).items():
+        missing = [group for group in model.one_of if not words.keys() & set(group)]
+        for name, other in model.needs.items():
             said = any(other in group for group in missing)
             if name in words and other not in words and not said:
                 sentence = f"{dotted((*at, name))} has a meaning only beside {other}"

@@ -37,11 +37,8 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
     if scenario.sweep and in_periods(spoken := scenario.spoken("measure")):
         words["measure"] |= spoken  # the period may vary from case to case
     elif scenario.measure.steady:
-        asked = {
-            "steady",
-            "direction",
-            "weighting",
-        }  # the rest has no use beside a steady state
+        # The rest has no use beside a steady state.
+        asked = {"steady", "direction", "weighting"}
         words["measure"] = {k: v for k, v in words["measure"].items() if k in asked}
     return {key: value for key, value in words.items() if value not in ("", [], {})}
 
@@ -49,11 +46,13 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
 def _open(scenario: Scenario) -> set[str]:
     """Give the defaults of the friction block that depend on what a sweep varies."""
     friction, swept = scenario.friction, {axis.key for axis in scenario.sweep}
-    left: set[str] = set()
-    if friction is not None and friction.normal is None and "oscillator.mass" in swept:
+    if friction is None:
+        return set()
+    left = set()
+    if friction.normal is None and "oscillator.mass" in swept:
         left.add("normal")
-    if friction is not None and not friction.static_given:
-        left |= {"static_ratio"} if swept & {f"friction.{key}" for key in STATIC} else set()
+    if not friction.static_given and swept & {f"friction.{key}" for key in STATIC}:
+        left.add("static_ratio")
     return left
 
 

@@ -24,13 +24,14 @@ STATIC = ("static", "static_ratio", "mu_static")
 DEFAULT = Solver.model_fields["approach"].default
 """The approach of a scenario that names none."""
 
-_KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
+KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
+"""The excitations by name."""
 
 
 def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
     """Give the sentence for every rule on keys that is broken, and the keys to blame."""
     kind = block_in(words, "excitation").get("kind")
-    if kind in _KINDS:
+    if kind in KINDS:
         yield from _step(block_in(words, "solver"), kind)
         recorded = "normal_record" in block_in(words, "friction")
         yield from _measure(block_in(words, "measure"), kind, recorded)
@@ -112,7 +113,7 @@ def _parts(scenario: Scenario) -> bool:
 
 def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
     """A record owns its step, everything else needs one."""
-    own = _KINDS[kind].own_step
+    own = KINDS[kind].own_step
     if not own and "step" not in solver:
         yield ("solver", "step"), "solver.step is required: distance of the output grid [s]"
     if own and "step" in solver:
@@ -125,9 +126,9 @@ def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
 def _measure(measure: Mapping[str, Any], kind: str, recorded: bool) -> Iterator[Fault]:
     """Either one repetition of an orbit, or a window; under a recorded normal force that."""
     steady, times = measure.get("steady"), {"settle", "duration"} & measure.keys()
-    periodic = _KINDS[kind].periodic
+    periodic = KINDS[kind].periodic
     if steady is True and not periodic:
-        others = [name for name, member in _KINDS.items() if member.periodic]
+        others = [name for name, member in KINDS.items() if member.periodic]
         sentence = f"measure.steady needs {' or '.join(others)} excitation, not {kind}"
         yield ("measure", "steady"), sentence
     elif steady is True and recorded:
@@ -137,8 +138,8 @@ def _measure(measure: Mapping[str, Any], kind: str, recorded: bool) -> Iterator[
         for key in ("settle", "duration"):
             if key in times:
                 yield ("measure", key), f"measure.{key} has no use beside `steady: true`"
-    elif not _KINDS[kind].own_end and "duration" not in times:
-        by_default = _KINDS[kind].steady_by_default and not recorded
+    elif not KINDS[kind].own_end and "duration" not in times:
+        by_default = KINDS[kind].steady_by_default and not recorded
         if not by_default or times or steady is False:
             other = ", or `steady: true`" if periodic and not recorded else ""
             yield ("measure", "duration"), f"measure.duration is required for {kind}{other}"

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from drysim.quantity import near
+from drysim.quantity import Block, near
 
-Model = type[BaseModel]
+Model = type[Block]
 
 
 def keys_of(model: Model) -> dict[str, FieldInfo]:
@@ -20,7 +19,7 @@ def keys_of(model: Model) -> dict[str, FieldInfo]:
 
 def models_in(annotation: Any) -> list[Model]:
     """Give the blocks that a field may hold, alone, in a list or as one of several."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+    if isinstance(annotation, type) and issubclass(annotation, Block):
         return [annotation]
     return [model for part in get_args(annotation) for model in models_in(part)]
 

@@ -23,6 +23,9 @@ Number = Annotated[object, WithJsonSchema({"type": ["number", "string"]})]
 ZIP, SAMPLE = "zip", "sample"
 """Keys of a sweep block that are no keys of the scenario: several walk together there."""
 
+KEY = r"^\w+(\.[\w-]+)+$"
+"""What dotted keys look like to an editor."""
+
 AT_A_TIME = 1024
 """Points made at a time."""
 

@@ -93,9 +93,7 @@ class Design:
         """Give points of the scrambled Sobol sequence: sums, bit by bit, of its directions."""
         directions, shift, scale = self._directions
         codes = numbers.astype(np.uint64)
-        codes ^= codes >> np.uint64(
-            1
-        )  # Gray's code: the number that neighbours share but a bit
+        codes ^= codes >> np.uint64(1)  # Gray's code: neighbours differ in one digit
         digits = np.broadcast_to(shift, (len(codes), len(shift))).copy()
         for bit in range(int(codes.max(initial=0)).bit_length()):
             asked = (codes >> np.uint64(bit)) & np.uint64(1) == 1

@@ -125,7 +125,7 @@ def _made(scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]) 
     field = type(scenario).model_fields.get(name)
     models = models_in(field.annotation) if field else []
     model = type(old) if isinstance(old, Block) else next(iter(models), None)
-    if model is None or not issubclass(model, Block):
+    if model is None:
         raise Odd(name, f"there is no block {name}")
     for key, value in values:
         words = _with(words, key.split(".")[1:], value, key)

@@ -6,17 +6,14 @@ from collections.abc import Mapping
 from itertools import takewhile
 from typing import Any
 
-from drysim.excitation import EXCITATIONS
 from drysim.quantity import meant, near, shown
 from drysim.scenario.laws import LAWS
-from drysim.scenario.rules import broken
+from drysim.scenario.rules import KINDS, broken
 from drysim.scenario.seeds import beside_seeds
 from drysim.scenario.shape import block_in, keys_of, tag_of
 from drysim.scenario.sweep.numerals import Known, Numeral
 
-STEADY = {
-    tag[1] for member in EXCITATIONS if (tag := tag_of(member)) and member.steady_by_default
-}
+STEADY = {kind for kind, member in KINDS.items() if member.steady_by_default}
 """Kinds of excitation that are measured over the periodic orbit when nothing else is said."""
 
 
@@ -102,16 +99,17 @@ def _excluded(block: str, name: str, numeral: Numeral, beside: set[str]) -> str 
     model, given = numeral.model, numeral.given
     if model is None:
         return None
-    for group in (*getattr(model, "one_of", ()), *getattr(model, "at_most_one_of", ())):
+    for group in model.exclusive():
         others = [other for other in group if name in group and other != name]
         if other := next((other for other in others if other in given), ""):
             instead = f"sweep {block}.{other}, or give {name} in its place"
             return f"{block}.{name} has no use here: {block} has {other}; {instead}"
         if other := next((other for other in others if other in beside), ""):
             return f"sweep {block}.{name} or {block}.{other}, not both"
-    needed = getattr(model, "needs", {}).get(name)
-    if needed and needed not in given:
-        return f"{block}.{name} has a meaning only beside {block}.{needed}, which is not given"
+    beside_which = model.needs.get(name)
+    if beside_which and beside_which not in given:
+        which = f"{block}.{beside_which}, which is not given"
+        return f"{block}.{name} has a meaning only beside {which}"
     needed = [k for k, field in keys_of(model).items() if field.is_required() and k != name]
     if needed and not numeral.there:
         return f"{block}.{name} needs its block: give {block} with {' and '.join(needed)}"

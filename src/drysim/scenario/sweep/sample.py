@@ -7,7 +7,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, WithJsonSchema
 
 from drysim.quantity import Block
-from drysim.scenario.sweep.axis import Number
+from drysim.scenario.sweep.axis import KEY, Number
+
+OVER = {"type": "object", "minProperties": 1, "propertyNames": {"pattern": KEY}}
+"""What the keys of a sample look like to an editor."""
 
 
 class Draw(Block):
@@ -49,14 +52,5 @@ class Sample(Block):
     """Number of cases, at least 1."""
     seed: int
     """Seed of the random numbers, a whole number; the same seed, the same cases."""
-    over: Annotated[
-        dict[str, Any],
-        WithJsonSchema(
-            {
-                "type": "object",
-                "minProperties": 1,
-                "propertyNames": {"pattern": r"^\w+(\.[\w-]+)+$"},
-            }
-        ),
-    ]
+    over: Annotated[dict[str, Any], WithJsonSchema(OVER)]
     """Dotted keys of this file, each with the range or distribution that it is drawn from."""
