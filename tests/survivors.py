@@ -173,7 +173,6 @@ EXPLAINED = {
     ("vanish.py", "rises = 6.0 * rate - (6.0 * bend + 3.0 * twist * step) * step"): (
         "a part of fourth order, and the search ends where all of that order is nothing"
     ),
-    ("within.py", "elif v_end > 1.0 and first_extremum(c, w, a, j) >= h:"): SLOWER,
     ("within.py", "if v_end > 0.0 and (q[1] >= 0.0 and rate(q, h) <= 0.0):"): SLOWER,
     (
         "yielding.py",

@@ -12,7 +12,7 @@ PARTS = (
     "plant", "state", "motion", "compiled", "flow", "wave", "events", "waves", "fade",
     "table", "grid", "integrals", "means", "turns", "forms", "recursion", "law", "stepping",
     "stretches", "trail", "samples.series", "samples.longer", "samples.steps", "samples.stop",
-    "samples.within", "samples.glide", "samples.eventful", "samples.march",
+    "samples.within", "samples.parts", "samples.glide", "samples.eventful", "samples.march",
     "samples.foresight", "sines.scene", "sines.slide", "sines.cease", "sines.leave",
     "sines.leap", "sines.stretch", "sines.blend", "sines.vanish", "sines.period_map",
     "sines.orbit", "sines.orbits", "text.decimal", "text.digits", "text.cells", "many.lanes",

@@ -9,6 +9,15 @@ import numpy as np
 import pytest
 
 
+def flown(
+    kernel: SimpleNamespace, c: float, w: float, v: float, a: float, r: float, s: float
+) -> tuple[float, float]:
+    """Give distance and velocity after a time s in closed form."""
+    y, y_d, Y, YY = kernel.flow.flow(c, w, s)
+    p = a + c * v
+    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+
+
 @pytest.mark.parametrize("radians", [0.099, 0.499])
 @pytest.mark.parametrize(
     ("c", "w"),
@@ -21,20 +30,17 @@ def test_short_way_and_long_way_are_one(
     h = radians / (c + math.sqrt(w)) if c + w else 1.0
     plant, law = kernel.plant.Plant(1.0, w, c), kernel.plant.Law(0.0, 0.0)
     short_way = kernel.steps.steps_of(plant, law, h)
-    long_way = short_way._replace(short=False, brief=False)
     assert short_way.short
     assert short_way.brief == (radians < 0.1 or c + w == 0.0)
     stops = 0
     for _ in range(300):
         v, a, r = abs(rng.normal()), rng.normal() * 2 / h, rng.normal() * 4 / h**2
         scale = v + abs(a) * h + abs(r) * h * h
-        one, other = (kernel.within.coast(way, v, a, r, h) for way in (short_way, long_way))
+        one, other = kernel.within.coast(short_way, v, a, r, h), flown(kernel, c, w, v, a, r, h)
         assert one[0] == pytest.approx(other[0], abs=1e-14 * scale * h)
         assert one[1] == pytest.approx(other[1], abs=1e-14 * scale)
-        short, long = (
-            kernel.within.stop_within(way, v, a, r, other[1], h)
-            for way in (short_way, long_way)
-        )
+        short = kernel.within.stop_within(short_way, v, a, r, other[1], h)
+        long = kernel.within.stop_by_flow(c, w, v, a, r, other[1], h)
         if math.inf in (short[0], long[0]):
             assert short[0] == long[0]
         else:
@@ -96,28 +102,11 @@ def test_what_a_damper_alone_brings_to_rest_has_every_digit_of_a_longer_series(
 def test_mass_that_only_the_end_of_a_step_shows_at_rest_stops_there(
     kernel: SimpleNamespace,
 ) -> None:
-    plant, law = kernel.plant.Plant(1.0, 9e4, 600.0), kernel.plant.Law(0.0, 0.0)
-    steps = kernel.steps.steps_of(plant, law, 2.5e-3)
-    y, y_d, Y, _ = steps.whole
+    c, w, h = 600.0, 9e4, 2.5e-3
+    y, y_d, Y, _ = kernel.flow.flow(c, w, h)
     v, a = 1.0, -400.0
-    r = -(v * y_d + (a + steps.c * v) * y) / Y * (1.0 - 1e-12)
-    assert kernel.stop.locate_stop(steps.c, steps.w, v, a, r, steps.dt) == math.inf
-    stop, way = kernel.within.stop_within(steps, v, a, r, -1e-17, steps.dt)
-    assert stop == steps.dt
-    assert way == pytest.approx(kernel.within.coast(steps, v, a, r, stop)[0], rel=1e-14)
-
-
-def test_stiff_step_without_an_extremum_holds_no_stop(kernel: SimpleNamespace) -> None:
-    plant, law = kernel.plant.Plant(1.0, 9e4, 600.0), kernel.plant.Law(0.0, 0.0)
-    steps = kernel.steps.steps_of(plant, law, 2.5e-3)
-    assert not steps.short
-    rng = np.random.Generator(np.random.PCG64(8))
-    found = {True: 0, False: 0}
-    for _ in range(300):
-        v, a, r = abs(rng.normal()), 1e3 * rng.normal(), 1e6 * rng.normal()
-        v_end = kernel.within.coast(steps, v, a, r, steps.dt)[1]
-        stop, _ = kernel.within.stop_within(steps, v, a, r, v_end, steps.dt)
-        truth = kernel.stop.locate_stop(steps.c, steps.w, v, a, r, steps.dt)
-        assert stop == truth
-        found[math.isinf(stop)] += 1
-    assert min(found.values()) > 50
+    r = -(v * y_d + (a + c * v) * y) / Y * (1.0 - 1e-12)
+    assert kernel.stop.locate_stop(c, w, v, a, r, h) == math.inf
+    stop, way = kernel.within.stop_by_flow(c, w, v, a, r, -1e-17, h)
+    assert stop == h
+    assert way == pytest.approx(flown(kernel, c, w, v, a, r, h)[0], rel=1e-14)

@@ -15,7 +15,7 @@ from drysim.approach.scene import LOG_LENGTH, waves_of
 from drysim.core.many import queue, records
 from drysim.core.many.lanes import LANES, PLACES, SIZE, WIDTH
 from drysim.core.many.settle import KEPT, Side
-from drysim.core.many.trapezia import INTEGRALS, trapezia
+from drysim.core.many.trapezia import INTEGRALS, served, trapezia
 from drysim.core.motion import Samples, Sines, sample_squares
 from drysim.core.plant import Law, Plant
 from drysim.core.samples.steps import steps_of
@@ -106,9 +106,9 @@ def measurable(plant: Plant, law: object, dt: float) -> bool:
     """Tell whether many records of one scene can be marched side by side.
 
     They can where friction is Coulomb's with limits that do not vary, and a step so short that
-    it holds one extremum of v_r at most.
+    the rule of trapezia serves it.
     """
-    return type(law) is Law and law.variation == 0.0 and bool(steps_of(plant, law, dt).fine)
+    return type(law) is Law and law.variation == 0.0 and served(plant, dt)
 
 
 def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measured:

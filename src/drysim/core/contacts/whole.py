@@ -7,10 +7,13 @@ from typing import NamedTuple
 
 from drysim.core.compiled import inlined
 from drysim.core.flow import INVERSE_FACTORIAL, flow
-from drysim.core.samples.steps import FINE, Map, map_of
+from drysim.core.samples.steps import Map, map_of
 
 TERMS = 16
 """Terms that exhaust double precision on a fine step: 6/19! is below 1e-16."""
+
+SERVED = 1.0
+"""Radians (or decays) a fine step may hold for these terms."""
 
 
 class Whole(NamedTuple):
@@ -66,7 +69,7 @@ def whole_steps(plant, dt):
         for more in (3, 4)
     )
     return Whole(
-        c, w, dt, 1.0 / dt, rate, rate * dt <= FINE, end, map_of(c, w, 1.0, dt),
+        c, w, dt, 1.0 / dt, rate, rate * dt <= SERVED, end, map_of(c, w, 1.0, dt),
         Y - x_1, x_1, y - v_1, v_1, second, third,
     )  # fmt: skip
 

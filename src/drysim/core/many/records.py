@@ -26,8 +26,7 @@ from drysim.core.many.settle import CLOSEST, EVENTS, FARTHEST, KEPT, put_back, s
 from drysim.core.many.stride import pace_of, stride
 from drysim.core.many.trapezia import INTEGRALS, ends, halves, summed
 from drysim.core.many.walk import walk
-from drysim.core.samples.series import BRIEF
-from drysim.core.samples.steps import parts_of, steps_of
+from drysim.core.samples.parts import parts_of
 
 X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, COUNT, TIGHT, FAR, FOUND = range(
     INTEGRALS, INTEGRALS + 10
@@ -46,7 +45,7 @@ def measure_records(
     Parameters
     ----------
     plant, law, steps
-        Steps that are `fine`.
+        Steps that the rule serves.
     rule : Trapezia
         Of such a step.
     waves : Waves
@@ -146,8 +145,8 @@ def end_of_window(steps, rule, side, lane, way, u_b, u):
 @compiled
 def march_abreast(plant, law, steps, rule, waves, records, first, count, n, end, side, turns):
     """March records from sample n to sample `end`, and sum."""
-    parts, lanes, before = parts_of(steps, BRIEF), lanes_of(count), n
-    inner, pace = steps_of(plant, law, steps.dt / parts), pace_of(plant, law, steps)
+    lanes, before = lanes_of(count), n
+    parts, pace = parts_of(steps), pace_of(plant, law, steps)
     while n < end:
         length = min(FETCHED, end - n)
         fetch(side.base, records, first, count, lanes, n, length, before)
@@ -162,13 +161,11 @@ def march_abreast(plant, law, steps, rule, waves, records, first, count, n, end,
             for group in range(0, some, WIDTH):
                 waiting = side.queue[group:]
                 while walk(pace, rule, waiting, left) > 0:
-                    if parts == 1:
+                    if steps.brief:
                         eight(plant, law, steps, pace, rule, waiting)
                     else:
                         leave(waiting)
-                    settle(
-                        plant, law, steps, rule, inner, parts, waves, side, group, turns, first
-                    )
+                    settle(plant, law, steps, parts, rule, waves, side, group, turns, first)
             put_back(side, some)
         n += length
         before = n - 1

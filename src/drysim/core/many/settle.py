@@ -48,7 +48,7 @@ class Side(NamedTuple):
 
 
 @inlined
-def settle(plant, law, steps, rule, inner, parts, waves, side, first, turns, record):
+def settle(plant, law, steps, parts, rule, waves, side, first, turns, record):
     """Note the stops of a group of those that wait, and solve by themselves the odd ones."""
     found, last = side.queue[first:], len(turns) - 1
     for i in range(WIDTH):
@@ -58,7 +58,7 @@ def settle(plant, law, steps, rule, inner, parts, waves, side, first, turns, rec
         if found[queue.STOPS + i] > 0.0:
             stops(mine, side.turns, lane, found[queue.X_STOP + i])
         if found[queue.PLAIN + i] == 0.0:
-            by_itself(plant, law, steps, rule, inner, parts, waves, side, first + i, lane, mine)
+            by_itself(plant, law, steps, parts, rule, waves, side, first + i, lane, mine)
 
 
 @compiled
@@ -87,14 +87,14 @@ def stops(mine, turns, lane, x_r):
 
 
 @compiled
-def by_itself(plant, law, steps, rule, inner, parts, waves, side, i, lane, turns):
+def by_itself(plant, law, steps, parts, rule, waves, side, i, lane, turns):
     """Carry the i-th of those that wait through a step that holds any number of events."""
     at, log, kept = side.queue, side.log, side.kept[lane]
     x, v, d = at[queue.X + i], at[queue.V + i], int(at[queue.D + i])
     u_0, u_1 = at[queue.U + i], at[queue.U_1 + i]
     at[queue.DONE + i] += 1.0
     x_end, v_end, d_end, count, closest = through_events(
-        plant, law, steps, inner, parts, u_0, u_1, 0, x, v, d, log, 0, kept[CLOSEST]
+        plant, law, steps, parts, u_0, u_1, 0, x, v, d, log, 0, kept[CLOSEST]
     )
     if count < 0:
         at[queue.X + i], at[queue.V + i] = float("nan"), float("nan")

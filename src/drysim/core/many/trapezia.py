@@ -8,6 +8,7 @@ step costs a few sums in place of all products of what it is made of.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -19,8 +20,10 @@ X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, INTEGRALS = range(8)
 """Integrals, as in `Totals`, and how many."""
 
 TERMS = 18
-"""Of the series: each is a tenth of the one before where a step is as long as a fine one may
-be."""
+"""Of the series: each is a tenth of the one before where a step is as long as it may be."""
+
+LONGEST = 1.0
+"""Radians (or decays) a step may hold for these terms."""
 
 SCENES = 16
 """Whose forms are kept: each block of a scene asks for them."""
@@ -53,6 +56,11 @@ class Trapezia(NamedTuple):
     x_dd2: tuple[float, ...]
     power: tuple[float, ...]
     rub: tuple[float, ...]
+
+
+def served(plant, dt):
+    """Tell whether the rule serves steps of length dt [s]."""
+    return bool((plant.b / plant.m + math.sqrt(plant.k_x / plant.m)) * dt <= LONGEST)
 
 
 @lru_cache(maxsize=SCENES)

@@ -15,8 +15,8 @@ from drysim.core.compiled import compiled, held, inlined
 from drysim.core.events import ROOM, holding_force
 from drysim.core.samples.eventful import through_events
 from drysim.core.samples.glide import glide, look_ahead
-from drysim.core.samples.longer import SHORT
-from drysim.core.samples.steps import parts_of, steps_of
+from drysim.core.samples.parts import parts_of
+from drysim.core.samples.steps import steps_of
 
 STRETCH = 256
 """Samples prepared at once: a few kilobytes. Chains of steps begin anew at each multiple, so
@@ -60,20 +60,21 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
         rounding elsewhere.
     """
     ahead = held(np.empty(STRETCH)), held(np.empty(STRETCH))
+    steps = steps_of(plant, law, dt)
+    # By what comes in place of parts a kernel is compiled for one way or the other.
+    parts = () if steps.short else parts_of(steps)
     return march_on(
-        plant, law, steps_of(plant, law, dt), u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out,
+        plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out,
         log, count, capacity, *ahead,
     )  # fmt: skip
 
 
 @compiled
 def march_on(
-    plant, law, steps, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity,
-    x_ahead, v_ahead,
+    plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count,
+    capacity, x_ahead, v_ahead,
 ):  # fmt: skip
     """March stretch by stretch, as `march` says; the last two are scratch for one stretch."""
-    parts = parts_of(steps, SHORT)
-    inner = steps_of(plant, law, steps.dt / parts)
     begin, until = n, n
     closest = math.inf
     full = capacity - ROOM
@@ -95,21 +96,9 @@ def march_on(
             )
         if n < until:
             x_r, v_r, d, count, closest = through_events(
-                plant,
-                law,
-                steps,
-                inner,
-                parts,
-                u_dd[n],
-                u_dd[n + 1],
-                n,
-                x_r,
-                v_r,
-                d,
-                log,
-                count,
+                plant, law, steps, parts, u_dd[n], u_dd[n + 1], n, x_r, v_r, d, log, count,
                 closest,
-            )
+            )  # fmt: skip
             n += 1
             x_out[n] = x_r
             v_out[n] = v_r

@@ -10,12 +10,9 @@ from drysim.core.flow import flow
 from drysim.core.samples.longer import SHORT, More, more_of
 from drysim.core.samples.series import BRIEF, Tail, tail_of
 
-FINE = 1.0
-"""Radians (or decays) a fine step may hold: what decays within it leaves a third, far above
+FINE = 3.0
+"""Radians (or decays) a fine step may hold: what decays within it leaves a twentieth, far above
 rounding, and extrema are π apart."""
-
-MOST_PARTS = 16
-"""Parts that a fine step is walked in, at most, where it is too long for a series."""
 
 MARGIN = 2.0
 """What the bound on a dip between samples is widened by, so that rounding cannot matter."""
@@ -84,6 +81,12 @@ class Steps(NamedTuple):
 
 
 @compiled
+def rate_of(c, w):
+    """Give the radians, or the decays of what lasts, that a second holds at most [1/s]."""
+    return max(math.sqrt(w), 0.5 * c)
+
+
+@compiled
 def map_of(c, w, f, s):
     """Give the affine map of a stretch of length s [s]."""
     y, y_d, Y, _ = flow(c, w, s)
@@ -121,25 +124,13 @@ def steps_of(plant, law, dt):
     tail = tail_of(c, w)
     bend = MARGIN * 2.0 / tame if tame > 0.25 else math.inf
     return Steps(
-        c, w, f, dt, whole, radians <= FINE, radians <= SHORT, radians <= BRIEF, tail,
-        more_of(tail, c, w),
+        c, w, f, dt, whole, rate_of(c, w) * dt <= FINE, radians <= SHORT, radians <= BRIEF,
+        tail, more_of(tail, c, w),
         map_of(c, w, f, dt), map_of(c, w, f, 4.0 * dt), x_0, x_1, v_0, v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
         bend * dt, bend * (0.25 * c + w * dt) * dt,
     )  # fmt: skip
-
-
-@compiled
-def parts_of(steps, longest):
-    """Give in how many parts, a power of two, of so many radians a fine step is walked."""
-    parts = 1
-    if steps.fine:
-        while (
-            parts < MOST_PARTS and (steps.c + math.sqrt(steps.w)) * steps.dt > longest * parts
-        ):
-            parts *= 2
-    return parts
 
 
 @compiled

@@ -1,12 +1,12 @@
-"""How far the mass slides within a step and where it stops, by what its length allows."""
+"""How far the mass slides within a short step and where it stops: by the series it allows."""
 
 from __future__ import annotations
 
-from drysim.core.compiled import inlined
+from drysim.core.compiled import compiled, inlined
 from drysim.core.flow import flow
 from drysim.core.samples.longer import longer_series
 from drysim.core.samples.series import distance, fall, rate, series, speed
-from drysim.core.samples.stop import NEVER, first_extremum, locate_stop
+from drysim.core.samples.stop import NEVER, locate_stop
 
 
 @inlined
@@ -15,17 +15,13 @@ def coast(steps, v, a, r, h):
     if steps.brief:
         q = series(steps.tail, v, a, r - steps.c * a - steps.w * v)
         return distance(q, h), speed(q, h)
-    if steps.short:
-        q = longer_series(steps.tail, steps.more, v, a, r - steps.c * a - steps.w * v)
-        return distance(q, h), speed(q, h)
-    y, y_d, Y, YY = steps.whole if h == steps.dt else flow(steps.c, steps.w, h)
-    p = a + steps.c * v
-    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+    q = longer_series(steps.tail, steps.more, v, a, r - steps.c * a - steps.w * v)
+    return distance(q, h), speed(q, h)
 
 
 @inlined
 def stop_within(steps, v, a, r, v_end, h):
-    """Give the first stop in a step, or in what is left of it.
+    """Give the first stop in a short step, or in what is left of it.
 
     Parameters
     ----------
@@ -42,24 +38,13 @@ def stop_within(steps, v, a, r, v_end, h):
     """
     c, w = steps.c, steps.w
     j = r - c * a - w * v
-    stop, way = -1.0, 0.0
     if steps.brief:
         stop, way = stop_by_series(series(steps.tail, v, a, j), v_end, h)
-    elif steps.short:
-        q = longer_series(steps.tail, steps.more, v, a, j)
-        stop, way = stop_by_series(q, v_end, h)
-    elif v_end > 0.0 and first_extremum(c, w, a, j) >= h:
-        # Without an extremum the velocity has no way down to zero and up again.
-        stop = NEVER
+    else:
+        stop, way = stop_by_series(longer_series(steps.tail, steps.more, v, a, j), v_end, h)
     if stop > 0.0:
         return stop, way
-    stop = locate_stop(c, w, v, a, r, h)
-    if stop == NEVER:
-        if v_end > 0.0 or v == 0.0:
-            return NEVER, 0.0
-        stop = h
-    y, _, Y, YY = flow(c, w, stop)
-    return stop, v * y + (a + c * v) * Y + r * YY
+    return stop_by_flow(c, w, v, a, r, v_end, h)
 
 
 @inlined
@@ -70,3 +55,15 @@ def stop_by_series(q, v_end, h):
     if q[0] > 0.0 and v_end <= 0.0:
         return fall(q, h)
     return -1.0, 0.0
+
+
+@compiled
+def stop_by_flow(c, w, v, a, r, v_end, h):
+    """Give what `stop_within` does of a stretch of any length, in the general way."""
+    stop = locate_stop(c, w, v, a, r, h)
+    if stop == NEVER:
+        if v_end > 0.0 or v == 0.0:
+            return NEVER, 0.0
+        stop = h
+    y, _, Y, YY = flow(c, w, stop)
+    return stop, v * y + (a + c * v) * Y + r * YY

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 from drysim.core.compiled import compiled
 from drysim.core.flow import flow
-from drysim.core.samples.steps import FINE, map_of
+from drysim.core.samples.steps import FINE, map_of, rate_of
 from drysim.core.trail import mark
 
 
@@ -38,7 +36,7 @@ def pass_on(plant, u_dd, dt, n, end, xi, v_r, f, low, high, trail, at, full, z, 
         The first step that wants a closer look, and the state there.
     """
     c, w = plant.b / plant.m, plant.k_x / plant.m
-    if (c + math.sqrt(w)) * dt > FINE:
+    if rate_of(c, w) * dt > FINE:
         # Only a fine step tells by its ends of a dip of v_r in between.
         return n, xi, v_r, at
     y, _, Y, YY = flow(c, w, dt)
