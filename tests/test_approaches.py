@@ -247,10 +247,20 @@ def test_simulate_gives_arrays_for_arrays() -> None:
      ({"F_fs": 10.0}, "F_fs = 10 N must be at least F_fk = 15 N"),
      ({"dt": 0.0}, "dt must be above 0"), ({"b": math.nan}, "b must be a finite number"),
      ({"u_dd": [1.0]}, "at least 2 samples"),
-     ({"u_dd": [1.0, "a"]}, "u_dd must be a row of numbers: could not convert string"),
+     ({"u_dd": [1.0, "a"]}, r"u_dd\[1\] must be a number in SI, not 'a'"),
+     ({"u_dd": ["1", "2"]}, r"u_dd\[0\] must be a number in SI, not '1'"),
+     ({"u_dd": np.array([1.0, 2.0j])}, r"u_dd\[0\] must be a number in SI, not \(1\+0j\)"),
+     ({"u_dd": np.arange(2).astype("M8[s]")}, r"u_dd\[0\] must be a number in SI, not .*date"),
+     ({"u_dd": np.ma.masked_equal([1.0, 1e6, 2.0], 1e6)}, "u_dd has masked values; fill them"),
+     ({"u_dd": [[1.0], [1.0, 2.0]]}, "u_dd must be a row of numbers: "),
+     ({"m": "5"}, "m must be a number in SI, not '5'"),
+     ({"m": [75.0]}, r"m must be a number in SI, not \[75.0\]"),
+     ({"dt": True}, "dt must be a number in SI, not True"),
+     ({"b": 1j}, "b must be a number in SI, not 1j"),
+     ({"x_rM": "1", "e": 0.5}, "x_rM must be a number in SI, not '1'"),
      ({"m": "75 kg"}, "m must be a number in SI, not '75 kg'"),
      ({"dt": None}, "dt must be a number in SI, not None"),
-     ({"k_x": 10**400}, "k_x must be a number in SI, not 1000"),
+     ({"k_x": 10**400}, "k_x must be a number in SI: int too large"),
      ({"u_dd": [1.0, 10**400]}, "u_dd must be a row of numbers: int too large"),
      ({"u_dd": [1.0, math.inf]}, r"u_dd\[1\] must be a finite"),
      ({"approach": "signum", "F_fs": 18.0}, "signum knows no static limit: F_fs = 18 N"),
@@ -267,6 +277,21 @@ def test_simulate_refuses_nonsense_in_a_sentence(change: dict[str, object], word
     }
     with pytest.raises(UsageError, match=words):
         simulate(**{**scene, **change})  # type: ignore[arg-type]
+
+
+def test_simulate_takes_numbers_of_every_kind() -> None:
+    scene = {
+        "k_x": 7500,
+        "b": np.float32(500.0),
+        "F_fk": np.array(15.0),
+        "dt": np.float64(1e-3),
+    }
+    u_dd = [0, 1, 2, -3]
+    same = [u_dd, tuple(u_dd), np.array(u_dd, dtype=np.int16), np.ma.array(u_dd),
+            np.array(u_dd, dtype=object), np.repeat(u_dd, 2)[::2]]  # fmt: skip
+    found = [simulate(m=np.int64(75), u_dd=given, **scene).x_r for given in same]  # type: ignore[arg-type]
+    assert all(np.array_equal(x_r, found[0]) for x_r in found)
+    assert found[0].any()
 
 
 @pytest.mark.parametrize("F_fk", [0.0, 15.0, 45.0, 1e9])

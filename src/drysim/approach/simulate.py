@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drysim.approach import EXACT, SHELF
-from drysim.approach.events import Events, Floats
+from drysim.approach.events import Events
+from drysim.approach.given import plain, refuse_faults, refuse_nonsense, row
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
@@ -73,11 +74,11 @@ def simulate(
     SolverError
         When events follow each other without end or the motion leaves the numbers.
     """
-    samples = row(u_dd)
+    samples = row("u_dd", u_dd)
     law = Law(plain("F_fk", F_fk), plain("F_fs", F_fk if F_fs is None else F_fs))
     plant = Plant(plain("m", m), plain("k_x", k_x), plain("b", b))
     start = State(plain("x_r", x_r), plain("v_r", v_r))
-    refuse_nonsense(plant, law, samples, plain("dt", dt), start)
+    refuse_nonsense(plant, law, plain("dt", dt), start)
     if approach not in SHELF:
         raise UsageError(
             f"there is no approach `{approach}`", f"choose from {', '.join(SHELF)}"
@@ -105,22 +106,6 @@ def simulate(
     except SolverError:
         refuse_faults(samples)
         raise
-
-
-def plain(name: str, value: float) -> float:
-    """Give a number; raise UsageError where it is none, units in words among them."""
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise UsageError(f"{name} must be a number in SI, not {value!r}") from None
-
-
-def row(u_dd: ArrayLike) -> Floats:
-    """Give samples as numbers; raise UsageError where they are none."""
-    try:
-        return np.ascontiguousarray(u_dd, dtype=float)
-    except (TypeError, ValueError, OverflowError) as fault:
-        raise UsageError(f"u_dd must be a row of numbers: {fault}") from None
 
 
 def between(
@@ -167,27 +152,3 @@ def linear(plant: Plant, motion: Samples, start: State) -> Response:
         plant, Law(0.0, 0.0), motion, grid, events,
         lambda: Numerics("viscous", "recursion", why, engine(), n - 1, 1),
     )  # fmt: skip
-
-
-def refuse_nonsense(plant: Plant, law: Law, u_dd: Floats, dt: float, start: State) -> None:
-    """Raise UsageError, naming the argument, where the arguments describe no oscillator."""
-    named = {**plant._asdict(), "F_fk": law.F_fk, "F_fs": law.F_fs, "dt": dt, **start._asdict()}
-    for name, value in named.items():
-        if not math.isfinite(value):
-            raise UsageError(f"{name} must be a finite number, not {value}")
-        if value < 0.0 and name not in start._fields:
-            bound = "above 0" if name in ("m", "dt") else "at least 0"
-            raise UsageError(f"{name} must be {bound}, not {value:g}")
-    if plant.m == 0.0 or dt == 0.0:
-        raise UsageError(f"{'dt' if plant.m else 'm'} must be above 0")
-    if law.F_fs < law.F_fk:
-        raise UsageError(f"F_fs = {law.F_fs:g} N must be at least F_fk = {law.F_fk:g} N")
-    if u_dd.ndim != 1 or len(u_dd) < 2:
-        raise UsageError(f"u_dd must be a row of at least 2 samples, not of shape {u_dd.shape}")
-
-
-def refuse_faults(u_dd: Floats) -> None:
-    """Raise UsageError, naming the first of them, where samples are no finite numbers."""
-    if not np.isfinite(u_dd).all():
-        at = int(np.flatnonzero(~np.isfinite(u_dd))[0])
-        raise UsageError(f"u_dd[{at}] must be a finite number, not {u_dd[at]}")
