@@ -57,8 +57,32 @@ def test_answers_of_many_cases_show_themselves_in_a_line(seat):
 def test_comparison_takes_its_words_as_a_text_or_as_a_list(seat):
     scenario = drysim.load(seat)
     one = drysim.compare(scenario, "signum vs stick-slip")
-    other = drysim.compare(scenario, ["signum", "stick-slip"])
-    assert one.verdict == other.verdict
+    for words in (["signum", "stick-slip"], ["signum vs stick-slip"]):
+        assert drysim.compare(scenario, words).verdict == one.verdict
+    for words in (None, 5, [5, 6]):
+        with pytest.raises(drysim.UsageError, match="takes words, such as"):
+            drysim.compare(scenario, words)
+
+
+def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(seat):
+    scenario = drysim.load(seat)
+    for solve in (drysim.run, drysim.sweep, lambda one: drysim.compare(one, "signum viscous")):
+        with pytest.raises(drysim.UsageError, match="what is solved is a scenario"):
+            solve(str(seat))
+    many = drysim.load(seat, {"excitation": NOISE})
+    for workers in ("2", 0, -1, 2.5, True):
+        for solve, one in ((drysim.sweep, scenario), (drysim.run, many)):
+            with pytest.raises(drysim.UsageError, match="workers must be a whole number of at"):
+                solve(one, workers=workers)
+    comparison = drysim.compare(scenario, "signum vs stick-slip", workers=np.int64(2))
+    with pytest.raises(drysim.UsageError, match="that of a row of the table, not of 'x'"):
+        comparison.deviation("x")
+    table = comparison.table
+    assert table[-1] == table[4] == list(table)[4]
+    assert table[1:3] == list(table)[1:3]
+    for number in (5, -6):
+        with pytest.raises(IndexError, match=f"there is no number {number} among 5"):
+            table[number]
 
 
 def test_fault_shows_every_problem_with_its_place(seat):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from drysim.errors import ScenarioError
+from drysim.errors import ScenarioError, UsageError
 from drysim.scenario import Scenario, load
 
 SEAT = """\
@@ -101,10 +102,45 @@ def test_approach_without_friction_is_taken_once_the_friction_is(scenario):
     assert scenario(text, ["solver.approach=viscous", "friction=null"]).friction is None
 
 
-def test_numbers_of_numpy_are_numbers(scenario):
-    numpy = pytest.importorskip("numpy")
-    overrides = {"oscillator.mass": numpy.float64(80), "excitation.rms": numpy.int32(2)}
-    assert scenario(SEAT, overrides).origin["overrides"] == {
-        "oscillator.mass": 80.0,
-        "excitation.rms": 2,
+def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(scenario):
+    overrides = {
+        "oscillator.mass": np.float64(80),
+        "oscillator.damping": np.array(400.0),
+        "excitation.rms": np.int32(2),
+        "sweep": {"excitation.frequency": np.linspace(1, 2, 3)},
     }
+    loaded = scenario(SEAT, overrides)
+    assert loaded.origin["overrides"] == {
+        "oscillator.mass": 80.0,
+        "oscillator.damping": 400.0,
+        "excitation.rms": 2,
+        "sweep": {"excitation.frequency": [1.0, 1.5, 2.0]},
+    }
+    assert loaded.sweep[0].values == (1.0, 1.5, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (np.ones((2, 2)), "sweep.excitation.rms.0 must be a number [m/s²], not a list"),
+        (np.array([1.0, 2j]), "a value of type complex has no place in a scenario"),
+        (np.ma.masked_equal([1.0, 2.0], 2.0), "sweep.excitation.rms.1 must be a number"),
+        ({1.0, 2.0}, "a value of type set has no place in a scenario"),
+    ],
+)
+def test_what_is_no_list_of_numbers_earns_a_sentence(scenario, value, words):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(SEAT, {"sweep": {"excitation.rms": value}})
+    assert words in fault.value.problems[0].sentence
+
+
+@pytest.mark.parametrize("overrides", [5, None, [5], {"oscillator.mass=80"}])
+def test_overrides_are_a_mapping_or_words(scenario, overrides):
+    with pytest.raises(UsageError, match="overrides are a mapping by dotted key, or words"):
+        scenario(SEAT, overrides)
+
+
+@pytest.mark.parametrize("path", [None, {}, 0, b"seat.yaml"])
+def test_scenario_is_loaded_from_a_path(path):
+    with pytest.raises(UsageError, match="loaded from the path of a file, not from"):
+        load(path)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
+from os import PathLike
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from drysim.errors import Problem, ScenarioError
+from drysim.errors import Problem, ScenarioError, UsageError
+from drysim.quantity import short
 from drysim.scenario.heading import LONGEST, unfit
 from drysim.scenario.model import Scenario
 from drysim.scenario.options import model_for
@@ -46,7 +48,12 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
     ------
     ScenarioError
         With every problem of the file.
+    UsageError
+        When this is no path, or the overrides are neither a mapping nor words.
     """
+    if not isinstance(path, str | PathLike):
+        given = short(repr(path))
+        raise UsageError(f"a scenario is loaded from the path of a file, not from {given}")
     try:
         document = read(path, overrides, (SWEEP,))
     except Unreadable as fault:

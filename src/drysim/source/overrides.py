@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-from drysim.errors import Problem
+from drysim.errors import Problem, UsageError
 from drysim.quantity import meant, near, short
 from drysim.source.place import Place, Unreadable
 from drysim.source.text import screen
@@ -67,7 +67,14 @@ def _items(overrides: Overrides) -> Iterator[tuple[Place, str, object]]:
         for key, value in overrides.items():
             yield Place(f"overrides[{short(repr(key), SHOWN)}]"), str(key), value
         return
-    for word in [overrides] if isinstance(overrides, str) else overrides:
+    words = [overrides] if isinstance(overrides, str) else overrides
+    if not isinstance(words, Sequence) or not all(isinstance(word, str) for word in words):
+        given = short(repr(overrides), SHOWN)
+        raise UsageError(
+            f"overrides are a mapping by dotted key, or words such as `friction.kinetic=30`, "
+            f"not {given}"
+        )
+    for word in words:
         key, equals, text = word.partition("=")
         yield Place(f"--set {short(word, SHOWN)}"), key.strip() if equals else "", _Text(text)
 
@@ -109,6 +116,7 @@ def _known(value: Any, place: Place, depth: int = 0) -> Node:
     """Give the node of a Python value."""
     if depth > MAX_DEPTH:
         raise Unreadable(place.problem(f"nested deeper than {MAX_DEPTH} levels"))
+    value = getattr(value, "tolist", lambda: value)()  # a number or an array of numpy
     if isinstance(value, Mapping):
         items = {str(key): _known(v, place, depth + 1) for key, v in value.items()}
         return Node({k: v._replace(key=place) for k, v in items.items()}, place, place)
@@ -116,8 +124,6 @@ def _known(value: Any, place: Place, depth: int = 0) -> Node:
         return Node([_known(v, place, depth + 1) for v in value], place)
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
-    if not isinstance(value, str | bool | int | float) and value is not None:
-        value = getattr(value, "item", lambda: value)()  # a number of numpy
     if isinstance(value, str | bool | int | float) or value is None:
         return Node(value, place)
     raise Unreadable(

@@ -91,6 +91,15 @@ class Case:
         return isinstance(self.scenario.excitation, Drawn | Record)
 
 
+def require(scenario: Scenario) -> None:
+    """Make sure that this is a scenario."""
+    if not isinstance(scenario, Scenario):
+        given = short(repr(scenario))
+        raise UsageError(
+            f"what is solved is a scenario, as `drysim.load` gives it, not {given}"
+        )
+
+
 def prepare(scenario: Scenario) -> Case:
     """Give the case of a scenario: read its record, check that it can be solved.
 
@@ -112,11 +121,7 @@ def prepare(scenario: Scenario) -> Case:
     UsageError
         When it is no scenario, or the environment names an engine that there is not.
     """
-    if not isinstance(scenario, Scenario):
-        given = short(repr(scenario))
-        raise UsageError(
-            f"what is solved is a scenario, as `drysim.load` gives it, not {given}"
-        )
+    require(scenario)
     require_engine()
     if shortage := memory.shortage_of_seeds(seeds.most(scenario)):
         raise misfit(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from operator import index
 from typing import TypeVar, overload
 
 Made = TypeVar("Made", covariant=True)
@@ -24,4 +25,7 @@ class Lazy(Sequence[Made]):
         """Give one value, or some."""
         if isinstance(number, slice):
             return [self.one(i) for i in range(*number.indices(len(self)))]
-        return self.one(range(len(self))[number])
+        at, count = index(number), len(self)
+        if not -count <= at < count:
+            raise IndexError(f"there is no number {at} among {count}, counted from 0")
+        return self.one(at % count)

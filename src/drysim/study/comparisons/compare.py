@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from drysim.approach import SHELF
 from drysim.errors import Caution, SolverError, UsageError
-from drysim.quantity import near
+from drysim.quantity import near, short
 from drysim.scenario.laws import LAWS
-from drysim.study.case import prepare
+from drysim.study.case import prepare, require
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.comparisons.diagnosis import diagnose
 from drysim.study.sweeps import survey
@@ -42,8 +42,13 @@ def named(words: str | Sequence[str]) -> tuple[str, ...]:
     UsageError
         When a word is neither, is named twice, or there are fewer than two.
     """
-    each = words.split() if isinstance(words, str) else words
-    names = [word for word in each if word != "vs"]
+    given = [words] if isinstance(words, str) else words
+    if not isinstance(given, Sequence) or not all(isinstance(word, str) for word in given):
+        told = short(repr(words))
+        raise UsageError(
+            f"a comparison takes words, such as `signum vs stick-slip`, or a list, not {told}"
+        )
+    names = [name for word in given for name in word.split() if name != "vs"]
     for name in names:
         if name not in WORDS:
             nearest = near(name, WORDS)
@@ -91,11 +96,13 @@ def compare(
     Raises
     ------
     UsageError
-        When a name is neither, stands there twice, or there are fewer than two.
+        When a name is neither, stands there twice, or there are fewer than two; or when it is
+        no scenario.
     ScenarioError
         When the scenario lacks a key of a law.
     """
     names = named(names)
+    require(scenario)
     case = prepare(scenario.compared_by(names[-1]))
     return solve(scenario, case, names, workers=workers, finished=finished)
 

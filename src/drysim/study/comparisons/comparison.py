@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from drysim.errors import UsageError
+from drysim.quantity import short
 from drysim.study.brief import line
 from drysim.study.ensembles.statistics import interval
+from drysim.study.sweeps.table import Row
 
 if TYPE_CHECKING:
     from drysim.approach.response import Response
-    from drysim.study.sweeps.table import Row, Table
+    from drysim.study.sweeps.table import Table
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,9 @@ class Comparison:
 
         Of many seeds it is the mean over those that both have, compared seed by seed.
         """
+        if not isinstance(row, Row):
+            given = short(repr(row))
+            raise UsageError(f"a deviation is that of a row of the table, not of {given}")
         found = self.off(row)
         return found[0] if found else None
 

@@ -15,6 +15,7 @@ from drysim.study import memory
 from drysim.study.base_motion import base_motion
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.seeds import KEY, asked, enough, of_seed
+from drysim.study.hands import hands
 from drysim.study.hashes import sha256_of
 from drysim.study.in_order import in_order
 from drysim.study.sweeps.cases import attempted
@@ -99,9 +100,10 @@ def sampled(motion: Sines | Samples) -> Samples:
 
 def threads(case: Case, workers: int | None) -> int:
     """Give how many seeds may be under way at a time: as many as fit into the memory."""
+    wanted = hands(workers)
     if compiled.engine() == compiled.PLAIN:
         return 1  # plain Python does one thing at a time
     room = int(
         machine.memory() // memory.bytes_of(case.steps, bool(case.scenario.measure.weights))
     )
-    return max(1, min(workers or machine.processors(), room))
+    return max(1, min(wanted, room))

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from threading import Event
 from typing import TYPE_CHECKING
 
-from drysim import machine
 from drysim.core import compiled
 from drysim.errors import ScenarioError
 from drysim.study.case import Case, prepare
 from drysim.study.effort import price
 from drysim.study.ensembles.seeds import most
+from drysim.study.hands import hands
 from drysim.study.in_order import in_order
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.cases import count
@@ -59,6 +59,8 @@ def sweep(
         When the scenario has no sweep block, or a case is at fault.
     RecordError
         When the record of the excitation cannot be used.
+    UsageError
+        When it is no scenario, or `workers` no number of threads.
     """
     return solve(prepare(scenario), workers=workers, finished=finished)
 
@@ -133,8 +135,8 @@ def solved(
 ) -> Iterator[tuple[Piece, Batch]]:
     """Give the cases of every piece in order; those that are done are not done again."""
     plan, given_up = Plan.of(scenarios, case), Event()
-    hands = workers or machine.processors()
-    crew = Crew.at(case, hands, count(scenarios), given_up.is_set)
+    threads = hands(workers)
+    crew = Crew.at(case, threads, count(scenarios), given_up.is_set)
 
     def made(number: int) -> tuple[Piece, Batch, bool]:
         piece = plan.pieces[number]
@@ -146,7 +148,7 @@ def solved(
         return piece, batch, True
 
     try:
-        for piece, batch, new in in_order(made, range(len(plan.pieces)), hands):
+        for piece, batch, new in in_order(made, range(len(plan.pieces)), threads):
             if new:
                 finished(batch)
             yield piece, batch
