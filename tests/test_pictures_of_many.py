@@ -88,7 +88,9 @@ def test_axes_of_many_cases_are_named_and_share_their_range(table):
     assert mapped.get_xlabel() == "frequency $f$ [Hz]"
     assert mapped.get_ylabel() == "kinetic friction force $F_{fk}$ [N]"
     assert bands.get_xlabel() == ""
-    assert bands.get_xlim() == mapped.get_xlim() == (1, 8)
+    # Whole cells, those of the least and the greatest value, too.
+    assert bands.get_xlim() == mapped.get_xlim() == (0.5, 10)
+    assert mapped.get_ylim() == (0, 60)
     assert bands.get_ylim()[0] == 0
 
 
@@ -124,8 +126,10 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
     figure = draw(swept)
     bands, mapped = figure.axes[0], figure.axes[1]
     assert mapped.get_ylabel() == "mass $m$ [kg]"
-    low, high = bands.get_xlim()
-    assert 0.5 < low < high < 10
+    # The picture reaches as far as the sample does, its curves and its cells, too.
+    x, median = line(bands, "median")
+    assert bands.get_xlim() == mapped.get_xlim() == (x[0], x[-1]) == (0.5, 10)
+    assert median[0] == median[1]
     counts = scatter.Scatter("T_a", scatter.Bins.of(swept.axes[0]), None)
     scatter.gathered(batches_of(swept.rows), "stick-slip", [counts])
     assert counts.counts.sum() == 60
@@ -169,7 +173,7 @@ def test_cases_without_numbers_leave_an_empty_panel():
 
 def test_quantiles_of_a_picture_are_those_of_the_cases():
     values = np.random.Generator(np.random.PCG64(2)).lognormal(size=5000)
-    bins = scatter.Bins(axes_of(frequency=[1, 2])[0], np.array([1.0, 2.0]), np.array([1.5]))
+    bins = scatter.Bins.of(axes_of(frequency=[1, 2])[0])
     one = scatter.Scatter("T_a", bins, None)
 
     class Batch:
@@ -189,7 +193,37 @@ def test_range_that_is_drawn_by_difference_has_even_bins_to_its_end(table):
     by_difference, by_ratio = (
         scatter.Bins.of(axis) for axis in table(f"{{sample: {sample}}}").axes
     )
-    assert by_difference.fences()[[0, -1]].tolist() == pytest.approx([0.5, 60])
+    assert by_difference.fences[[0, -1]].tolist() == pytest.approx([0.5, 60])
     assert np.ptp(np.diff(by_difference.middles)) == pytest.approx(0, abs=1e-9)
-    assert by_ratio.fences()[[0, -1]].tolist() == pytest.approx([10, 500])
+    assert by_ratio.fences[[0, -1]].tolist() == pytest.approx([10, 500])
     assert (by_difference.even_in_ratio, by_ratio.even_in_ratio) == (False, True)
+
+
+def test_values_listed_in_any_order_have_bins_from_the_least_to_the_greatest():
+    values = np.random.Generator(np.random.PCG64(3)).permutation(np.linspace(1, 6, 151))
+    bins = scatter.Bins.of(axes_of(frequency=values)[0])
+    assert bins.fences[[0, -1]].tolist() == [1, 6]
+    assert np.all(np.diff(bins.fences) > 0)
+
+
+def test_bins_between_which_a_range_has_no_value_are_one():
+    values = np.linspace(0.5, 10, 210)
+    bins = scatter.Bins.of(axes_of(frequency=values)[0])
+    assert bins.even_in_ratio
+    assert bins.fences[[0, -1]].tolist() == [0.5, 10]
+    assert np.bincount(bins.find(values), minlength=len(bins)).min() == 1
+
+
+def test_sample_of_a_decade_by_ratio_has_a_logarithmic_axis_with_every_number_in_full(table):
+    stiffness = "oscillator.stiffness: {from: 5 kN/m, to: 50 kN/m"
+    over = "excitation.frequency: {from: 1, to: 5}"
+    for words, scale in (("", "linear"), (", scale: log", "log")):
+        sample = f"{{kind: latin, count: 60, seed: 2, over: {{{over}, {stiffness}{words}}}}}}}"
+        figure = draw(table(f"{{sample: {sample}}}"))
+        figure.draw_without_rendering()
+        mapped = figure.axes[1]
+        assert mapped.get_yscale() == scale
+        assert mapped.get_ylim() == pytest.approx((5e3, 5e4))
+        assert {"10000", "20000"} <= {one.get_text() for one in mapped.get_yticklabels()}
+        assert mapped.yaxis.get_offset_text().get_text() == ""
+        assert mapped.yaxis.label.get_window_extent().x0 > 0

@@ -150,6 +150,7 @@ def gaps(axes: Axes, view: View, panel: Panel) -> None:
 def name(axes: Axes, words: str, pad: float = 6.0) -> None:
     """Say above a panel what it shows; that its place is given spares looking for one."""
     axes.set_title(words, loc="left", pad=pad, y=1.0)
+    axes.yaxis.set_offset_position("right")
 
 
 def known(view: View, value: Value) -> Iterator[float]:

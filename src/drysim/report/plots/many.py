@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 BANDS = ((0.05, 0.95, "#c9d8e8", "90 % of the cases"), (0.25, 0.75, "#8fb0d0", "half of them"))
 MEDIAN: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
 
-RIGHT = 0.92
-"""Where the last column ends, so that the numbers of its colours have room beside it."""
+LEFT, LEFT_OF_MAPS, RIGHT = 0.075, 0.1, 0.92
+"""Where panels begin and end, so that numbers and words beside a map have room."""
 
 
 def scattered(table: Table) -> bool:
@@ -56,7 +56,8 @@ def draw(table: Table, quantities: Sequence[Shown]) -> Figure:
     if references:
         gathered(batches_of(table.rows), references[0], beside)
     shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
-    figure, grid = layout.sheet(1 if across is None else 2, len(shown), right=RIGHT)
+    rows, left = (1, LEFT) if across is None else (2, LEFT_OF_MAPS)
+    figure, grid = layout.sheet(rows, len(shown), left, RIGHT)
     for place, i in enumerate(shown):
         quantity = quantities[i]
         axes = figure.add_subplot(grid[0, place])
@@ -74,14 +75,14 @@ def draw(table: Table, quantities: Sequence[Shown]) -> Figure:
 
 def bands(axes: Axes, found: Scatter, reference: Scatter | None, factor: float) -> None:
     """Draw how a metric scatters in every bin."""
-    x = found.along.middles
+    x = found.along.x
     for low, high, colour, words in BANDS:
-        ends = found.quantile(low) * factor, found.quantile(high) * factor
+        ends = found.curve(low) * factor, found.curve(high) * factor
         axes.fill_between(x, *ends, color=colour, linewidth=0, label=words)
-    axes.plot(x, found.quantile(0.5) * factor, **MEDIAN)
+    axes.plot(x, found.curve(0.5) * factor, **MEDIAN)
     if reference is not None and reference.counts.any():
         words = "median without dry friction"
-        axes.plot(x, reference.quantile(0.5) * factor, **ink.REFERENCE, label=words)
+        axes.plot(x, reference.curve(0.5) * factor, **ink.REFERENCE, label=words)
 
 
 def bound(axes: Axes, table: Table, quantity: Shown) -> None:
@@ -101,15 +102,20 @@ def bound(axes: Axes, table: Table, quantity: Shown) -> None:
 
 def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
     """Make the axis of the swept key."""
-    x = bins.middles
-    if bins.even_in_ratio:
-        axes.set_xscale("log")
-        scales.decades(axes.xaxis, x[0], x[-1])
-    if len(x) > 1:
-        axes.set_xlim(x[0], x[-1])
+    axes.set_xlim(bins.fences[0], bins.fences[-1])
+    _scale(axes.set_xscale, axes.xaxis, bins)
     axes.tick_params(labelbottom=named)
     if named:
         axes.set_xlabel(key_label(bins.axis))
+
+
+def _scale(set_scale: Callable[[str], None], axis: Any, bins: Bins) -> None:
+    """Spread and number the axis of a swept key as its bins are."""
+    if bins.even_in_ratio:
+        set_scale("log")
+        scales.decades(axis, bins.fences[0], bins.fences[-1])
+    else:
+        scales.plain(axis)
 
 
 def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: bool) -> None:
@@ -117,18 +123,15 @@ def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: boo
     from matplotlib.ticker import MaxNLocator
 
     assert found.across is not None, "a map has two axes"
-    x, y = found.along.fences(), found.across.fences()
+    x, y = found.along.fences, found.across.fences
     values = np.ma.masked_invalid(found.map * factor)
     mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
     along_bins(axes, found.along, named=True)
     axes.set_ylim(y[0], y[-1])
-    if found.across.even_in_ratio:
-        axes.set_yscale("log")
-        scales.decades(axes.yaxis, y[0], y[-1])
+    _scale(axes.set_yscale, axes.yaxis, found.across)
     axes.tick_params(labelleft=named)
     if named:
         axes.set_ylabel(key_label(found.across.axis))
-    axes.yaxis.set_offset_position("right")
     axes.grid(visible=False)
     bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
     # The numbers stand in a narrow margin.

@@ -39,6 +39,8 @@ def along(axes: Axes, view: View, named: bool) -> None:
     if wide(x):
         axes.set_xscale("log")
         decades(axes.xaxis, min(x), max(x))
+    else:
+        plain(axes.xaxis)
     if x and min(x) < max(x):
         axes.set_xlim(min(x), max(x))
     axes.tick_params(labelbottom=named)
@@ -58,6 +60,11 @@ def decades(axis: Any, low: float, high: float) -> None:
     axis.set_major_locator(some(1.0, 2.0, 5.0) if letters <= LETTERS else some(1.0))
     axis.set_major_formatter(lambda x, _: number(x))
     axis.minorticks_off()
+
+
+def plain(axis: Any) -> None:
+    """Number the axis of a key in full: no power of ten apart, which a title could hide."""
+    axis.set_major_formatter(lambda x, _: number(x, digits=8).replace("-", "\N{MINUS SIGN}"))
 
 
 def frequencies(axes: Axes, f_0: float) -> None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import exp, isqrt, log
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.report.plots.scales import wide
-from drysim.scenario.sweep.drawn import Drawn, LogNormal, Normal
+from drysim.scenario.sweep.drawn import Distribution, Drawn, LogNormal, Normal
+from drysim.scenario.sweep.spread import Spread
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis
@@ -21,6 +23,9 @@ Floats = NDArray[np.float64]
 
 MOST_VALUES, FEWEST_BINS, BINS = 120, 6, 48
 """Values of a key up to which each is a bin of its own; least and most bins of other keys."""
+
+A_CELL = 4
+"""Cases of a sample that a cell of a map has on the average: few cells remain empty."""
 
 FINENESS = 256
 """Bins of a metric to a factor of e: less than the width of a line."""
@@ -32,67 +37,91 @@ FAR = 1e-3
 """Share of a distribution without end that is drawn at the end of its axis."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Bins:
-    """A swept key as bins: their middles, and the edges between them."""
+    """A swept key as bins.
+
+    Attributes
+    ----------
+    axis : Axis
+    middles, fences : ndarray
+        Middles of the bins, and their edges, both ends included.
+    x : ndarray
+        Where curves have their points: the middles, and the ends of a range.
+    even_in_ratio : bool
+        Whether the key is drawn on a logarithmic axis.
+    """
 
     axis: Axis
     middles: Floats
-    edges: Floats
+    fences: Floats
+    x: Floats
+    even_in_ratio: bool
 
     @classmethod
     def of(cls, axis: Axis) -> Bins:
         """Give a bin to each of few values; else bins of equal width or ratio."""
         values = axis.values
-        if len(values) <= MOST_VALUES and not isinstance(values, Drawn):
-            middles = np.unique(np.array(values, dtype=float))
-            return cls(axis, middles, 0.5 * (middles[1:] + middles[:-1]))
-        low, high = _ends(values)
-        even = _by_ratio(values) and low > 0 and high >= 10 * low
-        scale = np.geomspace if even else np.linspace
-        most = isqrt(len(values)) if isinstance(values, Drawn) else BINS
-        edges = scale(low, high, min(BINS, max(FEWEST_BINS, most)) + 1)
-        middles = np.sqrt(edges[1:] * edges[:-1]) if even else 0.5 * (edges[1:] + edges[:-1])
-        return cls(axis, middles, edges[1:-1])
-
-    @property
-    def even_in_ratio(self) -> bool:
-        """Whether the key is drawn on a logarithmic axis."""
-        return _by_ratio(self.axis.values) and wide(self.middles.tolist())
+        if isinstance(values, Drawn):
+            most = max(FEWEST_BINS, isqrt(len(values) // A_CELL))
+            fences, even = _fences(*_ends(values.law), min(BINS, most), _by_ratio(values.law))
+        else:
+            ordered = values if isinstance(values, Spread) else sorted({*values})
+            if len(ordered) <= MOST_VALUES:
+                middles, even = np.array(ordered, dtype=float), wide(ordered)
+                return cls(axis, middles, _between(middles, even), middles, even)
+            fences, even = _fences(ordered[0], ordered[-1], BINS)
+            fences = _filled(fences, ordered)
+        middles = np.sqrt(fences[1:] * fences[:-1]) if even else (fences[1:] + fences[:-1]) / 2
+        return cls(axis, middles, fences, np.array([fences[0], *middles, fences[-1]]), even)
 
     def __len__(self) -> int:
         """Give the number of bins."""
         return len(self.middles)
 
-    def fences(self) -> Floats:
-        """Give the edges of all bins for drawing, halfway by the scale of the axis."""
-        if len(self) == 1:
-            return np.array([self.middles[0] - 0.5, self.middles[0] + 0.5])
-        even = self.even_in_ratio
-        x = np.log(self.middles) if even else self.middles
-        between = 0.5 * (x[1:] + x[:-1])
-        edges = np.array([2 * x[0] - between[0], *between, 2 * x[-1] - between[-1]])
-        return np.asarray(np.exp(edges) if even else edges)
+    @property
+    def beyond(self) -> int:
+        """How many points a curve has beyond the middles at either end."""
+        return (len(self.x) - len(self)) // 2
 
     def find(self, values: Floats) -> NDArray[np.intp]:
         """Give the bin of every value."""
-        return np.searchsorted(self.edges, values, side="right")
+        return np.searchsorted(self.fences[1:-1], values, side="right")
 
 
-def _ends(values: Any) -> tuple[float, float]:
-    """Give the ends of the values of a key, those of a distribution where it has none."""
-    if not isinstance(values, Drawn):
-        return float(values[0]), float(values[-1])
-    share = FAR if isinstance(values.law, Normal | LogNormal) else 0.0
-    low, high = values.law.quantile(np.array([share, 1.0 - share])).tolist()
+def _between(middles: Floats, even_in_ratio: bool) -> Floats:
+    """Give edges halfway between values by the scale of their axis, and as far beyond them."""
+    if len(middles) == 1:
+        return np.array([middles[0] - 0.5, middles[0] + 0.5])
+    x = np.log(middles) if even_in_ratio else middles
+    between = 0.5 * (x[1:] + x[:-1])
+    edges = np.array([2 * x[0] - between[0], *between, 2 * x[-1] - between[-1]])
+    return np.asarray(np.exp(edges) if even_in_ratio else edges)
+
+
+def _fences(low: float, high: float, count: int, by_ratio: bool = True) -> tuple[Floats, bool]:
+    """Give edges of bins between two ends, and whether they are even in ratio."""
+    even = by_ratio and wide((low, high))
+    return (np.geomspace if even else np.linspace)(low, high, count + 1), even
+
+
+def _filled(fences: Floats, ordered: Sequence[float]) -> Floats:
+    """Give edges with a value between any two: those of a range may lie farther apart."""
+    below = [bisect_left(ordered, fence) for fence in fences[1:-1].tolist()]
+    _, first = np.unique([0, *below, len(ordered)], return_index=True)
+    return np.append(fences[first[:-1]], fences[-1])
+
+
+def _ends(law: Distribution) -> tuple[float, float]:
+    """Give the ends of a distribution, for one without some that hold nearly all of it."""
+    share = FAR if isinstance(law, Normal | LogNormal) else 0.0
+    low, high = law.quantile(np.array([share, 1.0 - share])).tolist()
     return low, high
 
 
-def _by_ratio(values: Any) -> bool:
-    """Tell whether a logarithmic axis may suit a key: of a drawn one, where it is drawn so."""
-    if not isinstance(values, Drawn):
-        return True
-    return isinstance(values.law, LogNormal) or getattr(values.law, "log", False)
+def _by_ratio(law: Distribution) -> bool:
+    """Tell whether a logarithmic axis may suit a key that is drawn so."""
+    return isinstance(law, LogNormal) or getattr(law, "log", False)
 
 
 @dataclass
@@ -139,6 +168,10 @@ class Scatter:
         at = np.argmax(below >= level * np.maximum(total, 1)[:, None], axis=1)
         values = np.array([0.0 if k == 0 else exp(SPAN[0] + (k - 0.5) / FINENESS) for k in at])
         return np.where(total > 0, values, np.nan)
+
+    def curve(self, level: float) -> Floats:
+        """Give a quantile at the points of a curve: that of a range's last bin to its end."""
+        return np.pad(self.quantile(level), self.along.beyond, mode="edge")
 
     @property
     def map(self) -> Floats:
