@@ -63,6 +63,17 @@ def test_mass_that_rests_on_its_stop_is_drawn(tmp_path, drysim, stops, words):
     assert answer.code == 0, answer.err
 
 
+def test_no_hour_goes_beyond_rigid_stops(tmp_path, drysim):
+    base = "excitation={kind: standard, class: EM1, duration: 80, seed: 1}"
+    (tmp_path / "seat.yaml").write_text(SEAT.replace("STOPS", RIGID))
+    words = ("run", "seat.yaml", "--no-plots", "--set", base)
+    near, far = (drysim(*words, "--set", f"stroke.limit={limit} mm") for limit in (15, 500))
+    assert "in an hour  15 mm        as far as the rigid stops let it\n" in near.out
+    assert "met once, extrapolated from the greatest peaks\n" in far.out
+    free = drysim(*words, "--set", "stroke=null", "--json").out
+    assert json.loads(free)["metrics"]["stroke_once_an_hour"] > 0.015
+
+
 def test_scene_without_stops_has_none_of_it(tmp_path, drysim):
     (tmp_path / "seat.yaml").write_text(SEAT.replace(", stops: STOPS", ""))
     answer = drysim("run", "seat.yaml", "--json")

@@ -49,7 +49,8 @@ METRICS = (
         "stroke_once_an_hour",
         "m",
         "stroke met once an hour if noise or record went on as in the window: extrapolated "
-        "from the tail of its peaks (Weibull, exponent 2); not known below 150 half cycles",
+        "from the tail of its peaks (Weibull, exponent 2), at most where rigid stops are; not "
+        "known below 150 half cycles",
     ),
     Metric("contacts", "-", "times that the mass came to an end stop in the window"),
     Metric("impact_speed", "m/s", "greatest |v_r| with which it did so, in the window"),
@@ -126,6 +127,9 @@ def measure(
     if isinstance(track.law, Stopped):
         values |= bounces(track, window, repeats=closure is not None)
         values["energy_stops"] = totals.hits - (held[1] - held[0])
+        hourly = values.get("stroke_once_an_hour")
+        if track.law.rigid and hourly is not None:  # its tail is cut off there
+            values["stroke_once_an_hour"] = min(hourly, track.law.x_rM)
     if x_rM is not None:
         times, t_first, t_beyond = excursions(track, path, x_rM, repeats=closure is not None)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}

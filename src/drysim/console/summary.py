@@ -18,7 +18,7 @@ from drysim.console.parts import (
     show_warnings,
     steps,
 )
-from drysim.core.plant import Stopped
+from drysim.core.plant import AnyLaw, Stopped
 from drysim.scenario.measure import common_period
 from drysim.wording import length, number, percent, several, times
 
@@ -113,6 +113,14 @@ def _hits(metrics: Mapping[str, float | int | None]) -> Iterator[Row]:
     yield Row("stops met", times(metrics["contacts"]), hardest + lost, "bold red")
 
 
+def _hourly(stroke: float, law: AnyLaw) -> Row:
+    """Give the stroke that is met once an hour, or the rigid stops that end it."""
+    how = "met once, extrapolated from the greatest peaks"
+    if isinstance(law, Stopped) and law.rigid and stroke == law.x_rM:
+        how = "as far as the rigid stops let it"
+    return Row("in an hour", length(stroke), how)
+
+
 def _rows(outcome: Outcome) -> Iterator[Row]:
     """Give the metrics that matter most, in the units of an engineer."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
@@ -127,8 +135,7 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     limit = f"{used} of the stroke limit of {length(stroke.limit)}" if stroke else ""
     yield Row("peak |x_r|", length(metrics["x_r_peak"]), limit)
     if metrics["stroke_once_an_hour"] is not None:
-        hourly = length(metrics["stroke_once_an_hour"])
-        yield Row("in an hour", hourly, "met once, extrapolated from the greatest peaks")
+        yield _hourly(metrics["stroke_once_an_hour"], outcome.response.law)
     if isinstance(outcome.response.law, Stopped):
         yield from _hits(metrics)
     elif metrics["violations"]:
