@@ -12,7 +12,7 @@ import typer
 
 from drysim.cli import options
 from drysim.cli.voice import Voice
-from drysim.errors import EXIT_OK, Caution
+from drysim.errors import EXIT_OK, Caution, UsageError
 
 if TYPE_CHECKING:
     from drysim.scenario import Scenario
@@ -69,6 +69,8 @@ def bench(
 ) -> int:
     """Speed against error, beside programs that people know."""
     voice, command = Voice(as_json, quiet), shlex.join(["drysim", *context.obj])
+    if steady and hard:
+        raise UsageError("--steady and --hard ask for two benches", "ask for one at a time")
     if hard:
         return held(scenario, changes or [], out, patience, dry_run, voice, command)
     from drysim.report.claim import check
