@@ -108,3 +108,9 @@ def test_exact_approach_holds_every_hard_case(process):
     counts = json.loads(answer.out)["metrics"]
     assert set(counts["stick-slip"]) == {"held"}
     assert counts["signum"]["wrong"] > 5
+
+
+def test_two_benches_are_not_run_as_one(drysim):
+    answer = drysim("bench", "--steady", "--hard", "--dry-run")
+    assert answer[:2] == (2, "")
+    assert "--steady and --hard ask for two benches" in answer.err
