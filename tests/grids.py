@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 from math import pi, sqrt
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -70,10 +71,12 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
 def sweep(*swept, limit=0.025, reference="viscous", force=15.0, ratio=1.0, **words):
     """Give the table of a harmonic sweep, the reference last."""
     rows = [orbit_row("stick-slip", point, force, ratio, limit) for point in points(swept)]
+    rest = tuple(axis for axis in swept if axis.key != FORCE)
     if reference:
-        rest = tuple(axis for axis in swept if axis.key != FORCE)
         rows += [orbit_row(reference, point, force, ratio, limit) for point in points(rest)]
-    scene = stand_in("harmonic", limit, Law(force, force * ratio))
+    asked = {"sweep": swept, "reference": reference}
+    asked["with_approach"] = lambda _: SimpleNamespace(sweep=rest)
+    scene = stand_in("harmonic", limit, Law(force, force * ratio), **asked)
     return Table(scene, swept, tuple(rows), **words)
 
 

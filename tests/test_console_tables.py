@@ -182,13 +182,15 @@ def test_isolation_is_not_told_where_no_case_has_numbers(capsys):
 
 
 def test_interrupted_sweep_says_how_to_go_on(capsys):
-    table = replace(small(), complete=False)
+    table = small()
+    table = replace(table, rows=table.rows[:8], complete=False)
     console.show_table(table, Path("out/seat"))
     console.show_interrupted(len(table), "case", Path("out/seat"))
     out, err = capsys.readouterr()
+    assert "  state       incomplete: 8 of 12 cases\n" in out
     assert "written" not in out
     assert err == (
-        "interrupted: 12 finished cases are kept in out/seat.partial; the same command with "
+        "interrupted: 8 finished cases are kept in out/seat.partial; the same command with "
         "--resume computes only the rest\n"
     )
 
@@ -279,7 +281,7 @@ def test_comparison_is_a_ruled_table_at_a_terminal_of_80_columns(capsys, monkeyp
 def test_no_user_text_drives_the_terminal(capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     evil = "[bold red]\x1b[2J\x1b]0;owned\x07\u202e:smile:\r\n[/]"
-    scene = stand_in("harmonic", name=evil, about=evil)
+    scene = stand_in("harmonic", name=evil, about=evil, sweep=small().axes, reference=None)
     table = spoil(replace(small(), scenario=scene), FAILED, 1, note=evil)
     console.show_table(table, Path(evil))
     console.show_table(replace(table, complete=False), Path(evil))

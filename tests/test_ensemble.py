@@ -325,6 +325,7 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
     answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
     assert "8 finished seeds are kept in part.partial" in answer.err
+    assert "  state       incomplete: 8 of 9 seeds\n" in answer.out
     told = json.loads((tmp_path / "part.partial" / "drysim.json").read_text())
     assert (told["complete"], told["ensemble"]["seeds"]) == (False, 8)
     monkeypatch.undo()

@@ -170,6 +170,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monk
     answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1)
     assert answer.code == 130
     assert "2 finished cases are kept" in answer.err
+    assert "  state       incomplete: 2 of 6 cases\n" in answer.out
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     assert drysim("sweep", noisy, "--no-plots", "--out", "part", "--resume").code == 0

@@ -15,9 +15,10 @@ from drysim.console.parts import (
     show_title,
     show_verdicts,
     show_warnings,
+    unfinished,
 )
 from drysim.console.summary import scene
-from drysim.study.ensembles.seeds import until_of
+from drysim.study.ensembles.seeds import most, until_of
 from drysim.study.sweeps.table import OK
 from drysim.wording import around, number, percent, seeds, several, told_in
 
@@ -77,6 +78,8 @@ def _scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
         if name == "base":
             until = until_of(ensemble.scenario)
             yield "seeds", seeds(ensemble.seeds, until)
+            if not ensemble.complete:
+                yield "state", unfinished(len(ensemble.rows), most(ensemble.scenario), "seed")
 
 
 def _rows(ensemble: Ensemble) -> Iterator[Row]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from drysim import wording
 from drysim.console.paper import folded, line, paragraph, stderr
 from drysim.errors import Caution
+from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.checks import Verdict
@@ -52,6 +53,11 @@ def judged(passed: bool | None) -> tuple[str, str]:
     if passed is None:
         return "· unjudged", "dim"
     return ("✓ holds", "green") if passed else ("✗ fails", "bold red")
+
+
+def unfinished(done: int, every: int, thing: str) -> str:
+    """Give the state of what was interrupted, e.g. `incomplete: 3 of 20 seeds`."""
+    return f"incomplete: {done} of {several(every, thing)}"
 
 
 def steps(sentences: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -20,10 +20,12 @@ from drysim.console.parts import (
     show_verdicts,
     show_warnings,
     steps,
+    unfinished,
 )
 from drysim.scenario.rules import STATIC
-from drysim.study.sweeps import survey
+from drysim.study.sweeps import cases, survey
 from drysim.study.sweeps.rows import HELD
+from drysim.study.sweeps.sweep import approaches_of
 from drysim.study.sweeps.tally import Tally
 from drysim.wording import number, percent, several
 
@@ -95,6 +97,8 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
         yield "" if i else "swept", wording.swept(axis)
     counts = (f"{tally.cases} by {name}" for name, tally in table.tallies.items())
     yield "cases", ", ".join(counts)
+    if not table.complete:
+        yield "state", unfinished(len(table.rows), cases.count(approaches_of(scenario)), "case")
 
 
 def _own(table: study.Table) -> Tally:
