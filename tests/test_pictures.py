@@ -189,6 +189,60 @@ def test_every_curve_lies_within_its_panel_where_a_lower_row_reaches_higher():
     assert columns == ["linear", "linear", "log", "log"]
 
 
+ZIPPED = (
+    "name: seat\noscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+    "friction: {law: coulomb, kinetic: 15}\nstroke: {limit: 25 mm}\n"
+    "excitation: {kind: harmonic, frequency: 2, rms: 1}\nsolver: {step: 2.5e-3}\n"
+)
+
+
+def zipped(tmp_path, block):
+    """Give a scenario with a sweep in which keys walk together."""
+    (tmp_path / "s.yaml").write_text(f"{ZIPPED}sweep: {{{block}}}\n")
+    return load(tmp_path / "s.yaml")
+
+
+FORCES_AND_LIMITS = "zip: {friction.kinetic: [45, 15, 5], stroke.limit: [6 mm, 12 mm, 9 mm]}"
+
+
+def test_keys_that_walk_together_are_one_line_for_each_place(tmp_path):
+    made = zipped(tmp_path, f"excitation.frequency: [1, 2, 3, 4, 5], {FORCES_AND_LIMITS}")
+    (panel,) = draw_stroke(solved(made)).axes
+    (bare,) = lines(panel, "$F_{fk}$ 5 N, limit 0.009 m")
+    assert panel.get_xlabel() == "frequency $f$ [Hz]"
+    assert len(bare.get_xdata()) == 5
+    dashed = lines(panel, "stroke limit of each")
+    assert [set(line.get_ydata()) for line in dashed] == [{6.0}, {12.0}, {9.0}]
+    told = " ".join(text.get_text() for text in panel.figure.texts)
+    assert "friction.kinetic 45, 15, 5 N with stroke.limit 0.006, 0.012, 0.009 m" in told
+
+
+def test_stroke_limit_that_walks_with_the_axis_is_a_curve(tmp_path):
+    made = zipped(tmp_path, "zip: {friction.kinetic: [15, 45], stroke.limit: [12 mm, 5 mm]}")
+    (panel,) = draw_stroke(solved(made)).axes
+    curve, limit, *_ = panel.lines
+    assert list(curve.get_xdata()) == list(limit.get_xdata()) == [15, 45]
+    assert list(limit.get_ydata()) == [12, 5]
+
+
+def test_comparison_has_a_panel_for_each_place_of_keys_that_walk_together(tmp_path):
+    made = zipped(tmp_path, f"excitation.frequency: [1, 2, 3, 4, 5], {FORCES_AND_LIMITS}")
+    _, *panels = draw_comparison(compare(made, "switch vs stick-slip")).axes
+    assert len(panels) == 6
+    for panel in panels[::2]:
+        assert len(lines(panel, "stick-slip")[0].get_xdata()) == 5
+
+
+def test_comparison_of_a_sample_draws_points_and_no_line_between_them(tmp_path):
+    over = "{excitation.frequency: {from: 1, to: 5}, oscillator.mass: {from: 50, to: 90}}"
+    made = zipped(tmp_path, f"sample: {{kind: latin, count: 20, seed: 1, over: {over}}}")
+    _, *panels = draw_comparison(compare(made, "switch vs stick-slip")).axes
+    assert len(panels) == 2
+    (points,) = lines(panels[0], "stick-slip")
+    assert (points.get_linestyle(), points.get_marker()) == ("None", ".")
+    assert len(points.get_xdata()) == 20
+
+
 def test_heading_fills_its_lines_and_never_leaves_the_picture():
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -306,7 +360,7 @@ def test_comparison_shows_motion_transmissibility_and_deviation():
     assert motion.get_xlabel() == "time $t$ [s]"
     assert len(panels) == 4
     assert "$a_u$ 0.33 m/s²: $T_a$ [–]" in panels[0].get_title("left")
-    assert "deviation of $T_a$ from stick-slip [%]" in panels[1].get_title("left")
+    assert "$a_u$ 0.33 m/s²: deviation of $T_a$ [%]" in panels[1].get_title("left")
     (line,) = lines(panels[1], "signum")
     found = [row for row in made.table.of("signum") if row.point[RMS] == 0.33]
     assert list(line.get_ydata()) == [100 * made.deviation(row) for row in found]

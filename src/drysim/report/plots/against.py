@@ -31,6 +31,9 @@ TICKS = (5, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
 NUMBERS = 0.3
 """Room for the number of a bar, over the length of the bars."""
 
+POINTS: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 4}
+"""The cases of a sample, between which there is nothing."""
+
 PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 1}
 BAND: dict[str, Any] = {"facecolor": "#e8efe6", "edgecolor": "none", "zorder": 0}
 
@@ -46,7 +49,7 @@ def over_axis(
         right = figure.add_subplot(grid[at, 1], sharey=right)
         _titles(left, right, made, panel.title)
         for line in panel.lines:
-            style = {"markersize": 4, **looks[line.label]}
+            style = {**looks[line.label], **(POINTS if view.sampled else {"markersize": 4})}
             x, y = ink.series(view, line, T_a)
             ink.curve(left, x, y, style, line.label)
             bands.band(left, x, y, ink.series(view, line, _width)[1], style)
@@ -68,9 +71,9 @@ def over_axis(
 
 def _titles(left: Axes, right: Axes, made: Comparison, title: str = "") -> None:
     """Name what two panels show."""
-    words = f"{title}: " if title else ""
+    words, beside = (f"{title}: ", "") if title else ("", f" from {made.yardstick}")
     ink.name(left, f"{words}$T_a$ [–]")
-    ink.name(right, f"{words}deviation of $T_a$ from {made.yardstick} [%]")
+    ink.name(right, f"{words}deviation of $T_a${beside} [%]")
 
 
 def T_a(row: Row) -> float | None:

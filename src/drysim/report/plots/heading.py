@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from drysim import wording
 from drysim.report.plots import canvas
+from drysim.scenario.sweep.axis import walks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -71,7 +72,8 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
         )
         base += f", means over {span} seeds"
     if table.axes:
-        base += f"; swept: {'; '.join(wording.swept(axis) for axis in table.axes)}"
+        groups = (" with ".join(map(wording.swept, group)) for group in walks(table.axes))
+        base += f"; swept: {'; '.join(groups)}"
     if left_out:
         base += f" ({left_out} curves are not drawn)"
     known: dict[str, Any] = {

@@ -13,6 +13,7 @@ from drysim.report.plots.labels import key_label
 from drysim.report.plots.scatter import Bins, Scatter, gathered
 from drysim.report.plots.shown import STROKE
 from drysim.report.plots.views import along_axis
+from drysim.scenario.sweep.drawn import Drawn
 from drysim.study.sweeps.rows import HELD, batches_of
 from drysim.study.sweeps.table import LIMIT
 
@@ -32,7 +33,7 @@ LEFT, LEFT_OF_MAPS, RIGHT = 0.075, 0.1, 0.92
 
 def scattered(table: Table) -> bool:
     """Tell whether a table is drawn as bands: too many cases for lines, or none that are."""
-    return len(table.rows) > HELD or any(getattr(axis, "walk", "") for axis in table.axes)
+    return len(table.rows) > HELD or any(isinstance(axis.values, Drawn) for axis in table.axes)
 
 
 def draw(table: Table, quantities: Sequence[Shown]) -> Figure:

@@ -12,7 +12,7 @@ from drysim.report.plots import canvas, ink, many, panels
 from drysim.report.plots.over_sweep import over_sweep
 from drysim.report.plots.shown import FORCE, HIT, STROKE, peak
 from drysim.report.plots.views import view
-from drysim.study.sweeps.table import LIMIT
+from drysim.study.sweeps.table import stroke_limit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from drysim.report.plots.shown import Shown
     from drysim.report.plots.views import Panel, View
-    from drysim.study.sweeps.table import Table
+    from drysim.study.sweeps.table import Row, Table
 
 FAR = 3.0
 """How many times the peak a stroke limit may be away to be drawn."""
@@ -56,22 +56,33 @@ def _limit(
     axes: Axes, table: Table, drawn: View, panel: Panel, scale: float, far: float
 ) -> None:
     """Draw the stroke limit, up to so far away; where it is swept that of each case."""
-    stroke = table.scenario.stroke
-    if stroke is None:
+    if table.scenario.stroke is None:
         return
-    if drawn.key == LIMIT:
-        every = {drawn.x(row) for line in panel.lines for row in line.rows}
-        x = sorted(value for value in every if value * scale <= far)
-        axes.plot(x, [scale * value for value in x], **panels.LIMIT, label="stroke limit")
-    elif drawn.line is not None and drawn.line.key == LIMIT:
-        near = [at for at, line in enumerate(panel.lines) if line.value * scale <= far]
-        for at in near if len(panel.lines) <= ink.FEW_LINES else ():
-            own = {**panels.LIMIT, "color": ink.styles(drawn)[at]["color"]}
-            words = "stroke limit of each" if at == near[0] else "_"
-            axes.axhline(panel.lines[at].value * scale, **own, label=words)
-    elif (limit := panel.point.get(LIMIT, stroke.limit)) * scale <= far:
-        label = f"stroke limit {wording.length(limit)}"
-        axes.axhline(limit * scale, **panels.LIMIT, label=label)
+
+    def limit(row: Row) -> float:
+        return scale * (stroke_limit(table.scenario, row) or 0.0)
+
+    curves = [ink.series(drawn, line, limit) for line in panel.lines]
+    levels = [{*y} for _, y in curves]
+    every = set().union(*levels)
+    if len(every) == 1:
+        (level,) = every
+        words = f"stroke limit {wording.length(level / scale)}"
+        _level(axes, level, far, panels.LIMIT, words)
+    elif any(len(own) > 1 for own in levels):
+        near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= far]
+        axes.plot(*zip(*near, strict=True), **panels.LIMIT, label="stroke limit")
+    elif len(levels) <= ink.FEW_LINES:
+        for looks, own in zip(ink.styles(drawn), levels, strict=True):
+            style = {**panels.LIMIT, "color": looks["color"]}
+            for level in own:
+                _level(axes, level, far, style, "stroke limit of each")
+
+
+def _level(axes: Axes, level: float, far: float, style: ink.Style, words: str) -> None:
+    """Draw a stroke limit that is the same all along the axis, if it is not too far away."""
+    if level <= far:
+        axes.axhline(level, **style, label=words)
 
 
 def _violations(axes: Axes, drawn: View, panel: Panel, told: Shown) -> None:

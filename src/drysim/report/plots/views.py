@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import nan
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from drysim.report.plots.labels import FORCES, axis_label, spoken, title
+from drysim.scenario.sweep.axis import points as every_point
+from drysim.scenario.sweep.axis import walks
+from drysim.scenario.sweep.drawn import Drawn
 from drysim.study.sweeps.survey import FREQUENCY
 
 if TYPE_CHECKING:
@@ -30,7 +32,7 @@ Choice = TypeVar("Choice")
 
 
 class Line(NamedTuple):
-    """A curve: its words, its place among the other lines, and its rows along the axis."""
+    """A curve: its words, its value on the axis of the lines, and its rows along the axis."""
 
     label: str
     value: float
@@ -56,10 +58,12 @@ class View(NamedTuple):
     label : str
         The words below the axis.
     line : Axis or None
-        What tells the lines of a panel apart.
+        What tells the lines of a panel apart; the first of several keys that walk together.
     panels : sequence of Panel
     left_out : int
         Curves that are not drawn.
+    sampled : bool
+        Whether the cases are drawn at random, so that no line leads from one to the next.
     """
 
     key: str
@@ -67,6 +71,7 @@ class View(NamedTuple):
     line: Axis | None
     panels: Sequence[Panel]
     left_out: int
+    sampled: bool = False
 
     def x(self, row: Row) -> float:
         """Give where a row is along the axis; nan for a reference that is all along it."""
@@ -77,30 +82,26 @@ class View(NamedTuple):
 
 def view(table: Table) -> View:
     """Give how to draw a sweep: its approach as lines, its reference dashed."""
-    along = along_axis(table.axes)
-    others = [axis for axis in table.axes if axis is not along]
-    line = max(others, key=lambda axis: len(axis.values), default=None)
-    line = line if line and len(line.values) > 1 else None
-    apart = [axis for axis in others if axis is not line]
-    key = along.key if along else ""
-    own = Curves(table.own, key)
-    references = [Curves(table.of(name), key) for name in table.approaches[1:]]
-    points = _points(apart)
+    along, label, beside, others = _along(table.axes)
+    told = max(others, key=lambda group: len(group[0].values), default=())
+    told = told if told and len(told[0].values) > 1 else ()
+    points = _points([group for group in others if group is not told])
     shown = spread(points, MOST_PANELS)
-    values = spread(line.values if line else (nan,), MOST_LINES)
-    panels = [_panel(point, line, values, own, references, table.axes) for point in shown]
-    curves = len(points) * (len(line.values) if line else 1)
-    label = axis_label(along) if along else ""
-    return View(key, label, line, panels, curves - len(shown) * len(values))
+    places = _points([told] if told else [])
+    drawn = spread(places, MOST_LINES)
+    own = Curves(table.own, beside)
+    references = [Curves(table.of(name), beside) for name in table.approaches[1:]]
+    panels = [_panel(point, drawn, own, references, table.axes) for point in shown]
+    left_out = len(points) * len(places) - len(shown) * len(drawn)
+    return View(along, label, told[0] if told else None, panels, left_out)
 
 
 def compared(made: Comparison) -> View:
     """Give how to draw a comparison: lines are approaches, one panel is the case shown."""
     table = made.table
-    along = along_axis(table.axes)
-    key, label = (along.key, axis_label(along)) if along else ("", "")
-    curves = [Curves(table.of(name), key) for name in table.approaches]
-    points = _points([axis for axis in table.axes if axis is not along])
+    along, label, beside, others = _along(table.axes)
+    curves = [Curves(table.of(name), beside) for name in table.approaches]
+    points = _points(others)
     case = [at for at in points if all(made.shown.get(k, v) == v for k, v in at.items())]
     shown = spread(points, MOST_COMPARED)
     if case and case[0] not in shown:
@@ -111,15 +112,23 @@ def compared(made: Comparison) -> View:
         )
         for at in shown
     ]
-    return View(key, label, None, panels, len(points) - len(shown))
+    sampled = any(isinstance(axis.values, Drawn) for axis in table.axes)
+    return View(along, label, None, panels, len(points) - len(shown), sampled)
 
 
-def _points(axes: Sequence[Axis]) -> list[dict[str, float]]:
-    """Give every combination of the values of some axes."""
-    return [
-        dict(zip((axis.key for axis in axes), values, strict=True))
-        for values in product(*(axis.values for axis in axes))
-    ]
+def _along(axes: Sequence[Axis]) -> tuple[str, str, Collection[str], list[tuple[Axis, ...]]]:
+    """Give the key of the axis, its words, what walks with it, and the other groups of keys."""
+    along, groups = along_axis(axes), walks(axes)
+    if along is None:
+        return "", "", (), groups
+    beside = {axis.key for group in groups if along in group for axis in group}
+    others = [group for group in groups if along not in group]
+    return along.key, axis_label(along), beside, others
+
+
+def _points(groups: Iterable[Sequence[Axis]]) -> list[dict[str, float]]:
+    """Give every combination of the values of some keys, those of a group side by side."""
+    return [*every_point([axis for group in groups for axis in group])]
 
 
 def along_axis(axes: Sequence[Axis]) -> Axis | None:
@@ -130,14 +139,14 @@ def along_axis(axes: Sequence[Axis]) -> Axis | None:
 
 
 class Curves:
-    """Rows by everything but where they are along the axis."""
+    """Rows by everything but where they are along the axis, and what walks with it."""
 
-    def __init__(self, rows: Iterable[Row], along: str) -> None:
+    def __init__(self, rows: Iterable[Row], along: Collection[str]) -> None:
         self.found: defaultdict[frozenset[tuple[str, float]], list[Row]] = defaultdict(list)
         self.keys: set[str] = set()
         self.name = ""
         for row in rows:
-            rest = {key: value for key, value in row.point.items() if key != along}
+            rest = {key: value for key, value in row.point.items() if key not in along}
             self.keys |= rest.keys()
             self.name = row.approach
             self.found[frozenset(rest.items())].append(row)
@@ -150,20 +159,19 @@ class Curves:
 
 def _panel(
     point: Point,
-    line: Axis | None,
-    values: Sequence[float],
+    places: Sequence[Point],
     own: Curves,
     references: Sequence[Curves],
     axes: Sequence[Axis],
 ) -> Panel:
-    """Give the curves of one panel."""
-    places = [{**point, line.key: value} if line else dict(point) for value in values]
+    """Give the curves of one panel, one at each place."""
+    values = [next(iter(place.values()), nan) for place in places]
     lines = [
-        Line(spoken({line.key: value}, axes) if line else own.name, value, own.at(place))
+        Line(spoken(place, axes) or own.name, value, own.at({**point, **place}))
         for value, place in zip(values, places, strict=True)
     ]
     drawn = [
-        Line(curves.name, value, curves.at(place))
+        Line(curves.name, value, curves.at({**point, **place}))
         for curves in references
         for value, place in zip(values, places, strict=True)
     ]
