@@ -163,6 +163,7 @@ def test_approach_is_chosen_on_the_command_line(drysim, seat):
 def test_mistyped_approach_is_a_fault_with_a_near_name(drysim, seat):
     answer = drysim("run", seat, "--approach", "stickslip")
     assert answer.code == 2
+    assert "\n--approach stickslip: " in answer.err
     assert "stick-slip" in answer.err
 
 

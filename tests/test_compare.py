@@ -152,6 +152,10 @@ def test_range_of_agreement_with_gaps_says_so(scene: Path) -> None:
     found = compare(load(scene, dull), ("switch", "stick-slip"))
     (sentence,) = (words for words in found.verdict if "agrees within" in words)
     assert sentence.endswith("in 2 of 3 cases: kinetic 0, 70 N")
+    scene.write_text(SCENE + "sweep: {friction.kinetic: [15, 45]}\n")
+    found = compare(load(scene, {"excitation.frequency": 2}), ("signum", "stick-slip"))
+    (sentence,) = (words for words in found.verdict if "agrees within" in words)
+    assert sentence.endswith("in 1 of 2 cases: kinetic 15 N")
 
 
 def lying(good: list[int], count: int, keys: int = 1) -> str:
@@ -188,7 +192,7 @@ def test_an_approach_whose_numerics_fail_is_named_and_leaves_the_others(scene: P
     (sentence,) = (
         caution.sentence for caution in found.table.warnings if caution.slug == "case-failed"
     )
-    assert sentence.startswith("1 of 1 cases by signum: failed; signum with a step of 0.0025 s")
+    assert sentence.startswith("1 of 1 case by signum: failed; signum with a step of 0.0025 s")
 
 
 def test_names_are_checked_in_python_as_on_the_command_line(scene: Path) -> None:

@@ -37,6 +37,8 @@ from drysim.quantity import KINDS, Quantity, convert, factor, near
         ("0.25 turn", "rad", pi / 2),
         ("5 stone", "kg", 31.7514659),
         ("3 kJ", "J", 3000.0),
+        ("2 mg", "m/s²", 0.0196133),
+        ("2 mg", "kg", 2e-6),
         ("75", "kg", 75.0),
         ("0 mm", "m", 0.0),
     ],
@@ -50,6 +52,7 @@ def test_text_with_a_unit_is_converted_and_rounded_once(text, unit, value):
     [
         ("25 mn", "m", "unknown unit `mn`; did you mean `mm`?"),
         ("25 N", "m", "`N` is a unit of force, not length [m]"),
+        ("1 g", "m/s", "`g` is a unit of mass or acceleration, not velocity [m/s]"),
         ("15 kn", "N", "`kn` is a unit of velocity, not force [N]; did you mean `kN`?"),
         ("3 deg", "", "`deg` is a unit of angle, not a plain number"),
         ("9 degC", "m", "unknown unit `degC`"),

@@ -130,5 +130,9 @@ Show = Annotated[
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
     """Give `--set` words, `--approach` being one of them."""
-    chosen = [] if approach is None else [f"solver.approach={approach}"]
-    return [*(changes or []), *chosen]
+    words = changes or []
+    if approach is None:
+        return words
+    from drysim.source import Option
+
+    return [*words, Option(f"solver.approach={approach}", f"--approach {approach}")]

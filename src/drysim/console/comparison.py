@@ -66,7 +66,7 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     show_columns(paper, columns(comparison), ("approach",), SPARED)
     if table.axes:
         show_rows(paper, _places(comparison), max(VALUE, *map(len, table.tallies)) + 1)
-    show_verdicts(paper, table.checks, table.axes)
+    show_verdicts(paper, table.checks, table.axes, comparison.yardstick)
     if comparison.verdict:
         line(paper)
     for at, sentence in enumerate(comparison.verdict):

@@ -82,21 +82,29 @@ def show_rows(paper: Paper, rows: Iterable[Row], width: int) -> None:
             line(paper, " " * (HEAD + width), words)
 
 
-def show_verdicts(paper: Paper, verdicts: Sequence[Verdict], axes: Sequence[Axis] = ()) -> None:
-    """Show what became of the checks, over many cases with the one that decided."""
+def show_verdicts(
+    paper: Paper, verdicts: Sequence[Verdict], axes: Sequence[Axis] = (), by: str = ""
+) -> None:
+    """Show what became of the checks, over many cases with the one that decided.
+
+    `by` is the word of a comparison that they are judged by.
+    """
     if verdicts:
         line(paper)
     units = {axis.key: axis.unit for axis in axes}
     for verdict in verdicts:
         mark, style = judged(verdict.passed)
-        headed(paper, mark, finding(verdict, units), style)
+        headed(paper, mark, finding(verdict, units, by), style)
 
 
-def finding(verdict: Verdict, units: Mapping[str, str]) -> str:
-    """Give a check with what came out and where, by the unit of every swept key."""
+def finding(verdict: Verdict, units: Mapping[str, str], by: str = "") -> str:
+    """Give a check with what came out, by which word of a comparison, and where.
+
+    `units` has the unit of every swept key.
+    """
     where = wording.located(verdict.where or {}, units)
     parted, place = ";" if verdict.reason else ",", f" at {where}" if where else ""
-    return f"{verdict.check}{parted} {verdict.found}{place}"
+    return f"{verdict.check}{parted} {verdict.found}{f' by {by}' if by else ''}{place}"
 
 
 def show_folder(paper: Paper, folder: Path | None) -> None:

@@ -112,9 +112,10 @@ def _row(name: str, found: Any) -> tuple[str, ...] | None:
 
 def told_checks(told: Fields) -> Iterator[tuple[bool | None, str]]:
     """Give what became of every check, and in words what came out and where."""
-    units = {axis["key"]: axis["unit"] for axis in told.get("numerics", {}).get("swept", ())}
+    numerics = told.get("numerics", {})
+    units = {axis["key"]: axis["unit"] for axis in numerics.get("swept", ())}
     for check in told.get("checks", ()):
-        yield check["passed"], finding(_verdict(check), units)
+        yield check["passed"], finding(_verdict(check), units, numerics.get("yardstick", ""))
 
 
 def _verdict(check: Fields) -> Verdict:

@@ -117,17 +117,18 @@ def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
         return found.factor / (2 * math.pi)
     if found[1:] != target[1:]:
         hint = meant(next((u for u in PLAIN[unit] if u.lower() == spelt.lower()), None))
-        wrong = _measured(found)
+        wrong = _measured(found, spelt)
         raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {_named(unit)}{hint}")
     computed = found.factor / target.factor
     decimal = float(f"{computed:.12g}")  # drops the library's rounding of 0.0254 and its like
     return decimal if math.isclose(decimal, computed, rel_tol=1e-15) else computed
 
 
-def _measured(found: _Found) -> str:
-    """Name what a unit measures, as far as drysim has a word for it."""
-    same = (KINDS[unit] for unit in PLAIN if _target(unit)[1:] == found[1:])
-    return next(same, "something else")
+def _measured(found: _Found, spelt: str) -> str:
+    """Name what a unit measures, as far as drysim has a word for it; `g` is one of two."""
+    same = [KINDS[unit] for unit in PLAIN if _target(unit)[1:] == found[1:]]
+    usually = [KINDS[unit] for unit in PLAIN if spelt in PLAIN[unit]]
+    return " or ".join(dict.fromkeys([*same[:1], *usually])) or "something else"
 
 
 def _named(unit: str) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 from drysim.errors import Problem
 from drysim.quantity import shown
+from drysim.source.overrides import Option as Option
 from drysim.source.overrides import Overrides as Overrides
 from drysim.source.overrides import laid_over, plain
 from drysim.source.place import Place as Place

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
 from drysim.errors import Problem, UsageError
 from drysim.quantity import meant, near, short
@@ -57,6 +57,18 @@ def plain(node: Node) -> Any:
     return node.value
 
 
+class Option(str):
+    """A `KEY=VALUE` word that an option of its own stands for, by which messages name it."""
+
+    told: str
+
+    def __new__(cls, word: str, told: str) -> Self:
+        """Give the word behind an option, such as `--approach signum`."""
+        option = super().__new__(cls, word)
+        option.told = told
+        return option
+
+
 class _Text(str):
     """The text of a value from the command line, still to be read as YAML."""
 
@@ -76,7 +88,8 @@ def _items(overrides: Overrides) -> Iterator[tuple[Place, str, object]]:
         )
     for word in words:
         key, equals, text = word.partition("=")
-        yield Place(f"--set {short(word, SHOWN)}"), key.strip() if equals else "", _Text(text)
+        told = word.told if isinstance(word, Option) else f"--set {word}"
+        yield Place(short(told, SHOWN)), key.strip() if equals else "", _Text(text)
 
 
 def _steps(key: str, place: Place) -> list[str]:

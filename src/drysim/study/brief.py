@@ -49,4 +49,5 @@ def line(what: str, name: str, *parts: str) -> str:
 
 
 def _span(ends: tuple[float, float]) -> str:
-    return f"{number(ends[0], digits=3)} to {number(ends[1], digits=3)}"
+    low, high = (number(end, digits=3) for end in ends)
+    return low if low == high else f"{low} to {high}"

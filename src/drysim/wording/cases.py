@@ -76,7 +76,8 @@ def stretch(ends: Mapping[str, tuple[float, float]], axes: Sequence[Swept]) -> s
     """Give between what some cases lie, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
     units = {axis.key: pretty(axis.unit) for axis in axes}
     return ", ".join(
-        f"{short(key, units)} {number(low)} to {number(high, units.get(key, ''))}"
+        f"{short(key, units)} {f'{number(low)} to ' * (low < high)}"
+        f"{number(high, units.get(key, ''))}"
         for key, (low, high) in ends.items()
     )
 

@@ -126,7 +126,7 @@ def measured(case: Case) -> Found:
 
 def unsettled(run_up: float) -> str:
     """Say that a motion had not settled after some time [s]."""
-    return f"not settled after {run_up:.6g} s"
+    return f"it still changes after {run_up:.6g} s"
 
 
 def follow(

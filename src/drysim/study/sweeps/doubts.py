@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from drysim.errors import Caution
 from drysim.study.cautions import impacts_left_out
 from drysim.study.sweeps.table import FAILED, LIMIT, stroke_limit
-from drysim.wording import length, number, place
+from drysim.wording import length, number, place, several
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis, Scenario
@@ -22,7 +22,7 @@ def statuses(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[Caution
         for status, (lost, row) in tally.lost.items():
             first = f"the first at {place(row.point, axes)}: " if row.point else ""
             sentence = (
-                f"{lost} of {tally.cases} cases by {tally.approach}: {status}; "
+                f"{lost} of {several(tally.cases, 'case')} by {tally.approach}: {status}; "
                 f"{first}{row.note}"
             )
             slug = "case-failed" if status == FAILED else status.replace(" ", "-")

@@ -155,9 +155,10 @@ class Table:
         name, kept = self.scenario.name, judged(self.checks, self.warnings)
         tallies = list(self.tallies.values())
         told = [f"{several(tally.cases, 'case')} by {tally.approach}" for tally in tallies]
-        return line(
-            "Table", name, ", ".join(told), spans(tallies[0].ends) if tallies else "", kept
-        )
+        # What a comparison is judged by comes last of those that were asked for.
+        own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
+        found = f"{spans(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}" if own else ""
+        return line("Table", name, ", ".join(told), found, kept)
 
     @property
     def approaches(self) -> tuple[str, ...]:
