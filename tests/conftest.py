@@ -12,6 +12,7 @@ from typing import NamedTuple
 import pytest
 
 from drysim.cli import main
+from drysim.scenario import Scenario, load
 from seat import SEAT
 
 
@@ -40,6 +41,30 @@ def plain_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("FORCE_COLOR", raising=False)
     monkeypatch.setenv("NO_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "100")
+
+
+@pytest.fixture
+def eighty_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make every terminal as narrow as they come."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Work in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Callable[..., Scenario]:
+    """Give the scenario of a text, with overrides."""
+
+    def loaded(text: str, overrides: object = ()) -> Scenario:
+        (tmp_path / "seat.yaml").write_text(text)
+        return load(tmp_path / "seat.yaml", overrides)
+
+    return loaded
 
 
 @pytest.fixture

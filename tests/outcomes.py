@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -89,3 +90,8 @@ def judgement(check, rows):
 def column(values):
     """Give values as an array, NaN for not known."""
     return np.array([np.nan if value is None else value for value in values], dtype=float)
+
+
+def names(folder):
+    """Give the names of the files in a folder."""
+    return sorted(path.name for path in Path(folder).iterdir())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from time import perf_counter
 from types import SimpleNamespace
@@ -21,6 +20,7 @@ from drysim.study.bench.patience import at_most
 from drysim.study.bench.peers import machine, scipy_ivp
 from drysim.study.bench.speed_error import judged
 from drysim.study.bench.work import Answer, work_of
+from seat import rows_of
 
 SLIDING = """\
 drysim: 1
@@ -174,8 +174,7 @@ def test_bench_writes_a_row_for_every_entry(drysim, tmp_path):
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-peers")
     assert answer.code == 0
     folder = tmp_path / "out" / "sliding-bench"
-    with (folder / "speed_error.csv").open() as table:
-        rows = list(csv.DictReader(table))
+    rows = rows_of(folder / "speed_error.csv")
     first = ["approach", "setting", "step [s]", "time_per_sample [ns]"]
     then = ["error_x_r [-]", "error_T_a [-]", "energy_residual [-]", "verdict"]
     assert list(rows[0])[:8] == [*first, *then]

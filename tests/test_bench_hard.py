@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import pytest
@@ -10,6 +9,7 @@ import pytest
 import drysim as package
 from drysim.study.bench import hard, trial
 from drysim.study.bench.patience import tried
+from seat import rows_of
 
 SLIDING = """\
 drysim: 1
@@ -36,8 +36,8 @@ def test_exact_approach_holds_and_others_are_wrong_where_the_mass_should_stick(
     (tmp_path / "held.yaml").write_text(HELD + "checks: [T_a == 1, x_r_peak == 0]\n")
     answer = drysim("bench", "--hard", "held.yaml")
     assert answer.code == 0
-    with (tmp_path / "out/held-hard/hard_cases.csv").open() as table:
-        rows = {row["approach"]: row for row in csv.DictReader(table)}
+    table = rows_of(tmp_path / "out/held-hard/hard_cases.csv")
+    rows = {row["approach"]: row for row in table}
     assert {name: row["verdict"] for name, row in rows.items()} == {
         "stick-slip": "held", "switch": "held", "moreau": "held", "signum": "wrong",
         "smooth": "wrong", "viscous": "wrong",
@@ -59,8 +59,8 @@ def test_without_checks_the_exact_approach_holds_nothing(drysim, tmp_path):
     answer = drysim("bench", "--hard", "held.yaml")
     assert answer.code == 0
     assert "no checks   held: without checks nothing is promised" in answer.out
-    with (tmp_path / "out/held-hard/hard_cases.csv").open() as table:
-        verdicts = {row["approach"]: row["verdict"] for row in csv.DictReader(table)}
+    table = rows_of(tmp_path / "out/held-hard/hard_cases.csv")
+    verdicts = {row["approach"]: row["verdict"] for row in table}
     assert verdicts["stick-slip"] == "no checks"
     assert verdicts["signum"] == "wrong"
 

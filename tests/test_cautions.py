@@ -7,6 +7,7 @@ import pytest
 
 from drysim.core.motion import Samples
 from drysim.scenario import cautions, load
+from seat import dotted
 
 WORDS = {
     "oscillator": {"mass": 75, "stiffness": 7500, "damping": 500},
@@ -23,8 +24,7 @@ def slugs(tmp_path):
     (tmp_path / "seat.yaml").write_text("drysim: 1\n")
 
     def found(motion=None, **words: object) -> dict[str, str]:
-        nested = {**WORDS, **{key.replace("__", "."): value for key, value in words.items()}}
-        scenario = load(tmp_path / "seat.yaml", nested)
+        scenario = load(tmp_path / "seat.yaml", WORDS | dotted(words))
         return {caution.slug: caution.sentence for caution in cautions(scenario, motion)}
 
     return found

@@ -15,6 +15,7 @@ from drysim.scenario.measure import Measure
 from drysim.study import memory
 from drysim.study.sweeps.sweep import sweep
 from drysim.weighting import DIRECTIONS, WEIGHTINGS, gain
+from seat import dotted
 
 BANDS = (-4, -3, 0, 3, 6, 7, 8, 9, 10, 12, 15, 19)
 """Exact third octaves 10^(n/10) Hz: 0.4 0.5 1 2 4 5 6.3 8 10 16 31.5 80."""
@@ -37,7 +38,7 @@ HELD = {"law": "coulomb", "kinetic": 1000}
 
 def outcome_of(seat, **changes):
     """Run the seat with blocks replaced; a double underscore is the dot of a key."""
-    return drysim.run(drysim.load(seat, {k.replace("__", "."): v for k, v in changes.items()}))
+    return drysim.run(drysim.load(seat, dotted(changes)))
 
 
 def weight(name, f):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from drysim.scenario import Scenario, load
 from drysim.scenario.laws import LAWS
 from drysim.study.comparisons.compare import compare, named
 from drysim.study.run import run
+from seat import rows_of
 
 LUGRE = "{stribeck_velocity: 5 mm/s, bristle_stiffness: 100 kN/m, bristle_damping: 300}"
 SCENE = f"""\
@@ -221,8 +221,8 @@ class TestComparison:
         words = ("compare", "dahl", "vs", "coulomb", "-s", scene, "--no-plots")
         answer = process(*words, "--set", f"excitation={noise}", DRYSIM_ENGINE="compiled")
         assert answer.code == 0, answer.err
-        lines = (scene.parent / "out/scene-compare/comparison.csv").read_text().splitlines()
-        assert [line.split(",")[0] for line in lines[1:]] == ["dahl", "coulomb", "viscous"]
+        rows = rows_of(scene.parent / "out/scene-compare/comparison.csv")
+        assert [row["approach"] for row in rows] == ["dahl", "coulomb", "viscous"]
 
     def test_seeds_are_compared_in_pairs(self, scene):
         noise = "{kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.6, duration: 3, seeds: 3}"
@@ -243,8 +243,7 @@ class TestFiles:
     def test_table_tells_word_and_law(self, scene, tmp_path, capsys):
         words = ["compare", "lugre", "vs", "signum", "vs", "stick-slip", "-s", str(scene)]
         assert main([*words, "-o", str(tmp_path / "out"), "--json"]) == 0
-        with (tmp_path / "out" / "comparison.csv").open() as stream:
-            rows = list(csv.DictReader(stream))
+        rows = rows_of(tmp_path / "out" / "comparison.csv")
         assert [(row["approach"], row["law"]) for row in rows] == [
             ("lugre", "lugre"), ("signum", "coulomb"), ("stick-slip", "coulomb"),
             ("viscous", ""),

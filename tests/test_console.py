@@ -39,9 +39,7 @@ seat.yaml:5:12: friction.kinetic must be at least 0 N, not -15
 """
 
 
-@pytest.fixture(autouse=True)
-def eighty_columns(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
+pytestmark = pytest.mark.usefixtures("eighty_columns")
 
 
 # summary

@@ -23,10 +23,7 @@ from drysim.study.sweeps.table import FAILED, NOT_SETTLED
 from grids import axes, comparison, orbits, spoil, sweep
 from outcomes import judgement, record, stand_in
 
-
-@pytest.fixture(autouse=True)
-def eighty_columns(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
+pytestmark = pytest.mark.usefixtures("eighty_columns")
 
 
 def words(text):

@@ -13,7 +13,7 @@ from drysim.errors import ScenarioError
 from drysim.study.case import prepare
 from drysim.study.effort import price
 from drysim.study.sweeps import sweep
-from seat import SEAT
+from seat import SEAT, dotted
 
 NOISE = {"kind": "psd", "points": [["0.5 Hz", 1], ["10 Hz", 1]], "duration": 0.1, "seed": 1}
 
@@ -25,9 +25,7 @@ def prepared(tmp_path):
     def case(**overrides):
         file = tmp_path / "seat.yaml"
         file.write_text(SEAT)
-        return prepare(
-            drysim.load(file, {k.replace("__", "."): v for k, v in overrides.items()})
-        )
+        return prepare(drysim.load(file, dotted(overrides)))
 
     return case
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 from math import ceil
@@ -22,6 +21,7 @@ from drysim.study.ensembles.seeds import LOOK
 from drysim.study.ensembles.statistics import interval
 from drysim.study.run import run
 from drysim.wording import number
+from seat import rows_of
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -56,11 +56,6 @@ def problems(file, changes):
     with pytest.raises(ScenarioError) as fault:
         load(file, changes)
     return [problem.sentence for problem in fault.value.problems]
-
-
-def columns(file):
-    """Give the rows of a CSV file by the names of their columns."""
-    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 
 def same(one, other):
@@ -273,7 +268,7 @@ def test_files_hold_every_seed_and_what_they_have_in_common(drysim, noisy, tmp_p
     folder = tmp_path / "out" / "noisy"
     names = {file.name for file in folder.iterdir()}
     assert {"ensemble.csv", "ensemble.png", "response.csv", "response.png"} < names
-    found = columns(folder / "ensemble.csv")
+    found = rows_of(folder / "ensemble.csv")
     assert [row["excitation.seed [-]"] for row in found] == [str(n) for n in range(1, 13)]
     values = [float(row["T_a [-]"]) for row in found]
     told = json.loads((folder / "drysim.json").read_text())
@@ -283,7 +278,7 @@ def test_files_hold_every_seed_and_what_they_have_in_common(drysim, noisy, tmp_p
     assert told["checks"][0]["half_width"] == half_width
     hashes = "\n".join(row["sha256"] for row in found)
     assert told["excitation"]["sha256"] == hashlib.sha256(hashes.encode()).hexdigest()
-    beyond = columns(folder / "stroke_violations.csv")
+    beyond = rows_of(folder / "stroke_violations.csv")
     assert len(beyond) == sum(float(row["violations [-]"]) > 0 for row in found)
 
 
@@ -382,7 +377,7 @@ def values(process, tmp_path):
         sets = [word for change in changes for word in ("--set", change)]
         words = ("run", file, "--no-plots", "--quiet", "--out", "many", *sets)
         assert process(*words, DRYSIM_ENGINE="compiled").code == 0
-        rows = columns(tmp_path / "many" / "ensemble.csv")
+        rows = rows_of(tmp_path / "many" / "ensemble.csv")
         return np.array([float(row[metric]) for row in rows])
 
     return of

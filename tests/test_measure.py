@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from drysim.scenario import Scenario, load, period
+from drysim.scenario import period
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
 excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
 solver: {step: 2.5e-3}
 """
-
-
-@pytest.fixture
-def scenario(tmp_path):
-    """Give the scenario of a text."""
-
-    def loaded(text: str) -> Scenario:
-        (tmp_path / "seat.yaml").write_text(text)
-        return load(tmp_path / "seat.yaml")
-
-    return loaded
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import numpy as np
@@ -15,6 +14,7 @@ from drysim.study.ensembles.statistics import interval
 from drysim.study.run import run
 from drysim.study.sweeps.cases import Motions
 from drysim.study.sweeps.sweep import sweep
+from seat import rows_of
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -35,11 +35,6 @@ def noisy(tmp_path):
     file = tmp_path / "noisy.yaml"
     file.write_text(SEAT)
     return file
-
-
-def columns(file):
-    """Give the rows of a CSV file by the names of their columns."""
-    return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
 
 
 def test_every_case_is_the_ensemble_of_that_case_alone(noisy):
@@ -78,7 +73,7 @@ def test_one_case_is_many_seeds_side_by_side(noisy):
 
 def test_columns_tell_how_well_the_means_are_known(drysim, noisy, tmp_path):
     assert drysim("sweep", noisy).code == 0
-    found = columns(tmp_path / "out" / "noisy" / "transmissibility.csv")
+    found = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
     table = sweep(load(noisy))
     for cells, row in zip(found, table.rows, strict=True):
         assert cells["seeds [-]"] == "5"
@@ -92,7 +87,7 @@ def test_columns_tell_how_well_the_means_are_known(drysim, noisy, tmp_path):
 
 def test_columns_of_single_seeds_are_as_they_were(drysim, noisy, tmp_path):
     drysim("sweep", noisy, "--no-plots", "--set", "excitation.seeds=null")
-    (first, *_) = columns(tmp_path / "out" / "noisy" / "transmissibility.csv")
+    (first, *_) = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
     assert [*first][-1] == "status"
 
 
@@ -135,7 +130,7 @@ def test_deviations_are_paired_by_seed(drysim, noisy, tmp_path):
     words = ("--set", "sweep=null", "--set", "reference=null")
     answer = drysim("compare", "smooth", "vs", "stick-slip", "-s", noisy, *words)
     assert " ± " in answer.out
-    found = columns(tmp_path / "out" / "noisy-compare" / "comparison.csv")
+    found = rows_of(tmp_path / "out" / "noisy-compare" / "comparison.csv")
     assert float(found[0]["T_a_deviation [-]"]) == paired[0]
     assert float(found[0]["T_a_deviation_half_width [-]"]) == paired[1]
 
@@ -190,7 +185,7 @@ def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_pat
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     assert drysim("sweep", noisy, "--no-plots", "--resume").code == 0
-    found = columns(tmp_path / "out" / "noisy" / "transmissibility.csv")
+    found = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
     exact = sweep(load(noisy))
     assert [float(row["T_a [-]"]) for row in found] == [row.metrics["T_a"] for row in exact]
     assert not (tmp_path / "out" / "noisy.partial").exists()

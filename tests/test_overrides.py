@@ -6,24 +6,13 @@ import numpy as np
 import pytest
 
 from drysim.errors import ScenarioError, UsageError
-from drysim.scenario import Scenario, load
+from drysim.scenario import load
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
 excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
 solver: {step: 2.5e-3}
 """
-
-
-@pytest.fixture
-def scenario(tmp_path):
-    """Give the scenario of a text, with overrides."""
-
-    def loaded(text: str, overrides: object) -> Scenario:
-        (tmp_path / "seat.yaml").write_text(text)
-        return load(tmp_path / "seat.yaml", overrides)
-
-    return loaded
 
 
 def sentences(fault: pytest.ExceptionInfo[ScenarioError]) -> list[str]:

@@ -14,6 +14,7 @@ from drysim.errors import ScenarioError
 from drysim.scenario import Scenario, load, period
 from drysim.scenario.sweep.axis import points
 from drysim.source import dump
+from seat import dotted
 
 WORDS = {
     "name": "seat",
@@ -32,8 +33,7 @@ def scenario(tmp_path):
 
     def loaded(**words: object) -> Scenario:
         (tmp_path / "seat.yaml").write_text(dump(WORDS))
-        nested = {key.replace("__", "."): value for key, value in words.items()}
-        return load(tmp_path / "seat.yaml", nested)
+        return load(tmp_path / "seat.yaml", dotted(words))
 
     return loaded
 

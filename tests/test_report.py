@@ -26,7 +26,9 @@ from drysim.report.plots.limit import excursions
 from drysim.report.plots.response import draw
 from drysim.report.sidecar import Ending
 from killing import kills
-from outcomes import SINE, outcome, record
+from outcomes import SINE, names, outcome, record
+
+pytestmark = pytest.mark.usefixtures("place")
 
 
 def write(folder, made=None, **words):
@@ -34,22 +36,11 @@ def write(folder, made=None, **words):
     return report.write(made or outcome(), Path(folder), **options | words)
 
 
-def names(folder):
-    return sorted(path.name for path in Path(folder).iterdir())
-
-
 def columns(file):
     """Read a table with the csv module of Python: header and columns."""
     with open(file, encoding="utf-8", newline="") as stream:
         header, *rows = csv.reader(stream)
     return dict(zip(header, zip(*rows, strict=True), strict=True))
-
-
-@pytest.fixture(autouse=True)
-def place(tmp_path, monkeypatch):
-    """Work in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 # tables

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import shutil
@@ -22,7 +21,10 @@ from drysim.study.sweeps import survey
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Row, Table
 from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
 from killing import kills
-from outcomes import judgement, record
+from outcomes import judgement, names, record
+from seat import rows_of
+
+pytestmark = pytest.mark.usefixtures("place")
 
 HEADER = (
     "approach,excitation.frequency [Hz],excitation.rms [m/s2],F_fk [N],F_fs [N],a_u [m/s2],"
@@ -46,23 +48,6 @@ def compare(made, **words):
     return report.write_comparison(made, Path("out"), **options | words)
 
 
-def read(file):
-    """Read a table with the csv module of Python: rows by header."""
-    with open(file, encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
-def names(folder):
-    return sorted(path.name for path in Path(folder).iterdir())
-
-
-@pytest.fixture(autouse=True)
-def place(tmp_path, monkeypatch):
-    """Work in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 # tables
 
 
@@ -77,7 +62,7 @@ def test_transmissibility_has_the_columns_of_the_contract():
 def test_every_case_reads_back_to_the_last_bit_in_the_order_of_the_grid():
     table = small()
     write(table)
-    rows = read("out/transmissibility.csv")
+    rows = rows_of("out/transmissibility.csv")
     assert len(rows) == len(table.rows) == 12
     for cells, row in zip(rows, table.rows, strict=True):
         assert cells["approach"] == row.approach
@@ -98,7 +83,7 @@ def test_every_case_reads_back_to_the_last_bit_in_the_order_of_the_grid():
 def test_what_is_not_known_is_an_empty_cell():
     table = spoil(sweep(*axes(force=[0, 15], rms=[0.5]), limit=None), NOT_SETTLED, 1)
     write(table)
-    good, lost, reference = read("out/transmissibility.csv")
+    good, lost, reference = rows_of("out/transmissibility.csv")
     assert (lost["T_a [-]"], lost["status"]) == ("", "not settled")
     assert (good["stroke_used [-]"], good["violations [-]"]) == ("", "")
     assert reference["friction.kinetic [N]"] == ""
@@ -109,7 +94,7 @@ def test_stroke_violations_name_the_cases_of_the_seat_and_not_of_its_reference()
     table = small(limit=0.015)
     write(table)
     met = [row for row in table.own if row.metrics["violations"]]
-    rows = read("out/stroke_violations.csv")
+    rows = rows_of("out/stroke_violations.csv")
     assert 0 < len(met) < len(table.own)
     assert list(rows[0]) == [
         "excitation.frequency [Hz]", "excitation.rms [m/s2]", "t_first [s]", "x_r_peak [m]",
@@ -127,7 +112,7 @@ def test_comparison_adds_the_deviation_from_the_yardstick():
     compare(made)
     header = Path("out/comparison.csv").read_text().split("\n", 1)[0]
     assert header.endswith(",closure [-],status,T_a_deviation [-]")
-    rows = read("out/comparison.csv")
+    rows = rows_of("out/comparison.csv")
     own = {
         (row["friction.kinetic [N]"], row["excitation.rms [m/s2]"]): float(row["T_a [-]"])
         for row in rows
@@ -161,7 +146,7 @@ def test_deviation_of_an_approach_without_friction_is_known_at_every_case():
 
 def test_comparison_of_one_case_has_no_swept_columns():
     compare(orbits(["signum", "stick-slip"]))
-    rows = read("out/comparison.csv")
+    rows = rows_of("out/comparison.csv")
     assert list(rows[0])[:2] == ["approach", "F_fk [N]"]
     assert float(rows[0]["T_a_deviation [-]"]) > 0.2
 

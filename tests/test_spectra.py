@@ -9,6 +9,7 @@ import pytest
 
 import drysim
 from drysim.spectra import viscous_transmissibility
+from seat import dotted
 
 FLAT = {"kind": "psd", "points": [[0.5, 1], [20, 1]], "duration": 400, "seed": 3}
 ASKED = {"settle": 5, "spectra": True, "segment": 10}
@@ -16,10 +17,8 @@ ASKED = {"settle": 5, "spectra": True, "segment": 10}
 
 def outcome_of(seat, **changes):
     """Run the seat on flat noise with blocks replaced."""
-    words = {"excitation": FLAT, "measure": ASKED, "solver.step": 2e-3} | {
-        key.replace("__", "."): value for key, value in changes.items()
-    }
-    return drysim.run(drysim.load(seat, words))
+    words = {"excitation": FLAT, "measure": ASKED, "solver.step": 2e-3}
+    return drysim.run(drysim.load(seat, words | dotted(changes)))
 
 
 def inside(found):

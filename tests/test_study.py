@@ -13,14 +13,14 @@ from drysim.errors import Caution
 from drysim.study import gallery, memory
 from drysim.study.cautions import found
 from drysim.study.validate import examine
+from seat import dotted
 
 LOUD = {"excitation.rms": 2.0}
 
 
 def outcome_of(seat, **overrides):
-    """Run the seat with overrides; a double underscore stands for the dot of a key."""
-    words = {key.replace("__", "."): value for key, value in overrides.items()}
-    return drysim.run(drysim.load(seat, words))
+    """Run the seat with overrides."""
+    return drysim.run(drysim.load(seat, dotted(overrides)))
 
 
 def slugs(outcome):
