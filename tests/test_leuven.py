@@ -12,7 +12,7 @@ from drysim.approach.marks import work
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.dynamic_laws.memory import COUNT, forget
 from drysim.core.motion import Samples
-from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Law, Plant
+from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Plant
 from drysim.core.state import Deflected
 from drysim.metrics import measure
 from drysim.scenario import load
@@ -171,18 +171,6 @@ def test_bristles_without_hysteresis_are_those_of_lugre():
     assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.02)
 
 
-def test_stiff_bristles_come_to_coulomb_as_the_root_of_their_softness():
-    motion = sine(1.0, 1.6)
-    law = LAW._replace(F_fs=45.0, sigma_1=0.0, sigma_2=0.0)
-    coulomb = solved(Law(45.0, 45.0), motion, duration=3.0).x_r
-    errors = [
-        np.abs(solved(law._replace(sigma_0=s), motion, duration=3.0).x_r - coulomb).max()
-        for s in (1e5, 1e6, 1e7)
-    ]
-    assert errors[2] < 5e-4
-    assert errors[1] / errors[2] == pytest.approx(math.sqrt(10.0), rel=0.1)
-
-
 def test_a_full_memory_forgets_what_matters_least():
     """Free vibration within the contact turns inside its last turn every time."""
     plant, rest = Plant(75.0, 7500.0, 0.0), Samples(np.zeros(20_001), 1e-3)
@@ -248,12 +236,3 @@ def test_split_run_with_its_memory_equals_the_whole():
     assert np.abs(part.x_r - whole.x_r[800:]).max() < 1e-9 * np.abs(whole.x_r).max()
     deaf = solved(LAW, rest, start=middle._replace(turned=()), duration=2.0)
     assert np.abs(deaf.x_r - whole.x_r[800:]).max() > 1e-6 * np.abs(whole.x_r).max()
-
-
-def test_steady_orbit_with_memory_closes_and_repeats():
-    motion = sine(0.6, 1.6)
-    orbit = StickSlip().orbit(PAPER, LAW, motion, REST, 1 / 1.6)
-    assert orbit.settled
-    response = solved(LAW, motion, start=orbit.state, duration=2 / 1.6)
-    half = len(response.x_r) // 2
-    assert np.abs(response.x_r[half:] - response.x_r[: len(response.x_r) - half]).max() < 1e-9
