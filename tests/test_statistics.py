@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from drysim.scenario.seeds import SEED
 from drysim.study.ensembles.statistics import interval, statistics
 from drysim.study.sweeps.table import Row
 from drysim.wording import around
-
-KEY = "excitation.seed"
 
 
 def rows(*values, first=1):
     """Give the rows of seeds with these values of T_a."""
     return [
-        Row({KEY: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
+        Row({SEED: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
         for seed, value in enumerate(values, first)
     ]
 
@@ -46,29 +45,29 @@ def test_interval_does_not_depend_on_the_order_of_the_values():
 
 def test_a_single_value_has_no_interval():
     assert interval([2.5]) == (2.5, None)
-    found = statistics(rows(2.5), KEY)["T_a"]
+    found = statistics(rows(2.5))["T_a"]
     assert (found.mean, found.half_width, found.std) == (2.5, None, None)
 
 
 def test_equal_values_have_an_interval_of_no_width():
-    found = statistics(rows(0.1, 0.1, 0.1), KEY)["T_a"]
+    found = statistics(rows(0.1, 0.1, 0.1))["T_a"]
     assert (found.mean, found.half_width, found.quantiles) == (0.1, 0.0, (0.1, 0.1, 0.1))
 
 
 def test_extremes_name_their_seed():
-    found = statistics(rows(3.0, 1.0, 7.0, 1.0, first=11), KEY)["T_a"]
+    found = statistics(rows(3.0, 1.0, 7.0, 1.0, first=11))["T_a"]
     assert (found.least, found.greatest) == ((1.0, 12), (7.0, 13))
 
 
 def test_quantiles_are_those_of_the_values():
-    found = statistics(rows(*np.linspace(0, 1, 1001)), KEY)["T_a"]
+    found = statistics(rows(*np.linspace(0, 1, 1001)))["T_a"]
     assert found.quantiles == pytest.approx((0.05, 0.5, 0.95), abs=1e-3)
 
 
 def test_seeds_that_do_not_know_a_metric_are_left_out_and_counted():
-    found = statistics(rows(1.0, None, 3.0), KEY)["T_a"]
+    found = statistics(rows(1.0, None, 3.0))["T_a"]
     assert (found.seeds, found.mean) == (2, 2.0)
-    assert statistics(rows(None, None), KEY)["T_a"] is None
+    assert statistics(rows(None, None))["T_a"] is None
 
 
 @pytest.mark.parametrize(

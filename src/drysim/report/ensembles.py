@@ -11,6 +11,7 @@ from drysim.report.cells import joined
 from drysim.report.rows import known
 from drysim.report.sidecar import Ending, Fields, excitation, framed
 from drysim.report.tables import STROKE, VIOLATION, heading, write
+from drysim.scenario.seeds import SEED
 from drysim.study.ensembles.seeds import until_of
 from drysim.study.ensembles.statistics import CONFIDENCE, QUANTILES
 from drysim.study.hashes import sha256_together
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from drysim.study.ensembles.ensemble import Ensemble
     from drysim.study.ensembles.statistics import Statistic
 
-SEED = "excitation.seed [-]"
+HEADING = f"{SEED} [-]"
 
 
 def ensemble(made: Ensemble, folder: Path) -> None:
@@ -36,7 +37,7 @@ def ensemble(made: Ensemble, folder: Path) -> None:
     left_out |= set() if made.scenario.measure.weights else {*COMFORT}
     left_out |= set() if made.scenario.stops else {*BOUNDED}
     names = [name for name in UNITS if name not in left_out]
-    headings = [SEED, *map(heading, names), "status", "sha256"]
+    headings = [HEADING, *map(heading, names), "status", "sha256"]
     columns = [
         map(str, made.seeds),
         *known(made.rows, names),
@@ -50,9 +51,9 @@ def stroke_violations(made: Ensemble, folder: Path) -> None:
     """Write stroke_violations.csv: the seeds with which the stroke limit was met, if any."""
     rows = [row for row in made.rows if row.metrics.get("violations")]
     if rows:
-        seeds = [str(row.point["excitation.seed"]) for row in rows]
+        seeds = [str(row.seed) for row in rows]
         columns = [seeds, *known(rows, VIOLATION)]
-        headings = [SEED, *map(heading, STROKE)]
+        headings = [HEADING, *map(heading, STROKE)]
         write(folder / "stroke_violations.csv", headings, [joined(columns)])
 
 

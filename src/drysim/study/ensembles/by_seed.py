@@ -11,10 +11,11 @@ from drysim import machine
 from drysim.core import compiled
 from drysim.core.motion import Samples
 from drysim.excitation.periods import expect_many
+from drysim.scenario.seeds import SEED
 from drysim.study import memory
 from drysim.study.base_motion import base_motion
 from drysim.study.case import Case, assemble
-from drysim.study.ensembles.seeds import KEY, asked, enough, of_seed
+from drysim.study.ensembles.seeds import asked, enough, of_seed
 from drysim.study.hands import hands
 from drysim.study.hashes import sha256_of
 from drysim.study.in_order import in_order
@@ -80,7 +81,7 @@ def rows_of_block(case: Case, seeds: Sequence[int], motion_of: MotionOf) -> Iter
         if metrics is None:
             yield row_of_seed(scenario, seed, motion_of)
         else:
-            yield Row({KEY: seed}, *same, metrics, sha256=digests[i])
+            yield Row({SEED: seed}, *same, metrics, sha256=digests[i])
 
 
 def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
@@ -89,7 +90,7 @@ def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion
     motion = sampled(motion_of(alone))
     found = attempted(alone, lambda _: motion)
     sha256 = sha256_of(motion.u_dd)
-    return Row({KEY: seed}, scenario.word, law.F_fk, law.F_fs, *found, sha256)
+    return Row({SEED: seed}, scenario.word, law.F_fk, law.F_fs, *found, sha256)
 
 
 def sampled(motion: Sines | Samples) -> Samples:

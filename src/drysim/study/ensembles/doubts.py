@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from drysim.core.plant import Stopped
 from drysim.errors import Caution
 from drysim.study.cautions import RESIDUAL, energy_open, impacts_left_out
-from drysim.study.ensembles.seeds import KEY, most, narrow, until_of, width_of
+from drysim.study.ensembles.seeds import most, narrow, until_of, width_of
 from drysim.study.sweeps.table import FAILED
 from drysim.wording import length, number
 
@@ -60,7 +60,7 @@ def remarks(
     yield from wide(case, rows)
     yield from undecided(verdicts)
     if case.scenario.measure.spectra:
-        sentence = f"spectra.csv and spectra.png are of seed {rows[0].point[KEY]} alone"
+        sentence = f"spectra.csv and spectra.png are of seed {rows[0].seed} alone"
         yield Caution("spectra-of-one-seed", sentence)
 
 
@@ -75,7 +75,7 @@ def failures(rows: Sequence[Row]) -> Iterator[Caution]:
     if lost:
         sentence = (
             f"the numerics failed with {len(lost)} of {len(rows)} seeds, which the means leave "
-            f"out; the first is seed {lost[0].point[KEY]}: {lost[0].note}"
+            f"out; the first is seed {lost[0].seed}: {lost[0].note}"
         )
         yield Caution("case-failed", sentence, {"seeds": len(lost)})
 

@@ -12,7 +12,7 @@ from drysim.study.base_motion import base_motion
 from drysim.study.brief import judged, line, values
 from drysim.study.case import Case, assemble
 from drysim.study.ensembles.by_seed import rows_of, threads
-from drysim.study.ensembles.seeds import KEY, most, of_seed
+from drysim.study.ensembles.seeds import most, of_seed
 from drysim.study.ensembles.statistics import Statistic, statistics
 from drysim.study.outcome import exit_code
 from drysim.study.sweeps.table import FAILED, OK, Row
@@ -81,7 +81,7 @@ class Ensemble:
     @property
     def seeds(self) -> tuple[int, ...]:
         """The seeds, in order."""
-        return tuple(int(row.point[KEY]) for row in self.rows)
+        return tuple(row.seed for row in self.rows)
 
     def __repr__(self) -> str:
         """Give what came out, in a line."""
@@ -136,9 +136,9 @@ def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensem
     scenario, good = case.scenario, [row for row in rows if row.status == OK]
     if not good:
         raise SolverError(f"the numerics fail with every seed; the first says: {rows[0].note}")
-    alone = of_seed(scenario, int(good[0].point[KEY]))
+    alone = of_seed(scenario, good[0].seed)
     shown = run.solve(assemble(alone, base_motion(alone)))
-    found = statistics(good, KEY)
+    found = statistics(good)
     means = {name: one and one.mean for name, one in found.items()}
     verdicts = tuple(
         doubts.of_statistic(check.judge(means), found[check.metric])

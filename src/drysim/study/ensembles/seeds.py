@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from drysim.scenario import Scenario
     from drysim.study.sweeps.table import Row
 
-KEY = "excitation.seed"
-
 LOOK = 10
 """Seeds between two looks at the interval. Looks are taken at fixed numbers of seeds, in their
 order, so that what is decided does not depend on which of them was ready first."""

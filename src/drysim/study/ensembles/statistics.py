@@ -44,18 +44,13 @@ class Statistic(NamedTuple):
     greatest: tuple[float, int]
 
 
-def statistics(rows: Sequence[Row], key: str) -> dict[str, Statistic | None]:
-    """Give the statistics of every metric that rows have; None where no row knows it.
+def statistics(rows: Sequence[Row]) -> dict[str, Statistic | None]:
+    """Give the statistics of every metric that rows have, one row for each seed, in order.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        One for each seed, in order.
-    key : str
-        The key of the seed in their points.
+    None where no row knows it.
     """
     names = dict.fromkeys(name for row in rows for name in row.metrics)
-    return {name: _statistic(_known(rows, name, key)) for name in names}
+    return {name: _statistic(_known(rows, name)) for name in names}
 
 
 def interval(values: Iterable[float]) -> tuple[float, float | None]:
@@ -69,9 +64,9 @@ def interval(values: Iterable[float]) -> tuple[float, float | None]:
     return mean, half_width
 
 
-def _known(rows: Sequence[Row], name: str, key: str) -> Mapping[int, float]:
+def _known(rows: Sequence[Row], name: str) -> Mapping[int, float]:
     """Give the values of a metric by seed, where they are known."""
-    found = ((int(row.point[key]), row.metrics.get(name)) for row in rows)
+    found = ((row.seed, row.metrics.get(name)) for row in rows)
     return {seed: value for seed, value in found if value is not None and isfinite(value)}
 
 

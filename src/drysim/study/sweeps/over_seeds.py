@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.errors import Caution
 from drysim.study.ensembles.by_seed import rows_of, threads
-from drysim.study.ensembles.seeds import KEY, most, narrow, until_of
+from drysim.study.ensembles.seeds import most, narrow, until_of
 from drysim.study.ensembles.statistics import statistics
 from drysim.study.hashes import sha256_together
 from drysim.study.sweeps import cases
@@ -58,9 +58,9 @@ def together(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]
     first, lost = rows[0], [row for row in rows if row.status != OK]
     case = Row(point, first.approach, first.F_fk, first.F_fs, {}, over=OverSeeds(len(rows)))
     if lost:
-        which = f"{len(lost)} of {len(rows)} seeds, the first {lost[0].point[KEY]}"
+        which = f"{len(lost)} of {len(rows)} seeds, the first {lost[0].seed}"
         return replace(case, status=FAILED, note=f"{which}: {lost[0].note}")
-    found = statistics(rows, KEY)
+    found = statistics(rows)
     until = until_of(scenario)
     over = OverSeeds(
         len(rows),

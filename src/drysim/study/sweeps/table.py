@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from drysim.scenario.seeds import SEED
 from drysim.study.brief import judged, line, spans
 from drysim.study.outcome import exit_code
 from drysim.wording import several
@@ -86,6 +87,11 @@ class Row:
     note: str = ""
     sha256: str = ""
     over: OverSeeds | None = None
+
+    @property
+    def seed(self) -> int:
+        """Its seed, where the case is one of many."""
+        return int(self.point[SEED])
 
     @property
     def seeds(self) -> int:
