@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled, inlined
+from drysim.core.events import ROUNDING
 from drysim.core.samples.stop import NEVER, RESOLUTION
 from drysim.core.sines.slide import margin
-from drysim.core.waves import OMEGA, SINE, STRIDE, THETA, A
+from drysim.core.waves import COSINE, OMEGA, SINE, STRIDE, THETA, A
 
 TOUCH = 1e-6
 """A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
@@ -85,18 +86,17 @@ def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
 @inlined
 def leave_one_sine(plant, law, waves, x_r, side, h):
     """Give what `leave_stick` gives where one sine moves the base: its inverse."""
-    G, G_d, _ = margin(plant, law, waves, x_r, 0.0, 0.0, side, 0.0)
-    if G < 0.0:
+    values = waves.values
+    F_k, force = plant.k_x * x_r, side * plant.m * values[A]
+    level = law.F_fs + ROUNDING * (law.F_fs + abs(F_k)) - side * F_k
+    if force * values[SINE] > level:
         return 0.0
-    force = side * plant.m * waves.values[A]
-    level = G + force * waves.values[SINE]
     if abs(force) <= level:
         return NEVER
-    theta = waves.values[THETA] if force > 0.0 else waves.values[THETA] + math.pi
-    rise = math.asin(level / abs(force))
-    turn = (rise - theta) % (2.0 * math.pi)
+    theta = values[THETA] if force > 0.0 else values[THETA] + math.pi
+    turn = (math.asin(level / abs(force)) - theta) % (2.0 * math.pi)
     # Rising, and beyond the limit by less than the rounding of an angle.
-    if G_d < 0.0 and turn > math.pi:
+    if force * values[COSINE] > 0.0 and turn > math.pi:
         turn = 0.0
-    s = turn / waves.values[OMEGA]
+    s = turn / values[OMEGA]
     return s if s <= h else NEVER
