@@ -81,8 +81,7 @@ def safe_slip(v, a, j, snap, growth, cap):
     Notes
     -----
     v stays above P = v + a h + j h²/2 - snap h³/6 - growth h⁴/24. Where the jerk is not above
-    zero P bends downwards: Newton from behind its zero stays behind it, and a chord from before
-    it ends before it.
+    zero P bends downwards: a chord from before its zero to behind it ends before it.
     """
     third, twelfth = snap * (1.0 / 3.0), growth * (1.0 / 12.0)
     if j > 0.0:
@@ -94,10 +93,6 @@ def safe_slip(v, a, j, snap, growth, cap):
     low = below_slip(v, a, j, third, twelfth, behind)
     if low > 0.0:
         return behind
-    slope = a + behind * (j - behind * (1.5 * third + 2.0 * twelfth * behind))
-    if slope < 0.0:
-        behind -= low / slope
-        low = below_slip(v, a, j, third, twelfth, behind)
     for _ in range(HALVINGS):
         before = 0.5 * behind
         high = below_slip(v, a, j, third, twelfth, before)
