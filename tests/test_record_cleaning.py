@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from drysim import load, run, sweep
 from drysim.errors import RecordError
 from drysim.excitation.record import Record
+from drysim.report.plots.response import draw as draw_response
+from drysim.report.plots.stroke import draw as draw_stroke
 from drysim.wording import clean_up
 
 RATE = 200.0
@@ -358,6 +362,30 @@ def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
     assert json.loads(drysim("run", "r.yaml", "--dry-run", "--json").out)["clean_up"]
     again = drysim("run", "out/r/scenario.yaml", "--no-plots", "-o", "again")
     assert words in " ".join(again.out.split())
+
+
+def test_pictures_tell_what_was_done_to_a_record_and_its_factor(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    Path("r.yaml").write_text(SCENE + "  scale: 2\n  remove: {trend: mean, above: 30 Hz}\n")
+    one, many = load("r.yaml"), load("r.yaml", {"sweep": {"oscillator.mass": [50, 75]}})
+    table, scales = sweep(many), {"sweep": {"excitation.scale": [1, 2]}}
+    for figure in (draw_response(run(one)), draw_stroke(table)):
+        told = " ".join(text.get_text() for text in figure.texts)
+        assert "record r.csv times 2" in told
+        assert "cleaned: the mean and what is above 30 Hz removed" in told
+    figure = draw_stroke(sweep(load("r.yaml", scales)))
+    assert "record r.csv; swept: excitation.scale 1, 2" in figure.texts[1].get_text()
+
+
+def test_factor_on_a_record_is_told_in_every_summary(tmp_path, drysim):
+    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.yaml").write_text(SCENE + "  scale: 2.5\n")
+    assert "record r.csv times 2.5, " in drysim("run", "r.yaml", "--no-plots").out
+    told = json.loads((tmp_path / "out/r/drysim.json").read_text())
+    assert told["excitation"]["realised"] == {"scale": 2.5}
+    swept = ("sweep", "r.yaml", "--no-plots", "--set", "sweep={oscillator.mass: [50, 75]}")
+    assert "record r.csv times 2.5, " in drysim(*swept).out
 
 
 def test_unknown_displacement_of_a_record_comes_with_the_way_to_it(tmp_path, drysim):

@@ -32,7 +32,8 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
     """Give the base motion: its kind on the shelf and what it amounts to."""
     if isinstance(motion, Samples):
         length = (len(motion.u_dd) - 1) * motion.dt
-        files = "".join(f" {clean(source.file)}" for source in motion.inputs)
+        scale = _times(motion.realised.get("scale", 1.0))
+        files = "".join(f" {clean(source.file)}{scale}" for source in motion.inputs)
         files += f" {motion.realised['class']}" if "class" in motion.realised else ""
         grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
         return f"{kind}{files}, {grid}, {number(length, 's')}{_realised(motion)}"
@@ -45,7 +46,10 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
 def excitations(base: Base, swept: Collection[str]) -> str:
     """Give what the base motions of a sweep have in common, where a key of theirs is swept."""
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("excitation.")}
-    words = base.kind + (f" {clean(base.named)}" if hasattr(base, "named") else "")
+    words = base.kind
+    if hasattr(base, "named"):
+        scale = 1.0 if "scale" in varied else getattr(base, "scale", 1.0)
+        words += f" {clean(base.named)}{_times(scale)}"
     if not base.periodic:
         return words
     motion = base.motion()
@@ -63,6 +67,12 @@ def clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[
     pressure = law.pressure if isinstance(law, Pressed) else None
     force = pressure.clean_up if pressure else ()
     return told + [f"normal force: {clean(str(step['sentence']))}" for step in force]
+
+
+def _times(scale: object) -> str:
+    """Give the factor on every sample of a record, if it has one."""
+    assert isinstance(scale, float), "a factor is a number"
+    return "" if scale == 1.0 else f" times {number(scale)}"
 
 
 def _realised(motion: Samples) -> str:

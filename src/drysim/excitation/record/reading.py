@@ -62,7 +62,9 @@ def motion_of(record: Record) -> Samples:
         motion = cut(motion, first, last, len(series.values))
         _finite(motion.u_dd, motion.dt, shown)
         cautions = (*seen, *found(source.file, motion))
-    realised = {"clean_up": [one.told() for one in reports]} if reports else {}
+    realised: dict[str, object] = {} if record.scale == 1.0 else {"scale": record.scale}
+    if reports:
+        realised["clean_up"] = [one.told() for one in reports]
     return motion._replace(inputs=(source,), cautions=cautions, realised=realised)
 
 

@@ -11,7 +11,7 @@ from drysim.report.plots import canvas
 from drysim.scenario.sweep.axis import walks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from matplotlib.figure import Figure
 
@@ -55,13 +55,14 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     base = "base motion" if seed is None else f"base motion, seed {seed}"
     base += f": {wording.excitation(scenario.excitation.kind, motion.motion)}"
     scene = _scene(wording.scene(motion.plant, motion.law, terms=scenario.terms))
-    words = [*_about(scenario), *_wrapped(base)]
+    cleaned = _cleaned(wording.clean_up(motion.motion, motion.law))
+    words = [*_about(scenario), *_wrapped(base), *cleaned]
     found = [*_wrapped(scene, True), *_wrapped(_found(outcome), True)]
     return _title(scenario), [*words, seeds] if seeds else words, found
 
 
-def of_table(table: Table, left_out: int = 0) -> Lines:
-    """Give the heading of the picture of a table; `left_out` curves are not drawn."""
+def of_table(table: Table, left_out: int = 0, what: str = "curves") -> Lines:
+    """Give the heading of the picture of a table; `left_out` curves, or what, are not drawn."""
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
     base = f"base motion: {wording.excitations(scenario.excitation, varied)}"
@@ -75,7 +76,7 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
         groups = (" with ".join(map(wording.swept, group)) for group in walks(table.axes))
         base += f"; swept: {'; '.join(groups)}"
     if left_out:
-        base += f" ({left_out} curves are not drawn)"
+        base += f" ({left_out} {what} are not drawn)"
     known: dict[str, Any] = {
         "terms": scenario.terms,
         "swept": varied,
@@ -84,14 +85,15 @@ def of_table(table: Table, left_out: int = 0) -> Lines:
     if own:
         known["shared"] = own.shared
     scene = _scene(wording.scene(scenario.oscillator.plant(), scenario.law(), **known))
-    return _title(scenario), [*_about(scenario), *_wrapped(base)], _wrapped(scene, True)
+    shared = not any(key.startswith("excitation.") for key in varied)
+    cleaned = _cleaned(wording.clean_up(table.motion if shared else None))
+    words = [*_about(scenario), *_wrapped(base), *cleaned]
+    return _title(scenario), words, _wrapped(scene, True)
 
 
 def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
     """Give the heading of the picture of a comparison: the scene and the verdict."""
-    title, words, symbols = of_table(made.table)
-    if left_out:
-        words[-1] += f" ({left_out} combinations are not drawn)"
+    title, words, symbols = of_table(made.table, left_out, "combinations")
     return title, words, [*symbols, *_wrapped(wording.clean(". ".join(made.verdict[:1])))]
 
 
@@ -101,6 +103,11 @@ def _title(scenario: Scenario) -> str:
 
 def _about(scenario: Scenario) -> list[str]:
     return _wrapped(wording.clean(scenario.about or ""), apart=" ")
+
+
+def _cleaned(told: Sequence[str]) -> list[str]:
+    """Give what was done to records, if anything."""
+    return _wrapped(f"cleaned: {'; '.join(told)}") if told else []
 
 
 def _wrapped(words: str, symbols: bool = False, apart: str = COMMA) -> list[str]:
