@@ -1,4 +1,11 @@
-"""Shelf 3: how the motion is computed. An approach is one file and one name here."""
+"""Shelf 3: how the motion is computed. An approach is one file and one name here.
+
+Those that follow a motion exactly hand it to `exact`, which knows the module for its law and
+its base: `under_sines` and `over_samples` for Coulomb's friction, `over_joints` and `touched`
+for spring contacts, `by_series` for laws with a rate or a state, `traced` for normal forces
+that may vanish, `bounded` for end stops. Each gives a Track, known at any instant, and with a
+grid a Response. All others march by fixed steps and share `stepped`.
+"""
 
 from drysim.approach.moreau import Moreau
 from drysim.approach.signum import Signum

@@ -1,4 +1,9 @@
-"""Files: what finished work leaves on the disk. Computes nothing and shows nothing."""
+"""Files: what finished work leaves on the disk. Computes nothing and shows nothing.
+
+`write` and its like choose the writers of what was made. `folder.put` lets them write into
+`<name>.partial`, adds drysim.json last (`sidecar`), and puts the folder in its place (`swap`);
+whether it may is for `claim` to say, before any work.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""What a scenario file may say: words, checked, and crossed to symbols."""
+"""What a scenario file may say: words, checked, and crossed to symbols.
+
+`loading` leads from a file to a Scenario: `reading` holds its keys against those of the model,
+`sweep.words` makes axes of the sweep block, the blocks check their values, and `rules` what the
+blocks say together. A Scenario gives its cases (`sweep.points`), and itself under another
+approach (`others`) or another friction law (`under_law`).
+"""
 
 from __future__ import annotations
 
