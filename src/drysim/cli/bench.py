@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drysim.cli import options
-from drysim.cli.voice import Voice
+from drysim.cli.voice import Voice, typed
 from drysim.errors import EXIT_OK, Caution, UsageError
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def bench(
     quiet: options.Quiet = False,
 ) -> int:
     """Speed against error, beside programs that people know."""
-    voice, command = Voice(as_json, quiet), shlex.join(["drysim", *context.obj])
+    voice, command = Voice(as_json, quiet), typed(context)
     if steady and hard:
         raise UsageError("--steady and --hard ask for two benches", "ask for one at a time")
     if hard:

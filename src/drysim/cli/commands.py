@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
-import shlex
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from drysim.cli import options
 from drysim.cli.streams import reader_may_leave
-from drysim.cli.voice import Voice
+from drysim.cli.voice import Voice, typed
 from drysim.errors import EXIT_NOTHING_COMPUTED, EXIT_NUMERICS_FAILED, EXIT_OK
+
+if TYPE_CHECKING:
+    from drysim.study.case import Case
 
 FIRST = "paper-low-friction"
 """What `drysim init` writes when no name is given."""
@@ -34,7 +37,7 @@ def run(
 ) -> int:
     """One case, or one under many seeds: motion, metrics, checks."""
     from drysim.cli import ensembles
-    from drysim.report.claim import check, require_room
+    from drysim.report.claim import check
     from drysim.report.folder import holds_sweep
     from drysim.scenario import load
     from drysim.study.case import prepare
@@ -52,25 +55,31 @@ def run(
         return plans.show(case, folder, voice)
     if holds_sweep(folder):
         voice.remark(f"{folder} holds a sweep, which this run replaces; --out keeps it")
-    command = shlex.join(["drysim", *context.obj])
+    asked = (case, folder, typed(context), voice)
     if most(case.scenario) > 1:
         return ensembles.run(
-            case, folder, command, voice, workers=workers, resume=resume, strict=strict,
-            plots=not no_plots,
-        )  # fmt: skip
+            *asked, workers=workers, resume=resume, strict=strict, plots=not no_plots
+        )
+    return run_alone(*asked, strict=strict, plots=not no_plots)
+
+
+def run_alone(
+    case: Case, folder: Path, command: str, voice: Voice, *, strict: bool, plots: bool
+) -> int:
+    """Compute, write and show the outcome of a case; give the exit code."""
     from drysim import console, report
+    from drysim.report.claim import require_room
     from drysim.study import volume
     from drysim.study.effort import SLOW
     from drysim.study.run import solve
 
     require_room(folder, volume.LEAST_SHARE * volume.bytes_of(case))
-    ahead = (SLOW, volume.LARGE)
     for caution in case.cautions:
-        if caution.slug in ahead:
+        if caution.slug in (SLOW, volume.LARGE):  # of use before the work, too
             voice.remark(f"patience: {caution.sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)
-    told = report.write(outcome, folder, plots=not no_plots, command=command, exit_code=code)
+    told = report.write(outcome, folder, plots=plots, command=command, exit_code=code)
     show = partial(console.show_outcome, outcome, folder)
     return voice.answer(told, show, outcome.warnings, folder, code)
 
@@ -106,23 +115,31 @@ def init(name: options.Name = FIRST, show: options.Show = False) -> int:
     from drysim.study import gallery
 
     if show:
-        shown = gallery.pieces(gallery.HARD if name == gallery.HARD else "")
-        width = 2 + max(len(piece.name) for piece in shown)
-        with reader_may_leave():
-            for piece in shown:
-                seen = " [loop]" if piece.loop else ""
-                console.say(f"{piece.name:<{width}}{piece.about}{seen}")
-        if any(piece.loop for piece in shown):
-            console.remark(f"pictures of the loops: {gallery.folder() / gallery.LOOPS}")
-        if name != gallery.HARD:
-            console.remark(f"the hard cases: drysim init --list {gallery.HARD}")
-        return EXIT_OK
+        return show_gallery(gallery.HARD if name == gallery.HARD else "")
     written = gallery.copy(name, Path())
     with reader_may_leave(Path()):
         console.say("\n".join(map(str, written)))
     if loop := gallery.find(name).loop:
         console.remark(f"its friction loop: {loop}")
     console.remark(f"now: drysim run {written[0]}")
+    return EXIT_OK
+
+
+def show_gallery(part: str) -> int:
+    """Show the scenarios of the gallery, or of a part of it, each with what it is about."""
+    from drysim import console
+    from drysim.study import gallery
+
+    shown = gallery.pieces(part)
+    width = 2 + max(len(piece.name) for piece in shown)
+    with reader_may_leave():
+        for piece in shown:
+            seen = " [loop]" if piece.loop else ""
+            console.say(f"{piece.name:<{width}}{piece.about}{seen}")
+    if any(piece.loop for piece in shown):
+        console.remark(f"pictures of the loops: {gallery.folder() / gallery.LOOPS}")
+    if part != gallery.HARD:
+        console.remark(f"the hard cases: drysim init --list {gallery.HARD}")
     return EXIT_OK
 
 

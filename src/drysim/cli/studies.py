@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from drysim.cli import leave, options
-from drysim.cli.voice import Voice
+from drysim.cli.voice import Voice, typed
 from drysim.errors import EXIT_INTERRUPTED
 
 HERE = "scenario.yaml"
@@ -65,7 +64,7 @@ def sweep(
         return plans.show_grid(case, folder, [one.word for one in wanted], voice)
     from drysim import console, report
 
-    command = shlex.join(["drysim", *context.obj])
+    command = typed(context)
     with (
         place(cluster, workers, voice) as compute,
         voice.claimed(folder, resume, "cases") as claim,
@@ -145,7 +144,7 @@ def compare(
         tell = partial(finished, advance)
         made = solve(loaded, case, names, workers=workers, finished=tell)
     code = made.table.exit_code(strict)
-    command = shlex.join(["drysim", *context.obj])
+    command = typed(context)
     told = report.write_comparison(
         made, folder, plots=not no_plots, command=command, exit_code=code
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,11 @@ from drysim.errors import EXIT_OK, Caution
 
 if TYPE_CHECKING:
     from drysim.report import Claim
+
+
+def typed(context: typer.Context) -> str:
+    """Give the command line, quoted as for a shell."""
+    return shlex.join(["drysim", *context.obj])
 
 
 class Voice(NamedTuple):
