@@ -165,7 +165,6 @@ EXPLAINED = {
         "trace.py",
         "s = length if min(stay, looked) > left else s + min(stay, looked)",
     ): "s + left is the length but for rounding, and a step of a rounding more ends there",
-    ("stretches.py", "if d != 0 or not steps.brief:"): SLOWER,
     ("trail.py", "ENOUGH = -3"): "trail and log have more room than a kernel may fill",
     ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,

@@ -29,9 +29,8 @@ def answers(
         kernel.events.Log(*(np.zeros(length, dtype=kind) for kind in kinds)),
     )  # fmt: skip
     found, turns = np.zeros((len(u_dd), kernel.records.FOUND)), np.zeros(u_dd.shape)
-    waves = kernel.waves.Waves(np.zeros(0), 0, 0)
     kernel.records.measure_records(
-        plant, law, kernel.steps.steps_of(plant, law, dt), rule, waves, u_dd, 101,
+        plant, law, kernel.steps.steps_of(plant, law, dt), rule, u_dd, 101,
         SAMPLES - 1, kernel.state.State(x_r, 0.0), side, turns, found,
     )  # fmt: skip
     return found, turns

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from drysim.approach.events import Floats
 from drysim.approach.room import empty_log
-from drysim.approach.scene import LOG_LENGTH, waves_of
+from drysim.approach.scene import LOG_LENGTH
 from drysim.core.many import queue, records
 from drysim.core.many.lanes import LANES, PLACES, SIZE, WIDTH
 from drysim.core.many.settle import KEPT, Side
 from drysim.core.many.trapezia import INTEGRALS, served, trapezia
-from drysim.core.motion import Samples, Sines, sample_squares
+from drysim.core.motion import Samples, sample_squares
 from drysim.core.plant import Law, Plant
 from drysim.core.samples.steps import steps_of
 from drysim.core.state import State, Totals
@@ -137,8 +137,8 @@ def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measur
     turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_A_STOP + FEW_STOPS))
     rule = trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
     records.measure_records(
-        plant, law, steps_of(plant, law, dt), rule, waves_of(Sines((), (), ())), u_dd, *window,
-        start, empty_side(), turns, answers,
+        plant, law, steps_of(plant, law, dt), rule, u_dd, *window, start, empty_side(), turns,
+        answers,
     )  # fmt: skip
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
         return answered(given, start, turns, answers)

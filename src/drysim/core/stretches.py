@@ -1,10 +1,12 @@
-"""Exact integrals over a stretch between two events of a step."""
+"""Exact integrals over a stretch between two events under ü that changes linearly."""
 
 from __future__ import annotations
 
-from drysim.core.compiled import inlined
-from drysim.core.integrals import integrate
-from drysim.core.samples.series import distance, series, speed
+import math
+
+from drysim.core.compiled import compiled, inlined
+from drysim.core.samples.longer import SHORT, longer_series
+from drysim.core.samples.series import distance, rate, series, speed
 
 NODES = (
     0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
@@ -15,32 +17,65 @@ WEIGHTS = (
 """Gauss-Legendre: on a stretch that is brief enough for `series` four exhaust double
 precision, for the error is below (2·0.1)⁸/10⁹."""
 
+MORE_NODES = (
+    0.03376524289842403, 0.16939530676686776, 0.38069040695840156, 0.6193095930415985,
+    0.8306046932331322, 0.9662347571015759,
+)  # fmt: skip
+MORE_WEIGHTS = (
+    0.08566224618958514, 0.18038078652406936, 0.23395696728634552, 0.23395696728634552,
+    0.18038078652406936, 0.08566224618958514,
+)  # fmt: skip
+"""Six do where `longer_series` serves: (2·0.5)¹²/10¹⁵."""
+
 
 @inlined
-def stretch(plant, law, steps, waves, u_0, slope, x_r, v_r, d, h):
+def stretch(steps, u_0, slope, x_r, v_r, d, h):
     """Give x2, v2, x_dd2, power and rub of one stretch between events, as in `Totals`."""
-    if d != 0 and not steps.brief:
-        return integrate(plant, law, waves, u_0, slope, 0.0, x_r, v_r, d, 0.0, h)
     if d == 0:
         u_1 = u_0 + slope * h
         u2 = h / 3.0 * (u_0 * u_0 + u_0 * u_1 + u_1 * u_1)
         return x_r * x_r * h, 0.0, u2, 0.0, 0.0
-    return short_stretch(steps, u_0, slope, x_r, v_r, d, h)
+    c, w, f = steps.c, steps.w, d * steps.f
+    if not steps.brief:
+        return slid(c, w, f, steps.tail, steps.more, u_0, slope, x_r, v_r, d, h)
+    a = -(u_0 + c * v_r + w * x_r + f)
+    q = series(steps.tail, v_r, a, -slope - c * a - w * v_r)
+    sums = summed(q, NODES, WEIGHTS, c, w, f, u_0, slope, x_r, h)
+    return *sums, d * distance(q, h)
+
+
+@compiled
+def slid(c, w, f, tail, more, u_0, slope, x_r, v_r, d, h):
+    """Give what `stretch` gives of sliding for any length, in panels that a series serves.
+
+    `f` is the friction force per mass, with its sign [m/s²].
+    """
+    radians = c + math.sqrt(w)
+    longest = SHORT / radians if radians > 0.0 else math.inf
+    a = -(u_0 + c * v_r + w * x_r + f)
+    x2, v2, x_dd2, power, x, s = 0.0, 0.0, 0.0, 0.0, x_r, 0.0
+    while s < h:
+        length = min(longest, h - s)
+        q = longer_series(tail, more, v_r, a, -slope - c * a - w * v_r)
+        u = u_0 + slope * s
+        sums = summed(q, MORE_NODES, MORE_WEIGHTS, c, w, f, u, slope, x, length)
+        x2, v2 = x2 + sums[0], v2 + sums[1]
+        x_dd2, power = x_dd2 + sums[2], power + sums[3]
+        x, v_r, a = x + distance(q, length), speed(q, length), rate(q, length)
+        s += length
+    return x2, v2, x_dd2, power, d * (x - x_r)
 
 
 @inlined
-def short_stretch(steps, u_0, slope, x_r, v_r, d, h):
-    """Give what `stretch` gives where `series` serves."""
-    c, w, f = steps.c, steps.w, d * steps.f
-    a = -(u_0 + c * v_r + w * x_r + f)
-    q = series(steps.tail, v_r, a, -slope - c * a - w * v_r)
+def summed(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
+    """Give x2, v2, x_dd2 and power of a motion whose velocity is a series."""
     x2, v2, x_dd2, power = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(NODES)):
-        s = h * NODES[i]
+    for i in range(len(nodes)):
+        s = h * nodes[i]
         x, v = x_r + distance(q, s), speed(q, s)
         x_dd = w * x + c * v + f
-        x2 += WEIGHTS[i] * x * x
-        v2 += WEIGHTS[i] * v * v
-        x_dd2 += WEIGHTS[i] * x_dd * x_dd
-        power += WEIGHTS[i] * (u_0 + slope * s) * v
-    return h * x2, h * v2, h * x_dd2, h * power, d * distance(q, h)
+        x2 += weights[i] * x * x
+        v2 += weights[i] * v * v
+        x_dd2 += weights[i] * x_dd * x_dd
+        power += weights[i] * (u_0 + slope * s) * v
+    return h * x2, h * v2, h * x_dd2, h * power

@@ -38,7 +38,7 @@ a stop. FOUND is their number."""
 
 @compiled
 def measure_records(
-    plant, law, steps, rule, waves, records, begin, end, start, side, turns, answers
+    plant, law, steps, rule, records, begin, end, start, side, turns, answers
 ):  # fmt: skip
     """March and measure every record.
 
@@ -48,8 +48,6 @@ def measure_records(
         Steps that the rule serves.
     rule : Trapezia
         Of such a step.
-    waves : Waves
-        None of them.
     records : array, shape (records, samples)
         Base acceleration [m/s²].
     begin, end : int
@@ -65,13 +63,9 @@ def measure_records(
     for first in range(0, len(records), LANES):
         count = min(LANES, len(records) - first)
         set_out(plant, law, records, first, count, start, side)
-        march_abreast(
-            plant, law, steps, rule, waves, records, first, count, 0, begin, side, turns
-        )
+        march_abreast(plant, law, steps, rule, records, first, count, 0, begin, side, turns)
         note_begin(steps, rule, records, begin, side, answers, first, count)
-        march_abreast(
-            plant, law, steps, rule, waves, records, first, count, begin, end, side, turns
-        )
+        march_abreast(plant, law, steps, rule, records, first, count, begin, end, side, turns)
         note_end(steps, rule, records, end, side, answers, first, count)
 
 
@@ -143,7 +137,7 @@ def end_of_window(steps, rule, side, lane, way, u_b, u):
 
 
 @compiled
-def march_abreast(plant, law, steps, rule, waves, records, first, count, n, end, side, turns):
+def march_abreast(plant, law, steps, rule, records, first, count, n, end, side, turns):
     """March records from sample n to sample `end`, and sum."""
     lanes, before = lanes_of(count), n
     parts, pace = parts_of(steps), pace_of(plant, law, steps)
@@ -165,7 +159,7 @@ def march_abreast(plant, law, steps, rule, waves, records, first, count, n, end,
                         eight(plant, law, steps, pace, rule, waiting)
                     else:
                         leave(waiting)
-                    settle(plant, law, steps, parts, rule, waves, side, group, turns, first)
+                    settle(plant, law, steps, parts, rule, side, group, turns, first)
             put_back(side, some)
         n += length
         before = n - 1

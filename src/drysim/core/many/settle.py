@@ -48,7 +48,7 @@ class Side(NamedTuple):
 
 
 @inlined
-def settle(plant, law, steps, parts, rule, waves, side, first, turns, record):
+def settle(plant, law, steps, parts, rule, side, first, turns, record):
     """Note the stops of a group of those that wait, and solve by themselves the odd ones."""
     found, last = side.queue[first:], len(turns) - 1
     for i in range(WIDTH):
@@ -58,7 +58,7 @@ def settle(plant, law, steps, parts, rule, waves, side, first, turns, record):
         if found[queue.STOPS + i] > 0.0:
             stops(mine, side.turns, lane, found[queue.X_STOP + i])
         if found[queue.PLAIN + i] == 0.0:
-            by_itself(plant, law, steps, parts, rule, waves, side, first + i, lane, mine)
+            by_itself(plant, law, steps, parts, rule, side, first + i, lane, mine)
 
 
 @compiled
@@ -87,7 +87,7 @@ def stops(mine, turns, lane, x_r):
 
 
 @compiled
-def by_itself(plant, law, steps, parts, rule, waves, side, i, lane, turns):
+def by_itself(plant, law, steps, parts, rule, side, i, lane, turns):
     """Carry the i-th of those that wait through a step that holds any number of events."""
     at, log, kept = side.queue, side.log, side.kept[lane]
     x, v, d = at[queue.X + i], at[queue.V + i], int(at[queue.D + i])
@@ -107,9 +107,7 @@ def by_itself(plant, law, steps, parts, rule, waves, side, i, lane, turns):
     replace(rule, steps, kept, x_end, v_end, d_end, u_1, slope, 1.0)
     for k in range(count + 1):
         end = log.s[k] if k < count else steps.dt
-        part = stretch(
-            plant, law, steps, waves, u_0 + slope * start, slope, x, v, d, end - start
-        )
+        part = stretch(steps, u_0 + slope * start, slope, x, v, d, end - start)
         for i in range(5):
             kept[i] += part[i]
         kept[5] += end - start if d == 0 else 0.0
