@@ -267,3 +267,24 @@ def test_newtons_method_leaves_an_orbit_alone_that_keeps_distances(
     found = newton(kernel, 0.0, 1e-7, -1e-6)
     assert not found.good
     assert found.state == found.image
+
+
+@pytest.mark.parametrize(
+    ("k_x", "b", "most"),
+    [(K, 0.0, 5000), (K, 0.1, 5000), (K, 1e3, 5000), (K, 1e6, 100), (0.0, 1e-3, 5000)],
+)
+def test_mass_that_only_creeps_is_not_followed_for_thousands_of_periods(
+    kernel: SimpleNamespace, k_x: float, b: float, most: int
+) -> None:
+    # At ξ = 1e10 its spring takes decades: 5000 periods had taken a minute in plain Python.
+    assert kernel.orbit.patience(kernel.plant.Plant(M, k_x, b), 0.6, 5000) == most
+
+
+def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamespace) -> None:
+    plant, law = fast.plant.Plant(M, K, 2e10 * math.sqrt(K * M)), fast.plant.Law(0.3, 0.3)
+    waves, log = waves_of(fast, [(1.0, 1.6, 0.0)], law), log_of(fast)
+    *_, multiple, _, periods, _, _ = fast.orbit.find(
+        plant, law, waves, 1 / 1.6, 0.0, 0.0, 5000, np.zeros(8), np.zeros(8), log, len(log.n)
+    )
+    assert multiple == 0
+    assert periods <= 100

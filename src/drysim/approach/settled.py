@@ -14,7 +14,7 @@ from drysim.approach.orbit import Orbit
 from drysim.core.motion import Sines
 from drysim.core.plant import Dynamic, Plant, Slider, Stopped
 from drysim.core.sines.period_map import fixed_point, radius
-from drysim.core.sines.reached import RESTS, SLOW, decays
+from drysim.core.sines.reached import RESTS, SLOW, decays, patience
 from drysim.core.state import AnyState, Deflected
 
 if TYPE_CHECKING:
@@ -87,7 +87,8 @@ def approached(
 ) -> tuple[Orbit, int]:
     """Give the orbit that a start leads to, and how many events its last period has."""
     state, peak, periods = start, 0.0, 0
-    while periods < MOST_PERIODS:
+    most = patience(plant, period, MOST_PERIODS)
+    while periods < most:
         periods += 1
         track = once(plant, law, motion, state, period)
         way = track.path((0.0, period), None)

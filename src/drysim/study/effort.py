@@ -25,7 +25,7 @@ A_STEP = 30.0
 30 ns with its metrics, one under sines 1 µs, and a radian was seen to take 0.1 to 0.5 µs."""
 
 RADIAN = 5e-7
-"""Time that a radian takes at most, compiled [s]."""
+"""Time that a radian takes at most, or a decay of the speed in a series, compiled [s]."""
 
 SERIES = 1.5e-4
 """The same where the motion is a Taylor series, with the memory of bristles [s]."""
@@ -33,17 +33,10 @@ SERIES = 1.5e-4
 BRISTLE_DECAY = 3e-5
 """Time of a step of such a series, about one for each decay of a strong damper [s]."""
 
-CREEP = 3e7
-"""Decays of the speed within a sampled step from which it took 50 times as long and more."""
-
-FOLLOWED = 1e6
-"""The same under sines and against a bumper, where a creep is followed to its end."""
-
 MOST = 1e10
 """Radians of more than an hour: nobody means that, and the numbers would not bear it."""
 
-DAMPER, BUMPER, BRISTLES = "damper", "bumper", "damper of the bristles"
-DAMPERS = (DAMPER, BUMPER, BRISTLES)
+DAMPER, BRISTLES = "damper", "damper of the bristles"
 
 RINGING = 40.0
 """What rings with damping ratio ξ is below double precision after 40/ξ radians."""
@@ -94,7 +87,7 @@ class Turns(NamedTuple):
 
     def said(self, radians: float) -> str:
         """Say that it turns so far; what a damper does has no angle."""
-        if self.name in DAMPERS:
+        if self.name in (DAMPER, BRISTLES):
             return f"the {self.name} stills the mass {number(radians)} times"
         return f"the {self.name} turns by {number(radians)} radians"
 
@@ -119,9 +112,11 @@ def _turns(case: Case) -> Iterator[Turns]:
         yield Turns("friction.normal_variation", "normal force", radians, radians)
     m, k_x, b = case.plant
     kicks = 2.0 * (fastest * span + 1.0)
-    if isinstance(law, Dynamic):
-        yield Turns("oscillator.damping", DAMPER, b / m * span, 0.0)
-    if k_x > 0.0 and all(one.slug != "will-not-move" for one in case.cautions):
+    moves = all(one.slug != "will-not-move" for one in case.cautions)
+    if isinstance(law, Dynamic) and moves:
+        decays = b / m * span
+        yield Turns("oscillator.damping", DAMPER, decays, decays)
+    if k_x > 0.0 and moves:
         yield _ringing("oscillator.stiffness", "oscillator", case.plant, span, kicks)
     if isinstance(law, Dynamic) and law.sigma_0:
         plant = (m, law.sigma_0, b + law.sigma_1)
@@ -159,38 +154,19 @@ def excess(case: Case) -> tuple[str, str] | None:
     return sentence, most.key
 
 
-def _creeps(case: Case) -> Iterator[tuple[str, float]]:
-    """Give what damps so much that steps take long, and how often it does within a step."""
-    if any(one.slug == "will-not-move" for one in case.cautions):
-        return
-    m, _, b = case.plant
-    length = min(case.step, case.window[1])
-    decays = b / m * length
-    if decays > (FOLLOWED if isinstance(case.motion, Sines) else CREEP):
-        yield DAMPER, decays
-    if isinstance(case.law, Stopped) and case.law.b_s / m * length > FOLLOWED:
-        yield BUMPER, (b + case.law.b_s) / m * length
-
-
 def cautions(case: Case) -> Iterator[Caution]:
     """Say when a step takes a hundred times as long as one of an easy scene."""
-    if isinstance(case.approach, Exact) and (slow := next(_creeps(case), None)):
-        name, decays = slow
-        sentence = (
-            f"the {name} stills the mass {number(decays)} times within a step of "
-            f"{number(case.step, 's')}: it creeps at the rounding of its speed, and a "
-            "step may take 100 times as long as usual; check mass and damping"
-        )
-        yield Caution(SLOW, sentence, {"decays_a_step": decays})
-        return
     most = turns(case)
     each = most.radians / max(case.steps, 1)
     if each > A_STEP:
         time = number(most.radians * most.each, "s", digits=2)
+        whole = f"all of them up to {time}"
+        if case.period is not None:
+            whole = f"a period up to {time}, and many may lead to the orbit"
         sentence = (
             f"{most.said(each)} within a step of "
             f"{number(case.step, 's')}, and each is followed: a step may take 100 times as "
-            f"long as usual, all of them up to {time}"
+            f"long as usual, {whole}"
         )
         numbers = {"radians": most.radians, "radians_a_step": each}
         yield Caution(SLOW, sentence, numbers)

@@ -8,7 +8,7 @@ from drysim.core.compiled import compiled
 from drysim.core.events import first_mode
 from drysim.core.plant import Law
 from drysim.core.sines.period_map import one_period, rate_of, refine
-from drysim.core.sines.reached import AWAY, ROOM, SLOW, decays, reached
+from drysim.core.sines.reached import AWAY, ROOM, SLOW, decays, patience, reached
 from drysim.core.waves import OMEGA, PHASE, STRIDE, A
 
 MOST_MULTIPLE = 8
@@ -52,8 +52,9 @@ def find(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, capacit
         x_r, v_r = steady_start(plant, waves)
     d = first_direction(plant, law, waves, x_r, v_r)
     x_r, v_r, d, multiple, closure, periods, peak = settle(
-        plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, capacity
-    )
+        plant, law, waves, period, x_r, v_r, d, patience(plant, period, most), past_x, past_v,
+        log, capacity,
+    )  # fmt: skip
     unique = True
     length = multiple * period
     if multiple > 0 and decays(plant, length) < SLOW:

@@ -17,6 +17,9 @@ from drysim.core.sines.period_map import (
 SLOW = 1e-2
 """Decays over a repetition below which little change does not yet mean a closed orbit."""
 
+CREEPS, FEW = 1e-3, 100
+"""Decays over a period below which an overdamped mass creeps, and periods that it is given."""
+
 AWAY = 1e-6
 """Scaled distance from an orbit at which a motion that hardly changes has not reached it."""
 
@@ -37,6 +40,18 @@ def decays(plant, length):
     if w == 0.0:
         return 2.0 * half * length
     return (w / (half + math.sqrt(square)) if square > 0.0 else half) * length
+
+
+@compiled
+def patience(plant, period, most):
+    """Give after how many periods a motion counts as not settled.
+
+    Newton's method, or a sum of changes, leads a mass that creeps to its orbit soon, or nothing
+    does: the motion itself would take thousands of periods.
+    """
+    half = 0.5 * plant.b / plant.m
+    creeps = half * half > plant.k_x / plant.m > 0.0 and decays(plant, period) < CREEPS
+    return min(most, FEW) if creeps else most
 
 
 @compiled
