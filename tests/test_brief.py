@@ -49,6 +49,8 @@ def test_answers_of_many_cases_show_themselves_in_a_line(seat):
     assert repr(comparison).startswith(
         "<Comparison of seat: signum, stick-slip, viscous against stick-slip; signum "
     )
+    own = repr(drysim.sweep(drysim.load(seat))).partition("; ")[2].partition("; ")[0]
+    assert f"; {own} by stick-slip; 1 of 2 checks held" in repr(comparison.table)
     many = drysim.run(drysim.load(seat, {"excitation": NOISE}))
     assert repr(many).startswith("<Ensemble of seat: 3 seeds; T_a 1.0")
     assert len(repr(many)) < 200
