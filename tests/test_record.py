@@ -126,9 +126,9 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
     lines[100:100] = ["# a remark, in between"]
     (tmp_path / "r.csv").write_text("\n".join(lines))
     table = columns(read(tmp_path / "r.csv", SUFFIXES))
-    quick = _quick(table, [0, 2])
+    quick = _quick(table, [0, 2], ".")
     assert quick is not None
-    assert np.array_equal(quick, _careful(table, [0, 2]))
+    assert np.array_equal(quick, _careful(table, [0, 2], "."))
     assert np.array_equal(np.transpose(quick), values[:, [0, 2]])
 
 
@@ -148,7 +148,7 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
 )
 def test_quick_pass_leaves_every_irregular_row_to_the_careful_one(tmp_path, rows):
     (tmp_path / "r.csv").write_text(rows)
-    assert _quick(columns(read(tmp_path / "r.csv", SUFFIXES)), [1]) is None
+    assert _quick(columns(read(tmp_path / "r.csv", SUFFIXES)), [1], ".") is None
 
 
 # what is refused
@@ -182,6 +182,48 @@ def test_rows_of_a_logger_above_the_header_are_told_and_passed_over(tmp_path, he
     assert motion.u_dd.tolist() == [1, 2]
     bad = problem_of(tmp_path, text + "2;oops\n", time="Zeit", column="acc", skip=rows)
     assert bad.line == rows + 4  # as an editor counts
+
+
+DATED = "Datum;acc [g]\n12.03.2026 14:05:00;-0,5\n12.03.2026 14:05:00;1,25e0\n"
+
+
+def test_decimal_commas_count_in_the_columns_that_are_used(tmp_path):
+    words = {"column": "acc", "rate": 500}
+    motion = motion_of(tmp_path, DATED, **words)
+    assert motion.u_dd.tolist() == [-0.5 * 9.80665, 1.25 * 9.80665]
+    for delimited in (DATED.replace(";", "\t"), DATED.replace("12.03.2026 14:05:00", "v1.2")):
+        assert motion_of(tmp_path, delimited, **words).u_dd.tolist() == motion.u_dd.tolist()
+    numbers = "x;acc [g]\n1.5;-0,5\n2.5;1,25\n"
+    assert motion_of(tmp_path, numbers, **words).u_dd.tolist() == motion.u_dd.tolist()
+    found = problem_of(tmp_path, DATED + "x;0.5\n", **words)
+    assert found.sentence.endswith("`0.5` has a decimal point; write commas throughout")
+    found = problem_of(tmp_path, DATED.replace("-0,5", "-0.5"), **words)
+    assert found.sentence.endswith("`1,25e0` has a decimal comma; write points throughout")
+
+
+@pytest.mark.parametrize("row", ["sep=;", "SEP=;", '"sep=;"'])
+def test_row_that_tells_excel_the_delimiter_is_passed_over(tmp_path, row):
+    words = {"time": "t", "column": "a"}
+    text = f"\ufeff{row}\r\nt [s];a [m/s2]\r\n0,0;0,01\r\n0,1;0,02\r\n"
+    for skip in (0, 1):
+        assert motion_of(tmp_path, text, **words, skip=skip).u_dd.tolist() == [0.01, 0.02]
+    found = problem_of(tmp_path, text + "0,2;oops\r\n", **words)
+    assert found.line == 5
+
+
+def test_header_with_another_unit_may_be_passed_over(tmp_path):
+    text = "t [s],a [mg]\n0,1\n1,2\n"
+    motion = motion_of(tmp_path, text, time="t", column="a")
+    np.testing.assert_allclose(motion.u_dd, [9.80665e-3, 2 * 9.80665e-3], rtol=1e-15)
+    scaled = {"unit": "g", "scale": 1e-3}
+    for unit, why in (("mg", "the scenario says `unit: g`"), ("mV", "is a unit of something")):
+        other = text.replace("mg", unit)
+        found = problem_of(tmp_path, other, time="t", column="a", **scaled)
+        assert why in found.sentence
+        assert found.sentence.endswith("`skip: 1` passes over the header, and columns have "
+                                       "numbers then")  # fmt: skip
+        numbered = motion_of(tmp_path, other, time=1, column=2, skip=1, **scaled)
+        np.testing.assert_allclose(numbered.u_dd, motion.u_dd, rtol=1e-15)
 
 
 def test_rows_may_be_passed_over_where_there_is_no_header(tmp_path):
@@ -476,6 +518,30 @@ def test_window_shifts_time_and_keeps_the_spline_of_the_whole(tmp_path):
     assert np.array_equal(part.u_dd, whole.u_dd[20:41])
 
 
+@pytest.mark.parametrize(
+    ("window", "sentence"),
+    [
+        ({"from": 0.01, "to": 0.07}, "`window.to`, 0.07 s, is behind the end of the record"),
+        ({"from": 0.5}, "`window.from`, 0.5 s, is behind the end of the record"),
+        ({"from": -1}, "`window.from`, -1 s, is before the beginning of the record"),
+        ({"to": -1}, "`window.to`, -1 s, is before the beginning of the record"),
+        ({"from": 0.01, "to": 0.011}, "the window must hold two samples of the record"),
+    ],
+)
+def test_window_that_does_not_lie_in_the_record_is_told_on_which_side(
+    tmp_path, window, sentence
+):
+    found = problem_of(tmp_path, ROWS, time="t", window=window)
+    runs = "which runs from 0 s to 0.02 s in steps of 0.01 s"
+    assert found.sentence == f"{sentence}, {runs}"
+
+
+def test_window_is_told_in_all_digits_of_the_time_since_1970(tmp_path):
+    rows = "t [s],u_dd [m/s2]\n1773321234.25,1\n1773321234.5,2\n1773321234.75,4\n"
+    found = problem_of(tmp_path, rows, time="t", window={"from": 10})
+    assert "runs from 1773321234.25 s to 1773321234.75 s in steps of 0.25 s" in found.sentence
+
+
 def test_window_may_end_one_step_behind_the_last_sample(tmp_path):
     motion = motion_of(tmp_path, ROWS, time="t", window={"from": 0.01, "to": 0.03})
     assert motion.u_dd.tolist() == [2, 4]
@@ -516,6 +582,28 @@ def test_large_mean_is_said_and_a_small_one_is_not(tmp_path):
     for mean, slugs in ((0.3, ["record-mean"]), (0.01, [])):
         text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in (mean + noise).tolist())
         assert [c.slug for c in motion_of(tmp_path, text, step=0.1).cautions] == slugs
+
+
+def test_mean_of_a_window_is_not_sent_to_the_removal_that_there_is(tmp_path):
+    text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in np.sin(np.arange(500) * 0.02).tolist())
+    words = {"step": 0.1, "window": {"from": 0, "to": 10}}
+    (given,) = motion_of(tmp_path, text, **words).cautions
+    assert given.sentence.endswith("`remove: mean` takes away what is an offset of the sensor")
+    (removed,) = motion_of(tmp_path, text, **words, remove="mean").cautions
+    assert removed.slug == "record-mean"
+    assert removed.sentence.endswith(
+        "the mean of the whole record is removed, and this part has one of its own"
+    )
+
+
+def test_mean_of_the_acceleration_is_the_line_of_a_velocity(tmp_path):
+    noise = np.random.default_rng(5).normal(size=500)
+    text = "v [m/s]\n" + "".join(f"{v!r}\n" for v in (np.arange(500) + noise).tolist())
+    words = {"step": 0.1, "quantity": "velocity"}
+    for remove in ("nothing", "mean"):
+        (caution,) = motion_of(tmp_path, text, **words, remove=remove).cautions
+        assert "`remove: line` takes " in caution.sentence
+    assert motion_of(tmp_path, text, **words, remove="line").cautions == ()
 
 
 @pytest.mark.skipif(not EL_CENTRO.exists(), reason="the record is not part of drysim")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,10 @@ from drysim.core.motion import Samples
 from drysim.core.signal import BLOCK, Signal, blocks
 from drysim.errors import Caution
 from drysim.excitation.record.reports import Report
+from drysim.excitation.record.spoken import TRENDS
+
+if TYPE_CHECKING:
+    from drysim.excitation.record import Record
 
 GRAVITY = 9.81
 """Standard gravity as the paper rounds it [m/s²]."""
@@ -51,8 +56,9 @@ def clipped(file: str, values: Signal, unit: str) -> Iterator[Caution]:
             yield Caution("record-clipped", sentence, numbers)
 
 
-def found(file: str, motion: Samples) -> Iterator[Caution]:
+def found(record: Record, motion: Samples) -> Iterator[Caution]:
     """Give what the samples themselves show: gravity left in, or a large mean."""
+    file = record.named
     name, unit, values = (
         ("u", "m", motion.u) if motion.u is not None else ("ü", "m/s²", motion.u_dd)
     )
@@ -61,15 +67,24 @@ def found(file: str, motion: Samples) -> Iterator[Caution]:
     if name == "ü" and abs(abs(mean) - GRAVITY) <= NEAR_GRAVITY * GRAVITY:
         sentence = (
             f"{file}: the mean of ü is {mean:.4g} m/s², so gravity seems left in the record; "
-            "`remove: mean` takes it away"
+            f"{_remedy(record, 'it')}"
         )
         yield Caution("record-gravity", sentence, numbers)
     elif abs(mean) > LARGE_MEAN * spread:
         sentence = (
             f"{file}: the mean of {name} is {mean:.4g} {unit}, large against the RMS about it, "
-            f"{spread:.4g} {unit}; `remove: mean` takes away what is an offset of the sensor"
+            f"{spread:.4g} {unit}; {_remedy(record, 'what is an offset of the sensor')}"
         )
         yield Caution("record-mean", sentence, numbers)
+
+
+def _remedy(record: Record, what: str) -> str:
+    """Say what takes a mean away: the mean of ü is that of a line of velocity."""
+    trend = "line" if record.quantity == "velocity" else "mean"
+    removed = record.remove.trend
+    if TRENDS.index(removed) < TRENDS.index(trend):
+        return f"`remove: {trend}` takes away {what}"
+    return f"the {removed} of the whole record is removed, and this part has one of its own"
 
 
 def extremes(values: Signal) -> tuple[float, float]:

@@ -54,16 +54,17 @@ def numbers(table: Table, wanted: list[int], gappy: int | None = None) -> list[F
     RecordError
         At the first ragged row, and at the first wanted cell that is no finite number.
     """
-    found = _quick(table, wanted)
-    return _careful(table, wanted, gappy) if found is None else found
+    decimal = table.decimal(wanted)
+    found = _quick(table, wanted, decimal)
+    return _careful(table, wanted, decimal, gappy) if found is None else found
 
 
-def _quick(table: Table, wanted: list[int]) -> list[Floats] | None:
+def _quick(table: Table, wanted: list[int], decimal: str) -> list[Floats] | None:
     text, at, last, done = table.file.text, table.start, _end(table), 0
     found: list[Floats] = [np.empty(0) for _ in wanted]
     while at < last:
         end = min(text.find(b"\n", min(at + BLOCK, last)) + 1 or last, last)
-        rows = _block(text[at:end], table)
+        rows = _block(text[at:end], table, decimal)
         if rows is None or not np.isfinite(rows[:, wanted]).all():
             return None
         if done + len(rows) > len(found[0]):
@@ -91,18 +92,20 @@ def _end(table: Table) -> int:
     return end
 
 
-def _block(block: bytes, table: Table) -> Floats | None:
+def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
     """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
     if b"\r" in block:
         block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in block:
         block = COMMENT.sub(b"", block)
+    if decimal == "," and b"." in block:
+        return None  # the careful pass knows in which columns
     block = block.removesuffix(b"\n")
     lines = block.count(b"\n") + 1
     if not block or not _regular(np.frombuffer(block, np.uint8), lines, table):
         return np.empty((0, table.width)) if not block else None
     if table.delimiter:
-        comma = "." if table.decimal == "," else "?"
+        comma = "." if decimal == "," else "?"
         given, plain = f",{table.delimiter}\n", f"{comma},,"  # of two the last counts
         block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
     try:
@@ -129,7 +132,9 @@ def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
     return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
 
 
-def _careful(table: Table, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+def _careful(
+    table: Table, wanted: list[int], decimal: str, gappy: int | None = None
+) -> list[Floats]:
     found = [array("d") for _ in wanted]
     for line, cells in table.rows():
         if not cells and wanted == [gappy]:
@@ -141,31 +146,34 @@ def _careful(table: Table, wanted: list[int], gappy: int | None = None) -> list[
             raise table.ragged(line, len(cells))
         for index, column in zip(wanted, found, strict=True):
             lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
-            value = math.nan if lost else _number(cells[index], line, index, table)
+            value = math.nan if lost else _number(cells[index], decimal)
+            if not (lost or math.isfinite(value)):
+                where = f"row {line}, {table.called(index)}"
+                sentence = f"{where}: {_complaint(cells[index], decimal)}"
+                raise fault(table.file.shown, sentence, line, cells[index])
             column.append(value)
     return [np.array(column) for column in found]
 
 
-def _number(cell: Cell, line: int, index: int, table: Table) -> float:
+def _number(cell: Cell, decimal: str) -> float:
+    """Give the number in a cell with one decimal mark; NaN for none."""
     text = cell.text
-    if table.decimal == ",":
-        text = text.replace(",", ".", 1)
-    value = float(text) if NUMBER.fullmatch(text) else float("nan")
-    if math.isfinite(value):
-        return value
-    where = f"row {line}, {table.called(index)}"
-    raise fault(table.file.shown, f"{where}: {_complaint(cell, table)}", line, cell)
+    if decimal == ",":
+        text = text.replace(".", "?").replace(",", ".", 1)
+    return float(text) if NUMBER.fullmatch(text) else math.nan
 
 
-def _complaint(cell: Cell, table: Table) -> str:
+def _complaint(cell: Cell, decimal: str) -> str:
     text = cell.text
     if not text:
         return f"the cell is empty: {GAP}"
     if MISSING.fullmatch(text):
         return f"`{cell.quote}` is not a finite number: {GAP}"
+    if decimal == "," and "." in text and NUMBER.fullmatch(text):
+        return f"`{cell.quote}` has a decimal point; write commas throughout"
     if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER.fullmatch(text):
         return f"`{cell.quote}` is not a finite number: {INFINITE}"
-    if NUMBER.fullmatch(text.replace(",", ".", 1)):
+    if NUMBER.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
         return f"`{cell.quote}` has a decimal comma; write points throughout"
     if CLOCK.fullmatch(text):
         instead = "give `rate` or `step` in place of `time`"

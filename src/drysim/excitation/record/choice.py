@@ -63,13 +63,14 @@ def _unit(columns: Columns, index: int, unit: str | None, si: str) -> float:
         raise columns.fault(f"{columns.called(index)} {sentence}", index)
     try:
         told = _factor(columns, index, label.unit, si)
-    except RecordError:
+    except RecordError as error:
         if label.firm or wanted is None:
-            raise
+            raise columns.fault(f"{error.message}{columns.way_round}", index) from None
         return wanted  # it may be a remark, as in `acc (filtered)`
     if wanted is not None and wanted != told:
         sentence = f"the {columns.place} says `{label.unit}`, the scenario says `unit: {unit}`"
-        raise columns.fault(f"{columns.called(index)}: {sentence}; correct one of them", index)
+        hint = f"; correct one of them{columns.way_round}"
+        raise columns.fault(f"{columns.called(index)}: {sentence}{hint}", index)
     return told
 
 

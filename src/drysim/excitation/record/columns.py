@@ -98,6 +98,11 @@ class Columns:
         """Give the 0-based columns that may be samples."""
         return list(range(self.width))
 
+    @property
+    def way_round(self) -> str:
+        """How to pass over what the file says of its columns, where it can be."""
+        return ""
+
     def called(self, index: int) -> str:
         """Give a column as messages name it."""
         name = self.labels[index].quote if self.labels else ""

@@ -61,7 +61,7 @@ def motion_of(record: Record) -> Samples:
             motion = motion._replace(u=u)
         motion = cut(motion, first, last, len(series.values))
         _finite(motion.u_dd, motion.dt, shown)
-        cautions = (*seen, *found(source.file, motion))
+        cautions = (*seen, *found(record, motion))
     realised: dict[str, object] = {} if record.scale == 1.0 else {"scale": record.scale}
     if reports:
         realised["clean_up"] = [one.told() for one in reports]

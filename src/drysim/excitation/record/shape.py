@@ -16,6 +16,9 @@ from drysim.excitation.record.stored import stretch
 EDGE = 1e-6
 """Share of a step by which the edge of a window may miss a sample: rounding of its time."""
 
+EXACT = ".15g"
+"""Format of a time: seconds since 1970 have ten digits before the point."""
+
 
 class Series(NamedTuple):
     """Evenly spaced samples in SI, their distance and the time of the first [s]."""
@@ -44,11 +47,16 @@ def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
         last = last if end == last + 1 else end
     if 0 <= first < last < len(series.values):
         return first, last
-    until = series.first + (len(series.values) - 1) * series.dt
+    wrong, until = "", series.first + (len(series.values) - 1) * series.dt
+    for key, t, at in (("from", window.start, first), ("to", window.to, last)):
+        if not wrong and not 0 <= at < len(series.values):
+            side = "before the beginning" if at < 0 else "behind the end"
+            wrong = f"`window.{key}`, {t:{EXACT}} s, is {side} of"
     sentence = (
-        f"the window must hold two samples of the record, which runs from {series.first:.6g} s"
+        f"{wrong or 'the window must hold two samples of'} the record, which runs from "
+        f"{series.first:{EXACT}} s to {until:{EXACT}} s in steps of {series.dt:.6g} s"
     )
-    raise fault(shown, f"{sentence} to {until:.6g} s in steps of {series.dt:.6g} s")
+    raise fault(shown, sentence)
 
 
 def _steps(t: float, series: Series) -> float:

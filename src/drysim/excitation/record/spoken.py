@@ -13,7 +13,8 @@ from drysim.quantity import NUMBER, Block, Frequency, Misfit, Quantity, Time, me
 SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "force": "N"}
 """The unit of ü, u̇ and u, and of a normal force."""
 
-WORDS = ("nothing", "mean", "line")
+TRENDS = ("nothing", "mean", "line")
+"""What `remove` may take away by a word alone, each more than the one before."""
 
 HIGHEST_ORDER = 8
 """Beyond this order a filter run both ways rings longer than it helps."""
@@ -105,14 +106,14 @@ def _removal(given: object) -> object:
     """Give `mean` and `0.3 Hz` as the blocks that they are short for."""
     if isinstance(given, dict | Removal):
         return given
-    if given in WORDS:
+    if given in TRENDS:
         return {"trend": given}
     if isinstance(given, float | int) and not isinstance(given, bool):
         return {"below": given}
     if isinstance(given, str) and re.match(r"\s*[-+]?\.?[0-9]", given):
         return {"below": given}
-    hint = meant(near(given, WORDS)) if isinstance(given, str) else ""
-    raise ValueError(f"must be {', '.join(WORDS)} or a frequency, not {shown(given)}{hint}")
+    hint = meant(near(given, TRENDS)) if isinstance(given, str) else ""
+    raise ValueError(f"must be {', '.join(TRENDS)} or a frequency, not {shown(given)}{hint}")
 
 
 def _full_scale(given: object) -> object:
@@ -137,7 +138,7 @@ class _ShortSchema:
     ) -> dict[str, Any]:
         """Give the JSON schema: a word, a frequency or the block."""
         frequency = Quantity("Hz", above=0).__get_pydantic_json_schema__(schema, handler)
-        return {"anyOf": [{"enum": list(WORDS)}, frequency, handler(schema)]}
+        return {"anyOf": [{"enum": list(TRENDS)}, frequency, handler(schema)]}
 
 
 Removed = Annotated[Removal, BeforeValidator(_removal), _ShortSchema()]

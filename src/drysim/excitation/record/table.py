@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
@@ -26,6 +27,9 @@ from drysim.excitation.record.heads import (
 from drysim.excitation.record.lines import left_open, lines, split
 from drysim.wording import several
 
+MARK = re.compile("[.,]")
+"""What may part the decimals of a number."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Table(Columns):
@@ -36,8 +40,6 @@ class Table(Columns):
     file : TextFile
     delimiter : str
         One of tab, semicolon and comma, or nothing: blanks.
-    decimal : str
-        Point; or comma, in a file of semicolons or tabs whose rows hold commas and no points.
     header : tuple of Cell
         Empty when the file has none.
     start, line : int
@@ -48,7 +50,6 @@ class Table(Columns):
 
     file: TextFile
     delimiter: str
-    decimal: str
     header: tuple[Cell, ...]
     start: int
     line: int
@@ -69,6 +70,19 @@ class Table(Columns):
                 yield empty, []
             blank.clear()
             yield line, split(text, self.delimiter)
+
+    def decimal(self, wanted: list[int]) -> str:
+        """Give the decimal mark of some columns, a comma only where it cannot part cells.
+
+        Where there are points as well, as in dates, the first mark in these columns decides.
+        """
+        text = self.file.text
+        if self.delimiter not in ("\t", ";") or text.find(b",", self.start) < 0:
+            return "."
+        if text.find(b".", self.start) < 0:
+            return ","
+        used = (cells[i].text for _, cells in self.rows() for i in wanted if i < len(cells))
+        return next((mark[0] for mark in map(MARK.search, used) if mark), ".")
 
     def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
         """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
@@ -102,6 +116,12 @@ class Table(Columns):
         """Give the error for a fault of the header, or of one column's header."""
         cell = self.header[index] if index is not None and self.header else None
         return fault(self.file.shown, sentence, self.header_line or self.line, cell)
+
+    @property
+    def way_round(self) -> str:
+        """How to pass over the header."""
+        skip = f"`skip: {self.line - 1}` passes over the header"
+        return f"; {skip}, and columns have numbers then"
 
     def series(self) -> list[int]:
         """Give the 0-based columns that may be samples: one without a name is none of them."""
@@ -166,15 +186,8 @@ def tabulate(file: TextFile) -> Table:
         width=width,
         file=file,
         delimiter=delimiter,
-        decimal=_decimal(file, start, delimiter),
         header=tuple(header),
         start=start,
         line=line,
         header_line=header_line,
     )
-
-
-def _decimal(file: TextFile, start: int, delimiter: str) -> str:
-    """Comma where it cannot be a delimiter and no point contradicts it."""
-    commas = delimiter in ("\t", ";") and file.text.find(b",", start) >= 0
-    return "," if commas and file.text.find(b".", start) < 0 else "."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import islice
 
 from drysim.excitation.record.file import File, TextFile, fault
@@ -11,6 +12,9 @@ from drysim.excitation.record.table import Table, tabulate
 
 MARK = b"\xef\xbb\xbf"
 """The byte order mark, which some programs write before UTF-8."""
+
+SEPARATOR = re.compile(rb'"?sep=.?"?\s*', re.IGNORECASE)
+"""The row by which files tell Excel their delimiter; it is found in the numbers themselves."""
 
 
 def plain(file: File) -> TextFile:
@@ -29,14 +33,14 @@ def plain(file: File) -> TextFile:
             file.shown, "the record is binary: it holds a zero byte, which text never does"
         )
     text = TextFile(file.shown, file.reader, len(MARK) if head == MARK else 0)
-    if not file.skip:
-        return text
-    below = next(islice(rows(text), file.skip, None), None)
-    if below is None:
+    first = next((part for _, _, part in rows(text)), b"")
+    skip = file.skip or int(SEPARATOR.fullmatch(first) is not None)
+    below = next(islice(rows(text), skip, None), None)
+    if below is None and file.skip:
         raise fault(
             file.shown, f"`skip` passes over {file.skip} rows, and the file has no more"
         )
-    return text._replace(line=below[0], begin=below[1])
+    return text._replace(line=below[0], begin=below[1]) if below else text
 
 
 def columns(file: File) -> Table:
