@@ -12,7 +12,8 @@ from drysim.core.compiled import PLAIN_STEPS, settle
 from drysim.study.bench import peers, questions, shelf
 from drysim.study.bench.attempt import Runner
 from drysim.study.bench.judge import Yardstick
-from drysim.study.bench.speed_error import judged, lfilter
+from drysim.study.bench.speed_error import judged
+from drysim.study.bench.timing import lfilter
 from drysim.study.bench.work import work_of
 
 SAMPLES = 4_000

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from drysim.core.compiled import PLAIN_STEPS, engine, settle
 from drysim.scenario import Scenario, load
 from drysim.study import gallery
-from drysim.study.bench import speed_error, steady
+from drysim.study.bench import peers, speed_error, steady
 from drysim.study.bench.clock import Job
+from drysim.study.bench.scores import Bench
 from drysim.study.bench.work import work_of
 
 if TYPE_CHECKING:
     from drysim.errors import Caution
     from drysim.study.bench.attempt import Terms
-    from drysim.study.bench.scores import Bench
+    from drysim.study.bench.scores import Panel
 
 GALLERY = (
     ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),
@@ -58,7 +60,7 @@ def marching(asked: Sequence[Scenario], terms: Terms) -> Asked:
         for work in works
     ]  # fmt: skip
     cautions = [caution for work in works for caution in work.cautions]
-    return Asked(cases, cautions, lambda advance: speed_error.bench(works, terms, advance))
+    return Asked(cases, cautions, held(speed_error.panel, works, terms))
 
 
 def settling(asked: Sequence[Scenario], terms: Terms) -> Asked:
@@ -70,4 +72,17 @@ def settling(asked: Sequence[Scenario], terms: Terms) -> Asked:
         for case in ready
     ]  # fmt: skip
     cautions = [caution for case in ready for caution in case.cautions]
-    return Asked(cases, cautions, lambda advance: steady.bench(ready, terms, advance))
+    return Asked(cases, cautions, held(steady.panel, ready, terms))
+
+
+def held(
+    panel: Callable[[Any, Terms, Job], Panel], asked: Sequence[object], terms: Terms
+) -> Callable[[Job], Bench]:
+    """Give the function that holds a bench, a panel for each of what is asked."""
+
+    def run(finished: Job) -> Bench:
+        settle(PLAIN_STEPS + 1)
+        panels = tuple(panel(one, terms, finished) for one in asked)
+        return Bench(panels, peers.absent() if terms.peers else (), engine())
+
+    return run

@@ -5,39 +5,35 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from drysim import wording
-from drysim.core.compiled import PLAIN_STEPS, engine, settle
-from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import AnyLaw, Law, Stopped
 from drysim.errors import Caution, DrysimError
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Runner, Terms, attempt
-from drysim.study.bench.clock import Job, interleaved, repeats
+from drysim.study.bench.clock import Job
 from drysim.study.bench.entry import Entry
 from drysim.study.bench.judge import EXACT, Yardstick, verdict
 from drysim.study.bench.peers.scipy_ivp import reference
-from drysim.study.bench.scores import Bench, Panel, Score
+from drysim.study.bench.scores import Panel, Score
+from drysim.study.bench.timing import Tried, clocked
 from drysim.study.bench.work import Answer, Work
 from drysim.wording import number
 
-RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
-"""The filter that is timed: a stable one of second order, as the oscillator is."""
+
+def entries(work: Work, terms: Terms) -> list[Entry]:
+    """Give all entries on a work: the exact one first, the reference last."""
+    known = not peers.unknown(work.law)
+    others = peers.entries(work) if terms.peers and known else ()
+    return [*shelf.entries(work), *others, *([reference()] if known else [])]
 
 
-def nothing() -> None:
-    """Do nothing where an entry has been measured."""
-
-
-def bench(works: Sequence[Work], terms: Terms, finished: Job = nothing) -> Bench:
-    """Give the scores of all entries on some works.
+def panel(work: Work, terms: Terms, finished: Job) -> Panel:
+    """Give the scores on one work.
 
     Parameters
     ----------
-    works : sequence of Work
+    work : Work
     terms : Terms
-    finished : callable, optional
+    finished : callable
         Called when an entry has been made ready.
 
     Raises
@@ -45,53 +41,21 @@ def bench(works: Sequence[Work], terms: Terms, finished: Job = nothing) -> Bench
     SolverError
         When the exact approach fails; whatever happens to another is its score.
     """
-    settle(PLAIN_STEPS + 1)
-    panels = tuple(panel(work, terms, finished) for work in works)
-    return Bench(panels, peers.absent() if terms.peers else (), engine())
-
-
-def entries(work: Work, terms: Terms) -> list[Entry]:
-    """Give all entries on a work: the exact one first, the reference last."""
-    known = not unknown_to_peers(work.law)
-    others = peers.entries(work) if terms.peers and known else ()
-    return [*shelf.entries(work), *others, *([reference()] if known else [])]
-
-
-def unknown_to_peers(law: AnyLaw) -> str:
-    """Say what the peers do not know: any but Coulomb's friction under a constant force."""
-    if isinstance(law, Stopped):
-        return "end stops"
-    if isinstance(law, Law | Pressed):
-        varies = isinstance(law, Pressed) or law.variation
-        return "a varying normal force" if varies else ""
-    return "this friction law"
-
-
-def panel(work: Work, terms: Terms, finished: Job) -> Panel:
-    """Give the scores on one work."""
-    wanted = entries(work, terms)
-    yardstick = Yardstick.of(work)
+    wanted, yardstick = entries(work, terms), Yardstick.of(work)
     scores: list[Score] = []
+    tried: list[Tried] = []
     stated: float | None = None
-    jobs: list[Job] = [lfilter(work)]
-    counts = [terms.repeats]
     for entry in wanted:
         one = attempt(entry, work, terms)
         scores.append(judged(entry, one, yardstick))
         # The answer itself, with all its points, is let go here.
         if isinstance(one, Runner):
             stated = one.answer.error if entry is wanted[0] else stated
-            jobs.append(one.run)
-            counts.append(repeats(one.once, terms.repeats, terms.patience))
+            tried.append(Tried(one.run, one.once, scores[-1]))
         finished()
-    plain, *took = interleaved(jobs, counts)
-    plain *= 1e9 / (work.samples + 1)
-    measured = iter(zip(counts[1:], took, strict=True))
-    for at, score in enumerate(scores):
-        if score.samples:
-            count, spent = next(measured)
-            time = 1e9 * spent / score.samples
-            scores[at] = replace(score, repeats=count, time=time, ratio=time / plain)
+    plain, timed = clocked(work, tried, terms)
+    in_turn = iter(timed)
+    scores = [next(in_turn) if score.samples else score for score in scores]
     held = scores[-1] if wanted[-1].approach == reference().approach else None
     scores[0] = held_to(scores[0], held, stated)
     found = (tuple(scores), plain, held, tuple(cautions(work, wanted)))
@@ -153,18 +117,10 @@ def held_to(exact: Score, held: Score | None, stated: float | None = None) -> Sc
     return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
 
 
-def lfilter(work: Work) -> Job:
-    """Give the filter that all times are compared with, on a record of this length."""
-    from scipy.signal import lfilter as filtered
-
-    record = np.ascontiguousarray(work.u_dd)
-    return lambda: filtered(*RECURSION, record)
-
-
 def cautions(work: Work, wanted: Sequence[Entry]) -> Iterator[Caution]:
     """Give what is to be said about a scene, and about approaches that leave something out."""
     yield from work.cautions
     for sentence in dict.fromkeys(words for one in wanted if one.own for words in one.lacks):
         yield Caution("left-out", sentence)
-    if unknown := unknown_to_peers(work.law):
+    if unknown := peers.unknown(work.law):
         yield Caution("no-peers", f"no peer knows {unknown}: none takes part")

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from drysim import wording
 from drysim.approach import EXACT
-from drysim.core.compiled import PLAIN_STEPS, engine, settle
 from drysim.errors import SolverError, UsageError
 from drysim.scenario.sweep.axis import size as cases_of_grid
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Terms
-from drysim.study.bench.clock import Job, interleaved, repeats, timed
+from drysim.study.bench.clock import Job, timed
 from drysim.study.bench.judge import verdict
 from drysim.study.bench.patience import tried
 from drysim.study.bench.peers.scipy_ivp import reference
-from drysim.study.bench.scores import Bench, Panel, Score
+from drysim.study.bench.scores import Panel, Score
 from drysim.study.bench.settling import A_PERIOD, PERIODS, Settling, followed, settlings
-from drysim.study.bench.speed_error import cautions, held_to, lfilter, nothing, unknown_to_peers
+from drysim.study.bench.speed_error import cautions, held_to
+from drysim.study.bench.timing import Tried, clocked
 from drysim.study.bench.work import Work
 from drysim.study.case import prepare
 from drysim.study.sweeps import sweep
@@ -33,15 +33,6 @@ if TYPE_CHECKING:
 TASTE, TOO_LONG, HOPELESS = 4, 8.0, 60.0
 """Periods that tell how long a case would take [s], from where on that is too long [s], and
 the time after which an entry has failed [s]."""
-
-
-@dataclass(frozen=True, eq=False)
-class March:
-    """An entry on the cases that its patience allows, with the score of its answers."""
-
-    run: Job
-    once: float
-    score: Score
 
 
 def cases_of(scenario: Scenario) -> Case:
@@ -61,17 +52,10 @@ def cases_of(scenario: Scenario) -> Case:
     return case
 
 
-def bench(asked: Sequence[Case], terms: Terms, finished: Job = nothing) -> Bench:
-    """Give the scores of the orbit search, and of marching, on some sweeps."""
-    settle(PLAIN_STEPS + 1)
-    panels = tuple(panel(case, terms, finished) for case in asked)
-    return Bench(panels, peers.absent() if terms.peers else (), engine())
-
-
 def entries(work: Work, terms: Terms) -> list[Entry]:
     """Give what marches: the shelf at the step of the work, the peers, the reference last."""
     own = [one for one in shelf.entries(work) if one.points == 1 and one.approach != EXACT]
-    if unknown_to_peers(work.law):
+    if peers.unknown(work.law):
         return own
     return [*own, *(peers.entries(work) if terms.peers else ()), reference()]
 
@@ -96,17 +80,9 @@ def panel(case: Case, terms: Terms, finished: Job) -> Panel:
         tried.append(attempt(alike, known, terms))
         finished()
     total = size(case)
-    orbits = search(case, total)
-    marches = [orbits, *(one for one in tried if isinstance(one, March))]
-    counts = [repeats(one.once, terms.repeats, terms.patience) for one in marches]
-    jobs = [lfilter(known[0].work), *(one.run for one in marches)]
-    plain, *took = interleaved(jobs, [terms.repeats, *counts])
-    plain *= 1e9 / (known[0].work.samples + 1)
-    scores = []
-    for one, count, seconds in zip(marches, counts, took, strict=True):
-        time = 1e9 * seconds / one.score.samples
-        scores.append(replace(one.score, repeats=count, time=time, ratio=time / plain))
-    held = None if unknown_to_peers(case.law) else followed(known)
+    marches = [one for one in tried if isinstance(one, Tried)]
+    plain, scores = clocked(known[0].work, [search(case, total), *marches], terms)
+    held = None if peers.unknown(case.law) else followed(known)
     failed = [one for one in tried if isinstance(one, Score)]
     scores = [held_to(scores[0], held), *scores[1:], *failed]
     words = tuple(words_of(case, [one.work for one in known], total, plain))
@@ -136,7 +112,7 @@ def words_of(
     yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
 
 
-def search(case: Case, total: int) -> March:
+def search(case: Case, total: int) -> Tried:
     """Give the search of all orbits, as `drysim sweep` does it, metrics included."""
 
     def run() -> object:
@@ -145,13 +121,13 @@ def search(case: Case, total: int) -> March:
     run()
     _, once = timed(run)
     samples = total * PERIODS * A_PERIOD
-    return March(run, once, Score(EXACT, "periodic orbits", True, None, samples))
+    return Tried(run, once, Score(EXACT, "periodic orbits", True, None, samples))
 
 
-def attempt(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> March | Score:
+def attempt(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> Tried | Score:
     """March an entry through as many cases as patience allows; or say how it fails."""
     found = tried(lambda: marched(alike, known, terms), HOPELESS)
-    if isinstance(found, March):
+    if isinstance(found, Tried):
         return found
     first = alike[0]
     score = Score(first.approach, first.setting, first.own, first.step, 0)
@@ -167,7 +143,7 @@ def refuse_the_hopeless(entry: Entry, work: Work) -> None:
         raise SolverError(f"a case would take some {number(whole, 's', 1)}")
 
 
-def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> March:
+def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> Tried:
     """March an entry through as many cases as patience allows, and judge its last periods."""
     first = alike[0]
     refuse_the_hopeless(first, known[0].work)
@@ -190,4 +166,4 @@ def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> 
         for one in runs:
             one()
 
-    return March(all_runs, once * count, score)
+    return Tried(all_runs, once * count, score)

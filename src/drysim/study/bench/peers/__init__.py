@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from types import ModuleType
 
+from drysim.core.normal_force.normal import Pressed
+from drysim.core.plant import AnyLaw, Law, Stopped
 from drysim.study.bench.entry import Entry
 from drysim.study.bench.peers import heyoka, mujoco, pathsim, scipy_ivp, sundials
 from drysim.study.bench.work import Work
@@ -31,3 +33,13 @@ def entries(work: Work) -> Iterator[Entry]:
     """Give the entries of all peers that are installed."""
     for peer in present():
         yield from peer.entries(work)
+
+
+def unknown(law: AnyLaw) -> str:
+    """Say what the peers do not know: any but Coulomb's friction under a constant force."""
+    if isinstance(law, Stopped):
+        return "end stops"
+    if isinstance(law, Law | Pressed):
+        varies = isinstance(law, Pressed) or law.variation
+        return "a varying normal force" if varies else ""
+    return "this friction law"
