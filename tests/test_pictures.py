@@ -177,6 +177,13 @@ def test_third_axis_gets_panels_of_its_own_on_one_scale():
     assert sum(bool(panel.get_xlabel()) for panel in figure.axes) == 2
 
 
+def test_panel_of_nothing_but_zeros_has_a_scale_of_one_and_no_other():
+    stuck = sweep(*axes(frequency=[1, 2, 4]), force=500.0, reference=None)
+    assert draw_stroke(stuck).axes[0].get_ylim() == (0, 1)
+    beside = draw_stroke(sweep(*axes(frequency=[1, 2, 4]), force=500.0)).axes[0]
+    assert beside.get_ylim()[1] > max(lines(beside, "viscous, no dry friction")[0].get_ydata())
+
+
 def test_every_curve_lies_within_its_panel_where_a_lower_row_reaches_higher():
     force, rms = [45, 2], [0.5, 0.6, 0.7]
     table = sweep(*axes(frequency=[1, 1.6, 2], force=force, rms=rms), reference=None)
@@ -303,8 +310,15 @@ def test_stroke_shows_its_limit_and_marks_every_case_that_meets_it():
     beyond = [row for row in table.own if row.metrics["violations"]]
     assert len(met.get_xdata()) == len(beyond) > 0
     assert all(peak >= 12.0 for peak in met.get_ydata())
-    far = sweep(*axes(frequency=[1, 2]), limit=5.0)
-    assert not any("limit" in words for words in legend(draw_stroke(far)))
+
+
+def test_stroke_limit_that_is_too_far_away_to_be_drawn_is_told():
+    for limit, words in ((5.0, "stroke limit 5000 mm"), (0.012, "stroke limit 12 mm")):
+        figure = draw_stroke(sweep(*axes(frequency=[1, 2]), limit=limit))
+        assert any(words in text.get_text() for text in figure.texts)
+        assert (words in legend(figure)) == (limit < 1)
+    swept = draw_stroke(sweep(*axes(frequency=[1, 2]), limit=None))
+    assert not any("limit" in text.get_text() for text in swept.texts)
 
 
 def test_pictures_of_a_sweep_are_quick(tmp_path):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from drysim import wording
 from drysim.report.plots import canvas
 from drysim.scenario.sweep.axis import walks
+from drysim.study.sweeps.table import LIMIT
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -61,8 +62,13 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     return _title(scenario), [*words, seeds] if seeds else words, found
 
 
-def of_table(table: Table, left_out: int = 0, what: str = "curves") -> Lines:
-    """Give the heading of the picture of a table; `left_out` curves, or what, are not drawn."""
+def of_table(
+    table: Table, left_out: int = 0, what: str = "curves", of_stroke: bool = False
+) -> Lines:
+    """Give the heading of the picture of a table, and what it leaves out.
+
+    That of the stroke tells its limit: it may be too far away to be drawn.
+    """
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
     base = f"base motion: {wording.excitations(scenario.excitation, varied)}"
@@ -88,6 +94,8 @@ def of_table(table: Table, left_out: int = 0, what: str = "curves") -> Lines:
     shared = not any(key.startswith("excitation.") for key in varied)
     cleaned = _cleaned(wording.clean_up(table.motion if shared else None))
     words = [*_about(scenario), *_wrapped(base), *cleaned]
+    if of_stroke and (limit := _limit(table)):
+        scene += f"; {limit}"
     return _title(scenario), words, _wrapped(scene, True)
 
 
@@ -103,6 +111,15 @@ def _title(scenario: Scenario) -> str:
 
 def _about(scenario: Scenario) -> list[str]:
     return _wrapped(wording.clean(scenario.about or ""), apart=" ")
+
+
+def _limit(table: Table) -> str:
+    """Give the stroke limit that all cases share; that of end stops is told with them."""
+    stroke = table.scenario.stroke
+    if stroke is None or table.scenario.stops is not None:
+        return ""
+    swept = any(axis.key == LIMIT for axis in table.axes)
+    return "" if swept else f"stroke limit {wording.length(stroke.limit)}"
 
 
 def _cleaned(told: Sequence[str]) -> list[str]:

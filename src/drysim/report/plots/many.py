@@ -70,7 +70,8 @@ def draw(table: Table, quantities: Sequence[Shown]) -> Figure:
             below = figure.add_subplot(grid[1, place])
             ink.name(below, f"mean of {quantity.words}")
             mapped(figure, below, found[i], quantity.scale, named=place == 0)
-    layout.complete(figure, grid, heading.of_table(table))
+    of_stroke = any(quantity.metric == STROKE for quantity in quantities)
+    layout.complete(figure, grid, heading.of_table(table, of_stroke=of_stroke))
     return figure
 
 

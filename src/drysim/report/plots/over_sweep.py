@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from drysim.report.plots import bands, heading, ink, layout, scales
 from drysim.report.plots.labels import axis_label
-from drysim.report.plots.shown import T_A
+from drysim.report.plots.shown import STROKE, T_A
 from drysim.study.sweeps.survey import FREQUENCY
 
 if TYPE_CHECKING:
@@ -53,22 +53,25 @@ def over_sweep(
             ink.gaps(axes, drawn, panel)
             _marks(axes, table, drawn)
         assert first is not None, "a view has a panel"
-        _upright(first, list(ink.known(drawn, quantity.of)) if quantity is T_A else ())
+        _upright(first, list(ink.known(drawn, quantity.of)), steeply=quantity is T_A)
     unnamed = {line.label for line in drawn.panels[0].lines} if coloured else ()
-    head = heading.of_table(table, drawn.left_out)
+    of_stroke = any(quantity.metric == STROKE for quantity in quantities)
+    head = heading.of_table(table, drawn.left_out, of_stroke=of_stroke)
     bottom, top = layout.complete(figure, grid, head, unnamed)
     if coloured:
         _colours(figure, drawn, bottom, top)
     return figure
 
 
-def _upright(axes: Axes, values: Sequence[float]) -> None:
-    """Let panels of one scale begin at 0, or be logarithmic where their values are steep."""
-    if values and 0 < STEEP * min(values) <= max(values):
+def _upright(axes: Axes, values: Sequence[float], steeply: bool) -> None:
+    """Let panels of one scale begin at 0; some are logarithmic where their values are steep."""
+    if steeply and values and 0 < STEEP * min(values) <= max(values):
         axes.set_yscale("log")
         scales.decades(axes.yaxis, *axes.get_ylim())
     else:
-        axes.set_ylim(bottom=0.0)
+        panels = axes.get_shared_y_axes().get_siblings(axes)
+        flat = not any(panel.dataLim.y1 for panel in panels)
+        axes.set_ylim(0.0, 1.0 if flat else None)
 
 
 def _marks(axes: Axes, table: Table, drawn: View) -> None:
