@@ -358,6 +358,27 @@ def test_validate_reads_several_files_and_ends_with_2_when_one_is_faulty(drysim,
     assert "did you mean `stiffness`" in answer.out + answer.err
 
 
+def test_validate_fails_on_warnings_under_strict_and_is_silent_of_what_does_not_fail(
+    drysim, seat
+):
+    doubtful, faulty = seat.with_name("doubtful.yaml"), seat.with_name("faulty.yaml")
+    doubtful.write_text(seat.read_text() + "stroke: {limit: 60}\n")
+    faulty.write_text(seat.read_text().replace("stiffness", "stifness"))
+    assert drysim("validate", seat, doubtful, "-q") == (0, "", "")
+    assert drysim("validate", seat, "--strict", "-q") == (0, "", "")
+    code, out, _ = drysim("validate", seat, doubtful, "--strict", "-q")
+    assert code == 1
+    assert "doubtful.yaml: warning: " in out
+    assert "seat.yaml" not in out
+    code, out, _ = drysim("validate", seat, doubtful, faulty, "-q")
+    assert code == 2
+    assert "faulty.yaml:3" in out
+    assert "doubtful.yaml" not in out
+    told = json.loads(drysim("validate", doubtful, "-q", "--format", "json").out)
+    (problem,) = told["files"][0]["problems"]
+    assert (problem["severity"], problem["line"], problem["column"]) == ("warning", None, None)
+
+
 def test_validate_as_json_is_one_object(drysim, seat):
     answer = drysim("validate", seat, "--format", "json", "--set", "oscillator.mass=-1")
     assert answer.code == 2

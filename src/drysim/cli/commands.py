@@ -12,7 +12,12 @@ import typer
 from drysim.cli import options
 from drysim.cli.streams import reader_may_leave
 from drysim.cli.voice import Voice, typed
-from drysim.errors import EXIT_NOTHING_COMPUTED, EXIT_NUMERICS_FAILED, EXIT_OK
+from drysim.errors import (
+    EXIT_CHECK_FAILED,
+    EXIT_NOTHING_COMPUTED,
+    EXIT_NUMERICS_FAILED,
+    EXIT_OK,
+)
 
 if TYPE_CHECKING:
     from drysim.study.case import Case
@@ -88,16 +93,25 @@ def validate(
     scenarios: options.Files,
     changes: options.Changes = None,
     form: options.Format = "text",
+    strict: options.StrictWarnings = False,
+    quiet: options.Quiet = False,
 ) -> int:
     """Check files, compute nothing."""
     from drysim import console
     from drysim.study.validate import examine
 
     found = {file: examine(file, changes or []) for file in scenarios}
+    failing = ("error", "warning") if strict else ("error",)
+    faults = {
+        file: failed
+        for file, problems in found.items()
+        if (failed := [problem for problem in problems if problem.severity in failing])
+    }
     with reader_may_leave():
-        console.show_problems(found, form)
-    faulty = any(problem.severity == "error" for file in found.values() for problem in file)
-    return EXIT_NOTHING_COMPUTED if faulty else EXIT_OK
+        console.show_problems(faults if quiet and form != "json" else found, form)
+    if any(problem.severity == "error" for file in faults.values() for problem in file):
+        return EXIT_NOTHING_COMPUTED
+    return EXIT_CHECK_FAILED if faults else EXIT_OK
 
 
 def schema() -> int:

@@ -64,6 +64,7 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything, compu
 Strict = Annotated[
     bool, typer.Option("--strict", help="Warnings, and checks not judged, count as failed.")
 ]
+StrictWarnings = Annotated[bool, typer.Option("--strict", help="Warnings make exit code 1.")]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object in place of the summary.")]
 Workers = Annotated[

@@ -120,13 +120,19 @@ def _excerpt(problem: Problem) -> tuple[str, int]:
 
 
 def _object(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
-    """Give all problems as one JSON object."""
+    """Give all problems as one JSON object; what has no line or column has none there."""
     files = [
         {
             "file": file,
             "sound": all(problem.severity != "error" for problem in problems),
             "problems": [
-                {**asdict(problem), "source": _excerpt(problem)[0]} for problem in problems
+                {
+                    **asdict(problem),
+                    "line": problem.line or None,
+                    "column": problem.column or None,
+                    "source": _excerpt(problem)[0],
+                }
+                for problem in problems
             ],
         }
         for file, problems in found.items()
