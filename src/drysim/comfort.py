@@ -8,6 +8,7 @@ import numpy as np
 
 from drysim.approach.events import Floats
 from drysim.approach.response import Response
+from drysim.peaks import Values
 from drysim.step_means import faded, step_means, steps_within
 from drysim.weighting import gain
 
@@ -17,8 +18,6 @@ decays by exp(-1.78/s t), to 4e-16."""
 
 TAU = 1.0
 """Integration time of the running RMS [s]."""
-
-Values = dict[str, float | int | None]
 
 
 def comfort(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +10,12 @@ import numpy as np
 from drysim.approach.track import Path, Track
 from drysim.averages import energies, means
 from drysim.core.plant import Stopped
+from drysim.peaks import Values as Values
 from drysim.peaks import path_of, stroke_statistics
 from drysim.stroke import bounces, excursions, sprung
+
+Metrics = Mapping[str, float | int | None]
+"""The same, not to be changed."""
 
 
 class Metric(NamedTuple):
@@ -94,7 +99,7 @@ def measure(
     x_rM: float | None,
     closure: float | None = None,
     goes_on: bool = False,
-) -> dict[str, float | int | None]:
+) -> Values:
     """Give every metric of `METRICS` by name; None where it is not known.
 
     The weighted ones never are here: they need a grid, and `drysim.comfort` gives them.

@@ -18,6 +18,7 @@ TOP, SHARE = 30, 0.1
 """Peaks in the tail: that many at least, and that share of all."""
 
 Values = dict[str, float | int | None]
+"""Metrics by name; None for one that is not known."""
 
 
 def stroke_statistics(path: Floats, length: float, x_rM: float | None, goes_on: bool) -> Values:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drysim.console.columns import show_columns
+from drysim.console.columns import NONE, show_columns
 from drysim.console.paper import stdout
 from drysim.console.parts import headed, show_folder, show_scene, show_title, show_warnings
 from drysim.study.bench.judge import EXACT
@@ -14,9 +14,6 @@ from drysim.wording import number
 
 if TYPE_CHECKING:
     from drysim.study.bench.scores import Bench, Panel, Score
-
-NONE = "–"
-"""What stands where there is nothing to say."""
 
 LEFT = ("entry", "verdict")
 SPARED = ("energy", "samples", "T_a error", "ns a sample")

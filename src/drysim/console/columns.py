@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
     from drysim.console.paper import Paper
 
+NONE = "–"
+"""What stands where there is nothing to say."""
+
 BETWEEN = 3
 """Columns between two columns of a ruled table."""
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.console.columns import show_columns
+from drysim.console.columns import NONE, show_columns
 from drysim.console.paper import folded, line, stdout
 from drysim.console.parts import (
     Row,
@@ -32,9 +32,6 @@ VALUE = 11
 
 FINE, COARSE = 4, 3
 """Digits of T_a, by which approaches are compared, and of the rest."""
-
-NONE = "–"
-"""What stands where there is nothing to say."""
 
 STROKE = "x_r_peak"
 """The metric that is told in the unit in which the greatest of a column reads well."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,7 @@ from drysim.scenario.measure import common_period
 from drysim.wording import length, number, percent, several, times
 
 if TYPE_CHECKING:
+    from drysim.metrics import Metrics
     from drysim.study.outcome import Outcome
 
 RECORD = "record"
@@ -99,7 +100,7 @@ def _felt(outcome: Outcome) -> Iterator[Row]:
     )
 
 
-def _hits(metrics: Mapping[str, float | int | None]) -> Iterator[Row]:
+def _hits(metrics: Metrics) -> Iterator[Row]:
     """Give how often and how hard the mass came to its end stops."""
     if not metrics["contacts"]:
         yield Row("end stops", "not met")

@@ -10,12 +10,13 @@ from drysim.wording import length, length_unit, listed, number, several
 if TYPE_CHECKING:
     from drysim.checks import Verdict
     from drysim.errors import Caution
+    from drysim.metrics import Metrics
 
 RATIOS = ("T_a", "SEAT", "T_x")
 """The metrics that are told beside the stroke, where they are known."""
 
 
-def values(metrics: Mapping[str, float | int | None]) -> str:
+def values(metrics: Metrics) -> str:
     """Give the metrics that people ask for first."""
     known = [
         f"{name} {number(metrics[name])}" for name in RATIOS if metrics.get(name) is not None

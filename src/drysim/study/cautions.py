@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
@@ -13,9 +13,8 @@ from drysim.wording import length, number, times
 if TYPE_CHECKING:
     from drysim.approach.orbit import Orbit
     from drysim.approach.response import Response
+    from drysim.metrics import Metrics
     from drysim.study.case import Case
-
-Metrics = Mapping[str, float | int | None]
 
 RESIDUAL = 1e-9
 """A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""

@@ -10,9 +10,8 @@ from drysim.study.steady import fitted
 if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.core.state import AnyState
+    from drysim.metrics import Values
     from drysim.study.case import Case
-
-Values = dict[str, float | int | None]
 
 SAME = 1e-9
 """Two steps this close, relative to them, are one."""

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from drysim.approach.events import Events
     from drysim.approach.response import Response
     from drysim.checks import Verdict
+    from drysim.metrics import Values
     from drysim.scenario import Scenario
     from drysim.spectra import Spectra
 
@@ -40,7 +41,7 @@ class Outcome:
 
     scenario: Scenario
     response: Response
-    metrics: dict[str, float | int | None]
+    metrics: Values
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[Caution, ...] = ()
     spectra: Spectra | None = None

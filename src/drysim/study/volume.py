@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from drysim.errors import Caution
+from drysim.study.memory import GIGA
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ LEAST_SHARE = 0.4
 
 MUCH = 1e9
 """Bytes from which on somebody should know."""
-
-GIGA = 1e9
 
 
 def bytes_of(case: Case) -> float:

@@ -81,7 +81,7 @@ def friction(
 
     Parameters
     ----------
-    law : Law, Dynamic or Slider
+    law : AnyLaw
     defaulted : bool, optional
         Nobody named a static limit.
     kinetic, static : bool, optional

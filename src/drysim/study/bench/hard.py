@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 from drysim.approach import EXACT, SHELF
 from drysim.core.compiled import PLAIN_STEPS, engine, settle
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK
+from drysim.metrics import Metrics
 from drysim.scenario import load
 from drysim.scenario.sweep.axis import points
 from drysim.study import gallery
 from drysim.study.bench.patience import tried
-from drysim.study.bench.trial import FAILED, WRONG, Metrics, Solved, Trial, judged
+from drysim.study.bench.trial import FAILED, WRONG, Solved, Trial, judged
 from drysim.study.case import assemble, prepare
 from drysim.study.sweeps.cases import Motions
 

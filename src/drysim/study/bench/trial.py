@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from drysim.approach import EXACT
+from drysim.metrics import Metrics
 from drysim.wording import number
 
 HELD, WRONG, FAILED = "held", "wrong", "failed"
@@ -24,8 +25,6 @@ COMPARED = ("T_a", "x_r_peak", "x_r_rms")
 
 TOO_LARGE, BLOWN = 10.0, 1e6
 """Errors [-] from which a multiple says more than percents, and no number says anything."""
-
-Metrics = Mapping[str, float | int | None]
 
 
 class Trial(NamedTuple):

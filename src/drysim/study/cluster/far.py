@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def solved(
     plan: Plan, scenario: Scenario, link: Link, store: Store, finished: Callable[[Batch], None]
 ) -> Iterator[tuple[Piece, Batch]]:
-    """Give the cases of every piece in order, as `study.sweep.solved` does.
+    """Give the cases of every piece in order, as `study.sweeps.sweep.solved` does.
 
     A block is kept as soon as it comes, whatever its turn: whoever is killed here loses no more
     than is under way. In its turn it is read again, so that none is held meanwhile.

@@ -13,7 +13,7 @@ from drysim.averages import energies, means
 from drysim.core.compiled import COMPILED, engine
 from drysim.core.motion import Samples
 from drysim.core.plant import Law
-from drysim.metrics import METRICS
+from drysim.metrics import METRICS, Values
 from drysim.peaks import stroke_statistics
 from drysim.stroke import excursions
 from drysim.study.ensembles.seeds import until_of
@@ -22,8 +22,6 @@ from drysim.study.sweeps.cases import track_of
 if TYPE_CHECKING:
     from drysim.approach.many import Measured
     from drysim.study.case import Case
-
-Values = dict[str, float | int | None]
 
 MOST, FEWEST = 128, 8
 """Seeds of a block: as many as the kernel marches together, and a group of them."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from drysim.approach.response import Response
     from drysim.checks import Verdict
     from drysim.errors import Caution
+    from drysim.metrics import Values
     from drysim.scenario import Scenario
     from drysim.study.outcome import Outcome
 
@@ -64,7 +65,7 @@ class Ensemble:
     complete: bool = True
 
     @property
-    def metrics(self) -> dict[str, float | int | None]:
+    def metrics(self) -> Values:
         """The mean of every metric over the seeds that know it, SI."""
         return {name: found and found.mean for name, found in self.statistics.items()}
 

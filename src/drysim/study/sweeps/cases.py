@@ -11,6 +11,7 @@ from drysim.approach.stick_slip import Exact
 from drysim.core.motion import Samples, Sines
 from drysim.core.state import AnyState
 from drysim.errors import SolverError
+from drysim.metrics import METRICS, Metrics, Values, measure
 from drysim.scenario.sweep.axis import size
 from drysim.study import comfort
 from drysim.study.base_motion import base_motion
@@ -33,7 +34,7 @@ KEPT_BYTES = 256e6
 """Memory up to which all seeds of a case are kept, as the other cases have the same."""
 
 
-Found = tuple[Mapping[str, float | int | None], str, str]
+Found = tuple[Metrics, str, str]
 """Metrics of a case, its status and a note; no metrics where the numerics fail."""
 
 ONE_OF_MANY = "one of a continuum of orbits"
@@ -104,14 +105,12 @@ def attempted(scenario: Scenario, motion_of: MotionOf) -> Found:
 
 def measured(case: Case) -> Found:
     """Give the metrics of a case, its status and what is to be said about it."""
-    from drysim.metrics import METRICS, measure
-
     if case.period is None:
         track, felt = follow(case, case.start, case.step, case.window)
         found = measure(track, case.window, case.limit, goes_on=case.goes_on)
         return found | felt, OK, ""
     orbit, step = orbit_of(case)
-    unknown: dict[str, float | int | None] = {metric.name: None for metric in METRICS}
+    unknown: Values = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
     # The orbit of fixed steps is measured even where it does not close.
     if isinstance(case.approach, Exact):
@@ -131,7 +130,7 @@ def unsettled(run_up: float) -> str:
 
 def follow(
     case: Case, start: AnyState, step: float, window: tuple[float, float]
-) -> tuple[Track, comfort.Values]:
+) -> tuple[Track, Values]:
     """Give the solution of a case and its weighted metrics, which alone need its grid."""
     if not comfort.asked(case):
         return track_of(case, start, step, window[1]), {}

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from drysim.checks import Verdict
     from drysim.core.motion import Samples, Sines
     from drysim.errors import Caution
+    from drysim.metrics import Metrics
     from drysim.scenario import Axis, Scenario
     from drysim.study.sweeps.tally import Tally
 
@@ -82,7 +83,7 @@ class Row:
     approach: str
     F_fk: float
     F_fs: float
-    metrics: Mapping[str, float | int | None]
+    metrics: Metrics
     status: str = OK
     note: str = ""
     sha256: str = ""
