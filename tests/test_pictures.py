@@ -394,6 +394,22 @@ def test_comparison_of_one_case_shows_bars_with_their_numbers():
     assert len(words) == 4
 
 
+def test_comparison_where_no_deviation_is_known_shows_the_motion_alone_and_says_why(tmp_path):
+    decay = ZIPPED.replace("kind: harmonic, frequency: 2, rms: 1", "kind: rest")
+    words = f"{decay}start: {{x_r: 15 mm}}\nmeasure: {{duration: 1}}\n"
+    (tmp_path / "s.yaml").write_text(words)
+    for changes in ({}, {"sweep": {"friction.kinetic": [5, 15]}}):
+        made = compare(load(tmp_path / "s.yaml", changes), "signum vs stick-slip")
+        (verdict,) = made.verdict
+        assert verdict == (
+            "T_a of stick-slip, the yardstick, is not known: the base stands still"
+        )
+        figure = draw_comparison(made)
+        assert len(figure.axes) == 1
+        assert figure.texts[-1].get_text() == verdict.replace("T_a", "$T_{a}$")
+        assert {"signum", "stick-slip"} < set(legend(figure))
+
+
 def test_case_that_is_shown_has_its_panel():
     swept = axes(force=[15, 45], rms=[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
     made = comparison(["stick-slip"], *swept, n=300, shown={FORCE: 45.0, RMS: 0.4})

@@ -61,8 +61,8 @@ def show_comparison(comparison: Comparison, folder: Path | None = None) -> None:
     show_title(paper, table.scenario)
     show_scene(paper, [*scene(table), *_laws(comparison), ("yardstick", comparison.yardstick)])
     show_columns(paper, columns(comparison), ("approach",), SPARED)
-    if table.axes:
-        show_rows(paper, _places(comparison), max(VALUE, *map(len, table.tallies)) + 1)
+    if table.axes and (places := list(_places(comparison))):
+        show_rows(paper, places, max(VALUE, *map(len, table.tallies)) + 1)
     show_verdicts(paper, table.checks, table.axes, comparison.yardstick)
     if comparison.verdict:
         line(paper)

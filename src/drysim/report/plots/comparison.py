@@ -57,15 +57,17 @@ def comparison(made: Comparison, folder: Path) -> None:
 def draw(made: Comparison) -> Figure:
     """Give the picture of a comparison, not yet rendered."""
     looks, view = styles(made), compared(made)
-    left = LEFT if view.key else LEFT_OF_BARS
-    figure, grid = layout.sheet(1 + len(view.panels), 2, left=left, gap=GAP)
+    known = any("T_a" in tally.extremes for tally in made.table.tallies.values())
+    swept, bars = known and bool(view.key), known and not view.key
+    left = LEFT_OF_BARS if bars else LEFT
+    figure, grid = layout.sheet(1 + known * len(view.panels), 2, left=left, gap=GAP)
     above = figure.add_subplot(grid[0, 0] if made.of_laws else grid[0, :])
-    _overlay(above, made, looks, named=not view.key)
+    _overlay(above, made, looks, named=not swept)
     if made.of_laws:
         _loops(figure.add_subplot(grid[0, 1]), made, looks)
-    if view.key:
+    if swept:
         against.over_axis(figure, grid, made, view, looks)
-    else:
+    elif bars:
         against.as_bars(figure, grid, made, looks)
     layout.complete(figure, grid, heading.of_comparison(made, view.left_out))
     return figure

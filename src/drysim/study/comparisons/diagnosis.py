@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf, log2
 from typing import TYPE_CHECKING, Any, TypeGuard
 
@@ -15,7 +15,7 @@ from drysim.study.comparisons.comparison import Comparison
 from drysim.study.sweeps.cases import Motions, attempted, case_at, response_of
 from drysim.study.sweeps.doubts import at
 from drysim.study.sweeps.survey import AGREE, deviations, worst
-from drysim.study.sweeps.table import Row
+from drysim.study.sweeps.table import OK, Row
 from drysim.wording import number, percent
 
 if TYPE_CHECKING:
@@ -32,6 +32,10 @@ WANTED = 0.01
 """Error of T_a for which the needed sharpness is told [-]."""
 
 
+AT_REST = "the base stands still"
+"""Why a case that was solved has no T_a."""
+
+
 def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
     """Give the verdict on every approach that is not the yardstick, the worst first."""
     names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
@@ -40,6 +44,7 @@ def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple
     said: list[str] = []
     for deviation, name in sorted(known, key=lambda pair: -abs(pair[0].value)):
         said += sentences(comparison, scenarios, name, deviation.row, deviation.value)
+    said += unknown(comparison, [name for deviation, name in found if deviation is None])
     return (*said, *without_friction(comparison))
 
 
@@ -81,6 +86,27 @@ def sentences(
         )
     if abs(deviation) > WANTED:
         yield from remedy(case, name, deviation, first_T_a(exact))
+
+
+def unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:
+    """Say of which words T_a is held against no other, and why."""
+    yardstick = comparison.yardstick
+    if names and (reason := why_unknown(comparison, yardstick)):
+        yield f"T_a of {yardstick}, the yardstick, is not known: {reason}"
+        return
+    for name in names:
+        reason = why_unknown(comparison, name)
+        where = f": {reason}" if reason else f" where that of {yardstick} is"
+        yield f"T_a of {name} is not known{where}"
+
+
+def why_unknown(comparison: Comparison, name: str) -> str:
+    """Say why no case of a word has T_a; nothing where one has."""
+    rows = list(comparison.table.of(name))
+    if any(row.metrics.get("T_a") is not None for row in rows):
+        return ""
+    lost = (f"{row.status}; {row.note}".removesuffix("; ") for row in rows if row.status != OK)
+    return next(lost, AT_REST)
 
 
 def same(one: Scenario, other: Scenario) -> bool:
