@@ -26,6 +26,9 @@ EXPLAINED = {
         "kind = LIFT if mode == FREE else (STICK if holds(mode) else mode / SLIP)",
     ): "a slip is the number 1",
     ("cease.py", "if low > 1.0:"): "a step that is shorter than it might be is as safe",
+    ("cease.py", "return h - h * h * h * k / (6.0 * a - (6.0 * j + 3.0 * k * h) * h)"): (
+        "a part of fourth order, and the search ends where all of that order is nothing"
+    ),
     ("cease.py", "fastest = 1.0"): "a step that is shorter than it might be is as safe",
     (
         "compiled.py",
@@ -169,9 +172,6 @@ EXPLAINED = {
     ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
     ("vanish.py", "if now.s - step >= h:"): "what is found behind the end is not told",
-    ("vanish.py", "rises = 6.0 * rate - (6.0 * bend + 3.0 * twist * step) * step"): (
-        "a part of fourth order, and the search ends where all of that order is nothing"
-    ),
     ("within.py", "if v_end > 0.0 and (q[1] >= 0.0 and rate(q, h) <= 0.0):"): SLOWER,
     (
         "yielding.py",

@@ -37,6 +37,19 @@ def to_zero(v, a, j):
 
 
 @inlined
+def to_zero_of_cubic(v, a, j, k):
+    """Give what `to_zero` does with k h³/6 besides, but for what a round of Newton's leaves."""
+    h = to_zero(v, a, j)
+    return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
+
+
+@inlined
+def is_sharp(h, a, fourth, s):
+    """Tell whether the zero at time s is, as the cubic errs after h by fourth h⁴/24 at most."""
+    return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
+
+
+@inlined
 def falls_surely(v, a, j, snap, growth):
     """Tell whether a velocity only falls until it is below zero, at 1.5 times its parabola's.
 
@@ -151,13 +164,11 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
 def sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth):
     """Give the zero of a velocity that only falls, and x_r there, from what is at time s."""
     for _ in range(NEWTON_CAP):
-        h = to_zero(v, a, j)
-        # The parabola leaves k h³/6; what the cubic leaves is at most this times h⁴/24.
-        h -= h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
+        h = to_zero_of_cubic(v, a, j, k)
         snap = math.sqrt(k * k + w * j * j) + growth * abs(h)
         fourth = (c + math.sqrt(w)) * snap + growth
         s += h
-        if fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0:
+        if is_sharp(h, a, fourth, s):
             return s, x + d * h * (v + h * (0.5 * a + h * (j / 6.0 + h * k / 24.0)))
         x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
         v, a, j, k = d * v, d * a, d * j, d * k

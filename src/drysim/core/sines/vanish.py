@@ -22,7 +22,7 @@ from drysim.core.sines.blend import (
     safe_blend,
     starting_course,
 )
-from drysim.core.sines.cease import NEWTON_CAP, falls_surely, to_zero
+from drysim.core.sines.cease import NEWTON_CAP, falls_surely, is_sharp, to_zero_of_cubic
 
 
 @compiled
@@ -92,14 +92,11 @@ def seek(stretch, waves, law, blend, bound, now, course, h):
     s, x, v, a, j, k = now
     for _ in range(NEWTON_CAP):
         value, rate, bend, twist = course
-        step = to_zero(value, rate, bend)
-        # The parabola leaves step³ twist/6; what the cubic leaves is at most step⁴/24 of this.
-        rises = 6.0 * rate + (6.0 * bend + 3.0 * twist * step) * step
-        step -= step * step * step * twist / rises
+        step = to_zero_of_cubic(value, rate, bend, twist)
         most += bound.growth * abs(step)
         fourth = (stretch.c + math.sqrt(w)) * most + bound.growth + bound.swing * law.omega
         s += step
-        if fourth * step * step * step * step <= -24.0 * rate * RESOLUTION * s or step == 0.0:
+        if is_sharp(step, rate, fourth, s):
             x += step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             v += step * (a + step * (0.5 * j + step * k / 6.0))
             break
