@@ -7,7 +7,7 @@ from drysim.core.events import direction
 from drysim.core.fade import fade
 from drysim.core.sines.scene import V_R, unpacked
 from drysim.core.sines.slide import from_rest, slide
-from drysim.core.table import ROWS, add_free, add_wave, fill, set_mode
+from drysim.core.table import ROWS, add_wave, fill, set_mode, write_motion
 from drysim.core.waves import (
     COSINE,
     OMEGA,
@@ -146,16 +146,21 @@ def write_stretch(
     x, v = lack(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
     anchor(waves, plant, law, start * dt, d)
     row, at = n - start, n - first
-    add_free(table, row, end - n, x, v, g - w * x, at, x_out, v_out)
-    values = waves.values
-    for i in range(waves.size):
-        wave = STRIDE * i
-        if values[wave + STEADY] > 0.0:
-            from_sine, from_cosine = values[wave + V_START], values[wave + X_START]
-        else:
-            from_sine = -values[wave + A] * values[wave + COSINE] * values[wave + OMEGA]
-            from_cosine = -values[wave + A] * values[wave + SINE]
+    from_sine, from_cosine = wave_parts(waves, 0) if waves.size > 0 else (0.0, 0.0)
+    write_motion(table, row, end - n, x, v, g - w * x, from_sine, from_cosine, at, x_out, v_out)
+    for i in range(1, waves.size):
+        from_sine, from_cosine = wave_parts(waves, i)
         add_wave(table, i, row, end - n, from_sine, from_cosine, at, x_out, v_out)
+
+
+@inlined
+def wave_parts(waves, i):
+    """Give by how much each column of a wave counts from where it is anchored."""
+    values, wave = waves.values, STRIDE * i
+    if values[wave + STEADY] > 0.0:
+        return values[wave + V_START], values[wave + X_START]
+    push = -values[wave + A]
+    return push * values[wave + COSINE] * values[wave + OMEGA], push * values[wave + SINE]
 
 
 @inlined

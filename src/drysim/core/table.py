@@ -59,17 +59,24 @@ def fill(plant, waves, dt, table, begin, end):
 
 
 @inlined
-def add_free(table, row, rows, x_r, v_r, push, at, x_out, v_out):
-    """Write the motion from a state [m, m/s] under a steady force per mass [m/s²]."""
+def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x_out, v_out):
+    """Write the motion from a state [m, m/s] under a steady force per mass [m/s²].
+
+    What the first wave adds is in it, by its parts as in `add_wave`: 0 where there is none.
+    """
     if row < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
         return
     # Added up here, not in the loop, or neighbours would not be loaded side by side.
     second, third = row + ROWS, row + 2 * ROWS
+    # Without a wave there are no columns of it: nothing times any others is nothing.
+    wave = row + FLOW * ROWS if from_sine != 0.0 or from_cosine != 0.0 else row
+    wave_second, wave_third = wave + ROWS, wave + 2 * ROWS
     for k in range(rows):
         y, y_d, Y = table[row + k], table[second + k], table[third + k]
-        x_out[at + k] = x_r + (v_r * y + push * Y)
-        v_out[at + k] = v_r * y_d + push * y
+        R, P, P_d = table[wave + k], table[wave_second + k], table[wave_third + k]
+        x_out[at + k] = x_r + (v_r * y + push * Y) + (from_sine * R + from_cosine * P)
+        v_out[at + k] = (v_r * y_d + push * y) + (from_sine * P + from_cosine * P_d)
 
 
 @inlined
