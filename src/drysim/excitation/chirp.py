@@ -10,10 +10,9 @@ from pydantic import Field
 
 from drysim.core.motion import Samples
 from drysim.excitation.generated import Ending
+from drysim.excitation.harmonic import Level
 from drysim.excitation.noise import Floats, coarse
-from drysim.quantity import Frequency, Quantity
-
-Level = Annotated[float, Quantity("m/s²", at_least=0)]
+from drysim.quantity import Frequency
 
 
 class Chirp(Ending):

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, field_validator
 
 from drysim.core.motion import Samples
 from drysim.excitation.generated import Drawn
-from drysim.excitation.noise import Floats, lines, noise
+from drysim.excitation.noise import Floats, Lines, lines, noise
 from drysim.quantity import Frequency, Misfit, Quantity, shown
 
 Density = Annotated[float, Quantity("(m/s²)²/Hz", above=0)]
@@ -62,10 +62,14 @@ class Psd(Drawn):
 
     def drawn(self, step: float) -> Samples:
         """Draw the base acceleration on a grid, and the displacement that goes with it."""
-        f, G = (np.array(column) for column in zip(*self.points, strict=True))
-        square = area(self.points)
-        wanted = lines(lambda at: density(f, G, at), self.band, square, self.duration)
-        return noise(wanted, step, self.seed, self.rms)
+        return noise(lines_of(self.points, self.duration), step, self.seed, self.rms)
+
+
+def lines_of(points: tuple[tuple[float, float], ...], T: float) -> Lines:
+    """Give the lines of a log-log polygon in a signal with period T [s]."""
+    f, G = (np.array(column) for column in zip(*points, strict=True))
+    band = points[0][0], points[-1][0]
+    return lines(lambda at: density(f, G, at), band, area(points), T)
 
 
 def density(f: Floats, G: Floats, at: Floats) -> Floats:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from math import pi
 from typing import Annotated, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from drysim.core.motion import Samples
 from drysim.errors import Caution
 from drysim.excitation.generated import Drawn
-from drysim.excitation.noise import lines, noise
-from drysim.excitation.psd import area, density
+from drysim.excitation.noise import noise
+from drysim.excitation.psd import lines_of
 from drysim.quantity import Block, Misfit, Quantity
 
 N_0 = 0.1
@@ -105,10 +104,7 @@ class Road(Drawn):
 
     def drawn(self, step: float) -> Samples:
         """Draw the base acceleration on a grid, and the height of the road at its points."""
-        corners = self.corners()
-        f, G = (np.array(column) for column in zip(*corners, strict=True))
-        wanted = lines(lambda at: density(f, G, at), self.band, area(corners), self.duration)
-        motion = noise(wanted, step, self.seed)
+        motion = noise(lines_of(self.corners(), self.duration), step, self.seed)
         told = [recalled(self.grade)] if self.grade and self.grade in RECALLED else []
         return motion._replace(cautions=(*motion.cautions, *told))
 
