@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from drysim.approach.events import Floats
-from drysim.approach.scene import grid_points
+from drysim.approach.scene import ON_GRID, grid_points
 from drysim.core.base import sample_base
 from drysim.core.compiled import held
 from drysim.core.means import mean_squares
@@ -61,7 +61,7 @@ def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int,
     dt = motion.dt
     last = min(grid_points(duration, dt), len(motion.u_dd)) - 2
     beyond = duration - (last + 1) * dt
-    if beyond > dt * 1e-9 and last + 2 < len(motion.u_dd):
+    if beyond > dt * ON_GRID and last + 2 < len(motion.u_dd):
         return dt, last + 1, beyond
     return dt, last, dt
 

@@ -28,7 +28,7 @@ def summarise(folder: Folder, as_json: options.Json = False) -> int:
             words = {name: told[name] for name in TOLD if name in told}
             typer.echo(json.dumps(words, indent=2))
         else:
-            console.show_result(told)
+            console.show_retold(told)
     return EXIT_OK
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from drysim.console.paper import remark as remark
     from drysim.console.paper import say as say
     from drysim.console.parts import show_warnings as show_warnings
-    from drysim.console.retold import show_result as show_result
+    from drysim.console.retold import show_retold as show_retold
     from drysim.console.retold import told_checks as told_checks
     from drysim.console.summary import show_outcome as show_outcome
     from drysim.console.table import show_interrupted as show_interrupted
@@ -32,7 +32,7 @@ __getattr__ = late(
         "drysim.console.hard": "show_hard",
         "drysim.console.paper": "remark say",
         "drysim.console.parts": "show_warnings",
-        "drysim.console.retold": "show_result told_checks",
+        "drysim.console.retold": "show_retold told_checks",
         "drysim.console.summary": "show_outcome",
         "drysim.console.table": "show_interrupted show_table",
     },

@@ -27,7 +27,7 @@ SPARED = ("5 %", "95 %", "unit")
 Fields = Mapping[str, Any]
 
 
-def show_result(told: Fields) -> None:
+def show_retold(told: Fields) -> None:
     """Show what drysim.json tells of a run, a sweep or a comparison.
 
     Parameters

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from drysim.spectra import Spectra
     from drysim.study.case import Case
 
+ROUNDING = 1e-9
+"""Share by which a length may miss a bound that it was meant to meet."""
+
 FEW = 8
 """Half-overlapping segments below which PSD and coherence are hardly estimates."""
 
@@ -39,13 +42,13 @@ def refusal(case: Case) -> tuple[str, str] | None:
         return f"measure.spectra {sentence}", "measure.spectra"
     segment, length = segment_of(case), case.window[1] - case.window[0]
     least = FEWEST_STEPS * case.step
-    if segment < least * (1 - 1e-9):
+    if segment < least * (1 - ROUNDING):
         key = "segment" if case.scenario.measure.segment else "spectra"
         sentence = f"needs segments of {number(least, 's')} at least, {FEWEST_STEPS} steps"
         return f"measure.{key} {sentence}; here they have {number(segment, 's')}", (
             f"measure.{key}"
         )
-    if segment > length * (1 + 1e-9):
+    if segment > length * (1 + ROUNDING):
         sentence = f"is longer than the window of {number(length, 's')}"
         return f"measure.segment {sentence}", "measure.segment"
     return None

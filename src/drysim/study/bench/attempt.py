@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from drysim.study.bench.clock import timed
+from drysim.study.bench.clock import QUICKEST, timed
 from drysim.study.bench.entry import Entry, Run
 from drysim.study.bench.patience import tried
 from drysim.study.bench.work import Answer, Work
@@ -64,7 +64,7 @@ def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:
     run = entry.ready(taste)
     run()
     _, once = timed(run)
-    within = int(terms.patience / max(once, 1e-9) * taste.samples)
+    within = int(terms.patience / max(once, QUICKEST) * taste.samples)
     part = work.first(max(min(within, most), taste.samples))
     run = entry.ready(part)
     answer, once = timed(run)

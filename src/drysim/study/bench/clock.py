@@ -18,6 +18,9 @@ Job = Callable[[], Any]
 FINE = 1e-6
 """Resolution [s] that a clock must have: the quickest jobs take some hundred of it."""
 
+QUICKEST = 1e-9
+"""What a job is taken to last at least [s], where the clock says nothing."""
+
 FEWEST = 3
 """Repeats of the slowest jobs: the least that has a median."""
 

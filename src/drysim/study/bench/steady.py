@@ -12,7 +12,7 @@ from drysim.errors import SolverError, UsageError
 from drysim.scenario.sweep.axis import size as cases_of_grid
 from drysim.study.bench import peers, shelf
 from drysim.study.bench.attempt import Terms
-from drysim.study.bench.clock import Job, timed
+from drysim.study.bench.clock import QUICKEST, Job, timed
 from drysim.study.bench.judge import verdict
 from drysim.study.bench.patience import tried
 from drysim.study.bench.peers.scipy_ivp import reference
@@ -148,7 +148,7 @@ def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> 
     first = alike[0]
     refuse_the_hopeless(first, known[0].work)
     _, once = timed(first.ready(known[0].work))
-    count = max(1, min(len(known), int(terms.patience * len(known) / max(once, 1e-9))))
+    count = max(1, min(len(known), int(terms.patience * len(known) / max(once, QUICKEST))))
     runs = [one.ready(scene.work) for one, scene in zip(alike, known, strict=True)][:count]
     off, T_a, chatters, moves = 0.0, 0.0, False, False
     for scene, ready in zip(known, runs, strict=False):
