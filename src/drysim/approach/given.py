@@ -48,7 +48,8 @@ def numbers(name: str, given: ArrayLike, what: str) -> Floats:
                 if isinstance(one, bool) or not isinstance(one, Real):
                     which = f"{name}{list(at) if at else ''}"
                     raise UsageError(f"{which} must be a number in SI, not {short(repr(one))}")
-        if isinstance(given, np.ndarray) and np.any(getattr(given, "mask", False)):
+        mask = getattr(given, "mask", None) if isinstance(given, np.ndarray) else None
+        if mask is not None and np.any(mask):
             raise UsageError(f"{name} has masked values; fill them, or cut them out")
         return np.asarray(array, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as fault:
