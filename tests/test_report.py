@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from drysim import report
+from drysim.approach import StickSlip
 from drysim.core.motion import Input, Sines
 from drysim.core.plant import Law, Slider
 from drysim.core.state import State
@@ -26,7 +27,7 @@ from drysim.report.plots.limit import excursions
 from drysim.report.plots.response import draw
 from drysim.report.sidecar import Ending
 from killing import kills
-from outcomes import SINE, names, outcome, record
+from outcomes import PAPER, SINE, STICKY, names, outcome, record
 
 pytestmark = pytest.mark.usefixtures("place")
 
@@ -144,6 +145,16 @@ def test_loop_of_a_steady_orbit_is_closed(multiple):
     steady = replace(made, response=replace(made.response, how=lambda: numerics))
     loop = draw(steady).axes[-1].lines[0].get_xydata()
     assert (loop[0] == loop[-1]).all() == (multiple is not None)
+
+
+def test_motion_is_drawn_to_its_end_where_steps_are_longer_than_all_of_it():
+    response = StickSlip().solve(PAPER, STICKY, SINE, State(0.0, 0.1), 5.0, 1.0)
+    figure = draw(replace(outcome(), response=response))
+    above, below, _ = figure.axes
+    assert above.get_xlim() == (0.0, 1.0)
+    assert len(below.lines[0].get_xdata()) == 1 + 2 * (len(response.events) - 1) > 5
+    shaded = {(patch.get_x(), patch.get_width()) for patch in above.patches}
+    assert shaded == {*curves.stuck_stretches(response, 0.0, 1.0)} != set()
 
 
 def test_stuck_stretches_end_with_the_next_slip():

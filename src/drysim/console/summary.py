@@ -72,9 +72,9 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 def _periods(outcome: Outcome, multiple: int) -> int:
     """Give how many periods of the base a repetition takes; other forces may need several."""
-    base = common_period(outcome.scenario.excitation.frequencies)
-    length = (len(outcome.response) - 1) * outcome.response.dt
-    return round(length / base) if base else multiple
+    base, track = common_period(outcome.scenario.excitation.frequencies), outcome.response.track
+    assert track is not None, "an approach gives its response with its track"
+    return round(track.end / base) if base else multiple
 
 
 def _window(outcome: Outcome) -> str:

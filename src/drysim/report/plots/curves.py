@@ -65,7 +65,7 @@ def curve(response: Response, part: slice) -> Curve:
         Grid points and events in the order of time.
     """
     points = grid(response, part)
-    sides = _event_sides(response, points.t[0], points.t[-1])
+    sides = _event_sides(response, *ends(response, part))
     merged = [np.concatenate(series) for series in zip(*sides, points, strict=True)]
     order = np.argsort(merged[0], kind="stable")
     return Curve(*(series[order] for series in merged))
@@ -78,6 +78,15 @@ def grid(response: Response, part: slice) -> Curve:
     u_dd, x_dd = response.base(part), response.acceleration(part)
     x_r, v_r, *_ = response.points(part)
     return Curve(t, u_dd, x_dd, x_r, v_r, response.friction(part))
+
+
+def ends(response: Response, part: slice) -> tuple[float, float]:
+    """Give begin and end [s] of a stretch; the motion may end behind the last grid point."""
+    first, last, _ = part.indices(len(response))
+    begin, track = first * response.dt, response.track
+    if track is None or last < len(response):
+        return begin, (last - 1) * response.dt
+    return begin, track.end
 
 
 def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
@@ -183,7 +192,7 @@ def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[
     if response.law.F_fs == 0:
         return []
     events = response.events
-    until = np.append(events.t[1:], (len(response) - 1) * response.dt)
+    until = np.append(events.t[1:], ends(response, slice(None))[1])
     stuck = events.kind == 0
     first = np.maximum(events.t[stuck], begin)
     last = np.minimum(until[stuck], end)

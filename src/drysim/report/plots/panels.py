@@ -82,10 +82,10 @@ def bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
         axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
 
 
-def stuck(above: Axes, below: Axes, shown: Curve, motion: Response) -> None:
+def stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
     """Shade the stretches in which the mass sticks, or holds on to a contact that yields."""
     word = held(motion.law)
-    for begin, length in curves.stuck_stretches(motion, shown.t[0], shown.t[-1]):
+    for begin, length in curves.stuck_stretches(motion, *curves.ends(motion, part)):
         for axes in (above, below):
             axes.axvspan(begin, begin + length, **STUCK, label=word)
 
@@ -95,10 +95,10 @@ def held(law: AnyLaw) -> str:
     return "contact holds" if isinstance(law, Slider) else "stuck"
 
 
-def frame(above: Axes, below: Axes, shown: Curve) -> None:
+def frame(above: Axes, below: Axes, begin: float, end: float) -> None:
     """Frame the stretch that is drawn once more below."""
     for axes in (above, below):
-        axes.axvspan(shown.t[0], shown.t[-1], **FRAME)
+        axes.axvspan(begin, end, **FRAME)
 
 
 def settled(above: Axes, below: Axes, begin: float) -> None:

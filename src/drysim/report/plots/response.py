@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-    from drysim.report.plots.curves import Curve
     from drysim.study.outcome import Outcome
     from drysim.wording import LengthUnit
 
@@ -54,17 +53,15 @@ def draw(outcome: Outcome) -> Figure:
 
 def _whole(figure: Figure, outcome: Outcome) -> None:
     """Draw all of a short response, the loop as large as the rest."""
-    shown = curves.curve(outcome.response, slice(None))
-    _stretch(figure, _grid(figure, 0.9, 4.9, 2), shown, outcome, FAR)
+    _stretch(figure, _grid(figure, 0.9, 4.9, 2), slice(None), outcome, FAR)
 
 
 def _zoomed(figure: Figure, outcome: Outcome) -> None:
     """Draw a long response as it goes, and a stretch of it so that it can be read."""
     motion, stroke = outcome.response, outcome.scenario.stroke
-    shown = curves.curve(motion, curves.zoom(motion, _settle(outcome)))
-    unit = _unit(outcome)
-    end = (len(motion) - 1) * motion.dt
-    above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), 0.0, end, unit)
+    part, unit = curves.zoom(motion, _settle(outcome)), _unit(outcome)
+    ends = curves.ends(motion, slice(None))
+    above, below = panels.pair(figure, _grid(figure, 5.05, 7.8, 1), *ends, unit)
     if len(motion) > 2 * curves.BINS:
         panels.bands(above, below, motion, unit)
     else:
@@ -72,22 +69,21 @@ def _zoomed(figure: Figure, outcome: Outcome) -> None:
     if stroke:
         panels.stroke(below, motion, stroke.limit, FAR, unit)
     panels.settled(above, below, _settle(outcome))
-    panels.frame(above, below, shown)
-    _stretch(figure, _grid(figure, 0.9, 4.15, 2), shown, outcome, NEAR)
+    panels.frame(above, below, *curves.ends(motion, part))
+    _stretch(figure, _grid(figure, 0.9, 4.15, 2), part, outcome, NEAR)
     figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
 
 
-def _stretch(
-    figure: Figure, grid: GridSpec, shown: Curve, outcome: Outcome, far: float
-) -> None:
+def _stretch(figure: Figure, grid: GridSpec, part: slice, outcome: Outcome, far: float) -> None:
     """Draw a stretch of the response: its curves, what sticks, its friction loop."""
     motion, stroke, unit = outcome.response, outcome.scenario.stroke, _unit(outcome)
-    above, below = panels.pair(figure, grid, shown.t[0], shown.t[-1], unit)
+    shown, (begin, end) = curves.curve(motion, part), curves.ends(motion, part)
+    above, below = panels.pair(figure, grid, begin, end, unit)
     panels.lines(above, below, shown, unit)
-    panels.stuck(above, below, shown, motion)
+    panels.stuck(above, below, part, motion)
     if stroke:
         panels.stroke(below, motion, stroke.limit, far, unit)
-    if shown.t[0] < _settle(outcome) < shown.t[-1]:
+    if begin < _settle(outcome) < end:
         panels.settled(above, below, _settle(outcome))
     panels.loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
 
