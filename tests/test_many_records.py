@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.approach import exact
-from drysim.approach.many import Measured
+from drysim.approach.exact import follow
+from drysim.approach.many import Measured, abreast, measurable, measure_many
 from drysim.core.motion import Samples
 from drysim.core.plant import STRIBECK, AnyLaw, Dynamic, Law, Plant
 from drysim.core.state import State
@@ -31,8 +31,8 @@ def measured(
     plant: Plant, law: Law, motions: list[Samples], start: State, window: tuple[int, int]
 ) -> Measured:
     """Give what motions come to side by side."""
-    given = exact.abreast(iter(motions), len(motions), window)
-    return exact.measure_many(plant, law, given, start)
+    given = abreast(iter(motions), len(motions), window)
+    return measure_many(plant, law, given, start)
 
 
 def path(u_dd: np.ndarray) -> np.ndarray:
@@ -53,12 +53,12 @@ def test_records_in_one_call_come_to_what_each_comes_to_alone(
     u_dd = noise(3, 2500)
     u, scene, start = path(u_dd), (Plant(*plant), Law(*F)), State(0.002, -0.01)
     motions = [Samples(u_dd[i], DT, u[i]) for i in range(3)]
-    assert exact.measurable(*scene, DT)
+    assert measurable(*scene, DT)
     many = measured(*scene, motions, start, window)
     assert many.found.all()
     begin, end = window[0] * DT, window[1] * DT
     for i, motion in enumerate(motions):
-        alone = exact.follow(*scene, motion, start, end)
+        alone = follow(*scene, motion, start, end)
         told = alone.path((0.0, end), None)
         for name, value in alone.totals(begin, end)._asdict().items():
             column = np.broadcast_to(getattr(many.totals, name), 3)
@@ -111,4 +111,4 @@ def test_record_whose_motion_leaves_the_numbers_spoils_no_other() -> None:
     ids=["varying", "dynamic", "coarse"],
 )
 def test_what_cannot_be_marched_side_by_side_is_told_beforehand(law: AnyLaw, dt: float) -> None:
-    assert not exact.measurable(Plant(75.0, 7500.0, 500.0), law, dt)
+    assert not measurable(Plant(75.0, 7500.0, 500.0), law, dt)

@@ -18,8 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drysim.approach.exact import abreast, measure_many
-from drysim.approach.many import Abreast
+from drysim.approach.many import Abreast, abreast, measure_many
 from drysim.approach.under_sines import solve_orbits
 from drysim.core.motion import Samples
 from drysim.core.plant import Law, Plant

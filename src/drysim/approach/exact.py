@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,18 +20,6 @@ from drysim.approach.under_sines import follow_sines, on_grid
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
 from drysim.core.state import AnyState
-from drysim.late import late
-
-if TYPE_CHECKING:
-    from drysim.approach.many import abreast as abreast
-    from drysim.approach.many import measurable as measurable
-    from drysim.approach.many import measure_many as measure_many
-
-__all__ = [
-    "abreast", "find_orbit", "follow", "frictionless", "measurable", "measure_many", "solve",
-]  # fmt: skip
-
-__getattr__ = late(__name__, {"drysim.approach.many": "abreast measurable measure_many"})
 
 
 def solve(
@@ -47,20 +35,19 @@ def solve(
 
     `whole` keeps the motion over samples at hand, however long it is.
     """
-    if isinstance(law, Law):
-        if isinstance(motion, Sines):
-            length = run_length(motion, duration)
-            response = on_grid(follow_sines(plant, law, motion, start, length), step)
-        else:
-            from drysim.approach.over_samples import solve_samples
-
-            response = solve_samples(plant, law, motion, start, duration, whole)
-    elif isinstance(law, Stopped):
-        from drysim.approach import bounded
-
-        return bounded.solve(plant, law, motion, start, step, duration, whole)
+    scene = (plant, law, motion, start, step, duration)
+    if isinstance(law, Stopped):
+        bounded: Response = home_of(law, motion).solve(*scene, whole)
+        return bounded
+    if not isinstance(law, Law):
+        response = home_of(law, motion).solve(*scene)
+    elif isinstance(motion, Sines):
+        length = run_length(motion, duration)
+        response = on_grid(follow_sines(plant, law, motion, start, length), step)
     else:
-        response = home_of(law, motion).solve(plant, law, motion, start, step, duration)
+        from drysim.approach.over_samples import solve_samples
+
+        response = solve_samples(plant, law, motion, start, duration, whole)
     return response if law.F_fs > 0.0 else frictionless(response)
 
 

@@ -53,7 +53,7 @@ def length_of(case: Case, seeds: int) -> int:
 
 def fits(case: Case) -> bool:
     """Tell whether the exact solution of a case can be measured side by side with others."""
-    from drysim.approach.exact import measurable
+    from drysim.approach.many import measurable
 
     return (
         engine() == COMPILED
@@ -83,7 +83,7 @@ def measured_block(
 
     None stands for one that must be solved by itself: its numerics fail.
     """
-    from drysim.approach.exact import abreast, measure_many
+    from drysim.approach.many import abreast, measure_many
 
     window = samples_of(case)
     assert type(case.law) is Law, "asked for of what `fits` only"
