@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,13 @@ from drysim.approach import SHELF
 from drysim.cli import main
 from drysim.core.plant import BRISTLE, Dynamic, Law, Slider
 from drysim.errors import ScenarioError, UsageError
+from drysim.report.plots.comparison import draw
 from drysim.scenario import Scenario, load
 from drysim.scenario.laws import LAWS
+from drysim.study.comparisons.agreement import coinciding
 from drysim.study.comparisons.compare import compare, named
 from drysim.study.run import run
+from drysim.study.sweeps.table import FAILED
 from seat import rows_of
 
 LUGRE = "{stribeck_velocity: 5 mm/s, bristle_stiffness: 100 kN/m, bristle_damping: 300}"
@@ -287,6 +291,26 @@ def test_law_in_place_of_an_approach_is_told_where_it_belongs(scene):
         load(scene, {"solver.approach": "lugre"})
     (problem,) = fault.value.problems
     assert problem.sentence.endswith("`lugre`; it is a friction law: friction.law takes it")
+
+
+def test_laws_that_move_the_mass_alike_are_said_to_coincide(scene):
+    contact = {"tangential_stiffness": 45e3, "mu_kinetic": 0.1, "normal": 450}
+    changes = {"friction.petrov-ewins": contact}
+    told = "jenkins and petrov-ewins coincide"
+    made = compare(load(scene, changes), "jenkins dahl petrov-ewins vs coulomb")
+    assert made.verdict.count(told) == 1
+    assert sum(told in text.get_text() for text in draw(made).texts) == 1
+    contact["tangential_stiffness"] = 45.1e3
+    made = compare(load(scene, changes), "jenkins dahl petrov-ewins vs coulomb")
+    assert not any("coincide" in sentence for sentence in made.verdict)
+
+
+def test_words_of_which_nothing_is_known_do_not_coincide(scene):
+    made = compare(
+        load(scene, {"sweep": {"friction.kinetic": [30, 45]}}), "signum switch vs moreau"
+    )
+    rows = tuple(replace(row, metrics={}, status=FAILED) for row in made.table.rows)
+    assert not [*coinciding(replace(made, table=replace(made.table, rows=rows, told={})))]
 
 
 def test_scenario_with_options_is_a_scenario(scene):

@@ -107,7 +107,7 @@ def _scale(axes: Axes, values: Sequence[float]) -> None:
     axes.set_yscale("symlog", linthresh=AGREE, linscale=0.7)
     above = [tick for tick in TICKS if tick <= max(high, AGREE)]
     ticks = [*(-tick for tick in TICKS if -tick >= min(low, -AGREE)), 0, *above]
-    axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axes.set_yticks(ticks, labels=[scales.numeral(tick) for tick in ticks])
     axes.minorticks_off()
 
 

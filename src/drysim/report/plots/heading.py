@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from drysim import wording
 from drysim.report.plots import canvas
 from drysim.scenario.sweep.axis import walks
+from drysim.study.comparisons.agreement import coinciding
 from drysim.study.sweeps.table import LIMIT
 
 if TYPE_CHECKING:
@@ -102,7 +103,8 @@ def of_table(
 def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
     """Give the heading of the picture of a comparison: the scene and the verdict."""
     title, words, symbols = of_table(made.table, left_out, "combinations")
-    return title, words, [*symbols, *_wrapped(wording.clean(". ".join(made.verdict[:1])))]
+    verdict = wording.clean("; ".join(dict.fromkeys([*made.verdict[:1], *coinciding(made)])))
+    return title, words, [*symbols, *_wrapped(verdict)]
 
 
 def _title(scenario: Scenario) -> str:

@@ -64,7 +64,12 @@ def decades(axis: Any, low: float, high: float) -> None:
 
 def plain(axis: Any) -> None:
     """Number the axis of a key in full: no power of ten apart, which a title could hide."""
-    axis.set_major_formatter(lambda x, _: number(x, digits=8).replace("-", "\N{MINUS SIGN}"))
+    axis.set_major_formatter(lambda x, _: numeral(x))
+
+
+def numeral(x: float) -> str:
+    """Give a number as it stands at an axis, with a minus as long as its digits are wide."""
+    return number(x, digits=8).replace("-", "\N{MINUS SIGN}")
 
 
 def frequencies(axes: Axes, f_0: float) -> None:

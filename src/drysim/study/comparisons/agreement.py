@@ -1,17 +1,28 @@
-"""Where approaches agree: the cases of a sweep in which T_a is that of the yardstick."""
+"""Where approaches agree: cases in which T_a is the yardstick's, and words that coincide."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from math import nan
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.sweeps.survey import AGREE, compared
 from drysim.study.sweeps.table import Row
-from drysim.wording import percent, places, stretch
+from drysim.wording import listed, percent, places, stretch
 
 if TYPE_CHECKING:
     from drysim.scenario import Axis
+
+MOTION = ("T_a", "x_r_rms", "x_r_peak")
+"""The metrics by which words are told apart."""
+
+SAME = 1e-6
+"""Difference of a metric, relative to it, that no picture shows."""
+
+Values = dict[frozenset[tuple[str, float]], tuple[float, ...]]
 
 FEW = 5
 """Cases up to which each is named where they do not lie together."""
@@ -50,6 +61,42 @@ def _ends(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
     """Give the least and the greatest value of every key."""
     columns = {key: [row.point[key] for row in rows] for key in rows[0].point}
     return {key: (min(column), max(column)) for key, column in columns.items()}
+
+
+def coinciding(comparison: Comparison) -> Iterator[str]:
+    """Say which words but the yardstick move alike in every case: one curve hides another."""
+    groups: list[tuple[Values, list[str]]] = []
+    for name in comparison.table.approaches:
+        if name == comparison.yardstick:
+            continue
+        own = _values(comparison.table.of(name))
+        like = (words for values, words in groups if _same(values, own))
+        if words := next(like, None):
+            words.append(name)
+        else:
+            groups.append((own, [name]))
+    for _, words in groups:
+        if len(words) > 1:
+            yield f"{listed(words)} coincide"
+
+
+def _values(rows: Iterable[Row]) -> Values:
+    """Give what is compared, by where it is."""
+    return {
+        frozenset(row.point.items()): tuple(
+            nan if (value := row.metrics.get(name)) is None else value for name in MOTION
+        )
+        for row in rows
+    }
+
+
+def _same(one: Values, other: Values) -> bool:
+    """Tell whether values are the same but for rounding, and not all of them unknown."""
+    if one.keys() != other.keys():
+        return False
+    own, others = np.array([*one.values()]), np.array([other[place] for place in one])
+    known = bool(np.isfinite(own).any())
+    return known and np.allclose(own, others, SAME, 0.0, equal_nan=True)
 
 
 def agrees(deviation: float | None) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.approach.stick_slip import Exact
-from drysim.study.comparisons.agreement import range_of_agreement
+from drysim.study.comparisons.agreement import coinciding, range_of_agreement
 from drysim.study.comparisons.comparison import Comparison
 from drysim.study.sweeps.cases import Motions, attempted, case_at, response_of
 from drysim.study.sweeps.doubts import at
@@ -45,6 +45,7 @@ def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple
     for deviation, name in sorted(known, key=lambda pair: -abs(pair[0].value)):
         said += sentences(comparison, scenarios, name, deviation.row, deviation.value)
     said += unknown(comparison, [name for deviation, name in found if deviation is None])
+    said += coinciding(comparison)
     return (*said, *without_friction(comparison))
 
 
