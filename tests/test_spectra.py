@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import drysim
+from drysim.report.plots.spectra import draw
 from drysim.spectra import viscous_transmissibility
 from seat import dotted
 
@@ -114,6 +116,14 @@ def test_spectra_that_cannot_be_had_are_a_fault(seat, changes, key, sentence):
         drysim.run(drysim.load(seat, words))
     (problem,) = fault.value.problems
     assert (problem.key, sentence in problem.sentence) == (key, True)
+
+
+def test_picture_says_where_it_draws_h1_if_that_is_not_everywhere(seat):
+    made = outcome_of(seat)
+    white = made.spectra._replace(G_u=np.ones_like(made.spectra.f))
+    for one, cut in ((made, True), (replace(made, spectra=white), False)):
+        told = " ".join(text.get_text() for text in draw(one).texts)
+        assert ("H1 where the base has 0.1 % of its peak PSD and more" in told) is cut
 
 
 def test_files_of_spectra_are_written_when_asked_for(drysim, seat):

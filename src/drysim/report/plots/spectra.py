@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drysim import wording
 from drysim.report.plots import canvas, heading, layout, scales
 from drysim.report.plots.panels import BASE, FEW, MASS
 from drysim.spectra import viscous_transmissibility
@@ -58,8 +59,10 @@ def draw(outcome: Outcome) -> Figure:
             axes.set_xlim(low, high)
             scales.decades(axes.xaxis, low, high)
     title, words, symbols = heading.lines(outcome)
-    how = f"{found.segments} segments of {found.segment:.3g} s, Hann, half overlapping"
-    layout.complete(figure, grid, (title, [*words, f"spectra: Welch, {how}"], symbols))
+    how = f"Welch, {found.segments} segments of {found.segment:.3g} s, Hann, half overlapping"
+    cut = f"; H1 where the base has {wording.percent(POWER)} of its peak PSD and more"
+    told = f"spectra: {how}{'' if strong.all() else cut}"
+    layout.complete(figure, grid, (title, [*words, told], symbols))
     return figure
 
 
