@@ -14,8 +14,8 @@ from drysim.core.samples.stop import NEVER
 from drysim.core.samples.within import stop_by_flow, stop_by_series
 
 MOST_PARTS = 64
-"""Parts, each no longer than a fine step, that a step is walked in at most: what is longer is
-left to the general way."""
+"""Parts, each no longer than a fine step, that are walked at most: a stop that is farther off
+is left to the general way. That takes long for each swing, but a creep at one stride."""
 
 
 class Parts(NamedTuple):
@@ -23,15 +23,12 @@ class Parts(NamedTuple):
 
     Attributes
     ----------
-    few : bool
-        Whether they are few enough to be walked.
     h, h_short : float
         Lengths of a part, which holds one extremum of v_r at most, and of a short one [s].
     whole, short : tuple of float, shape (4,)
         `flow` over them.
     """
 
-    few: bool
     h: float
     h_short: float
     whole: tuple[float, float, float, float]
@@ -41,18 +38,10 @@ class Parts(NamedTuple):
 @compiled
 def parts_of(steps):
     """Give the parts of such steps."""
-    c, w, dt = steps.c, steps.w, steps.dt
-    count = parts_by(rate_of(c, w) * dt, FINE)
-    h = dt / count
-    h_short = h / parts_by((c + math.sqrt(w)) * h, SHORT)
-    few = rate_of(c, w) * dt <= FINE * MOST_PARTS
-    return Parts(few, h, h_short, flow(c, w, h), flow(c, w, h_short))
-
-
-@compiled
-def parts_by(radians, longest):
-    """Give how many parts of so many radians something takes, as far as it is walked."""
-    return max(math.ceil(min(radians / longest, MOST_PARTS)), 1)
+    c, w = steps.c, steps.w
+    h = steps.dt if steps.fine else FINE / rate_of(c, w)
+    h_short = h / max(math.ceil((c + math.sqrt(w)) * h / SHORT), 1)
+    return Parts(h, h_short, flow(c, w, h), flow(c, w, h_short))
 
 
 @inlined
@@ -74,20 +63,12 @@ def slide_on(steps, parts, v, a, r, h):
         end [m], and how fast it is there [m/s].
     """
     c, w = steps.c, steps.w
-    for_ever = never_stops(c, w, v, a, r)
-    if for_ever or not parts.few:
-        y, y_d, Y, YY = steps.whole if h == steps.dt else flow(c, w, h)
-        p = a + c * v
-        way, v_end = v * y + p * Y + r * YY, v * y_d + p * y + r * Y
-        if for_ever:
-            return NEVER, way, v_end
-        stop, far = stop_by_flow(c, w, v, a, r, v_end, h)
-        return stop, way if stop == NEVER else far, v_end
     s, way = 0.0, 0.0
-    while s < h:
-        s, far, v, a = pass_parts(steps, parts, v, a, r, s, h)
+    until = 0.0 if never_stops(c, w, v, a, r) else min(h, MOST_PARTS * parts.h)
+    while s < until:
+        s, far, v, a = pass_parts(steps, parts, v, a, r, s, until)
         way += far
-        length = min(parts.h_short, h - s)
+        length = min(parts.h_short, until - s)
         q = longer_series(steps.tail, steps.more, v, a, r - c * a - w * v)
         v_end = speed(q, length)
         stop, far = stop_by_series(q, v_end, length)
@@ -99,6 +80,17 @@ def slide_on(steps, parts, v, a, r, h):
         a = rate(q, length)
         v = max(v_end, 0.0)
         s += length
+    left = h - until
+    if left > 0.0:
+        y, y_d, Y, YY = steps.whole if left == steps.dt else flow(c, w, left)
+        p = a + c * v
+        v_end = v * y_d + p * y + r * Y
+        if not never_stops(c, w, v, a, r):
+            stop, far = stop_by_flow(c, w, v, a, r, v_end, left)
+            if stop != NEVER:
+                return until + stop, way + far, 0.0
+        way += v * y + p * Y + r * YY
+        v = v_end
     return NEVER, way, v
 
 
