@@ -169,7 +169,7 @@ EXPLAINED = {
         "s = length if min(stay, looked) > left else s + min(stay, looked)",
     ): "s + left is the length but for rounding, and a step of a rounding more ends there",
     ("trail.py", "ENOUGH = -3"): "trail and log have more room than a kernel may fill",
-    ("turns.py", "if t[middle] < at:"): "two stretches have one state where they meet",
+    ("grid.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("stop.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
     ("vanish.py", "if now.s - step >= h:"): "what is found behind the end is not told",
     ("within.py", "if v_end > 0.0 and (q[1] >= 0.0 and rate(q, h) <= 0.0):"): SLOWER,
