@@ -53,6 +53,9 @@ SCENES = {
     "two axes, many lines": lambda: sweep(*axes(frequency=[1, 2], rms=np.linspace(0.2, 2, 12))),
     "three axes": lambda: sweep(*axes(frequency=[1, 2], rms=[1, 2], force=[0, 5, 15, 20, 45])),
     "nothing is known": lambda: spoil(sweep(*axes(frequency=[1, 2])), FAILED, *range(4)),
+    "a long curve of which nothing is known": lambda: spoil(
+        sweep(*axes(frequency=np.linspace(1, 2, 24), rms=[1, 2])), NOT_SETTLED, *range(24)
+    ),
     "gaps": lambda: spoil(sweep(*axes(frequency=[1, 2, 3, 4])), NOT_SETTLED, 0, 2),
     "no limit": lambda: sweep(*axes(frequency=[1, 2]), limit=None),
     "violated": lambda: sweep(*axes(frequency=[1, 2]), limit=0.001),

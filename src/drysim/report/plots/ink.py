@@ -87,9 +87,8 @@ def curve(
     if x and isnan(x[0]):
         axes.axhline(y[0], **{**style, "marker": ""}, label=label)
         return
-    every = (
-        1 if len(x) <= FEW_POINTS or style.get("linestyle") == "none" else (0.03 * at, MARKS)
-    )
+    few = sum(map(isfinite, y)) <= FEW_POINTS or style.get("linestyle") == "none"
+    every = 1 if few else (0.03 * at, MARKS)
     axes.plot(x, y, **style, markevery=every, label=label, clip_on=False)
     if alone := [i for i in range(len(y)) if _alone(y, i)]:
         points = [x[i] for i in alone], [y[i] for i in alone]
