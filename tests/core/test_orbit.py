@@ -271,13 +271,27 @@ def test_newtons_method_leaves_an_orbit_alone_that_keeps_distances(
 
 @pytest.mark.parametrize(
     ("k_x", "b", "most"),
-    [(K, 0.0, 5000), (K, 0.1, 5000), (K, 1e3, 5000), (K, 1e6, 100), (0.0, 1e-3, 5000)],
+    [(K, 0.0, 5000), (K, 0.1, 5000), (K, 1e6, 5000), (K, 1e7, 100), (0.0, 1e-3, 5000)],
 )
 def test_mass_that_only_creeps_is_not_followed_for_thousands_of_periods(
     kernel: SimpleNamespace, k_x: float, b: float, most: int
 ) -> None:
     # At ξ = 1e10 its spring takes decades: 5000 periods had taken a minute in plain Python.
     assert kernel.orbit.patience(kernel.plant.Plant(M, k_x, b), 0.6, 5000) == most
+
+
+def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
+    fast: SimpleNamespace,
+) -> None:
+    # 5e-4 of its way in a period, at ξ = 1000: it is there after 320, Newton's steps included.
+    plant, law = fast.plant.Plant(M, 1.0, 2000.0), fast.plant.Law(0.1, 0.1)
+    waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
+    x_r, _, multiple, _, periods, _, unique = fast.orbit.find(
+        plant, law, waves, 1.0, 1.0, 0.0, 5000, np.zeros(8), np.zeros(8), log, len(log.n)
+    )
+    assert (multiple, unique) == (1, True)
+    assert periods < 1000
+    assert abs(x_r) < 1e-3
 
 
 def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamespace) -> None:

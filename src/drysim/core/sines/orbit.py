@@ -131,7 +131,7 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
     step_before = math.inf
     smallest = math.inf
     smallest_at = 0
-    wait, patience = 0, WAIT
+    wait, pause = 0, WAIT
     refined = False
     plain_x, plain_v, plain_d = x_r, v_r, d
     closure = math.inf
@@ -150,7 +150,7 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
             x_r, v_r, d = plain_x, plain_v, plain_d
             for i in range(MOST_MULTIPLE):
                 past_x[i] = math.inf
-            refined, wait, patience = False, patience, 2 * patience
+            refined, wait, pause = False, pause, 2 * pause
             continue
         highest = max(highest, peak)
         scale = peak if peak > 0.0 else 1.0

@@ -17,8 +17,9 @@ from drysim.core.sines.period_map import (
 SLOW = 1e-2
 """Decays over a repetition below which little change does not yet mean a closed orbit."""
 
-CREEPS, FEW = 1e-3, 100
-"""Decays over a period below which an overdamped mass creeps, and periods that it is given."""
+CREEPS, FEW = 0.1, 100
+"""Decays over all the periods that a motion is given, below which an overdamped mass only
+creeps; and the periods that it is given then."""
 
 AWAY = 1e-6
 """Scaled distance from an orbit at which a motion that hardly changes has not reached it."""
@@ -44,13 +45,13 @@ def decays(plant, length):
 
 @compiled
 def patience(plant, period, most):
-    """Give after how many periods a motion counts as not settled.
+    """Give after how many periods, `most` as a rule, a motion counts as not settled.
 
-    Newton's method, or a sum of changes, leads a mass that creeps to its orbit soon, or nothing
-    does: the motion itself would take thousands of periods.
+    Where all of them would take it a tenth of its way at best, Newton's method or a sum of
+    changes leads it to its orbit soon, or nothing does.
     """
     half = 0.5 * plant.b / plant.m
-    creeps = half * half > plant.k_x / plant.m > 0.0 and decays(plant, period) < CREEPS
+    creeps = half * half > plant.k_x / plant.m > 0.0 and decays(plant, most * period) < CREEPS
     return min(most, FEW) if creeps else most
 
 
