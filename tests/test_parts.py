@@ -60,6 +60,12 @@ def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
     assert np.array_equal(parted.d, whole.d)
 
 
+def test_part_without_points_is_not_taken_for_the_whole(motion, small):
+    response = StickSlip().by_parts(PLANT, LAWS["friction"], motion, START, STEP, None)
+    assert len(response.points(slice(0, 0)).x_r) == 0
+    assert len(response.x_r) == len(response) == LENGTH
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
     scene = (PLANT, LAWS[law], motion, START, STEP, 9.7)

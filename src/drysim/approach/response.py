@@ -17,8 +17,8 @@ from drysim.core.motion import Samples, Sines
 from drysim.core.plant import AnyLaw, Law, Plant, Stopped
 from drysim.core.signal import BLOCK, KEPT
 
-WHOLE = (0, 0)
-"""Stands for all points among the parts of a response that are kept."""
+WHOLE = (0, -1)
+"""Stands for all points among the parts of a response that are kept; no part ends there."""
 
 
 @dataclass(frozen=True, eq=False)
