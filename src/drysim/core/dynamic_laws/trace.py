@@ -5,7 +5,7 @@ from __future__ import annotations
 from drysim.core.compiled import compiled
 from drysim.core.dynamic_laws.dynamic import slow_speed
 from drysim.core.dynamic_laws.jet import ORDER, drive, state_at, value
-from drysim.core.dynamic_laws.memory import EVEN, end_branch, head, set_slope
+from drysim.core.dynamic_laws.memory import EVEN, WAY, end_branch, head, set_slope
 from drysim.core.dynamic_laws.settled import SETTLED, calm_plant
 from drysim.core.dynamic_laws.stay import break_away, calm_length
 from drysim.core.dynamic_laws.step import begin, extent
@@ -95,6 +95,12 @@ def trace(
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
+        if d == 0 and law.kind != STRIBECK:
+            # Whoever rested without a cause to move may have one now, to either side.
+            d = first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z)
+            if law.kind == LEUVEN and d != 0:
+                jet.branch[WAY] = 0
+                head(law, jet, d, v_r, z)
         at = mark(trail, at, n, s, x_r, v_r, z, d)
         left = length - s
         if d == 0 and law.kind == STRIBECK:
@@ -138,7 +144,7 @@ def trace(
             s = length if step == left else min(s + step, length)
             x_r, v_r, z = state_at(jet, last, step)
             jet.scale[0] = max(jet.scale[0], abs(v_r))
-            d = way
+            d = way if d != 0 else 0
             if law.kind == LEUVEN and step > 0.0:
                 jet.branch[EVEN] = 0
             if end_of_branch < stop:
