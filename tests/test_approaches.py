@@ -11,6 +11,7 @@ import pytest
 from drysim.approach import APPROACHES, Approach
 from drysim.approach.moreau import Moreau
 from drysim.approach.response import Response
+from drysim.approach.scene import grid_points
 from drysim.approach.signum import Signum
 from drysim.approach.simulate import simulate
 from drysim.approach.smooth import Smooth
@@ -141,6 +142,21 @@ def test_metrics_do_not_depend_on_the_output_step() -> None:
         for step in (0.5, 1e-3)
     )
     assert coarse == fine
+
+
+@pytest.mark.parametrize(
+    ("duration", "step", "points"),
+    [
+        (0.3, 0.1, 4),
+        (2.9999, 1.0, 3),
+        (7.5e6, 2.5e-3, 3 * 10**9 + 1),
+        (1e9 + 0.3, 1.0, 10**9 + 1),
+    ],
+)
+def test_grid_ends_with_the_motion_however_long(
+    duration: float, step: float, points: int
+) -> None:
+    assert grid_points(duration, step) == points
 
 
 def test_without_friction_sines_give_the_closed_form_transmissibility() -> None:

@@ -76,7 +76,7 @@ def beginning(
 def grid_points(duration: float, step: float) -> int:
     """Give the number of grid points n·step from 0 to the duration, both ends included."""
     steps = duration / step
-    return int(steps + ON_GRID * max(1.0, steps)) + 1
+    return int(steps + min(ON_GRID * max(1.0, steps), 0.5)) + 1
 
 
 def numerics(
