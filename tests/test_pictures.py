@@ -183,6 +183,8 @@ def test_third_axis_gets_panels_of_its_own_on_one_scale():
 def test_panel_of_nothing_but_zeros_has_a_scale_of_one_and_no_other():
     stuck = sweep(*axes(frequency=[1, 2, 4]), force=500.0, reference=None)
     assert draw_stroke(stuck).axes[0].get_ylim() == (0, 1)
+    lost = spoil(stuck, NOT_SETTLED, *range(3))
+    assert draw_stroke(lost).axes[0].get_ylim() == (0, 1)
     beside = draw_stroke(sweep(*axes(frequency=[1, 2, 4]), force=500.0)).axes[0]
     assert beside.get_ylim()[1] > max(lines(beside, "viscous, no dry friction")[0].get_ydata())
 

@@ -70,7 +70,7 @@ def _upright(axes: Axes, values: Sequence[float], steeply: bool) -> None:
         scales.decades(axes.yaxis, *axes.get_ylim())
     else:
         panels = axes.get_shared_y_axes().get_siblings(axes)
-        flat = not any(panel.dataLim.y1 for panel in panels)
+        flat = not any(panel.dataLim.y1 > 0.0 for panel in panels)
         axes.set_ylim(0.0, 1.0 if flat else None)
 
 
