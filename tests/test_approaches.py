@@ -280,6 +280,9 @@ def test_simulate_gives_arrays_for_arrays() -> None:
      ({"u_dd": [1.0, 10**400]}, "u_dd must be a row of numbers: int too large"),
      ({"u_dd": [1.0, math.inf]}, r"u_dd\[1\] must be a finite"),
      ({"approach": "signum", "F_fs": 18.0}, "signum knows no static limit: F_fs = 18 N"),
+     ({"x_rM": np.ones(2), "e": 0.5}, r"x_rM must be a number in SI, not array"),
+     ({"b_s": np.ones(2)}, r"b_s must be a number in SI, not array"),
+     ({"approach": ["signum"]}, r"there is no approach `\['signum'\]`"),
      ({"approach": "signom"}, "there is no approach `signom`")],
 )  # fmt: skip
 def test_simulate_refuses_nonsense_in_a_sentence(change: dict[str, object], words: str) -> None:

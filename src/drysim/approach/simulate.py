@@ -79,7 +79,7 @@ def simulate(
     plant = Plant(plain("m", m), plain("k_x", k_x), plain("b", b))
     start = State(plain("x_r", x_r), plain("v_r", v_r))
     refuse_nonsense(plant, law, plain("dt", dt), start)
-    if approach not in SHELF:
+    if not isinstance(approach, str) or approach not in SHELF:
         raise UsageError(
             f"there is no approach `{approach}`", f"choose from {', '.join(SHELF)}"
         )
@@ -89,7 +89,7 @@ def simulate(
             "leave F_fs out, or choose `stick-slip` or `switch`",
         )
     motion = Samples(samples, float(dt))
-    if (x_rM, k_s, b_s, e) != (None, None, 0.0, None):
+    if any(one is not None for one in (x_rM, k_s, e)) or plain("b_s", b_s) != 0.0:
         bounded = between(law, x_rM, k_s, b_s, e, start)
         if not SHELF[approach].use_stops:
             raise UsageError(
