@@ -158,6 +158,21 @@ def test_numbers_beside_a_map_are_within_the_picture(table):
     assert not factor.get_window_extent().overlaps(title.get_window_extent())
 
 
+def test_bar_of_a_map_is_no_axis_of_the_next_which_names_and_numbers_its_own(table):
+    block = "{excitation.frequency: [1, 2, 4], oscillator.stiffness: [7500, 7600.25, 7700.5]}"
+    figure = many.draw(table(block), BOTH)
+    figure.draw_without_rendering()
+    left, right = figure.axes[1], figure.axes[3]
+    assert left.get_ylabel() == right.get_ylabel() == "stiffness $k_x$ [N/m]"
+    numbers = [one for one in right.get_yticklabels() if one.get_text()]
+    assert [one.get_text() for one in numbers] == [
+        one.get_text() for one in left.get_yticklabels()
+    ]
+    (bar,) = left.child_axes
+    end = max(one.get_window_extent().x1 for one in bar.get_yticklabels())
+    assert end < right.yaxis.label.get_window_extent().x0
+
+
 def test_one_case_and_one_key_make_a_picture(table):
     single = many.draw(table("{friction.kinetic: [15]}"), BOTH)
     assert line(single.axes[0], "median")[1][0] == pytest.approx(1.3, abs=0.1)

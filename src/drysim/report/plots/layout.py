@@ -22,17 +22,28 @@ ALONE, STACKED = 3.3, 2.3
 GAP, FOOT, LINE = 0.62, 0.52, 0.21
 """Room above a row of panels, below the lowest one, and of a line of the legend [inch]."""
 
+ASIDE = 0.17
+"""Room between two panels, in widths of one [-]."""
+
 HANDLE, LETTER, ROOM = 0.62, 0.077, 8.8
 """Widths in a legend [inch]: a line with its gaps, a letter, and all there is."""
 
 
 def sheet(
-    rows: int, columns: int, left: float = 0.075, right: float = 0.98, gap: float = GAP
+    rows: int,
+    columns: int,
+    left: float = 0.075,
+    right: float = 0.98,
+    gap: float = GAP,
+    aside: float = ASIDE,
 ) -> tuple[Figure, GridSpec]:
-    """Give an empty picture, and room for its panels; `gap` [inch] is between their rows."""
+    """Give an empty picture, and room for its panels.
+
+    `gap` [inch] is between their rows, `aside` [panels] between their columns.
+    """
     figure = canvas.blank(rows * _row(rows))
     grid = figure.add_gridspec(
-        rows, columns, left=left, right=right, wspace=0.17, hspace=gap / _row(rows)
+        rows, columns, left=left, right=right, wspace=aside, hspace=gap / _row(rows)
     )
     return figure, grid
 

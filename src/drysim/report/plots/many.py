@@ -30,6 +30,9 @@ MEDIAN: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median
 LEFT, LEFT_OF_MAPS, RIGHT = 0.075, 0.1, 0.92
 """Where panels begin and end, so that numbers and words beside a map have room."""
 
+BETWEEN_MAPS = 0.4
+"""Room between two maps, in widths of one [-]: the bar of the left, the key of the right."""
+
 
 def scattered(table: Table) -> bool:
     """Tell whether a table is drawn as bands: too many cases for lines, or none that are."""
@@ -57,8 +60,10 @@ def draw(table: Table, quantities: Sequence[Shown]) -> Figure:
     if references:
         gathered(batches_of(table.rows), references[0], beside)
     shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
-    rows, left = (1, LEFT) if across is None else (2, LEFT_OF_MAPS)
-    figure, grid = layout.sheet(rows, len(shown), left, RIGHT)
+    if across is None:
+        figure, grid = layout.sheet(1, len(shown), LEFT, RIGHT)
+    else:
+        figure, grid = layout.sheet(2, len(shown), LEFT_OF_MAPS, RIGHT, aside=BETWEEN_MAPS)
     for place, i in enumerate(shown):
         quantity = quantities[i]
         axes = figure.add_subplot(grid[0, place])
@@ -69,7 +74,7 @@ def draw(table: Table, quantities: Sequence[Shown]) -> Figure:
         if across is not None:
             below = figure.add_subplot(grid[1, place])
             ink.name(below, f"mean of {quantity.words}")
-            mapped(figure, below, found[i], quantity.scale, named=place == 0)
+            mapped(figure, below, found[i], quantity.scale)
     of_stroke = any(quantity.metric == STROKE for quantity in quantities)
     layout.complete(figure, grid, heading.of_table(table, of_stroke=of_stroke))
     return figure
@@ -120,8 +125,8 @@ def _scale(set_scale: Callable[[str], None], axis: Any, bins: Bins) -> None:
         scales.plain(axis)
 
 
-def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: bool) -> None:
-    """Draw the mean over two swept keys; the first of a row names the key across."""
+def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float) -> None:
+    """Draw the mean over two swept keys, the key across named: a bar of colours is near it."""
     from matplotlib.ticker import MaxNLocator
 
     assert found.across is not None, "a map has two axes"
@@ -131,9 +136,7 @@ def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float, named: boo
     along_bins(axes, found.along, named=True)
     axes.set_ylim(y[0], y[-1])
     _scale(axes.set_yscale, axes.yaxis, found.across)
-    axes.tick_params(labelleft=named)
-    if named:
-        axes.set_ylabel(key_label(found.across.axis))
+    axes.set_ylabel(key_label(found.across.axis))
     axes.grid(visible=False)
     bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
     # The numbers stand in a narrow margin.
