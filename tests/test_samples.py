@@ -122,6 +122,48 @@ def test_quantiles_are_those_of_the_known_distribution(law, known):
     assert law.quantile(shares) == pytest.approx(known.ppf(shares), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("low", "high"), [(4.5, 6), (8.2, 225), (9, 15), (37, 39), (50, 51), (1e4, np.inf)]
+)
+def test_samples_of_a_far_tail_scatter_and_lie_at_its_near_end(low, high):
+    """Beyond some eight standard deviations all values had fallen on one, even the far end."""
+    shares = np.array([1e-6, 0.01, 0.3, 0.5, 0.9, 0.999])
+    mp = pytest.importorskip("mpmath").mp
+    with mp.workdps(40):
+        above = Normal(75.0, 1.0, 75.0 + low, 75.0 + high).quantile(shares)
+        below = Normal(75.0, 1.0, 75.0 - high, 75.0 - low).quantile(1.0 - shares)
+        ends = [mp.erfc(mp.mpf(end) / mp.sqrt(2)) for end in (75.0 + low - 75.0, high)]
+        for share, value in zip(shares, above, strict=True):
+            beyond = mp.erfc((mp.mpf(float(value)) - 75) / mp.sqrt(2))
+            told = (ends[0] - beyond) / (ends[0] - ends[1])
+            rounding = 1e-13 * float(value) ** 2  # of scipy's `ndtri_exp`
+            assert float(told) == pytest.approx(share, abs=1e-10 + rounding)
+    assert below == pytest.approx(150.0 - above, abs=1e-9)
+    assert np.all(np.diff(above) > 0)
+
+
+def test_lognormal_of_a_far_tail_is_the_normal_of_its_logarithm():
+    law = LogNormal(75.0, 1.0, 1.0, 20.0)
+    width = np.log1p(1 / 75**2) ** 0.5
+    ends = [(np.log(end / 75.0) + width**2 / 2) / width for end in (1.0, 20.0)]
+    known = stats.truncnorm(*ends, np.log(75.0) - width**2 / 2, width)
+    shares = np.linspace(0.001, 0.999, 97)
+    assert law.quantile(shares) == pytest.approx(np.exp(known.ppf(shares)), rel=1e-9)
+
+
+@pytest.mark.parametrize("law", [Normal, LogNormal])
+@pytest.mark.parametrize("sd", [1e-320, 1e-200, 1e-9])
+def test_tail_beyond_all_numbers_lies_at_its_near_end(law, sd):
+    """A lognormal distribution this narrow had divided by zero."""
+    shares = np.array([0.0, 0.5, 1.0 - 2.0**-53])
+    assert law(75.0, sd, 1.0, 30.0).quantile(shares) == pytest.approx(30.0)
+    assert law(75.0, sd, 80.0, 300.0).quantile(shares) == pytest.approx(80.0)
+
+
+def test_widest_of_lognormals_is_drawn_in_numbers():
+    assert np.all(np.isfinite(LogNormal(75.0, 1e200).quantile(np.array([0.1, 0.5]))))
+
+
 def test_sample_beside_a_grid_multiplies_it(scenario):
     found = scenario({"excitation.frequency": [1, 2], "sample": SAMPLE})
     assert size(found.sweep) == 80

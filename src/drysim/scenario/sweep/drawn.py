@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, log, sqrt
+from math import inf, log, log1p, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +17,10 @@ Floats = NDArray[np.float64]
 
 SURE = 1.0 - 2.0**-53
 """The double before 1: below no finite value lie all, but sums of shares round up to it."""
+TAIL = 4.0
+"""Standard deviations from the mean beyond which a range has its shares by logarithms."""
+LEAST = float(np.finfo(float).tiny)
+MOST = float(np.finfo(float).max)
 
 
 class Distribution(Protocol):
@@ -59,12 +63,14 @@ class Normal:
 
     def quantile(self, share: Floats) -> Floats:
         """Give the values below which these shares of all lie."""
-        from scipy.special import ndtr, ndtri
-
-        below, upto = (ndtr((end - self.mean) / self.sd) for end in (self.low, self.high))
-        whole = np.minimum(below + share * (upto - below), SURE)
-        values = self.mean + self.sd * ndtri(whole)
-        return np.asarray(np.clip(values, self.low, self.high))
+        low, high = ((end - self.mean) / self.sd for end in (self.low, self.high))
+        if low > TAIL:
+            scaled = -_in_lower_tail(-high, -low, 1.0 - share, share)
+        elif high < -TAIL:
+            scaled = _in_lower_tail(low, high, share, 1.0 - share)
+        else:
+            scaled = _about_the_mean(low, high, share)
+        return np.asarray(np.clip(self.mean + self.sd * scaled, self.low, self.high))
 
     def words(self, unit: str) -> str:
         """Give it in words."""
@@ -82,7 +88,8 @@ class LogNormal:
 
     def quantile(self, share: Floats) -> Floats:
         """Give the values below which these shares of all lie."""
-        square = log(1.0 + (self.sd / self.mean) ** 2)
+        ratio = self.sd / self.mean
+        square = max(log1p(min(ratio * ratio, MOST)), LEAST)
         low = log(self.low) if self.low > 0.0 else -inf
         high = log(self.high) if self.high < inf else inf
         inner = Normal(log(self.mean) - 0.5 * square, sqrt(square), low, high)
@@ -112,6 +119,28 @@ class Triangular:
         """Give it in words."""
         ends = f"{number(self.low)} to {number(self.high, unit)}"
         return f"triangular, {ends}, mode {number(self.mode, unit)}"
+
+
+def _about_the_mean(low: float, high: float, share: Floats) -> Floats:
+    """Give quantiles of the standard normal distribution, cut at ends of which none is far."""
+    from scipy.special import ndtr, ndtri
+
+    below, upto = ndtr(low), ndtr(high)
+    return np.asarray(ndtri(np.minimum(below + share * (upto - below), SURE)))
+
+
+def _in_lower_tail(low: float, high: float, share: Floats, rest: Floats) -> Floats:
+    """Give quantiles of the standard normal distribution, cut at ends far below its mean.
+
+    By logarithms: the shares below the ends themselves vanish in double precision from 38
+    standard deviations on. `rest` is what `share` leaves of 1. Where even a logarithm would
+    overflow, the quantiles lie above `high`, the end that nearly all values are next to.
+    """
+    from scipy.special import log_ndtr, ndtri_exp
+
+    below, upto = (max(float(log_ndtr(end)), -MOST / 4) for end in (low, high))
+    of_low, of_high = (np.log(np.maximum(part, LEAST)) for part in (rest, share))
+    return np.asarray(ndtri_exp(np.logaddexp(below + of_low, upto + of_high)))
 
 
 @dataclass(frozen=True)
