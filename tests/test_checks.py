@@ -71,6 +71,11 @@ def test_verdict_follows_the_comparison(op, below, equal, above):
     assert verdicts == [below, equal, above]
 
 
+def test_equal_is_exact_and_says_all_digits_of_what_was_near():
+    verdict = Check.parse("energy_friction == 9.6 J").judge({"energy_friction": 9.6 - 2e-15})
+    assert verdict.sentence == "energy_friction == 9.6 J: fails with 9.599999999999998 J"
+
+
 def test_verdict_says_what_came_out():
     verdict = Check.parse("x_r_peak < 25 mm").judge({"x_r_peak": 0.03})
     assert verdict.sentence == "x_r_peak < 25 mm: fails with 30 mm"

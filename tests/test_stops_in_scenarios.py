@@ -31,6 +31,20 @@ def loaded(folder: Path, stops: str, *overrides: str) -> package.Scenario:
 
 
 @pytest.mark.parametrize("stops", [BUMPERS, RIGID])
+def test_stops_go_with_surfaces_that_never_lift_off(tmp_path, stops):
+    words = "{law: coulomb, mu_kinetic: 0.1, normal: 400 N, normal_variation: VARIED}"
+    varied = "{amplitude: %s, frequency: 3 Hz}"
+    pressed = loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 0.9))
+    assert pressed.stops is not None
+    with pytest.raises(package.errors.ScenarioError) as found:
+        loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 1.3))
+    assert [problem.sentence for problem in found.value.problems] == [
+        "end stops go with a normal force that stays above zero and is no record; mend "
+        "friction.normal_variation, or take them away"
+    ]
+
+
+@pytest.mark.parametrize("stops", [BUMPERS, RIGID])
 def test_run_tells_its_stops_in_every_file(tmp_path, drysim, stops):
     (tmp_path / "seat.yaml").write_text(SEAT.replace("STOPS", stops))
     answer = drysim("run", "seat.yaml")

@@ -90,7 +90,9 @@ class Stroke(Block):
     limit: Annotated[float, Quantity("m", above=0)]
     """Stroke limit x_rM [m]: |x_r| must stay below it. Checked, and modelled beside `stops`."""
     stops: Stops | None = None
-    """What the mass meets at the limit; without this block it moves on beyond it."""
+    """What the mass meets at the limit; without this block it moves on beyond it. Goes with law
+    `coulomb` under a normal force that stays above zero and is no record, and without
+    friction."""
 
 
 class Start(Block):
