@@ -215,12 +215,14 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
             assert t_beyond == pytest.approx(1.5 * np.mean(beyond), abs=1e-5 * (times + 2))
 
 
-def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak():
-    # Farther out on the same side the mass had been before: that tells of another half cycle.
+@pytest.mark.parametrize("begin", [0.0, 11.0])
+def test_half_cycle_within_a_long_hold_is_as_high_as_its_own_peak(begin):
+    # Farther out on the same side the mass had been before: that tells of another half cycle,
+    # or of the same one before a window that begins within it.
     law = Slider(40.0, 400.0, 0.99, 0.2 * math.pi)
     motion = Sines((50.0, 5.0), (0.5, 0.2), (0.0, 0.0))
     track = StickSlip().track(Plant(1.0, 4.0, 0.0), law, motion, State(0.0, 0.4), STEP, 20.0)
-    window = (0.0, 20.0)
+    window = (begin, 20.0)
     heights = half_cycles(track.at(np.linspace(*window, 400_001))[0])
     told = half_cycles(path_of(track, track.path(window, None), window))
     assert told == pytest.approx(heights, rel=1e-5)

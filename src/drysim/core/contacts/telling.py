@@ -134,7 +134,8 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
         if s == 0.0:
             x_r, v_r = trail.x_r[i], trail.v_r[i]
             t_out[count], x_out[count] = t, x_r
-            far = farthest(far, x_r)
+            # What was told before a piece that a window cuts may lie outside the window.
+            far = x_r if i > 0 and whole[i - 1] else farthest(far, x_r)
             count += 1
             yields = abs(mode) == 1 and law.variation == 0.0
             if yields or (only and holds(mode) and holds_unseen(law, trail, i, x_rM)):
