@@ -73,12 +73,22 @@ def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(se
             solve(str(seat))
     many = drysim.load(seat, {"excitation": NOISE})
     for workers in ("2", 0, -1, 2.5, True):
-        for solve, one in ((drysim.sweep, scenario), (drysim.run, many)):
+        for solve, one in (
+            (drysim.sweep, scenario),
+            (drysim.run, many),
+            (drysim.run, scenario),
+        ):
             with pytest.raises(drysim.UsageError, match="workers must be a whole number of at"):
                 solve(one, workers=workers)
     comparison = drysim.compare(scenario, "signum vs stick-slip", workers=np.int64(2))
     with pytest.raises(drysim.UsageError, match="that of a row of the table, not of 'x'"):
         comparison.deviation("x")
+    slower = drysim.load(seat, {"oscillator.damping": 900})
+    with pytest.raises(drysim.UsageError, match=r"of a row of the table, not of `?Row"):
+        comparison.deviation(drysim.sweep(slower)[0])
+    assert comparison.deviation(comparison.table[1]) == comparison.deviation(
+        drysim.compare(scenario, "signum vs stick-slip").table[1]
+    )
     table = comparison.table
     assert table[-1] == table[4] == list(table)[4]
     assert table[1:3] == list(table)[1:3]

@@ -11,6 +11,7 @@ from drysim.study import comfort
 from drysim.study.case import Case, prepare
 from drysim.study.cautions import found, orbit_doubtful
 from drysim.study.ensembles.seeds import most
+from drysim.study.hands import hands
 from drysim.study.outcome import Outcome
 from drysim.study.spectral import spectra_of
 from drysim.study.steady import orbit_of
@@ -47,8 +48,11 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
         When the case needs more memory than the machine has.
     SolverError
         When the numerics fail; the time is named.
+    UsageError
+        When it is no scenario, or `workers` no number of threads.
     """
     case = prepare(scenario)
+    hands(workers)  # what is no number of threads is refused for one seed, too
     if most(scenario) == 1:
         return solve(case)
     from drysim.study.ensembles import ensemble

@@ -67,7 +67,7 @@ class Comparison:
 
         Of many seeds it is the mean over those that both have, compared seed by seed.
         """
-        if not isinstance(row, Row):
+        if not isinstance(row, Row) or row != self._rows.get(_mark(row)):
             given = short(repr(row))
             raise UsageError(f"a deviation is that of a row of the table, not of {given}")
         found = self.off(row)
@@ -95,6 +95,10 @@ class Comparison:
                 yield row, other
 
     @cached_property
+    def _rows(self) -> dict[tuple[str, frozenset[tuple[str, float]]], Row]:
+        return {_mark(row): row for row in self.table.rows}
+
+    @cached_property
     def _yardstick_keys(self) -> Set[str]:
         return next((row.point.keys() for row in self.table.of(self.yardstick)), frozenset())
 
@@ -115,6 +119,11 @@ def off_by(row: Row, other: Row) -> tuple[float, float | None] | None:
         return interval(found) if found else None
     own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
     return (own / theirs - 1.0, None) if own is not None and theirs else None
+
+
+def _mark(row: Row) -> tuple[str, frozenset[tuple[str, float]]]:
+    """Give what tells a row of a table from all others."""
+    return row.approach, frozenset(row.point.items())
 
 
 def _place(row: Row, keys: Collection[str]) -> frozenset[tuple[str, float]]:
