@@ -123,6 +123,25 @@ def test_what_is_no_list_of_numbers_earns_a_sentence(scenario, value, words):
     assert words in fault.value.problems[0].sentence
 
 
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.ma.masked,
+        np.ma.masked_array(3.0, True),
+        np.datetime64("NaT"),
+        np.array(None),
+        {"kinetic": np.ma.masked},
+    ],
+)
+def test_masked_value_of_numpy_takes_no_block_away(scenario, value):
+    """It had, as None does: `tolist` makes None of it."""
+    assert scenario(SEAT, {"friction": None}).friction is None
+    with pytest.raises(ScenarioError) as found:
+        scenario(SEAT, {"friction": value})
+    (problem,) = found.value.problems
+    assert "with nothing behind its mask has no place in a scenario" in problem.sentence
+
+
 @pytest.mark.parametrize("overrides", [5, None, [5], {"oscillator.mass=80"}])
 def test_overrides_are_a_mapping_or_words(scenario, overrides):
     with pytest.raises(UsageError, match="overrides are a mapping by dotted key, or words"):

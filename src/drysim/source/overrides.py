@@ -129,7 +129,7 @@ def _known(value: Any, place: Place, depth: int = 0) -> Node:
     """Give the node of a Python value."""
     if depth > MAX_DEPTH:
         raise Unreadable(place.problem(f"nested deeper than {MAX_DEPTH} levels"))
-    value = getattr(value, "tolist", lambda: value)()  # a number or an array of numpy
+    value = _bare(value, place)
     if isinstance(value, Mapping):
         items = {str(key): _known(v, place, depth + 1) for key, v in value.items()}
         return Node({k: v._replace(key=place) for k, v in items.items()}, place, place)
@@ -142,6 +142,15 @@ def _known(value: Any, place: Place, depth: int = 0) -> Node:
     raise Unreadable(
         place.problem(f"a value of type {type(value).__name__} has no place in a scenario")
     )
+
+
+def _bare(value: Any, place: Place) -> Any:
+    """Give what a number or an array of numpy holds; one that is masked holds nothing."""
+    bare = getattr(value, "tolist", lambda: value)()
+    if bare is None and value is not None:
+        what = f"a value of type {type(value).__name__} with nothing behind its mask"
+        raise Unreadable(place.problem(f"{what} has no place in a scenario"))
+    return bare
 
 
 def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") -> Node:
