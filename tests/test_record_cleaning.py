@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from pydantic import ValidationError
 from drysim import load, run, sweep
 from drysim.errors import RecordError
 from drysim.excitation.record import Record
+from drysim.quantity import Quantity
 from drysim.report.plots.response import draw as draw_response
 from drysim.report.plots.stroke import draw as draw_stroke
 from drysim.wording import clean_up
@@ -73,8 +75,22 @@ def test_missing_rows_are_counted_and_named(tmp_path):
     said = refused(tmp_path, rows(T[kept].tolist(), WAVE[kept].tolist()), time="t")
     assert said.startswith(
         "row 502, column 2 (`a [m/s2]`): 3 samples are missing before this row: 0.02 s to it, "
-        "0.005 s as a rule (2 gaps in all): the record has a gap; `gaps: "
+        "0.005 s as a rule (2 gaps in all): the record has a gap; `gaps: {fill: line, "
+        "at_most: 20 ms}` fills them all"
     )
+
+
+@pytest.mark.parametrize("samples", [1, 5, 11, 190, 210])
+@pytest.mark.parametrize("step", [0.005, 1 / 173, 3e-5, 0.7])
+def test_way_to_fill_a_gap_that_is_proposed_fills_it(tmp_path, samples, step):
+    """It had been 50 ms, whatever the length of the gap."""
+    kept = np.delete(np.arange(2000), np.arange(300, 300 + samples))
+    text = rows((kept * step).tolist(), WAVE[kept].tolist())
+    said = refused(tmp_path, text, time="t")
+    word = re.search(r"`gaps: {fill: line, at_most: (.*)}` fills it$", said)[1]
+    gaps = {"fill": "line", "at_most": word}
+    assert len(motion_of(tmp_path, text, time="t", gaps=gaps).u_dd) == 2000
+    assert Quantity("s", above=0).read(word) < 1.011 * (samples + 1) * step
 
 
 @pytest.mark.parametrize("word", ["", "nan", "NaN", "-NAN", "NA", "n/a", "null"])

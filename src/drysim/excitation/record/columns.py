@@ -15,8 +15,15 @@ from drysim.quantity import near, shown
 
 Floats = NDArray[np.float64]
 
-GAP = "the record has a gap; `gaps: {fill: line, at_most: 50 ms}` fills short ones"
-"""What to say of a sample that is missing."""
+
+def gap(at_most: str = "50 ms", which: str = "short ones") -> str:
+    """Say what to do about samples that are missing."""
+    way = f"`gaps: {{fill: line, at_most: {at_most}}}`"
+    return f"the record has a gap; {way} fills {which}"
+
+
+GAP = gap()
+"""What to say of a sample that is missing, where the length of the gap is not known yet."""
 
 INFINITE = "an infinite sample is no gap that could be filled; export the record anew"
 """What to say of a sample that overflowed."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from math import ceil, floor, log10
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.excitation.record.columns import GAP, Columns, Floats
+from drysim.excitation.record.columns import Columns, Floats, gap
 from drysim.excitation.record.grid import HOLE, Grid
 from drysim.excitation.record.reports import Report, report
 from drysim.wording import several
@@ -58,7 +59,8 @@ def closed(
     long = holes[steps[holes] * grid.dt > allowed]
     if gaps is None or len(long):
         width, row = float(steps[long[0]]), int(rows[long[0] + 1])
-        raise columns.at(row, index, _refusal(width, grid.dt, gaps, len(holes)))
+        longest = float(steps[holes].max()) * grid.dt
+        raise columns.at(row, index, _refusal(width, grid.dt, gaps, len(holes), longest))
     missing = np.rint(steps[holes]).astype(int) - 1
     after = np.repeat(holes, missing)
     share = np.concatenate([np.arange(1, n + 1) / (n + 1) for n in missing.tolist()])
@@ -84,13 +86,22 @@ def between(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
     return np.asarray(CubicSpline(at, values)(wanted), dtype=np.float64)
 
 
-def _refusal(width: float, dt: float, gaps: Gaps | None, number: int) -> str:
+def _refusal(width: float, dt: float, gaps: Gaps | None, number: int, longest: float) -> str:
     """Say what is missing in a gap of so many steps, and what can be done about it."""
     missing = round(width) - 1
     count = f"{several(missing, 'sample')} {'is' if missing == 1 else 'are'}"
     more = f" ({several(number, 'gap')} in all)" if number > 1 else ""
-    way = GAP if gaps is None else f"`gaps.at_most` allows {gaps.at_most:.6g} s"
+    way = gap(_at_most(longest), "it" if number == 1 else "them all")
+    if gaps is not None:
+        way = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
     return (
         f"{count} missing before this row: {width * dt:.6g} s to it, {dt:.6g} s as a rule"
         f"{more}: {way}"
     )
+
+
+def _at_most(longest: float) -> str:
+    """Give the `gaps.at_most` of three digits, rounded up, that a gap this long [s] needs."""
+    digit = 10.0 ** (floor(log10(longest)) - 2)
+    seconds = ceil(longest / digit * (1 - ROUNDING)) * digit
+    return f"{seconds:.3g} s" if seconds >= 1.0 else f"{seconds * 1e3:.3g} ms"
