@@ -130,14 +130,15 @@ def test_what_is_no_list_of_numbers_earns_a_sentence(scenario, value, words):
         np.ma.masked_array(3.0, True),
         np.datetime64("NaT"),
         np.array(None),
-        {"kinetic": np.ma.masked},
+        {"limit": np.ma.masked},
     ],
 )
 def test_masked_value_of_numpy_takes_no_block_away(scenario, value):
     """It had, as None does: `tolist` makes None of it."""
-    assert scenario(SEAT, {"friction": None}).friction is None
+    text = f"{SEAT}stroke: {{limit: 1 cm}}\n"
+    assert scenario(text, {"stroke": None}).stroke is None
     with pytest.raises(ScenarioError) as found:
-        scenario(SEAT, {"friction": value})
+        scenario(text, {"stroke": value})
     (problem,) = found.value.problems
     assert "with nothing behind its mask has no place in a scenario" in problem.sentence
 
