@@ -99,6 +99,16 @@ def test_energy_closes_in_a_window_that_begins_and_ends_anywhere(name: str) -> N
     assert metrics["energy_residual"] < 1e-11
 
 
+@pytest.mark.parametrize("F_fk", [0.0, 45.0])
+def test_energy_closes_behind_a_damper_that_hardly_yields(F_fk: float) -> None:
+    # It had closed to 1e-8 only, for the flow had lost as many digits.
+    motion = Samples(np.sin(0.1 * np.arange(200)), 2.5e-3)
+    plant = PAPER._replace(b=1e12)
+    response = StickSlip().solve(plant, Law(F_fk, F_fk), motion, REST, motion.dt)
+    residual = measure(track_of(response), (0.0, 199 * motion.dt), None)["energy_residual"]
+    assert residual < 1e-14
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_metrics_of_two_halves_make_those_of_the_whole(name: str) -> None:
     duration = SCENES[name][-1]

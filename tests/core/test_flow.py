@@ -65,6 +65,26 @@ def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
     assert y_d_2 == pytest.approx(y_d * y_d - w * y * y, rel=1e-13)
 
 
+@pytest.mark.parametrize("c", [1e3, 1e5, 1e10, 1e15])
+@pytest.mark.parametrize("w", [1e-10, 100.0, 1e8])
+def test_flow_keeps_its_digits_however_strong_the_damper(
+    kernel: SimpleNamespace, c: float, w: float
+) -> None:
+    # Each doubling had doubled the rounding of y: at c = 1e15 not a digit was left after 1 s.
+    if 0.25 * c * c < w:
+        pytest.skip("no strong damper")
+    with mp.workdps(100):
+        kappa = mp.sqrt(mp.mpf(c) ** 2 / 4 - mp.mpf(w))
+        slow, fast = mp.mpf(c) / 2 - kappa, mp.mpf(c) / 2 + kappa
+        y = (mp.exp(-slow) - mp.exp(-fast)) / (fast - slow)
+        y_d = (fast * mp.exp(-fast) - slow * mp.exp(-slow)) / (fast - slow)
+        Y = (1 - y_d - mp.mpf(c) * y) / mp.mpf(w)
+        YY = (1 - y - mp.mpf(c) * Y) / mp.mpf(w)
+        want = [float(exact) for exact in (y, y_d, Y, YY)]
+    digits = 1e-14 * max(1.0, float(slow))
+    assert kernel.flow.flow(c, w, 1.0) == pytest.approx(want, rel=digits, abs=0.0)
+
+
 @pytest.mark.parametrize("turns", [1e2, 1e4, 1e6])
 def test_long_slide_without_spring_and_damper_keeps_its_digits(
     kernel: SimpleNamespace, turns: float

@@ -17,6 +17,10 @@ SHORT = 0.5
 TERMS = 17
 """Terms that exhaust double precision on a short stretch: 0.5^17·17/19! is below 1e-20."""
 
+HELD = 0.75
+"""Value of c y that only a motion far beyond critical damping comes to, critical is 2/e, and
+only while its spring has given back less than the rest of 1."""
+
 INVERSE_FACTORIAL = tuple(1.0 / math.factorial(n) for n in range(TERMS + 4))
 
 
@@ -74,8 +78,9 @@ def flow(c, w, s):
     y = h - c * Y - w * YY
     y_d = 1.0 - c * y - w * Y
     for _ in range(doublings):
-        # Not 1 - w Y, which is the same but loses what is left of a motion that dies away.
-        keep = y_d + c * y
+        # Both are the same; but 1 - w Y loses what is left of a motion that dies away, and
+        # y_d + c y of one that a damper holds doubles the rounding of y each time.
+        keep = 1.0 - w * Y if c * y > HELD else y_d + c * y
         YY = YY * (1.0 + keep) + Y * (h + y)
         Y, y, y_d = Y * (1.0 + keep) + y * y, y * (keep + y_d), y_d * y_d - w * y * y
         h *= 2.0
