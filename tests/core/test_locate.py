@@ -40,3 +40,10 @@ def test_first_zero_of_a_polynomial_is_found(
     kernel: SimpleNamespace, series: list[float], at: float
 ) -> None:
     assert kernel.locate.locate(np.array(series), len(series) - 1, 1.0) == pytest.approx(at)
+
+
+def test_zero_nearer_by_many_powers_of_ten_is_come_to(kernel: SimpleNamespace) -> None:
+    # Bristles whose motion had died away to 1e-322 m closed a loop so: a search without end.
+    series = np.array([1e-200, 0.0, 0.0, -1.0, 0.2])
+    found = kernel.locate.locate(series, 4, 1.0)
+    assert found == pytest.approx(1e-200 ** (1.0 / 3.0), rel=1e-12, abs=0.0)

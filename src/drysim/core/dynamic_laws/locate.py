@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import compiled, inlined
 from drysim.core.samples.stop import NEVER, RESOLUTION
 from drysim.core.sines.leave import parabola
 
-HALVINGS = 6
-"""Of the stretch over which the curvature is bounded, at most, before the series is moved."""
+SHORTER = 6
+"""Times at most that the stretch over which the curvature is bounded is made shorter, before
+the series is moved."""
 
 
 @compiled
@@ -65,7 +68,7 @@ def lowered(c, n):
 def stride(c, n, left):
     """Give a step of a scaled series within which it surely stays above zero."""
     best = 0.0
-    for _ in range(HALVINGS):
+    for _ in range(SHORTER):
         bend = 0.0
         power = 1.0
         for k in range(2, n + 1):
@@ -75,7 +78,8 @@ def stride(c, n, left):
         best = max(best, step)
         if step >= 0.5 * left:
             return best
-        left *= 0.5
+        # Where the zero is nearer by many powers of ten, halves would never come to it.
+        left = min(0.5 * left, math.sqrt(step) * math.sqrt(left))
     return best
 
 
