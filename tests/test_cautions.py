@@ -43,6 +43,11 @@ def test_plausible_scenario_deserves_no_warning(slugs):
             "looks-like-millimetres",
             "check `x_r_peak < 25` is 25 m",
         ),
+        (
+            {"stroke__limit": 20e6},
+            "looks-like-millimetres",
+            "2e+07 m; if it is in millimetres, write `20 mm`",
+        ),
         ({"start__x_r": 12}, "looks-like-millimetres", "start.x_r is 12 m"),
         ({"excitation__rms": 1000}, "looks-like-millimetres", "swings by 14 m"),
         ({"oscillator__mass": 75000}, "looks-like-grams", "(`75000 g`)"),

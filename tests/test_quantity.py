@@ -140,6 +140,12 @@ def test_near_name_is_the_word_that_was_meant(written, meant):
     assert near(written, known) == meant
 
 
+def test_a_single_letter_is_no_slip_of_another():
+    """Road class I had been taken for A."""
+    assert near("I", "ABCDEFGH") is None
+    assert near("c", "ABCDEFGH") == "C"
+
+
 def test_everyday_units_need_no_units_library():
     code = (
         "import sys; from drysim.quantity import convert\n"

@@ -12,7 +12,8 @@ def near(name: str, candidates: Iterable[str]) -> str | None:
     """Give the candidate that was probably meant, or None.
 
     One slip for each three letters is forgiven: a letter wrong, missing, too many, or two
-    swapped. An abbreviation of at least three letters is understood.
+    swapped; of a single letter nothing would be left. An abbreviation of at least three letters
+    is understood.
     """
     word, best = name.lower().replace("-", "_"), None
     for candidate in candidates:
@@ -23,7 +24,8 @@ def near(name: str, candidates: Iterable[str]) -> str | None:
         ):
             slips = min(slips, 1)
         rank = (slips, abs(len(other) - len(word)), other[:1] != word[:1], candidate)
-        if slips <= max(1, len(word) // 3) and (best is None or rank < best):
+        forgiven = min(max(1, len(word) // 3), len(word) - 1)
+        if slips <= forgiven and (best is None or rank < best):
             best = rank
     return best[-1] if best else None
 

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 FAR = 1.0
 """An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
 
+MEGA = 1e5
+"""Nobody writes so many millimetres [m]: `Mm` stood for `mm`."""
+
 HARD = 100.0
 """Ten times gravity [m/s²] over a metre is in millimetres."""
 
@@ -65,7 +68,8 @@ def _lengths(scenario: Scenario) -> Iterator[Caution]:
     keys = (("stroke.limit", limit), ("start.x_r", pulled))
     for what, key, value in (*((key, key, value) for key, value in keys), *bare):
         if value >= FAR:
-            sentence = f"{what} is {value:g} m; if it is in millimetres, write `{value:g} mm`"
+            typed = value / 1e6 if value >= MEGA else value
+            sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
             yield Caution("looks-like-millimetres", sentence, {key: value})
 
 

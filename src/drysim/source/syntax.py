@@ -11,7 +11,7 @@ from drysim.errors import Problem
 from drysim.quantity import short
 from drysim.source.place import Placer, split_lines
 
-_GLUED = re.compile(r"(\s*(?:- +)?)([A-Za-z_][\w.]*):([^\s:/\\][^:]*)$")
+_GLUED = re.compile(r"(\s*(?:- +)?)([A-Za-z_][\w.]*):([{\[].*|[^\s:/\\][^:]*)$")
 """A key whose colon has no space behind it."""
 
 Mark = tuple[int, int]
