@@ -147,3 +147,29 @@ def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
     orbit = settled.find_orbit(m, contact, motion, start, period)
     assert orbit.settled
     np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=0.0, atol=1e-13)
+
+
+A, F = 1.0, 0.5
+RESONANT = {
+    "stribeck": Dynamic(F, F, STRIBECK),
+    "stribeck, loosely": Dynamic(F, F, STRIBECK, tolerance=5e-4),
+    "jenkins": Slider(F, 1e6),
+    "dahl": Dynamic(F, F, BRISTLE, sigma_0=1e6),
+}
+"""Laws that take F |v_r| from an oscillation that is far larger than their contacts bend."""
+
+
+@pytest.mark.parametrize("law", RESONANT.values(), ids=RESONANT)
+def test_resonance_without_damper_grows_as_followed_and_is_told_as_not_settled(
+    law, monkeypatch
+):
+    # A sum of its even changes put it at 1e9 m, where a metre a period passed for an orbit.
+    monkeypatch.setattr(settled, "MOST_PERIODS", 24)
+    plant, period, large = Plant(1.0, 1.0, 0.0), 2 * np.pi, 600.0
+    sine = Sines((A,), (1.0 / period,), (0.0,))
+    orbit = settled.find_orbit(plant, law, sine, Deflected(large, 0.0, 0.0), period)
+    assert not orbit.settled
+    assert orbit.unique
+    grown = (A - 4.0 * F / np.pi) * orbit.run_up / 2.0
+    assert orbit.state.x_r - large == pytest.approx(grown, rel=1e-2)
+    assert orbit.run_up_peak == pytest.approx(orbit.state.x_r, abs=1.0)

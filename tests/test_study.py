@@ -150,6 +150,19 @@ def test_open_energy_balance_and_close_decision_are_warnings(seat):
     assert [caution.slug for caution in not_a_number] == ["energy-open"]
 
 
+@pytest.mark.parametrize(
+    ("error", "said"), [(1e-9, []), (2.5, ["inexact"]), (math.nan, ["inexact"])]
+)
+def test_stated_error_that_a_picture_would_show_is_a_warning(seat, error, said):
+    outcome = outcome_of(seat)
+    numerics = replace(outcome.response.numerics, error=error)
+    cautions = list(
+        found(replace(outcome.response, how=lambda: numerics), outcome.metrics, None)
+    )
+    assert [caution.slug for caution in cautions] == said
+    assert all("of its peak" in caution.sentence for caution in cautions)
+
+
 def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(monkeypatch):
     monkeypatch.setattr(machine, "memory", lambda: 8e9)
     assert memory.shortage(int(8e9 / memory.BYTES_PER_STEP)) == ""

@@ -22,6 +22,10 @@ CHANGES = 4
 DYING = 1e-2
 """Change below which a motion is taken to die away [-]."""
 
+BETTER = 0.5
+"""Share of the change before to which a sum must bring it: a motion that grows for ever changes
+as much wherever it is put, and less only beside its own size."""
+
 NOISE = 1e-8
 """Changes this much smaller than the others tell nothing [-]."""
 
@@ -36,24 +40,44 @@ class Closing:
     Changes that die away like geometric series have a sum, to which the motion is moved on
     (reduced rank extrapolation; Sidi, Vector Extrapolation Methods, SIAM 2017). From there it
     is followed as before: an orbit is always followed, never extrapolated. `summed` tells
-    whether that was done. One that is `wary` sums up changes of periods without events only.
+    whether that was done and kept.
+
+    Parameters
+    ----------
+    closed : float
+        Scaled change over a repetition that counts as none [-].
+    quiet : float, optional
+        Repetitions without events that a sum asks for; infinite for no sums at all.
     """
 
-    def __init__(self, closed: float, wary: bool = False) -> None:
+    def __init__(self, closed: float, quiet: float = 0.0) -> None:
         self.closed = closed
-        self.wary, self.summed = wary, False
+        self.wanted, self.summed = quiet, False
         self.quiet = 0
         self.ends: list[AnyState] = []
         self.scale: Sequence[float] = ()
         self.gain = 1.0
         self.before: tuple[float, AnyState] | None = None
+        self.promised = 1.0
 
-    def add(self, end: AnyState, largest: Sequence[float], events: int = 0) -> None:
-        """Add the state at the end of a period, and the largest of each number on the way."""
+    def add(self, end: AnyState, largest: Sequence[float], events: int = 0) -> bool:
+        """Add the state at the end of a period, and the largest of each number on the way.
+
+        Gives whether it counts. The period after a sum shows whether that led to where the
+        motion changes less, in the scale from before. If not, the period is forgotten: the
+        motion goes on from where it was.
+        """
+        if self.before is not None:
+            (least, last), self.before = self.before, None
+            if self.distance(end, self.ends[0]) > max(BETTER * least, self.closed):
+                self.ends = [last]
+                return False
+            self.gain, self.summed = self.promised, True
         self.quiet = 0 if events else self.quiet + 1
         before = self.scale or (0.0,) * len(largest)
         self.scale = [max(new, 0.5 * old) for new, old in zip(largest, before, strict=True)]
         self.ends = [end, *self.ends[: CHANGES * MOST_MULTIPLE]]
+        return True
 
     def repetition(self) -> tuple[float, int]:
         """Give the scaled change over a repetition [-], and of how many periods that is.
@@ -79,21 +103,15 @@ class Closing:
     def onwards(self) -> AnyState:
         """Give where to follow the motion from: its end, or where its changes add up to."""
         change, periods = self.repetition()
-        if self.before is not None and len(self.ends) > 1:
-            least, end = self.before
-            self.before = None
-            if change > least:
-                # What the sum promised did not come: the motion goes on from where it was.
-                self.ends = [end]
         end = self.ends[0]
         ends = self.ends[: CHANGES * periods + 1 : periods]
         early = change > DYING or len(ends) <= CHANGES
-        early |= self.wary and self.quiet < CHANGES * periods
+        early |= self.quiet < self.wanted * periods
         if early or getattr(end, "turned", False):
             return end
         total = self.sum_of(np.array([self.scaled(one) for one in reversed(ends)]))
         if total is not None:
-            self.before, self.summed = (change, end), True
+            self.before = change, end
             sizes = [size or 1.0 for size in self.scale]
             self.ends = [type(end)(*(total * sizes).tolist())]
         return self.ends[0]
@@ -115,7 +133,7 @@ class Closing:
         gain = max(1.0, float(np.abs(total - ends[-1]).max() / sizes[-1]))
         if gain * ROUNDING > sizes[-1]:
             return None
-        self.gain = gain
+        self.promised = gain
         return total
 
     def left(self, change: float) -> float:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drysim.approach import exact
-from drysim.approach.closing import Closing
+from drysim.approach.closing import CHANGES, Closing
 from drysim.approach.orbit import Orbit
 from drysim.core.motion import Sines
 from drysim.core.plant import Dynamic, Plant, Slider, Stopped
 from drysim.core.sines.period_map import fixed_point, radius
-from drysim.core.sines.reached import RESTS, SLOW, decays, patience
+from drysim.core.sines.reached import AWAY, RESTS, SLOW, decays, patience
 from drysim.core.state import AnyState, Deflected
 
 if TYPE_CHECKING:
@@ -67,12 +67,16 @@ def find_orbit(
     Notes
     -----
     A contact that holds all through a repetition has kept where it yielded last. No sum of
-    changes tells that, so the motion is then followed without any until it holds.
+    changes tells that, so the motion is then followed without any until it holds. So is one
+    that sums led to no orbit: where nothing settles, the start itself says what is told.
     """
     closing = Closing(closed(law))
     orbit, events = approached(plant, law, motion, start, period, closing)
     if closing.summed and isinstance(law, Slider) and events == 0:
-        closing = Closing(closed(law), wary=True)
+        closing = Closing(closed(law), quiet=CHANGES)
+        orbit, _ = approached(plant, law, motion, start, period, closing)
+    if closing.summed and not orbit.settled:
+        closing = Closing(closed(law), quiet=math.inf)
         orbit, _ = approached(plant, law, motion, start, period, closing)
     return orbit
 
@@ -88,19 +92,18 @@ def approached(
     """Give the orbit that a start leads to, and how many events its last period has."""
     state, peak, periods = start, 0.0, 0
     most = patience(plant, period, MOST_PERIODS)
-    while periods < most:
-        periods += 1
+    while True:
         track = once(plant, law, motion, state, period)
         way = track.path((0.0, period), None)
-        peak = max(peak, float(np.abs(way.x_r).max()))
-        closing.add(track.state(period), largest(track, way, period), len(track.turns) - 1)
-        change, multiple = closing.repetition()
-        if change <= closing.closed:
-            break
+        sizes, end = largest(track, way, period), track.state(period)
+        if closing.add(end, sizes, len(track.turns) - 1):
+            periods, peak = periods + 1, max(peak, sizes[0])
+            change, multiple = closing.repetition()
+            if change <= closing.closed or periods >= most:
+                break
         state = closing.onwards()
     settled, run_up = change <= closing.closed, periods * period
-    end, left = closing.ends[0], closing.left(change)
-    multiple = multiple if settled else 1
+    left, multiple = closing.left(change), multiple if settled else 1
 
     def repeat(dx: float, dv: float) -> AnyState:
         state, length = beside(law, end, dx, dv), multiple * period
@@ -111,6 +114,9 @@ def approached(
     if settled and moves and decays(plant, multiple * period) < SLOW:
         unique, far = drawn(repeat, end, plant.k_x > 0.0, (closing.scale[0], closing.scale[1]))
         left = max(left, far)
+        if not unique and far > AWAY:
+            # Nothing draws it anywhere, and it does move on: slowly beside its own size.
+            settled, multiple, unique = False, 1, True
     orbit = Orbit(end, multiple, change, settled, unique, run_up, peak, left)
     return orbit, len(track.turns) - 1
 
@@ -165,7 +171,8 @@ def drawn(
     unique : bool
         Whether they do.
     left : float
-        What the motion would go on changing by, summed up and scaled [-]; 0 where they do not.
+        What the motion would go on changing by, summed up and scaled [-]; in a repetition,
+        where they do not.
     """
     image, slopes = repeat(0.0, 0.0), []
     # Inwards, for beyond a rigid stop there is nothing.
@@ -178,5 +185,5 @@ def drawn(
     if not held:
         a, b, gap = 0.0, 0.0, (0.0, gap[1])
     if not radius(a, b, c, e) < DRAWS:
-        return False, 0.0
+        return False, max(map(abs, gap))
     return True, max(map(abs, fixed_point(a, b, c, e, 1.0, *gap)))

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 RESIDUAL = 1e-9
 """A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""
 
+INEXACT = 1e-3
+"""A stated error beyond this share of the peak [-] shows in a picture: no longer exact."""
+
 CLOSE = 1e-6
 """A decision nearer than this [-] to its opposite is within what inputs are known to."""
 
@@ -51,6 +54,9 @@ def found(
     exact = response.numerics.core != FIXED_STEP
     if exact and residual is not None and not abs(residual) <= RESIDUAL:
         yield energy_open(residual)
+    error = response.numerics.error
+    if error is not None and not error <= INEXACT:
+        yield inexact(error)
     closest = response.numerics.closest_decision
     if closest is not None and closest < CLOSE:
         yield close_decision(closest)
@@ -90,6 +96,16 @@ def energy_open(residual: float) -> Caution:
         "trust no digit beyond it, and please report the scenario"
     )
     return Caution("energy-open", sentence, {"energy_residual": residual})
+
+
+def inexact(error: float) -> Caution:
+    """Say that the stated error of x_r is no small one."""
+    sentence = (
+        f"x_r may be off by {number(100.0 * error, '%', digits=2)} of its peak: a coarser "
+        "solution is that far away, or the orbit is not closed any better; a smaller "
+        "`friction.tolerance` tells whether the motion itself makes small errors large"
+    )
+    return Caution("inexact", sentence, {"error": error})
 
 
 def close_decision(closest: float) -> Caution:
