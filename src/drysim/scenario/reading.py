@@ -15,7 +15,15 @@ from pydantic.fields import FieldInfo
 from drysim.errors import Problem
 from drysim.quantity import meant, near, short, shown, texts_of
 from drysim.scenario.laws import BY_NAME, excluded, of_other_laws
-from drysim.scenario.shape import Model, homes, keys_of, member_meant, models_in, tag_of
+from drysim.scenario.shape import (
+    Model,
+    homes,
+    keys_of,
+    may_list,
+    member_meant,
+    models_in,
+    tag_of,
+)
 from drysim.source import LOST, Document, Keys
 
 MOST_PROBLEMS = 100
@@ -86,7 +94,7 @@ class Reading:
         models = models_in(field.annotation)
         if value is None:
             self.fault(f"{dotted(at)} has no value", at, at_key=True)
-        elif isinstance(value, list):
+        elif isinstance(value, list) and (not models or may_list(field.annotation)):
             return [self._value(field, entry, (*at, i)) for i, entry in enumerate(value)]
         elif models and isinstance(value, dict):
             model = self._chosen(models, value, at)

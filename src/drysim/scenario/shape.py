@@ -24,6 +24,11 @@ def models_in(annotation: Any) -> list[Model]:
     return [model for part in get_args(annotation) for model in models_in(part)]
 
 
+def may_list(annotation: Any) -> bool:
+    """Tell whether a field may hold a list."""
+    return get_origin(annotation) in (list, tuple) or any(map(may_list, get_args(annotation)))
+
+
 def tag_of(model: Model) -> tuple[str, str] | None:
     """Give the key by which a shelf tells its members apart, and this member's word."""
     for key, field in keys_of(model).items():
