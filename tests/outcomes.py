@@ -42,7 +42,9 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "law": lambda: law,
         "stops": None,
         "stroke": None if limit is None else SimpleNamespace(limit=limit),
-        "excitation": SimpleNamespace(kind=kind, periodic=False, frequencies=()),
+        "excitation": SimpleNamespace(
+            kind=kind, periodic=False, own_end=False, frequencies=(), told=lambda varied=(): ""
+        ),
         "friction": SimpleNamespace(static_given=False),
         "static_given": False,
         "terms": (),

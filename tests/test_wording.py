@@ -86,17 +86,25 @@ def test_friction_says_when_the_static_limit_was_not_given():
     assert varied == "F_fk 15 N, F_fs 15 N, both ± 40 % at 1.7 Hz"
 
 
+def base(kind):
+    """Give an excitation that its motion tells."""
+    return SimpleNamespace(kind=kind, told=lambda varied=(): "")
+
+
 def test_excitation_is_told_by_what_moves_the_base():
-    assert wording.excitation("rest", Sines((), (), ())) == "rest, the base stands still"
+    assert wording.excitation(base("rest"), Sines((), (), ())) == "rest, the base stands still"
     sine = Sines((2**0.5,), (1.6,), (0.0,))
-    assert wording.excitation("harmonic", sine) == "harmonic 1.6 Hz, 1 m/s² RMS"
+    assert wording.excitation(base("harmonic"), sine) == "harmonic 1.6 Hz, 1 m/s² RMS"
     two = Sines((3.0, 4.0), (0.5, 5.0), (0.0, 0.0))
     told = "sines, 2 components, 0.5 to 5 Hz, 3.536 m/s² RMS"
-    assert wording.excitation("sines", two) == told
+    assert wording.excitation(base("sines"), two) == told
     opposed = Sines((1.0, 1.0, 2.0), (1.0, 1.0, 2.0), (0.0, pi, 0.0))
-    assert wording.excitation("sines", opposed).endswith(", 1.414 m/s² RMS")
+    assert wording.excitation(base("sines"), opposed).endswith(", 1.414 m/s² RMS")
     series = Samples(np.zeros(5), 0.25, inputs=(Input("a\x1b.csv", "", 0),))
-    assert wording.excitation("record", series) == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s"
+    assert (
+        wording.excitation(base("record"), series)
+        == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s"
+    )
 
 
 def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():

@@ -60,7 +60,7 @@ def base(case: Case) -> str:
     excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
     if any(key.startswith("excitation.") for key in varied):
         return wording.excitations(excitation, varied)
-    words = wording.excitation(excitation.kind, case.motion)
+    words = wording.excitation(excitation, case.motion)
     if not isinstance(excitation, Record) or not isinstance(case.motion, Samples):
         return words
     return f"{words}, {number(hypot(*moments(case.motion.u_dd)), 'm/s² RMS')}"

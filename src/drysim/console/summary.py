@@ -58,7 +58,7 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     numerics = response.numerics
     defaulted = not scenario.static_given
     yield from wording.scene(response.plant, response.law, defaulted, scenario.terms)
-    yield "base", wording.excitation(scenario.excitation.kind, response.motion)
+    yield "base", wording.excitation(scenario.excitation, response.motion)
     yield from steps(wording.clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:

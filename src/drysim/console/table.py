@@ -87,7 +87,7 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     yield from wording.scene(plant, law, defaulted, scenario.terms, varied, shared, ratios)
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     if table.motion and fixed:
-        yield "base", wording.excitation(base.kind, table.motion)
+        yield "base", wording.excitation(base, table.motion)
     else:
         yield "base", wording.excitations(base, varied)
     yield from steps(wording.clean_up(table.motion) if fixed else ())

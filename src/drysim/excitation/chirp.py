@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from math import log, pi, sqrt
 from typing import Annotated, ClassVar, Literal
 
@@ -13,6 +14,7 @@ from drysim.excitation.generated import Ending
 from drysim.excitation.harmonic import Level
 from drysim.excitation.noise import Floats, coarse
 from drysim.quantity import Frequency
+from drysim.wording import number
 
 
 class Chirp(Ending):
@@ -48,6 +50,11 @@ class Chirp(Ending):
     def highest(self) -> float:
         """Highest frequency [Hz]."""
         return max(self.first, self.last)
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give between which frequencies it goes, and how."""
+        band = f"{number(self.first)} to {number(self.last, 'Hz')}, "
+        return ("" if {"from", "to"} & {*varied} else band) + self.scale
 
     def cycles(self, share: Floats) -> Floats:
         """Give the phase, in cycles, when a share of the duration has passed.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import ClassVar
 
 from drysim.quantity import Block
@@ -25,3 +26,18 @@ class Member(Block):
     def frequencies(self) -> tuple[float, ...]:
         """What repeats [Hz]; none unless it is periodic."""
         return ()
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give what it is by its keys, behind its kind, without those that a sweep varies.
+
+        Parameters
+        ----------
+        varied : collection of str
+            Keys of the block, such as `speed`.
+
+        Returns
+        -------
+        str
+            E.g. `C at 10 m/s` of a road; nothing where its motion tells it all.
+        """
+        return ""

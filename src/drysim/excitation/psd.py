@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import pairwise
 from math import expm1, log
 from typing import Annotated, ClassVar, Literal
@@ -13,6 +14,7 @@ from drysim.core.motion import Samples
 from drysim.excitation.generated import Drawn
 from drysim.excitation.noise import Floats, Lines, lines, noise
 from drysim.quantity import Frequency, Misfit, Quantity, shown
+from drysim.wording import number
 
 Density = Annotated[float, Quantity("(m/s²)²/Hz", above=0)]
 
@@ -59,6 +61,13 @@ class Psd(Drawn):
     def band(self) -> tuple[float, float]:
         """First and last frequency of the PSD [Hz]."""
         return self.points[0][0], self.points[-1][0]
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give its band."""
+        if any(key.startswith("points") for key in varied):
+            return ""
+        low, high = self.band
+        return f"{number(low)} to {number(high, 'Hz')}"
 
     def drawn(self, step: float) -> Samples:
         """Draw the base acceleration on a grid, and the displacement that goes with it."""

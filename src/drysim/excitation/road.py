@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from math import pi
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -13,6 +14,7 @@ from drysim.excitation.generated import Drawn
 from drysim.excitation.noise import noise
 from drysim.excitation.psd import lines_of
 from drysim.quantity import Block, Misfit, Quantity
+from drysim.wording import number
 
 N_0 = 0.1
 """Reference wave number n0 [cycle/m]."""
@@ -81,6 +83,14 @@ class Road(Drawn):
                 "`reference: Omega0` for one per rad/m at 1 rad/m, 16 times as much road"
             )
         return roughness
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give how rough it is, and the speed."""
+        words: str = self.grade or ""
+        if self.roughness is not None and "roughness" not in varied:
+            words = f"of {number(self.roughness, 'm³')} ({self.reference})"
+        speed = "" if "speed" in varied else f"at {number(self.speed, 'm/s')}"
+        return f"{words} {speed}".strip()
 
     @property
     def G_d(self) -> float:

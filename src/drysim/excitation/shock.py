@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from math import ceil, pi
 from typing import Annotated, Literal, Self
 
@@ -14,6 +14,7 @@ from drysim.errors import Caution
 from drysim.excitation.generated import WHOLE, Generated, Span
 from drysim.excitation.noise import Floats
 from drysim.quantity import Acceleration, Misfit, Quantity
+from drysim.wording import number
 
 PULSES = ("half-sine", "haversine", "sawtooth", "trapezoid")
 
@@ -70,6 +71,13 @@ class Shock(Generated):
                 "rise",
             )
         return self
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give shape, height and length of the pulse."""
+        words: str = self.pulse
+        if "amplitude" not in varied:
+            words += f" of {number(self.amplitude, 'm/s²')}"
+        return words if "duration" in varied else f"{words} for {number(self.duration, 's')}"
 
     @property
     def spans(self) -> dict[str, float]:

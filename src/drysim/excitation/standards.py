@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple
 
@@ -96,6 +97,10 @@ class Standard(Drawn):
                 f"must be EM1 to EM9, IT1 to IT4 or AG1 to AG3, not {shown(name)}{hint}"
             )
         return name
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give its class."""
+        return self.machine
 
     @property
     def band(self) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cmath import rect
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from math import sqrt
 from typing import Protocol
 
@@ -24,17 +24,24 @@ class Base(Protocol):
     def periodic(self) -> bool:
         """Whether it is made of sines."""
 
+    @property
+    def own_end(self) -> bool:
+        """Whether it has a length of its own."""
+
     def motion(self) -> Sines | Samples:
         """Give the base motion."""
 
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give what it is by its keys, without those that vary."""
 
-def excitation(kind: str, motion: Sines | Samples) -> str:
-    """Give the base motion: its kind on the shelf and what it amounts to."""
+
+def excitation(base: Base, motion: Sines | Samples) -> str:
+    """Give the base motion: its kind on the shelf, what it is, and what it amounts to."""
+    kind = f"{base.kind} {base.told()}".strip()
     if isinstance(motion, Samples):
         length = (len(motion.u_dd) - 1) * motion.dt
         scale = _times(motion.realised.get("scale", 1.0))
         files = "".join(f" {clean(source.file)}{scale}" for source in motion.inputs)
-        files += f" {motion.realised['class']}" if "class" in motion.realised else ""
         grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
         return f"{kind}{files}, {grid}, {number(length, 's')}{_realised(motion)}"
     if not motion.A:
@@ -45,18 +52,29 @@ def excitation(kind: str, motion: Sines | Samples) -> str:
 
 def excitations(base: Base, swept: Collection[str]) -> str:
     """Give what the base motions of a sweep have in common, where a key of theirs is swept."""
-    varied = {key.rpartition(".")[2] for key in swept if key.startswith("excitation.")}
-    words = base.kind
+    keys = [key.removeprefix("excitation.") for key in swept if key.startswith("excitation.")]
+    varied = {key.rpartition(".")[2] for key in keys}
+    words = f"{base.kind} {base.told(keys)}".strip()
     if hasattr(base, "named"):
         scale = 1.0 if "scale" in varied else getattr(base, "scale", 1.0)
         words += f" {clean(base.named)}{_times(scale)}"
     if not base.periodic:
-        return words
+        return words + "".join(f", {each}" for each in _asked(base, varied))
     motion = base.motion()
     assert isinstance(motion, Sines), "what has frequencies is made of sines"
     band = f" {_band(motion)}" if motion.A and "frequency" not in varied else ""
     level = motion.A and not varied & {"rms", "amplitude", "phase"}
     return words + band + (f", {number(_rms(motion), 'm/s² RMS')}" if level else "")
+
+
+def _asked(base: Base, varied: Collection[str]) -> Iterator[str]:
+    """Give length and level that are asked of a generated motion, and not swept."""
+    if base.own_end and hasattr(base, "duration") and "duration" not in varied:
+        yield number(base.duration, "s")
+    for key, words in (("rms", "m/s² RMS"), ("amplitude", "m/s² amplitude")):
+        level = getattr(base, key, None) if base.own_end else None
+        if level is not None and key not in varied:
+            yield number(level, words)
 
 
 def clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:

@@ -55,7 +55,7 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     scenario, motion = outcome.scenario, outcome.response
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
-    base += f": {wording.excitation(scenario.excitation.kind, motion.motion)}"
+    base += f": {wording.excitation(scenario.excitation, motion.motion)}"
     scene = _scene(wording.scene(motion.plant, motion.law, terms=scenario.terms))
     cleaned = _cleaned(wording.clean_up(motion.motion, motion.law))
     words = [*_about(scenario), *_wrapped(base), *cleaned]

@@ -66,7 +66,7 @@ def words_of(work: Work, plain: float) -> Iterator[tuple[str, str]]:
     """Give in words what every entry solves, and how long the filter takes [ns]."""
     defaulted, terms = not work.scenario.static_given, work.scenario.terms
     yield from wording.scene(work.plant, work.law, defaulted, terms)
-    yield "base", wording.excitation(work.scenario.excitation.kind, work.motion)
+    yield "base", wording.excitation(work.scenario.excitation, work.motion)
     length = number(work.end, "s")
     yield "work", f"{work.samples} samples of {number(work.step, 's')}, {length} from the start"
     yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
