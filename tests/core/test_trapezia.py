@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.core.integrals import NODES, WEIGHTS
+from drysim.core.gauss import TWELVE_NODES, TWELVE_WEIGHTS
 
 
 @pytest.mark.parametrize(
@@ -17,7 +17,7 @@ from drysim.core.integrals import NODES, WEIGHTS
 def test_rule_of_trapezia_is_exact_for_a_step_by_what_its_ends_say(kernel, c, w, d):
     h, f, u, slope = 2.5e-3, 0.3, -0.7, 11.0
     x, v = (0.004, 0.02) if d else (0.004, 0.0)
-    rule, t = kernel.trapezia.trapezia(c, w, h), np.array(NODES) * h
+    rule, t = kernel.trapezia.trapezia(c, w, h), np.array(TWELVE_NODES) * h
 
     def state(s):
         if not d:
@@ -44,4 +44,4 @@ def test_rule_of_trapezia_is_exact_for_a_step_by_what_its_ends_say(kernel, c, w,
         between[:, 0] ** 2, between[:, 1] ** 2, x_dd**2, u_dd * between[:, 1],
         d * between[:, 1], np.full(len(t), float(d == 0.0)), u_dd**2,
     ]  # fmt: skip
-    assert found == pytest.approx(h * np.array(heights) @ WEIGHTS, rel=2e-14, abs=1e-22)
+    assert found == pytest.approx(h * np.array(heights) @ TWELVE_WEIGHTS, rel=2e-14, abs=1e-22)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from drysim.core.flow import flow
-from drysim.core.integrals import NODES, PANEL, WEIGHTS, own_rate
+from drysim.core.gauss import TWELVE_NODES, TWELVE_WEIGHTS
+from drysim.core.integrals import PANEL, own_rate
 
 PAIRS = (
     (0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3), (1, 4),
@@ -71,7 +72,7 @@ def step_forms(c, w, dt):
     while begin < dt:
         rate = own_rate(c, w, begin)
         length = min(PANEL / rate, dt - begin) if rate > 0.0 else dt - begin
-        for node, weight in zip(NODES, WEIGHTS, strict=True):
+        for node, weight in zip(TWELVE_NODES, TWELVE_WEIGHTS, strict=True):
             s = begin + length * node
             y, y_d, Y, YY = flow(c, w, s)
             x = np.array([1.0, y, -Y, -YY / dt, 0.0, 0.0])

@@ -10,6 +10,7 @@ import math
 
 from drysim.core.compiled import compiled
 from drysim.core.events import direction
+from drysim.core.gauss import TWELVE_NODES, TWELVE_WEIGHTS
 from drysim.core.samples.longer import more_of
 from drysim.core.samples.series import tail_of
 from drysim.core.sines.slide import slide
@@ -21,18 +22,6 @@ PANEL = 4.0
 
 FADED = 90.0
 """What decays with rate c/2 is below double precision after 90/c."""
-
-NODES = (
-    0.009219682876640378, 0.0479413718147626, 0.11504866290284765, 0.20634102285669126,
-    0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
-    0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
-)  # fmt: skip
-WEIGHTS = (
-    0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
-    0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
-    0.10158371336153287, 0.08003916427167321, 0.05346966299765953, 0.023587668193255706,
-)  # fmt: skip
-"""Of Gauss and Legendre for 12 points of a panel of length 1: to import them takes longer."""
 
 
 @compiled
@@ -88,9 +77,9 @@ def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     while s < hi:
         own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck oscillator has no rate of its own
         length = min(panel_length(own[0], own[1], waves, s), hi - s)
-        for i in range(len(NODES)):
-            at = s + length * NODES[i]
-            weight = length * WEIGHTS[i]
+        for i in range(len(TWELVE_NODES)):
+            at = s + length * TWELVE_NODES[i]
+            weight = length * TWELVE_WEIGHTS[i]
             u_dd = base_motion(waves, u_0, slope, at)[0]
             if d == 0:
                 x_dd2 += weight * u_dd * u_dd

@@ -7,7 +7,7 @@ from drysim.core.dynamic_laws.dynamic import dynamic_force, fractional
 from drysim.core.dynamic_laws.jet import ORDER, drive, grow, state_at, value
 from drysim.core.dynamic_laws.settled import SETTLED, settle_again
 from drysim.core.events import limit_force
-from drysim.core.integrals import NODES, WEIGHTS
+from drysim.core.gauss import TWELVE_NODES, TWELVE_WEIGHTS
 from drysim.core.plant import LEUVEN, STRIBECK
 
 TINY = 1e-300
@@ -103,9 +103,9 @@ def integrate_series(plant, law, waves, u_dd, dt, jet, trail, begin, end):
         if d == 0:
             stuck += hi - lo
             x2 += trail.x_r[i] ** 2 * (hi - lo)
-        for k in range(len(NODES)):
-            s = lo + (hi - lo) * NODES[k]
-            weight = (hi - lo) * WEIGHTS[k]
+        for k in range(len(TWELVE_NODES)):
+            s = lo + (hi - lo) * TWELVE_NODES[k]
+            weight = (hi - lo) * TWELVE_WEIGHTS[k]
             push = value(jet.u, ORDER, s)
             if d == 0:
                 x_dd2 += weight * push * push

@@ -5,27 +5,9 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import compiled, inlined
+from drysim.core.gauss import FOUR_NODES, FOUR_WEIGHTS, SIX_NODES, SIX_WEIGHTS
 from drysim.core.samples.longer import SHORT, longer_series
 from drysim.core.samples.series import distance, rate, series, speed
-
-NODES = (
-    0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
-)  # fmt: skip
-WEIGHTS = (
-    0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692,
-)  # fmt: skip
-"""Gauss-Legendre: on a stretch that is brief enough for `series` four exhaust double
-precision, for the error is below (2·0.1)⁸/10⁹."""
-
-MORE_NODES = (
-    0.03376524289842403, 0.16939530676686776, 0.38069040695840156, 0.6193095930415985,
-    0.8306046932331322, 0.9662347571015759,
-)  # fmt: skip
-MORE_WEIGHTS = (
-    0.08566224618958514, 0.18038078652406936, 0.23395696728634552, 0.23395696728634552,
-    0.18038078652406936, 0.08566224618958514,
-)  # fmt: skip
-"""Six do where `longer_series` serves: (2·0.5)¹²/10¹⁵."""
 
 
 @inlined
@@ -40,7 +22,8 @@ def stretch(steps, u_0, slope, x_r, v_r, d, h):
         return slid(c, w, f, steps.tail, steps.more, u_0, slope, x_r, v_r, d, h)
     a = -(u_0 + c * v_r + w * x_r + f)
     q = series(steps.tail, v_r, a, -slope - c * a - w * v_r)
-    sums = summed(q, NODES, WEIGHTS, c, w, f, u_0, slope, x_r, h)
+    # Four exhaust double precision where `series` serves: the error is below (2·0.1)⁸/10⁹.
+    sums = summed(q, FOUR_NODES, FOUR_WEIGHTS, c, w, f, u_0, slope, x_r, h)
     return *sums, d * distance(q, h)
 
 
@@ -58,7 +41,8 @@ def slid(c, w, f, tail, more, u_0, slope, x_r, v_r, d, h):
         length = min(longest, h - s)
         q = longer_series(tail, more, v_r, a, -slope - c * a - w * v_r)
         u = u_0 + slope * s
-        sums = summed(q, MORE_NODES, MORE_WEIGHTS, c, w, f, u, slope, x, length)
+        # Six do where `longer_series` serves: (2·0.5)¹²/10¹⁵.
+        sums = summed(q, SIX_NODES, SIX_WEIGHTS, c, w, f, u, slope, x, length)
         x2, v2 = x2 + sums[0], v2 + sums[1]
         x_dd2, power = x_dd2 + sums[2], power + sums[3]
         x, v_r, a = x + distance(q, length), speed(q, length), rate(q, length)

@@ -9,22 +9,13 @@ import numpy as np
 from drysim.core.compiled import compiled, held, inlined
 from drysim.core.contacts.contact import FREE, begin_stretch, contact_force, holds
 from drysim.core.contacts.long_hold import integrate_long, settles
-from drysim.core.integrals import NODES, WEIGHTS, panel_length
+from drysim.core.gauss import SIX_NODES, SIX_WEIGHTS, TWELVE_NODES, TWELVE_WEIGHTS
+from drysim.core.integrals import panel_length
 from drysim.core.sines.slide import slide
 from drysim.core.waves import STRIDE, V_START, X_START, A, base_motion, normal_force
 
-FEW_NODES = (
-    0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
-    0.8306046932331322, 0.966234757101576,
-)  # fmt: skip
-FEW_WEIGHTS = (
-    0.08566224618958518, 0.1803807865240693, 0.23395696728634552, 0.23395696728634552,
-    0.1803807865240693, 0.08566224618958518,
-)  # fmt: skip
-"""Of Gauss and Legendre for 6 points of a panel of length 1."""
-
-FEW_SUFFICE = 0.125
-"""Panels up to which they serve: half a radian, where they err by 2e-16 of a product."""
+SIX_SUFFICE = 0.125
+"""Panels up to which six nodes serve: half a radian, where they err by 2e-16 of a product."""
 
 LONG = 2.0
 """Panels from which on a hold is integrated in closed form: more than a swing of its own."""
@@ -118,13 +109,13 @@ def integrate_panels(plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, 
     """Integrate a piece from lo to hi [s] by panels; returns as `integrate_pieces`."""
     scene = plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0
     longest = panel_length(c, w, waves, lo)
-    if hi - lo <= FEW_SUFFICE * longest:
-        return integrate_panel(FEW_NODES, FEW_WEIGHTS, *scene, lo, hi - lo)
+    if hi - lo <= SIX_SUFFICE * longest:
+        return integrate_panel(SIX_NODES, SIX_WEIGHTS, *scene, lo, hi - lo)
     x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
     s = lo
     while s < hi:
         length = min(panel_length(c, w, waves, s), hi - s)
-        part = integrate_panel(NODES, WEIGHTS, *scene, s, length)
+        part = integrate_panel(TWELVE_NODES, TWELVE_WEIGHTS, *scene, s, length)
         x2 += part[0]
         v2 += part[1]
         x_dd2 += part[2]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from drysim.core.compiled import compiled
 from drysim.core.events import limit_force
-from drysim.core.integrals import NODES, WEIGHTS, panel_length
+from drysim.core.gauss import TWELVE_NODES, TWELVE_WEIGHTS
+from drysim.core.integrals import panel_length
 from drysim.core.normal_force.load import load_within, span_at
 from drysim.core.normal_force.pressed import FREE, STUCK, heading
 from drysim.core.sines.slide import slide
@@ -91,9 +92,9 @@ def integrate_pressed(plant, law, waves, u_dd, dt, trail, begin, end):
             # A stuck oscillator has no rate of its own.
             own = (0.0, 0.0) if mode == STUCK else (c, w)
             length = min(panel_length(own[0], own[1], waves, s), hi - s)
-            for k in range(len(NODES)):
-                at = s + length * NODES[k]
-                weight = length * WEIGHTS[k]
+            for k in range(len(TWELVE_NODES)):
+                at = s + length * TWELVE_NODES[k]
+                weight = length * TWELVE_WEIGHTS[k]
                 u_now = base_motion(waves, u_0, slope, at)[0]
                 if mode == STUCK:
                     x_dd2 += weight * u_now * u_now

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from drysim.core.bracket import BISECTIONS
 from drysim.core.compiled import compiled
-from drysim.core.integrals import NODES, WEIGHTS, panel_length
+from drysim.core.gauss import TWELVE_NODES, TWELVE_WEIGHTS
+from drysim.core.integrals import panel_length
 from drysim.core.samples.stop import RESOLUTION
 from drysim.core.sines.slide import slide
 from drysim.core.stops.bounded import begin_stretch
@@ -107,9 +108,9 @@ def integrate_bounded(plant, law, waves, u_dd, dt, trail, begin, end):
             c, w = 0.0, 0.0
         while s < hi:
             length = min(panel_length(c, w, waves, s), hi - s)
-            for k in range(len(NODES)):
-                at = s + length * NODES[k]
-                weight = length * WEIGHTS[k]
+            for k in range(len(TWELVE_NODES)):
+                at = s + length * TWELVE_NODES[k]
+                weight = length * TWELVE_WEIGHTS[k]
                 u = base_motion(waves, u_0, slope, at)[0]
                 if d == 0:
                     x_dd2 += weight * u * u
