@@ -35,9 +35,10 @@ def march(
     x_r[0], v_r[0], d[0] = *start, mode
     log = log_of(kernel)
     out = kernel.march.march(
-        core_plant, law, u_dd, dt, 0, n - 1, *start, mode, x_r, v_r, d, log, 0, len(log.n)
-    )
-    count = out[4]
+        core_plant, law, u_dd, dt, 0, n - 1, *start, mode, math.nan, x_r, v_r, d, log, 0,
+        len(log.n),
+    )  # fmt: skip
+    count = out[5]
     events = [column[:count].copy() for column in log]
     return SimpleNamespace(x_r=x_r, v_r=v_r, d=d, t=events[0] * dt + events[1], events=events)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -68,13 +69,13 @@ def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -
     plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(45.0, 54.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
     columns[2][0] = kernel.events.first_mode(plant, law, 0.0, 0.0, u_dd[0])
-    state = (0, 0.0, 0.0, int(columns[2][0]))
+    state = (0, 0.0, 0.0, int(columns[2][0]), math.nan)
     for end in ends:
         log = log_of(kernel)
         out = kernel.march.march(
             plant, law, u_dd, DT, state[0], end, *state[1:], *columns, log, 0, len(log.n)
         )
-        state = out[:4]
+        state = out[:5]
     return np.array(columns[:2])
 
 
@@ -102,13 +103,13 @@ def test_march_interrupted_by_a_full_log_goes_on_to_the_last_bit(
     whole = march(kernel, u_dd, DT, (30.0, 36.0))
     plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(30.0, 36.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
-    state, handed = (0, 0.0, 0.0, int(whole.d[0])), 0
+    state, handed = (0, 0.0, 0.0, int(whole.d[0]), math.nan), 0
     while state[0] < 2999:
         log = log_of(kernel, kernel.events.ROOM + 2)
         out = kernel.march.march(
             plant, law, u_dd, DT, state[0], 2999, *state[1:], *columns, log, 0, len(log.n)
         )
-        state, handed = out[:4], handed + 1
+        state, handed = out[:5], handed + 1
     assert handed > 5
     assert np.array_equal(columns[0][1:], whole.x_r[1:])
     assert np.array_equal(columns[1][1:], whole.v_r[1:])

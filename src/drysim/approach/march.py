@@ -26,8 +26,9 @@ from drysim.core.waves import Waves
 PER_EVENT = 16
 """Samples for which room is made for one event at first; what is not written costs nothing."""
 
-Mark = tuple[float, float, int]
-"""x_r [m], v_r [m/s] and direction at the first sample of a block."""
+Mark = tuple[float, float, int, float]
+"""x_r [m], v_r [m/s], direction and relative acceleration [m/s²] at the first sample of a
+block. The acceleration matters where v_r is faint; NaN where x_r and v_r determine it."""
 
 
 class Block(NamedTuple):
@@ -87,7 +88,7 @@ class March:
         # One piece of memory, so that the next march of this length finds it at hand again.
         x_r, v_r = held(np.empty((2, last + 1)))
         d = held(np.empty(last + 1, dtype=np.int8))
-        x_r[0], v_r[0], d[0] = state
+        x_r[0], v_r[0], d[0], _ = state
         given, n, count = held(u_dd), 0, 1
         log = empty_log(4 * ROOM + last // PER_EVENT)
         F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state[0]
@@ -96,13 +97,20 @@ class March:
             if count > len(log.n) - ROOM:
                 log = larger(log, 2 * len(log.n))
             until, capacity = min(n + PER_CALL, last), len(log.n)
-            rest: tuple[Any, ...] = (n, until, *state, x_r, v_r, d, log, count, capacity)
-            if self.law.variation:
-                waves = self.waves, first
-                out = leap_steps(self.plant, self.law, *waves, given, self.motion.dt, *rest)
+            plant, law, dt = self.plant, self.law, self.motion.dt
+            out = x_r, v_r, d, log, count, capacity
+            rest: tuple[Any, ...]
+            if law.variation:
+                rest = n, until, *state[:3], *out
+                n, *end, count, tight = leap_steps(
+                    plant, law, self.waves, first, given, dt, *rest
+                )
+                state = (*end, math.nan)
             else:
-                out = march(self.plant, self.law, given, self.motion.dt, *rest)
-            n, state, count, closest = out[0], out[1:4], out[4], min(closest, out[5])
+                rest = n, until, *state, *out
+                n, *end, count, tight = march(plant, law, given, dt, *rest)
+                state = tuple(end)
+            closest = min(closest, tight)
             refuse_storm(count, (first + n) * self.motion.dt, state, self.motion.dt)
         series = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
         self.latest.clear()
@@ -121,7 +129,7 @@ def march_samples(
     """
     entry, closest = beginning(plant, law, motion, start)
     size = max(last, 1) if whole or last <= KEPT else BLOCK
-    mark = (start.x_r, start.v_r, entry.kind)
+    mark = (start.x_r, start.v_r, entry.kind, math.nan)
     made = March(plant, law, motion, waves_of(motion, law), last, size, [])
     turns = []
     for number in range(max(1, -(-last // size))):

@@ -55,9 +55,11 @@ def march_joint(
     """
     bare = whole_steps(plant, dt)
     sprung = whole_steps(Plant(plant.m, plant.k_x + law.k_t, plant.b), dt)
+    # A contact that yields holds with the force it has, so a faint velocity decides nothing.
+    yields = steps_of(plant, law, dt)._replace(faint_f=0.0, faint_x=0.0)
     ahead = held(np.empty(STRETCH)), held(np.empty(STRETCH))
     return march_on(
-        plant, law, bare, sprung, steps_of(plant, law, dt), u_dd, n, end, x_r, v_r, x_0, mode,
+        plant, law, bare, sprung, yields, u_dd, n, end, x_r, v_r, x_0, mode,
         x_out, v_out, d_out, trail, at, log, count, *ahead,
     )  # fmt: skip
 

@@ -6,6 +6,8 @@ solved as under constant limits.
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import compiled, inlined
 from drysim.core.events import (
     LIFT,
@@ -20,7 +22,9 @@ from drysim.core.events import (
 )
 from drysim.core.normal_force.load import load_within, meets_at, parts_at, span_at
 from drysim.core.plant import Law
-from drysim.core.samples.stop import NEVER, locate_stop
+from drysim.core.samples.glide import lifted
+from drysim.core.samples.steps import faint_per_force
+from drysim.core.samples.stop import NEVER, locate_stop, velocity
 from drysim.core.sines.cease import leave_slip
 from drysim.core.sines.leave import leave_stick
 from drysim.core.sines.slide import slide
@@ -102,6 +106,8 @@ def press(
     """
     stalled = 0
     full = capacity - ENOUGH
+    # Relative acceleration from one interval to the next while v_r is faint, see `creep`.
+    kept = math.nan
     c, w = plant.b / plant.m, plant.k_x / plant.m
     while n <= end and at < full and count < full:
         length = h if n == end else dt
@@ -129,10 +135,19 @@ def press(
                 load = load_within(law, waves, span, 0.0)[0]
                 start = d * (law.F_fs - law.F_fk) * load / plant.m
                 a, j = start, j - c * (start - a)
+            faint = waves.size == 0 and abs(v_r) <= faint_per_force(c, w) * (
+                abs(f) * span.load + w * abs(x_r)
+            )
+            if faint and kept == kept:
+                v_r, a = lifted(v_r, kept)
+                j = r - c * a - w * v_r
             way = onset(v_r, a, j) if mode == FREE else d
             turn = leave_motion(c, w, waves, x_r, v_r, a, j, g, r, way, until)
             step = min(turn, until)
-            x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, g, r, step)
+            before = v_r
+            x_r, v_r, kept, _ = slide(c, w, waves, x_r, v_r, g, r, step)
+            if faint:
+                v_r, kept = velocity(c, w, before, a, r, step)
         stalled = 0 if t + step > t else stalled + 1
         if stalled > STALL:
             return n, s, x_r, v_r, z, mode, at, -1
@@ -140,7 +155,7 @@ def press(
         F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, step)[0])
         when = min(s + step, length)
         if turn <= until and turn < NEVER:
-            v_r = 0.0
+            v_r, kept = 0.0, math.nan
             if mode == STUCK:
                 mode = way * BREAKING
                 count = note(log, count, n, when, way * SLIP, x_r, -way * law.F_fs * load)
@@ -153,6 +168,7 @@ def press(
                 mode = -sign(F_L)
                 count = note(log, count, n, when, mode * REVERSAL, x_r, F_L)
         elif change <= left and change < NEVER:
+            kept = math.nan
             if mode != FREE:
                 mode, kind = FREE, LIFT
             else:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import inlined
 from drysim.core.events import (
     REVERSAL,
@@ -15,16 +17,18 @@ from drysim.core.events import (
     tightness,
 )
 from drysim.core.samples.parts import slide_on
-from drysim.core.samples.steps import step_end
+from drysim.core.samples.steps import faint_below, step_end
 from drysim.core.samples.stop import NEVER
-from drysim.core.samples.within import coast, stop_within
+from drysim.core.samples.within import coast, rate_after, stop_within
 
 CANCELS = 1e-3
 """Where a reversal leaves less than this share of a velocity, it is worked out afresh."""
 
 
 @inlined
-def through_events(plant, law, steps, parts, u_0, u_1, n, x_r, v_r, d, log, count, closest):
+def through_events(
+    plant, law, steps, parts, u_0, u_1, n, x_r, v_r, a, d, log, count, closest
+):  # fmt: skip
     """Carry the state through a step that may hold any number of events.
 
     Parameters
@@ -36,8 +40,9 @@ def through_events(plant, law, steps, parts, u_0, u_1, n, x_r, v_r, d, log, coun
         ü at both ends of the step [m/s²].
     n : int
         Number of the sample at the start of the step.
-    x_r, v_r : float
-        State at the start of the step [m, m/s].
+    x_r, v_r, a : float
+        State at the start of the step [m, m/s] and relative acceleration [m/s²], NaN where
+        x_r and v_r determine it.
     d : int
         Direction of sliding, 0 when stuck.
     log : Log
@@ -48,29 +53,35 @@ def through_events(plant, law, steps, parts, u_0, u_1, n, x_r, v_r, d, log, coun
 
     Returns
     -------
-    x_r, v_r, d, count, closest
-        At the end of the step; `count` is negative when there is no room for its events.
+    x_r, v_r, a, d, count, closest
+        At the end of the step, a where v_r is faint and NaN elsewhere; `count` is negative when
+        there is no room for its events.
 
     Notes
     -----
     `x_end` and `v_end` are the state at the end of the step should nothing more happen. A
     reversal adds what the jump of the friction force does in the rest of the step: between
-    events the motion is linear. In a long step `slide_on` finds that state on its way.
+    events the motion is linear. In a long step `slide_on` finds that state on its way. A
+    faint velocity is carried on with its rate, see `creep`.
     """
     h, f = steps.dt, steps.f
     room = count + ROOM
     slope = (u_1 - u_0) / h
     per_m = 1.0 / plant.m
     begin = 0.0
-    a = -(u_0 + steps.c * v_r + steps.w * x_r + d * f)
     x_end, v_end = x_r, v_r
-    if d != 0:
-        x_end, v_end = step_end(steps, x_r, v_r, d, u_0, u_1)
+    if a != a:
+        a = -(u_0 + steps.c * v_r + steps.w * x_r + d * f)
+        if d != 0:
+            x_end, v_end = step_end(steps, x_r, v_r, d, u_0, u_1)
+    elif len(parts) == 0:
+        way, v_end = coast(steps, d * v_r, d * a, -d * slope, h)
+        x_end, v_end = x_r + d * way, d * v_end
     while count < room:
         if d == 0:
             F_L = limit_force(plant, x_r, u_1)
             if abs(F_L) <= holding_force(plant, law, x_r):
-                return x_r, 0.0, 0, count, closest
+                return x_r, 0.0, math.nan, 0, count, closest
             # Break-away: F_L is linear in time, so it meets the limit at a quotient.
             d = -sign(F_L)
             F_L = -d * law.F_fs
@@ -85,13 +96,19 @@ def through_events(plant, law, steps, parts, u_0, u_1, n, x_r, v_r, d, log, coun
         if len(parts) == 0:
             stop, way = stop_within(steps, d * v_r, d * a, -d * slope, d * v_end, h - begin)
         else:
-            stop, way, v_end = slide_on(steps, parts, d * v_r, d * a, -d * slope, h - begin)
+            stop, way, v_end, a_end = slide_on(
+                steps, parts, d * v_r, d * a, -d * slope, h - begin
+            )
             x_end, v_end = x_r + d * way, d * v_end
         if stop == NEVER:
             # What two ways of rounding make of a velocity next to zero.
             if d * v_end < 0.0:
                 v_end = 0.0
-            return x_end, v_end, d, count, closest
+            if abs(v_end) > faint_below(steps, x_end):
+                return x_end, v_end, math.nan, d, count, closest
+            if len(parts) == 0:
+                a_end = rate_after(steps, d * v_r, d * a, -d * slope, h - begin)
+            return x_end, v_end, d * a_end, d, count, closest
         x_r += d * way
         v_r = 0.0
         begin = min(begin + stop, h)
@@ -113,4 +130,4 @@ def through_events(plant, law, steps, parts, u_0, u_1, n, x_r, v_r, d, log, coun
             if abs(v_end) < CANCELS * abs(v):
                 way, v_end = coast(steps, 0.0, d * a, -d * slope, h - begin)
                 x_end, v_end = x_r + d * way, d * v_end
-    return x_r, v_r, d, -1, closest
+    return x_r, v_r, a, d, -1, closest

@@ -14,7 +14,7 @@ import numpy as np
 from drysim.core.compiled import compiled, held, inlined
 from drysim.core.events import ROOM, holding_force
 from drysim.core.samples.eventful import through_events
-from drysim.core.samples.glide import glide, look_ahead
+from drysim.core.samples.glide import creep, glide, lifted, look_ahead
 from drysim.core.samples.parts import parts_of
 from drysim.core.samples.steps import steps_of
 
@@ -26,7 +26,9 @@ BLOCK = 16
 """Stuck samples that are tested at once: two or four in the widest registers."""
 
 
-def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, capacity):
+def march(
+    plant, law, u_dd, dt, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count, capacity
+):  # fmt: skip
     """March from sample n to sample `end`, or until the log is nearly full.
 
     Parameters
@@ -44,6 +46,8 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
         State at sample n [m, m/s].
     d : int
         Direction of sliding at sample n, 0 when stuck.
+    a : float
+        Relative acceleration at sample n [m/s²]; NaN where x_r and v_r determine it.
     x_out, v_out, d_out : array, shape (samples,)
         Written from n + 1 to the sample reached; what lies up to `end` may be scribbled on.
     log : Log
@@ -52,7 +56,7 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
 
     Returns
     -------
-    n, x_r, v_r, d, count, closest
+    n, x_r, v_r, d, a, count, closest
         Sample reached, the state there, events in the log (negative when one step holds too
         many) and the tightest stop decision [-]; x_r is no number where a stretch of samples
         ahead is not of finite numbers. A march that starts there goes on as if never
@@ -64,14 +68,14 @@ def march(plant, law, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, c
     # By what comes in place of parts a kernel is compiled for one way or the other.
     parts = () if steps.short else parts_of(steps)
     return march_on(
-        plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out,
+        plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out,
         log, count, capacity, *ahead,
     )  # fmt: skip
 
 
 @compiled
 def march_on(
-    plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count,
+    plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count,
     capacity, x_ahead, v_ahead,
 ):  # fmt: skip
     """March stretch by stretch, as `march` says; the last two are scratch for one stretch."""
@@ -86,6 +90,12 @@ def march_on(
                 break
         if d == 0:
             n = rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out)
+        elif a == a:
+            v_r, a = lifted(v_r, a)
+            if steps.fine:
+                n, x_r, v_r, a = creep(
+                    steps, u_dd, n, until, x_r, v_r, a, d, x_out, v_out, d_out
+                )
         elif steps.fine:
             if begin < 0:
                 begin = n
@@ -95,15 +105,15 @@ def march_on(
                 steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out, begin, x_ahead, v_ahead
             )
         if n < until:
-            x_r, v_r, d, count, closest = through_events(
-                plant, law, steps, parts, u_dd[n], u_dd[n + 1], n, x_r, v_r, d, log, count,
+            x_r, v_r, a, d, count, closest = through_events(
+                plant, law, steps, parts, u_dd[n], u_dd[n + 1], n, x_r, v_r, a, d, log, count,
                 closest,
             )  # fmt: skip
             n += 1
             x_out[n] = x_r
             v_out[n] = v_r
             d_out[n] = d
-    return n, x_r, v_r, d, count, closest
+    return n, x_r, v_r, d, a, count, closest
 
 
 @inlined

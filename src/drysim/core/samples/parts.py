@@ -10,7 +10,7 @@ from drysim.core.flow import flow
 from drysim.core.samples.longer import SHORT, longer_series
 from drysim.core.samples.series import distance, rate, speed
 from drysim.core.samples.steps import FINE, rate_of
-from drysim.core.samples.stop import NEVER
+from drysim.core.samples.stop import NEVER, never_stops
 from drysim.core.samples.within import stop_by_flow, stop_by_series
 
 MOST_PARTS = 64
@@ -58,9 +58,9 @@ def slide_on(steps, parts, v, a, r, h):
 
     Returns
     -------
-    stop, way, v_end : float
+    stop, way, v_end, a_end : float
         When it stops [s], infinity when it does not; how far it slides until then, or to the
-        end [m], and how fast it is there [m/s].
+        end [m]; velocity [m/s] and, at the end, acceleration there [m/s²].
     """
     c, w = steps.c, steps.w
     s, way = 0.0, 0.0
@@ -75,7 +75,7 @@ def slide_on(steps, parts, v, a, r, h):
         if not stop > 0.0:
             stop, far = stop_by_flow(c, w, v, a, r, v_end, length)
         if stop != NEVER:
-            return s + stop, way + far, 0.0
+            return s + stop, way + far, 0.0, a
         way += distance(q, length)
         a = rate(q, length)
         v = max(v_end, 0.0)
@@ -88,20 +88,10 @@ def slide_on(steps, parts, v, a, r, h):
         if not never_stops(c, w, v, a, r):
             stop, far = stop_by_flow(c, w, v, a, r, v_end, left)
             if stop != NEVER:
-                return until + stop, way + far, 0.0
+                return until + stop, way + far, 0.0, a
         way += v * y + p * Y + r * YY
-        v = v_end
-    return NEVER, way, v
-
-
-@inlined
-def never_stops(c, w, v, a, r):
-    """Tell whether a mass that slides so will never stop under this force.
-
-    Its velocity is an oscillator of its own under the steady force r, whose energy a² + w v² -
-    2 r v, counted from rest, only falls. It has to be at least 0 where v = 0.
-    """
-    return a * a < v * (2.0 * r - w * v)
+        v, a = v_end, a * y_d + (r - w * v) * y
+    return NEVER, way, v, a
 
 
 @inlined

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.flow import flow
 from drysim.core.samples.longer import SHORT, More, more_of
 from drysim.core.samples.series import BRIEF, Tail, tail_of
@@ -13,6 +13,10 @@ from drysim.core.samples.series import BRIEF, Tail, tail_of
 FINE = 3.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a twentieth, far above
 rounding, and extrema are π apart."""
+
+FAINT = 1e-4
+"""Share of the force balance below which v_r is carried on with its own rate, see `creep`.
+The smaller it is, the less of the rate survives the rounding of that balance: 1e-12 here."""
 
 MARGIN = 2.0
 """What the bound on a dip between samples is widened by, so that rounding cannot matter."""
@@ -56,6 +60,8 @@ class Steps(NamedTuple):
     steep, fast : float
         Four steps hide no dip of v_r to zero while |v_r| at both ends is above
         steep max |Δü| + fast max |v_r|; infinite where they are too long to tell.
+    faint_f, faint_x : float
+        v_r is faint where |v_r| <= faint_f + faint_x |x_r|, see `faint_below`.
     """
 
     c: float
@@ -78,12 +84,21 @@ class Steps(NamedTuple):
     v_base: tuple[float, float, float, float, float]
     steep: float
     fast: float
+    faint_f: float
+    faint_x: float
 
 
 @compiled
 def rate_of(c, w):
     """Give the radians, or the decays of what lasts, that a second holds at most [1/s]."""
     return max(math.sqrt(w), 0.5 * c)
+
+
+@compiled
+def faint_per_force(c, w):
+    """Return the largest faint velocity [m/s] for forces of 1 N/kg, see `faint_below`."""
+    rate = rate_of(c, w)
+    return FAINT / rate if rate > 0.0 else 0.0
 
 
 @compiled
@@ -123,13 +138,14 @@ def steps_of(plant, law, dt):
     tame = 1.0 - (4.0 * c + 2.0 * w * dt) * dt
     tail = tail_of(c, w)
     bend = MARGIN * 2.0 / tame if tame > 0.25 else math.inf
+    rate, faint = rate_of(c, w), faint_per_force(c, w)
     return Steps(
-        c, w, f, dt, whole, rate_of(c, w) * dt <= FINE, radians <= SHORT, radians <= BRIEF,
+        c, w, f, dt, whole, rate * dt <= FINE, radians <= SHORT, radians <= BRIEF,
         tail, more_of(tail, c, w),
         map_of(c, w, f, dt), map_of(c, w, f, 4.0 * dt), x_0, x_1, v_0, v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
-        bend * dt, bend * (0.25 * c + w * dt) * dt,
+        bend * dt, bend * (0.25 * c + w * dt) * dt, faint * f, faint * w,
     )  # fmt: skip
 
 
@@ -141,3 +157,13 @@ def step_end(steps, x_r, v_r, d, u_0, u_1):
         one.x_x * x_r + one.x_v * v_r - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * one.x_f),
         one.v_x * x_r + one.v_v * v_r - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * one.v_f),
     )
+
+
+@inlined
+def faint_below(steps, x_r):
+    """Return the |v_r| up to which v_r is faint [m/s].
+
+    The affine map makes v_r of forces that cancel; the rounding of those would decide the sign
+    of a velocity that is fainter still.
+    """
+    return steps.faint_f + steps.faint_x * abs(x_r)

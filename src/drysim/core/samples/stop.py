@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from drysim.core.compiled import compiled
+from drysim.core.compiled import compiled, inlined
 from drysim.core.flow import flow
 
 NEVER = math.inf
@@ -99,6 +99,25 @@ def polish(c, w, v, a, r, lo, hi):
     return s
 
 
+@inlined
+def never_stops(c, w, v, a, r):
+    """Return whether a velocity above zero provably stays so under this force.
+
+    Parameters as in `locate_stop`.
+
+    Notes
+    -----
+    The velocity is an oscillator of its own under the steady force r, whose energy
+    a² + w v² - 2 r v, counted from rest, only falls; it has to be at least 0 where v = 0.
+    At and beyond critical damping v = A exp(-s_1 t) + B exp(-s_2 t) with s_2 >= s_1 has no zero
+    if a + s_2 v >= 0, and a force r >= 0 only adds to it.
+    """
+    if a * a < v * (2.0 * r - w * v):
+        return True
+    square = 0.25 * c * c - w
+    return square >= 0.0 and r >= 0.0 and a + (0.5 * c + math.sqrt(square)) * v >= 0.0
+
+
 @compiled
 def locate_stop(c, w, v, a, r, h):
     """Give the first time in (0, h] at which a velocity above zero is zero again.
@@ -121,8 +140,10 @@ def locate_stop(c, w, v, a, r, h):
     Notes
     -----
     No stop is missed: every falling stretch between extrema is looked at in turn. A velocity
-    that just touches zero has stopped.
+    that just touches zero has stopped. One that decays for so long that it underflows has not.
     """
+    if (v > 0.0 or a > 0.0) and never_stops(c, w, v, a, r):
+        return NEVER
     j = r - c * a - w * v
     end = first_extremum(c, w, a, j)
     gap = spacing_of_extrema(c, w)

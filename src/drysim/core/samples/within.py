@@ -20,6 +20,15 @@ def coast(steps, v, a, r, h):
 
 
 @inlined
+def rate_after(steps, v, a, r, h):
+    """Return the acceleration after sliding for a time h, parameters as in `locate_stop`."""
+    j = r - steps.c * a - steps.w * v
+    if steps.brief:
+        return rate(series(steps.tail, v, a, j), h)
+    return rate(longer_series(steps.tail, steps.more, v, a, j), h)
+
+
+@inlined
 def stop_within(steps, v, a, r, v_end, h):
     """Give the first stop in a short step, or in what is left of it.
 

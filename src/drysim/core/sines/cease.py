@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from drysim.core.compiled import inlined
-from drysim.core.samples.stop import NEVER, RESOLUTION
+from drysim.core.samples.stop import NEVER, RESOLUTION, never_stops
 from drysim.core.sines.slide import slide_and_snap
 from drysim.core.waves import OMEGA, SINE, STRIDE, A
 
@@ -129,6 +129,9 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     |snap|(s) <= sqrt(snap² + w jerk²) + s·max|third rate|: the bound that makes every step
     safe. The time is infinite where nothing stops.
     """
+    moves = d * v_r > 0.0 or d * a > 0.0
+    if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
+        return NEVER, x_r
     growth = 0.0
     fastest = 0.0
     k = -c * j - w * a

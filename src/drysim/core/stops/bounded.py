@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import compiled
 from drysim.core.contacts.touch import STALL
 from drysim.core.events import CONTACT, SLIP, note
 from drysim.core.plant import Plant
-from drysim.core.samples.stop import NEVER, locate_stop
+from drysim.core.samples.glide import lifted
+from drysim.core.samples.steps import faint_per_force
+from drysim.core.samples.stop import NEVER, locate_stop, velocity
 from drysim.core.sines.cease import leave_slip
 from drysim.core.sines.slide import slide
 from drysim.core.stops.bumper import (
@@ -89,6 +93,8 @@ def bound(
     stalled = 0
     full = capacity - ENOUGH
     m = plant.m
+    # Relative acceleration from one interval to the next while v_r is faint, see `creep`.
+    kept = math.nan
     whole = waves.size == 0
     while n <= end and at < full and count < full:
         touch, d, fresh = touch_of(mode), way_of(mode), fresh_of(mode)
@@ -122,6 +128,9 @@ def bound(
                 a_exact = d * (law.F_fs - law.F_fk) * load / m
                 j -= c * (a_exact - a)
                 a = a_exact
+            faint = whole and abs(v_r) <= faint_per_force(c, w) * (abs(g + u_0) + w * abs(xi))
+            if faint and kept == kept:
+                v_r, a = lifted(v_r, kept)
             if whole:
                 turn = locate_stop(c, w, d * v_r, d * a, -d * slope, left)
             else:
@@ -131,10 +140,14 @@ def bound(
                 min(turn, left),
             )  # fmt: skip
             step = min(turn, change, left)
-            xi, v_r, _, _ = slide(c, w, waves, xi, v_r, g, -slope, step)
+            before = v_r
+            xi, v_r, kept, _ = slide(c, w, waves, xi, v_r, g, -slope, step)
+            if faint:
+                v_r, kept = velocity(c, w, before, a, -slope, step)
             v_r = 0.0 if step == turn else v_r
             mode = mode_of(touch, d, STEADY)
             if step in (change, turn):
+                kept = math.nan
                 then, ends = moment(n, s + step, length, end)
                 u_then = base_motion(waves, u_0, slope, step)[0]
                 load = normal_force(law, waves, step)[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from drysim.core.compiled import compiled
 from drysim.core.flow import flow
-from drysim.core.samples.steps import FINE, map_of, rate_of
+from drysim.core.samples.steps import FINE, faint_per_force, map_of, rate_of
 from drysim.core.trail import mark
 
 
@@ -45,13 +45,15 @@ def pass_on(plant, u_dd, dt, n, end, xi, v_r, f, low, high, trail, at, full, z, 
     x_0, v_0 = Y - x_1, y - v_1
     a = -(u_dd[n] + c * v_r + w * xi + f)
     way = 1.0 if v_r > 0.0 else -1.0
+    faint = faint_per_force(c, w)
     while n < end and at < full:
         u_0 = u_dd[n]
         u_1 = u_dd[n + 1]
         x = one.x_x * xi + one.x_v * v_r - (x_0 * u_0 + x_1 * u_1 + one.x_f * f)
         v = one.v_x * xi + one.v_v * v_r - (v_0 * u_0 + v_1 * u_1 + one.v_f * f)
         a_end = -(u_1 + c * v + w * x + f)
-        if way * v <= 0.0 or (way * a < 0.0 and way * a_end > 0.0) or not low < x < high:
+        slow = way * v <= faint * (abs(f) + w * abs(x))
+        if slow or (way * a < 0.0 and way * a_end > 0.0) or not low < x < high:
             break
         at = mark(trail, at, n, 0.0, xi, v_r, z, mode)
         n += 1
