@@ -10,7 +10,7 @@ from drysim.approach import bounded, exact, march
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed, Pressure
-from drysim.core.plant import Law, Plant, Stopped
+from drysim.core.plant import Law, Plant, Slider, Stopped
 from drysim.core.samples.march import STRETCH
 from drysim.core.state import State
 
@@ -101,3 +101,23 @@ def test_creep_handed_over_between_blocks_goes_on_to_the_last_bit(
     assert len(parts.track.march.marks) > 10
     assert np.array_equal(parts.x_r, whole.x_r)
     assert np.array_equal(parts.events.t, whole.events.t)
+
+
+@pytest.mark.parametrize("seed", [13, 26, 35])
+def test_spring_contact_at_its_limit_on_a_silent_base_makes_no_storm_of_events(
+    seed: int,
+) -> None:
+    rng = np.random.Generator(np.random.PCG64(seed))
+    pulses, gap = rng.uniform(-2, 2, 3), np.zeros(rng.integers(20, 60))
+    u_dd = np.concatenate([pulses, gap, rng.uniform(-2, 2, 4), np.zeros(5)])
+    step = rng.uniform(2.0, 5.0)
+    plant = Plant(1.3, 2.7, 2.0 * np.sqrt(1.3 * 2.7))
+    scene = Slider(0.9, 1e3), Samples(u_dd, step), State(0.0, 0.0), step, None, True
+    response = exact.solve(plant, *scene)
+    mirrored = exact.solve(plant, scene[0], Samples(-u_dd, step), *scene[2:])
+    assert np.array_equal(mirrored.x_r, -response.x_r)
+    fine = np.interp(np.arange(2 * len(u_dd) - 1) / 2, np.arange(len(u_dd)), u_dd)
+    halved = exact.solve(
+        plant, scene[0], Samples(fine, step / 2), scene[2], step / 2, None, True
+    )
+    assert halved.x_r[::2] == pytest.approx(response.x_r, abs=1e-11)

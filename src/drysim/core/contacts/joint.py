@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from drysim.core.compiled import compiled, held, inlined
@@ -116,25 +118,33 @@ def through(
     slope = (u_1 - u_0) / h
     begin = 0.0
     room = count + ROOM
+    # The force of the contact does not jump, so neither does a: what takes no time keeps it.
+    a, stopped = math.nan, 0
     while count < room:
         left = h - begin
         if left <= 0.0:
             return x_r, v_r, x_0, mode, at, count
         holding = holds(mode)
         w, f = (sprung.w, -stiffness * x_0) if holding else (bare.w, mode * f_k)
-        a = -(u_0 + slope * begin + c * v_r + w * x_r + f)
+        if a != a:
+            a = -(u_0 + slope * begin + c * v_r + w * x_r + f)
+            # A velocity that has just fallen to zero does not rise by the rounding of forces.
+            a = 0.0 if stopped * a > 0.0 else a
         way = onset(v_r, a, -slope)
         if way == 0:
             return x_r, v_r, x_0, mode, at, count
-        v, a, r = way * v_r, way * a, -way * slope
+        v, push, r = way * v_r, way * a, -way * slope
         if holding:
             gap = reach - way * (x_r - x_0) if mode != way * POISED else 0.0
-            stop, far, v_end = next_stop(sprung, v, a, r, left) if gap > 0.0 else (0.0, 0.0, v)
+            stop, far, v_end = (
+                next_stop(sprung, v, push, r, left) if gap > 0.0 else (0.0, 0.0, v)
+            )
             if far >= gap:
                 s, x_next = 0.0, x_r
                 if gap > 0.0:
-                    s, v = next_crossing(sprung, v, a, r, gap, far, v_end, min(stop, left))
+                    s, v = next_crossing(sprung, v, push, r, gap, far, v_end, min(stop, left))
                     x_next = x_0 + way * reach
+                    a, stopped = math.nan, 0
                 begin = min(begin + s, h)
                 x_r, v_r, mode = x_next, way * v, way
                 at = mark(trail, at, n, begin, x_r, v_r, x_0, mode)
@@ -145,12 +155,14 @@ def through(
         elif way != mode:
             stop, far, v_end = 0.0, 0.0, 0.0
         else:
-            stop, far, v_end = next_stop(bare, v, a, r, left)
+            stop, far, v_end = next_stop(bare, v, push, r, left)
         x_r += way * far
         v_r = way * v_end
         if stop == NEVER:
             return x_r, v_r, x_0, mode, at, count
         begin = min(begin + stop, h)
+        if stop > 0.0:
+            a, stopped = math.nan, way
         if not holding:
             F_L = limit_force(plant, x_r, u_0 + slope * begin)
             x_0, mode = x_r - mode * reach, mode * POISED
