@@ -9,7 +9,7 @@ import numpy as np
 from drysim.approach.events import Floats
 from drysim.core.compiled import held
 from drysim.core.dynamic_laws.jet import ORDER, Jet
-from drysim.core.dynamic_laws.memory import COUNT, head
+from drysim.core.dynamic_laws.memory import COUNT, WAY, forget, head
 from drysim.core.dynamic_laws.trace import first_heading
 from drysim.core.plant import LEUVEN, Dynamic, Plant
 from drysim.core.state import AnyState
@@ -57,8 +57,23 @@ def first_mark(
     jet, slope = work(law, speed), float(base[1] - base[0]) / dt
     d = first_heading(plant, law, waves, jet, float(base[0]), slope, 0.0, x_r, v_r, z)
     if law.kind == LEUVEN:
-        latest = start[3][-law.depth :] if len(start) > 3 else ()
-        jet.branch[COUNT] = len(latest)
-        jet.turned[: len(latest)] = latest
-        head(law, jet, d or 1, v_r, z)
+        recall(jet, start[3] if len(start) > 3 else (), z)
+        if d != 0:
+            head(law, jet, d, v_r, z)
     return marked(0, 0.0, (x_r, v_r, z, d), jet)
+
+
+def recall(jet: Jet, turned: tuple[float, ...], z: float) -> None:
+    """Set the turns of a state at deflection z [m], and the branch that they lead to.
+
+    The direction of the branch follows from the turns alone: the first one ended the virgin
+    curve, which leads away from zero, and each one reverses the direction. The deflection does
+    not tell it: it may be that of the last turn to rounding.
+    """
+    for level in turned:
+        if jet.branch[COUNT] == len(jet.turned):
+            forget(jet)
+        jet.turned[jet.branch[COUNT]] = level
+        jet.branch[COUNT] += 1
+    outwards = int(np.sign(turned[0] if turned else z))
+    jet.branch[WAY] = -outwards if jet.branch[COUNT] % 2 else outwards

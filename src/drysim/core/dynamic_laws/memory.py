@@ -98,14 +98,16 @@ def close_loop(jet):
 
 @compiled
 def head(law, jet, d, v, z):
-    """Let the bristles travel as they do for a mass in direction d at speed v [m/s]."""
-    way = d * sign(sliding_limit(law, v) - d * law.sigma_0 * z)
-    if way != 0 and way != jet.branch[WAY]:
-        if jet.branch[WAY] == 0:
-            past = sign(z - origin(jet))
-            jet.branch[WAY] = past if past != 0 else way
-        if way != jet.branch[WAY]:
-            turn(jet, z)
+    """Let the bristles travel as they do for a mass in direction d at speed v [m/s].
+
+    Bristles that are as near the sliding limit as rounding lets them be keep their branch.
+    """
+    gap = sliding_limit(law, v) - d * law.sigma_0 * z
+    way = d * sign(gap)
+    if jet.branch[WAY] == 0:
+        jet.branch[WAY] = way
+    elif way != jet.branch[WAY] and abs(gap) > NOISE * law.F_fs:
+        turn(jet, z)
     jet.branch[EVEN] = 0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from drysim.core.compiled import compiled
 from drysim.core.dynamic_laws.dynamic import slow_speed
 from drysim.core.dynamic_laws.jet import ORDER, drive, state_at, value
-from drysim.core.dynamic_laws.memory import EVEN, WAY, end_branch, head, set_slope
+from drysim.core.dynamic_laws.memory import EVEN, end_branch, head, set_slope
 from drysim.core.dynamic_laws.settled import SETTLED, calm_plant
 from drysim.core.dynamic_laws.stay import break_away, calm_length
 from drysim.core.dynamic_laws.step import begin, extent
@@ -99,7 +99,6 @@ def trace(
             # Whoever rested without a cause to move may have one now, to either side.
             d = first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z)
             if law.kind == LEUVEN and d != 0:
-                jet.branch[WAY] = 0
                 head(law, jet, d, v_r, z)
         at = mark(trail, at, n, s, x_r, v_r, z, d)
         left = length - s
@@ -155,8 +154,8 @@ def trace(
                 d = first_heading(
                     plant, law, waves, jet, u_dd[n] + slope * s, slope, n * dt + s, x_r, v_r, z
                 )
-                if law.kind == LEUVEN:
-                    head(law, jet, d if d != 0 else 1, 0.0, z)
+                if law.kind == LEUVEN and d != 0:
+                    head(law, jet, d, 0.0, z)
                 count = note(log, count, n, s, REVERSAL * d if d != 0 else STICK, x_r, F_L)
         if s >= length:
             n += 1
