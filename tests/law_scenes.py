@@ -8,7 +8,7 @@ import numpy as np
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Plant
+from drysim.core.plant import BRISTLE, LEUVEN, STRIBECK, Dynamic, Plant
 from drysim.core.state import State
 
 PAPER = Plant(75.0, 7500.0, 500.0)
@@ -45,3 +45,38 @@ def doubled(motion: Sines | Samples) -> Sines | Samples:
     if isinstance(motion, Sines):
         return Sines(tuple(2 * A for A in motion.A), motion.f, motion.phase)
     return Samples(2 * motion.u_dd, motion.dt)
+
+
+def halved(motion: Samples) -> Samples:
+    """Return the same base motion at half the step: it is linear between samples."""
+    n = len(motion.u_dd)
+    u_dd = np.interp(np.arange(2 * n - 1) / 2, np.arange(n), motion.u_dd)
+    return Samples(u_dd, motion.dt / 2)
+
+
+def sparse(name: str, seed: int) -> tuple[Plant, Dynamic, Samples]:
+    """Return a random oscillator under a law, on a few pulses between long silences."""
+    random = np.random.default_rng(seed)
+    n, dt = int(random.integers(30, 70)), 10 ** random.uniform(-2.5, 0.5)
+    m, F = 10 ** random.uniform(-0.5, 2.5), 10 ** random.uniform(-3.0, 2.5)
+    omega = 10 ** random.uniform(-1.5, 0.5) / dt
+    k_x = m * omega**2
+    b = 2.0 * 10 ** random.uniform(-1.0, 1.5) * m * omega
+    F_fs = F * random.choice([1.0, 1.1, 1.5, 2.0, 4.0])
+    v_s = 10 ** random.uniform(-2.0, 0.0) * F / m * min(dt, 1.0 / omega)
+    sigma_0 = 10 ** random.uniform(0.3, 4.0) * k_x
+    sigma_1 = random.choice([0.0, 10 ** random.uniform(-2.0, 0.5)]) * math.sqrt(sigma_0 * m)
+    bristles = {"sigma_0": sigma_0, "sigma_1": sigma_1, "sigma_2": random.choice([0.0, b])}
+    law = {
+        "stribeck": Dynamic(F, F_fs, STRIBECK, v_s, random.choice([0.7, 1.0, 2.0])),
+        "dahl": Dynamic(F, F, BRISTLE, sigma_0=sigma_0),
+        "lugre": Dynamic(F, F_fs, BRISTLE, v_s, **bristles),
+        "leuven": Dynamic(F, F_fs, LEUVEN, v_s, **bristles)._replace(
+            F_h=F_fs * random.choice([1.1, 1.5, 2.0, 5.0]),
+            power=random.choice([1.0, 1.5, 2.0, 3.0]),
+        ),
+    }[name]
+    u_dd, pulses = np.zeros(n), int(random.integers(1, 5))
+    at = random.choice(np.arange(1, n - 1), pulses, replace=False)
+    u_dd[at] = random.choice([-1.0, 1.0], pulses) * random.uniform(0.3, 10.0, pulses) * F / m
+    return Plant(m, k_x, b), law, Samples(u_dd, dt)

@@ -8,10 +8,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from drysim.approach.marks import work
+from drysim.approach.by_series import follow
+from drysim.approach.marks import first_mark, work
+from drysim.approach.scene import waves_of
+from drysim.approach.settled import find_orbit
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.dynamic_laws.memory import COUNT, forget
-from drysim.core.motion import Samples
+from drysim.core.dynamic_laws.memory import COUNT, WAY, forget
+from drysim.core.motion import Samples, Sines
 from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Plant
 from drysim.core.state import Deflected
 from drysim.metrics import measure
@@ -19,7 +22,7 @@ from drysim.scenario import load
 from drysim.study.case import prepare
 from hysteresis import swing
 from invariants import Invariants
-from law_scenes import PAPER, REST, STEP, noise, sine, solved
+from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved
 
 LAW = Dynamic(
     45.0, 54.0, LEUVEN, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, F_h=80.0
@@ -236,3 +239,79 @@ def test_split_run_with_its_memory_equals_the_whole():
     assert np.abs(part.x_r - whole.x_r[800:]).max() < 1e-9 * np.abs(whole.x_r).max()
     deaf = solved(LAW, rest, start=middle._replace(turned=()), duration=2.0)
     assert np.abs(deaf.x_r - whole.x_r[800:]).max() > 1e-6 * np.abs(whole.x_r).max()
+
+
+SOFT = LAW._replace(F_fk=1.0, F_fs=1.0, v_s=0.5, sigma_0=10.0, sigma_1=1.0, sigma_2=0.0)
+
+
+@pytest.mark.parametrize(
+    ("first", "gap", "second"),
+    [(-1.5, 32, 1.0), (1.5, 25, 2.0), (3.0, 40, 1.0), (-3.0, 15, -1.0)],
+)
+def test_pulse_after_a_silence_starts_on_the_branch_where_the_bristles_rest(first, gap, second):
+    u_dd = np.zeros(gap + 6)
+    u_dd[[1, 1 + gap]] = first, second
+    law, plant, motion = SOFT._replace(F_h=1.5), Plant(1.0, 1.0, 2.0), Samples(u_dd, 2.0)
+    whole = solved(law, motion, plant=plant)
+    scale = np.abs(whole.x_r).max()
+    assert (solved(law, mirrored(motion), plant=plant).x_r == -whole.x_r).all()
+    assert (
+        np.abs(solved(law, halved(motion), plant=plant).x_r[::2] - whole.x_r).max()
+        < 1e-9 * scale
+    )
+    if (first, gap, second) == (-1.5, 32, 1.0):
+        assert whole.x_r[-1] == pytest.approx(0.0359115498164, rel=1e-10)
+
+
+OVERDAMPED = Plant(41.46, 4565.0, 17403.0)
+STICKY = Dynamic(
+    0.0018, 0.0072, LEUVEN, v_s=8.6e-6, sigma_0=3.2e7, sigma_1=500.0, sigma_2=48.75,
+    F_h=0.0144, power=2.0,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_mass_in_equilibrium_but_for_rounding_makes_no_storm_of_events(seed):
+    random = np.random.default_rng(seed)
+    force = STICKY.F_fk * random.uniform(0.3, 3.0)
+    u_dd = np.where(random.random(40) < 0.1, random.choice([-1, 1], 40), 0) * force
+    motion = Samples(u_dd / OVERDAMPED.m, 10 ** random.uniform(-1.0, 0.0))
+    whole = solved(STICKY, motion, plant=OVERDAMPED)
+    other = solved(STICKY, halved(motion), plant=OVERDAMPED)
+    assert np.abs(other.x_r[::2] - whole.x_r).max() <= 1e-9 * np.abs(whole.x_r).max()
+
+
+def test_steady_orbit_does_not_depend_on_where_t_0_lies():
+    """At the end of a period the bristles sit on their limit to the last bit, or do not."""
+    plant, f = Plant(250.0, 150e3, 990.0), 5.28
+    law = Dynamic(
+        23.0, 25.3, LEUVEN, v_s=2.4e-3, sigma_0=1.9e6, sigma_1=170.0, F_h=50.6
+    )  # fmt: skip
+    shares = []
+    for phase in (0.0, 0.8, 3.2):
+        motion = Sines((0.66,), (f,), (phase,))
+        orbit = find_orbit(plant, law, motion, REST, 1.0 / f)
+        for start, periods in ((orbit.state, 1), (REST, 61)):
+            track = follow(plant, law, motion, start, periods / f)
+            x_dd2 = track.totals((periods - 1) / f, periods / f).x_dd2
+            shares.append(math.sqrt(x_dd2 * f))
+    assert shares == pytest.approx([0.5660245563] * 6, rel=1e-9)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 300, 301])
+def test_state_handed_over_on_the_sliding_limit_keeps_its_branch(count, side):
+    """Nor does a last turn at that very deflection, or more turns than there is room for."""
+    law = Dynamic(32.0, 32.0, LEUVEN, sigma_0=1024.0, F_h=64.0)
+    limit = 32.0 / 1024.0
+    turned = (
+        side * limit * np.resize([-1.0, 1.0], count) * (1.0 - 1e-3 * np.arange(count) / count)
+    )
+    way = -side if count % 2 == 0 else side
+    for z in (way * limit, turned[-1]):
+        start = Deflected(0.0, float(way), float(z), tuple(turned.tolist()))
+        mark = first_mark(PAPER, law, waves_of(sine(1.0, 1.6)), np.zeros(2), 1.0, start, 1.0)
+        assert mark.branch[WAY] == way
+        assert mark.turned[0] == turned[0]
+        assert mark.turned[-1] == turned[-1]
+        assert len(mark.turned) <= law.depth

@@ -131,7 +131,10 @@ def follow(
     log = course.follow()
     F_L = plant.m * first_u_dd(motion) + plant.k_x * start.x_r
     columns = log.n * dt + log.s, log.kind.astype(np.int8), log.x_r, log.F_L
-    opening = 0.0, mark.state[3], start.x_r, F_L
+    # Bristles never stick: a mass at rest on them counts as going where it will go first.
+    waits = mark.state[3] == 0 and not law.sticks
+    first = log.kind[0] if waits and len(log.kind) else mark.state[3]
+    opening = 0.0, np.sign(first), start.x_r, F_L
     every = (
         np.append(np.array([a], b.dtype), b) for a, b in zip(opening, columns, strict=True)
     )

@@ -59,7 +59,7 @@ def first_mark(
     if law.kind == LEUVEN:
         recall(jet, start[3] if len(start) > 3 else (), z)
         if d != 0:
-            head(law, jet, d, v_r, z)
+            head(law, jet, int(np.sign(d)), v_r, z)
     return marked(0, 0.0, (x_r, v_r, z, d), jet)
 
 

@@ -22,7 +22,8 @@ class Trail(NamedTuple):
     x_r, v_r, z : array of float
         The state there [m, m/s, m].
     d : array of int
-        Direction of motion, 0 where stuck; 2 and -2 where the mass breaks away just then; 3
+        Direction of motion, 0 where stuck or at rest on bristles; 2 and -2 where the mass
+        breaks away just then, or leaves its equilibrium on bristles; 3
         and -3 where it is too slow for friction to have fallen. Under bristles, above 2: how
         many rounds a series on settled ones took, as in `settle`.
     terms : array of int

@@ -101,7 +101,8 @@ def grow(plant, law, jet, d, x, v, z, poised, slow, h, v_least, z_least):
     x, v, z : float
         The state [m, m/s, m].
     poised : bool
-        Whether the mass breaks away just now: its relative acceleration is exactly zero.
+        Whether the mass rests or breaks away just now: its relative acceleration is exactly
+        zero.
     slow : bool
         Whether the mass is too slow for friction to have fallen.
     h : float

@@ -51,10 +51,10 @@ def begin(
             pause = wait
         else:
             pause -= 1
+    poised = d == 0 or abs(d) == 2
     last, step = grow(
-        plant, law, jet, way, x_r, v_r, z, abs(d) == 2, creeps, min(left, wish), v_least,
-        z_least,
-    )  # fmt: skip
+        plant, law, jet, way, x_r, v_r, z, poised, creeps, min(left, wish), v_least, z_least
+    )
     return last, step, 0, pause, wait
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from drysim.core.compiled import compiled
 from drysim.core.dynamic_laws.dynamic import slow_speed
 from drysim.core.dynamic_laws.jet import ORDER, drive, state_at, value
@@ -9,7 +11,7 @@ from drysim.core.dynamic_laws.memory import EVEN, end_branch, head, set_slope
 from drysim.core.dynamic_laws.settled import SETTLED, calm_plant
 from drysim.core.dynamic_laws.stay import break_away, calm_length
 from drysim.core.dynamic_laws.step import begin, extent
-from drysim.core.events import REVERSAL, ROUNDING, SLIP, STICK, limit_force, note, sign
+from drysim.core.events import REVERSAL, ROUNDING, SLIP, limit_force, note, sign
 from drysim.core.plant import LEUVEN, STRIBECK
 from drysim.core.samples.stop import NEVER, RESOLUTION
 from drysim.core.trail import ENOUGH, mark
@@ -22,23 +24,39 @@ STALL = 100
 
 
 @compiled
-def heading(jet, waves, u_0, slope, t, F):
-    """Give the direction in which a mass at rest under a friction force per mass F starts.
+def faint_pull(plant, law, jet, x_r, z):
+    """Return the acceleration [m/s²] up to which a mass at rest on bristles is in equilibrium.
 
-    0 where no term of ü moves it.
+    It is that of rounding; or that of a swing on the bristles whose speed may be neglected.
+    Bristles near their limit give way without end, and no swing comes of it.
+    """
+    m, k_x, _ = plant
+    pull = law.sigma_0 * abs(z)
+    rounding = ROUNDING * (abs(k_x * x_r) + pull) / m
+    firm = max(1.0 - pull / law.F_fs, 0.0) * (1.0 - law.F_fs / law.F_h)
+    swing = law.tolerance * jet.scale[0] * math.sqrt((k_x + law.sigma_0 * firm) / m)
+    return max(rounding, swing)
+
+
+@compiled
+def heading(plant, law, waves, jet, u_0, slope, t, x_r, z):
+    """Return the direction in which a mass at rest on bristles starts, as in `Trail`.
+
+    It is 2 or -2 in equilibrium, from where ü moves the mass, and 0 where no term of ü does.
     """
     drive(jet, waves, u_0, slope, t)
-    if jet.u[0] + F != 0.0:
-        return -sign(jet.u[0] + F)
+    a = jet.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
+    if abs(a) > faint_pull(plant, law, jet, x_r, z):
+        return -sign(a)
     for n in range(1, ORDER + 1):
         if jet.u[n] != 0.0:
-            return -sign(jet.u[n])
+            return -2 * sign(jet.u[n])
     return 0
 
 
 @compiled
 def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
-    """Give the direction of motion at the start, 0 for stuck or without any cause to move."""
+    """Return the direction of motion as in `Trail`: 0 for stuck or without a cause to move."""
     if v_r != 0.0:
         return sign(v_r)
     if law.kind == STRIBECK:
@@ -46,7 +64,7 @@ def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
         F_L = limit_force(plant, x_r, jet.u[0])
         hold = law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
         return 0 if abs(F_L) <= hold else -sign(F_L)
-    return heading(jet, waves, u_0, slope, t, (plant.k_x * x_r + law.sigma_0 * z) / plant.m)
+    return heading(plant, law, waves, jet, u_0, slope, t, x_r, z)
 
 
 @compiled
@@ -99,7 +117,10 @@ def trace(
             # Whoever rested without a cause to move may have one now, to either side.
             d = first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z)
             if law.kind == LEUVEN and d != 0:
-                head(law, jet, d, v_r, z)
+                head(law, jet, sign(d), v_r, z)
+            if d != 0:
+                F_L = limit_force(plant, x_r, jet.u[0])
+                count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
         at = mark(trail, at, n, s, x_r, v_r, z, d)
         left = length - s
         if d == 0 and law.kind == STRIBECK:
@@ -155,8 +176,10 @@ def trace(
                     plant, law, waves, jet, u_dd[n] + slope * s, slope, n * dt + s, x_r, v_r, z
                 )
                 if law.kind == LEUVEN and d != 0:
-                    head(law, jet, d, 0.0, z)
-                count = note(log, count, n, s, REVERSAL * d if d != 0 else STICK, x_r, F_L)
+                    head(law, jet, sign(d), 0.0, z)
+                # Bristles never stick: a mass that rests on them has no event until it moves.
+                if d != 0 or law.kind == STRIBECK:
+                    count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
         if s >= length:
             n += 1
             s = 0.0
