@@ -13,8 +13,9 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core.motion import Samples, Sines
 from drysim.core.plant import BRISTLE, LEUVEN, STRIBECK, Dynamic, Law
 from drysim.metrics import measure
+from drysim.report.plots import curves
 from invariants import Invariants
-from law_scenes import PAPER, REST, STEP, noise, sine, solved
+from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved, sparse
 
 DAHL = Dynamic(45.0, 45.0, BRISTLE, sigma_0=1e5)
 LUGRE = Dynamic(
@@ -231,3 +232,42 @@ def test_a_long_motion_is_followed_anew_leg_by_leg_to_the_last_bit(law, motion, 
     monkeypatch.undo()
     whole = StickSlip().track(PAPER, law, motion, REST, STEP, 4.0)
     assert np.abs(few[0][0] - whole.at(t)[0]).max() < 1e-11 * np.abs(few[0][0]).max()
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("name", ["stribeck", "dahl", "lugre", "leuven"])
+def test_pulses_after_silence_move_the_mass_alike_mirrored_and_at_half_the_step(name, seed):
+    plant, law, motion = sparse(name, seed)
+    whole = solved(law, motion, plant=plant)
+    scale = np.abs(whole.x_r).max()
+    assert (solved(law, mirrored(motion), plant=plant).x_r == -whole.x_r).all()
+    half = solved(law, halved(motion), plant=plant)
+    assert np.abs(half.x_r[::2] - whole.x_r).max() <= 1e-9 * scale
+
+
+@pytest.mark.parametrize("law", [DAHL, LUGRE, MEMORY], ids=["dahl", "lugre", "leuven"])
+def test_mass_on_bristles_never_sticks_however_long_it_rests(law):
+    u_dd = np.zeros(401)
+    u_dd[[100, 300]] = 1.5, -1.0
+    motion = Samples(u_dd, 0.05)
+    whole = solved(law, motion)
+    for response in (whole, solved(law, halved(motion)), solved(law, mirrored(motion))):
+        assert not response.stuck.any()
+        assert "stick" not in response.events.names
+        assert measure(response.track, (0.0, 20.0), None)["stuck_share"] == 0.0
+        assert curves.stuck_stretches(response, 0.0, 20.0) == []
+    still = solved(law, Samples(np.zeros(11), 0.1))
+    assert measure(still.track, (0.0, 1.0), None)["stuck_share"] == 0.0
+    assert curves.stuck_stretches(still, 0.0, 1.0) == []
+
+
+@pytest.mark.parametrize("law", [DAHL, LUGRE, MEMORY], ids=["dahl", "lugre", "leuven"])
+def test_swing_on_bristles_that_has_died_away_turns_no_more(law):
+    """Rounding would turn it again and again, at other times with every step."""
+    u_dd = np.zeros(101)
+    u_dd[1] = 1.5
+    motion, counts = Samples(u_dd, 0.2), []
+    for _ in range(3):
+        counts.append(len(solved(law, motion).events))
+        motion = halved(motion)
+    assert counts == counts[:1] * 3

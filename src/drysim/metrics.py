@@ -36,7 +36,11 @@ METRICS = (
     Metric("v_r_rms", "m/s", "RMS relative velocity"),
     Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
     Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
-    Metric("stuck_share", "-", "share of the window without relative motion"),
+    Metric(
+        "stuck_share",
+        "-",
+        "share of the window without relative motion; 0 under laws that never stick",
+    ),
     Metric(
         "chatter_share", "-", "share of the window in which v_r flips twice within four steps"
     ),

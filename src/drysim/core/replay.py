@@ -52,7 +52,7 @@ def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out,
     x_out, v_out, z_out, F_out : array, shape (n,)
         Written: state [m, m/s, m] and friction force [N].
     d_out : array of int, shape (n,)
-        Written: direction of motion, 0 where stuck.
+        Written: direction of motion, 0 where stuck; bristles never stick.
     """
     i = 0
     known = -1
@@ -68,7 +68,7 @@ def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out,
         x_out[k] = trail.x_r[i]
         v_out[k] = 0.0
         z_out[k] = trail.z[i]
-        d_out[k] = d
+        d_out[k] = d if d != 0 or law.kind == STRIBECK else 1
         if d == 0:
             F_out[k] = -limit_force(plant, x_out[k], value(jet.u, ORDER, s))
             continue
@@ -101,7 +101,7 @@ def integrate_series(plant, law, waves, u_dd, dt, jet, trail, begin, end):
         last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
         d = (trail.d[i] > 0) - (trail.d[i] < 0)
         if d == 0:
-            stuck += hi - lo
+            stuck += hi - lo if law.kind == STRIBECK else 0.0
             x2 += trail.x_r[i] ** 2 * (hi - lo)
         for k in range(len(TWELVE_NODES)):
             s = lo + (hi - lo) * TWELVE_NODES[k]

@@ -46,7 +46,7 @@ class Totals(NamedTuple):
     rub : float
         Integral of |v_r| times the relative normal force [m].
     stuck : float
-        Time without relative motion [s].
+        Time without relative motion [s]; 0 under laws that never stick.
     u_dd2 : float
         Integral of ü² [m²/s³].
     u2 : float or None

@@ -9,7 +9,7 @@ import numpy as np
 
 from drysim.core.motion import acceleration_at
 from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import Law, Stopped
+from drysim.core.plant import Dynamic, Law, Stopped
 
 if TYPE_CHECKING:
     from drysim.approach.bounded import Bounded
@@ -189,7 +189,8 @@ def zoom(response: Response, begin: float) -> slice:
 
 def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[float, float]]:
     """Give begin and length [s] of every stuck stretch: stick to next slip."""
-    if response.law.F_fs == 0:
+    yields = isinstance(response.law, Dynamic) and not response.law.sticks
+    if response.law.F_fs == 0 or yields:
         return []
     events = response.events
     until = np.append(events.t[1:], ends(response, slice(None))[1])
