@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
+
 import numpy as np
 import pytest
+import yaml
 
 from drysim.errors import ScenarioError, UsageError
 from drysim.scenario import load
@@ -153,3 +157,89 @@ def test_overrides_are_a_mapping_or_words(scenario, overrides):
 def test_scenario_is_loaded_from_a_path(path):
     with pytest.raises(UsageError, match="loaded from the path of a file, not from"):
         load(path)
+
+
+EVERYTHING = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45, dahl: {bristle_stiffness: 1e6}}
+excitation:
+  {kind: psd, points: [[1, 1], [10, 1]], duration: 10, until: {metric: T_a, half_width: 0.1}}
+solver: {approach: stick-slip, step: 2.5e-3, smooth: {form: tanh}, signum: {method: rk4}}
+measure: {direction: vertical, weighting: Wk}
+sweep:
+  sample:
+    kind: latin
+    count: 3
+    seed: 1
+    over: {oscillator.damping: {distribution: normal, mean: 9, sd: 1}}
+  oscillator.stiffness: {from: 1, to: 2, count: 2, scale: log}
+reference: viscous
+"""
+
+CHOICES = (
+    "solver", "solver.approach", "solver.smooth.form", "solver.signum.method", "reference",
+    "friction", "friction.law", "friction.dahl.law", "excitation", "excitation.kind",
+    "excitation.until.metric", "measure.direction", "measure.weighting",
+    "sweep", "sweep.sample.kind", "sweep.sample.over", "sweep.oscillator.stiffness.scale",
+    "sweep.sample",
+)  # fmt: skip
+"""Keys that choose one of several, and blocks that are chosen so."""
+
+SHAPES = (
+    "[]",
+    "[signum]",
+    "[[1]]",
+    "{}",
+    "{a: 1}",
+    "{a: [b]}",
+    "null",
+    "3",
+    "1.5",
+    ".nan",
+    "true",
+)
+
+
+@pytest.mark.parametrize("key", CHOICES)
+def test_choice_of_any_shape_is_taken_or_refused_in_a_sentence(tmp_path, scenario, key):
+    """A list or a block had ended in a traceback: neither can be looked up in a table."""
+    assert scenario(EVERYTHING).reference == "viscous"
+    for text in SHAPES:
+        value = yaml.safe_load(text)
+        words = yaml.safe_load(EVERYTHING)
+        *steps, last = key.split(".")
+        if steps[:1] == ["sweep"] and "stiffness" in steps:
+            steps = ["sweep", "oscillator.stiffness"]
+        functools.reduce(dict.__getitem__, steps, words)[last] = value
+        in_file = yaml.safe_dump(words)
+        for source, overrides in (
+            (EVERYTHING, [f"{key}={text}"]), (EVERYTHING, {key: value}), (in_file, ()),
+        ):  # fmt: skip
+            with contextlib.suppress(ScenarioError):
+                scenario(source, overrides)
+
+
+@pytest.mark.parametrize("value", [[], ["normal"], {}, {"a": 1}, 3])
+def test_distribution_is_chosen_by_its_name(scenario, value):
+    words = yaml.safe_load(EVERYTHING)
+    words["sweep"]["sample"]["over"]["oscillator.damping"]["distribution"] = value
+    with pytest.raises(ScenarioError, match="distribution must be uniform, normal, lognormal"):
+        scenario(yaml.safe_dump(words))
+
+
+@pytest.mark.parametrize(
+    ("value", "given"),
+    [("[signum]", "a list"), ("{a: 1}", "a block of keys"), ("[]", "a list")],
+)
+def test_approach_that_is_no_word_earns_one_sentence(scenario, value, given):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(SEAT, [f"solver.approach={value}"])
+    told = f"--set solver.approach={value}: solver.approach must be text, not {given}"
+    assert sentences(fault) == [told]
+
+
+@pytest.mark.parametrize("key", ["name", "oscillator.mass", "excitation.kind"])
+def test_half_a_character_from_python_earns_a_sentence(scenario, key):
+    """A lone surrogate is no text that a file could hold."""
+    with pytest.raises(ScenarioError, match=r"character U\+D800 has no place in a scenario"):
+        scenario(SEAT, {key: "a\ud800"})

@@ -38,7 +38,8 @@ def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
         yield from unmeasured(words)
     yield from _reference(words)
     approach = block_in(words, "solver").get("approach")
-    if approach in SHELF and "friction" in words and not SHELF[approach].use_friction:
+    member = SHELF.get(approach) if isinstance(approach, str) else None
+    if member is not None and "friction" in words and not member.use_friction:
         yield (
             ("friction",),
             f"approach {approach} has no use for friction; take the block away "

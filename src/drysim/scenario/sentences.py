@@ -88,4 +88,6 @@ def worded(error: ErrorDetails) -> str:
         hint = meant(near(given, words)) if isinstance(given, str) else ""
         return f"must be {expected}, not {shown(given)}{hint}"
     form = _WORDED.get(error["type"])
+    if form and isinstance(given, list | dict):
+        form = form.removesuffix("; put it in quotes")  # which makes text of a number only
     return form.format(given=shown(given), **context) if form else error["msg"]

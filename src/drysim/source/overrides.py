@@ -137,6 +137,8 @@ def _known(value: Any, place: Place, depth: int = 0) -> Node:
         return Node([_known(v, place, depth + 1) for v in value], place)
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
+    if isinstance(value, str):
+        screen(value, place.file)
     if isinstance(value, str | bool | int | float) or value is None:
         return Node(value, place)
     raise Unreadable(

@@ -112,7 +112,7 @@ def _law(
         return None
     words = reading.block(Draw, given, at)
     kind = words.get("distribution", "uniform")
-    if kind not in Draw.takes:
+    if not isinstance(kind, str) or kind not in Draw.takes:
         sentence = f"must be {', '.join(Draw.takes)}; not {shown(kind)}"
         refuse(reading, sentence, (*at, "distribution"))
         return None
