@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from drysim.approach.stick_slip import Exact
 from drysim.errors import Caution
-from drysim.scenario.sweep.axis import walks
+from drysim.scenario.sweep.axis import columns_of, size, walks
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
@@ -20,18 +20,30 @@ MANY = 10_000
 
 def extremes(scenario: Scenario) -> Iterator[Scenario]:
     """Give the cases at the least and the greatest value of every swept key."""
-    first = {axis.key: axis.values[0] for axis in scenario.sweep}
+    first = _points(scenario.sweep, 0, 1)[0]
     for group in walks(scenario.sweep):
-        for place in sorted({place for axis in group for place in _ends(axis.values)}):
-            yield scenario.at({**first, **{axis.key: axis.values[place] for axis in group}})
+        for point in _ends(group):
+            yield scenario.at({**first, **point})
 
 
-def _ends(values: Sequence[float]) -> tuple[int, int]:
-    """Give the places of the least and the greatest value."""
-    if len(values) > MANY:
-        return 0, len(values) - 1
-    every = list(values)
-    return every.index(min(every)), every.index(max(every))
+def _ends(group: Sequence[Axis]) -> list[dict[str, float]]:
+    """Return the points at which a key of a group has its least or its greatest value."""
+    count = len(group[0].values)
+    if count > MANY:
+        return [*_points(group, 0, 1), *_points(group, count - 1, count)]
+    # All keys of a sample are drawn together, once: a single value costs as much as many.
+    every = _points(group, 0, count)
+    values = {axis.key: [point[axis.key] for point in every] for axis in group}
+    places = {column.index(pick(column)) for column in values.values() for pick in (min, max)}
+    return [every[place] for place in sorted(places)]
+
+
+def _points(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
+    """Return the points with numbers from `begin` to the one before `end`."""
+    columns = {key: column.tolist() for key, column in columns_of(axes, begin, end).items()}
+    return [
+        dict(zip(columns, point, strict=True)) for point in zip(*columns.values(), strict=True)
+    ]
 
 
 def needless(scenario: Scenario) -> Iterator[Caution]:
@@ -64,10 +76,12 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     exact = isinstance(scenario.solver.member(), Exact)
     if axis.key == "solver.step" and exact and scenario.excitation.periodic:
         return f"changes nothing: {approach} under sines makes no error that depends on it"
-    last = {other.key: other.values[-1] for other in scenario.sweep}
+    count = size(scenario.sweep)
+    first, last = _points(scenario.sweep, 0, 1)[0], _points(scenario.sweep, count - 1, count)[0]
     together = next(group for group in walks(scenario.sweep) if axis in group)
-    first = {other.key: other.values[0] for other in together}
-    if _scene(scenario, last) == _scene(scenario, {**last, **first}):
+    if _scene(scenario, last) == _scene(
+        scenario, last | {a.key: first[a.key] for a in together}
+    ):
         return "changes nothing: what it stands for is 0 or not used"
     return None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, log, log1p, sqrt
 from typing import Protocol
@@ -9,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.scenario.sweep.design import Design
+from drysim.scenario.sweep.design import CHUNK, Design
 from drysim.scenario.sweep.lazy import Lazy
 from drysim.wording import number
 
@@ -158,6 +159,12 @@ class Drawn(Lazy[float]):
     def one(self, number: int) -> float:
         """Give one value."""
         return float(self.at(np.array([number])).item())
+
+    def __iter__(self) -> Iterator[float]:
+        """Return the values in order, drawn block by block: one alone costs a whole block."""
+        for begin in range(0, len(self), CHUNK):
+            numbers = np.arange(begin, min(begin + CHUNK, len(self)))
+            yield from self.at(numbers).tolist()
 
     def at(self, numbers: NDArray[np.int64]) -> Floats:
         """Give some values by their numbers."""
