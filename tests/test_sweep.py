@@ -134,7 +134,24 @@ def test_motion_that_does_not_settle_is_a_status_and_not_a_number(grid: Path) ->
     assert row.metrics["T_a"] is None
     assert any(caution.slug == "not-settled" for caution in table.warnings)
     assert not table.checks[0].passed
-    assert table.checks[0].reason == "no case has metrics"
+    assert table.checks[0].reason == "not settled: T_a is not known"
+
+
+def test_sweep_fails_where_one_case_does_not_settle(grid: Path) -> None:
+    """Without damping, friction below π/4 of the force lets resonance grow without end."""
+    words = {
+        "oscillator.damping": 0,
+        "stroke": {"limit": 0.9},
+        "sweep": {"friction.kinetic": [10, 1000]},
+        "excitation.frequency": 1.5915494309189535,
+        "reference": None,
+        "checks": ["x_r_peak < 0.9 m", "x_r_peak < 0.9 m at status == ok"],
+    }
+    table = sweep(load(grid, words))
+    assert [row.status for row in table] == ["not settled", "ok"]
+    assert [verdict.passed for verdict in table.checks] == [False, True]
+    assert table.checks[0].where == {"friction.kinetic": 10.0}
+    assert table.exit_code() == 1
 
 
 def test_scenario_without_a_sweep_says_so(grid: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drysim import report
+from drysim.checks import Check
 from drysim.scenario import load
 from drysim.study.case import prepare
 from drysim.study.identity import identity
@@ -15,7 +16,7 @@ from drysim.study.sweeps import gathering, rows, sweep
 from drysim.study.sweeps.batch import Batch
 from drysim.study.sweeps.plan import Pieces, Plan
 from drysim.study.sweeps.store import Store
-from drysim.study.sweeps.table import FAILED, OK, Row
+from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
 from drysim.study.sweeps.tally import Tally
 from seat import rows_of
 
@@ -80,6 +81,32 @@ def test_cases_without_numbers_are_counted_by_their_reason():
     tally.add(Batch.of(0, [good, *lost]))
     assert (tally.lost[FAILED].cases, tally.lost[FAILED].first.note) == (2, "no")
     assert tally.extremes["T_a"][0].row.point == {"a": 1.0}
+
+
+@pytest.mark.parametrize("status", [NOT_SETTLED, NOT_UNIQUE, FAILED])
+def test_case_without_metrics_fails_the_checks_that_apply_to_it(status):
+    """A sweep had passed: the other cases hold, and this one was not asked."""
+    good, lost = ({"friction.kinetic": force} for force in (1000.0, 10.0))
+    rows_ = [
+        Row(good, "stick-slip", 1.0, 1.0, {"x_r_peak": 0.0}),
+        Row(lost, "stick-slip", 1.0, 1.0, {}, status, "no"),
+    ]
+    texts = {
+        "x_r_peak < 1 m": False,
+        "x_r_peak < 1 m at friction.kinetic < 11": False,
+        "x_r_peak < 1 m at friction.kinetic > 11": True,
+        "x_r_peak < 1 m at status == ok": True,
+        "x_r_peak < 1 m at friction.kinetic > 0 and status == ok": True,
+        "x_r_peak < 1 m at status == ok and friction.kinetic < 11": False,
+    }
+    for order in (rows_, rows_[::-1]):
+        tally = Tally("stick-slip", tuple(map(Check.parse, texts)))
+        tally.add(Batch.of(0, order))
+        assert dict(zip(texts, (v.passed for v in tally.verdicts), strict=True)) == texts
+        every, here, *_, none = tally.verdicts
+        assert every.where == here.where == lost
+        assert every.found == f"{status}: x_r_peak is not known"
+        assert none.found == "no case lies there"
 
 
 def test_row_of_a_block_is_that_of_its_iteration(many):

@@ -21,6 +21,7 @@ from drysim.checks.condition import (
     limit,
     refuse_unknown,
 )
+from drysim.checks.condition import STATUS as STATUS
 from drysim.checks.verdict import Verdict as Verdict
 from drysim.checks.verdict import badness as badness
 from drysim.metrics import UNITS
@@ -121,9 +122,9 @@ class Check:
         Parameters
         ----------
         judged : ndarray of bool, shape (n,)
-            Cases that the check is about, and that have metrics.
+            Cases that the check is about, whether they have metrics or not.
         values : ndarray, shape (n,)
-            Of the metric; NaN where it is not known.
+            Of the metric; NaN where it is not known, which fails the check.
         """
         if not judged.any():
             return None
@@ -135,24 +136,23 @@ class Check:
         away = value - self.limit
         return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
 
-    def missed(self, reached: bool) -> Verdict:
-        """Give the verdict on many cases none of which could be judged: the check fails.
-
-        `reached` tells whether it applies to any of them, which then have no metrics.
-        """
-        there = " there" if self.conditions else ""
-        reason = f"no case{there} has metrics" if reached else "no case lies there"
-        return Verdict(self, False, None, reason=reason)
+    def missed(self) -> Verdict:
+        """Return the verdict where the check applies to none of many cases: it fails."""
+        return Verdict(self, False, None, reason="no case lies there")
 
     def applies(self, point: Point) -> bool:
         """Whether a check is about the case at a point."""
         return all(condition.holds(point) for condition in self.conditions)
 
-    def verdict(self, value: float | None, where: Point | None) -> Verdict:
-        """Give the verdict on a case that the check applies to, by its metric."""
+    def verdict(self, value: float | None, where: Point | None, status: str = "") -> Verdict:
+        """Return the verdict on a case that the check applies to, by its metric.
+
+        `status` says why a case has no metrics, where that is so.
+        """
         if value is None or math.isnan(value):
             here = "" if where else " here"
-            return Verdict(self, False, None, where, f"{self.metric} is not known{here}")
+            why = f"{status}: " if status else ""
+            return Verdict(self, False, None, where, f"{why}{self.metric} is not known{here}")
         return Verdict(self, bool(COMPARISONS[self.op](value, self.limit)), value, where)
 
     def __str__(self) -> str:

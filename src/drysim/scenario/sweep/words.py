@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from drysim.checks import AT, Check
+from drysim.checks import AT, STATUS, Check
 from drysim.quantity import shown
 from drysim.scenario.reading import Reading
 from drysim.scenario.sentences import refuse
@@ -172,9 +172,9 @@ def _check(reading: Reading, known: Known, i: int, text: Any) -> Any:
         reading.fault(f"checks.{i}: {fault}", ("checks", i))
         return "T_a < 1"  # any sound check: this one has its problem already
     swept = reading.words.get(SWEEP)
-    for key in dict.fromkeys(condition.key for condition in check.conditions):
+    keys = [condition.key for condition in check.conditions if condition.key != STATUS]
+    for key in dict.fromkeys(keys):
         if isinstance(swept, Mapping) and key not in swept:
             sentence = f"checks.{i}: {key} is not swept; it has the same value in every case"
             reading.fault(sentence, ("checks", i))
-    keys = [condition.key for condition in check.conditions]
     return check.based_on({key: numerals[key].here(key) for key in keys})

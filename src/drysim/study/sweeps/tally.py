@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
-from drysim.checks import Check, Verdict, badness
+from drysim.checks import STATUS, Check, Verdict, badness
 from drysim.study.ensembles.doubts import about_mean
 from drysim.study.sweeps.batch import NAMES, STATUSES, Batch
 from drysim.study.sweeps.known import Count, Seeds, more
@@ -73,7 +73,6 @@ class Tally:
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
     _beyond: float = -np.inf
     _decided: dict[int, Verdict] = field(default_factory=dict)
-    _reached: set[int] = field(default_factory=set)
 
     @classmethod
     def of(
@@ -115,8 +114,7 @@ class Tally:
     def verdicts(self) -> tuple[Verdict, ...]:
         """One for every check, in order."""
         return tuple(
-            self._decided.get(i) or check.missed(i in self._reached)
-            for i, check in enumerate(self.checks)
+            self._decided.get(i) or check.missed() for i, check in enumerate(self.checks)
         )
 
     @property
@@ -167,13 +165,13 @@ class Tally:
     def _judge(
         self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt
     ) -> None:
-        reach = check.reach(batch.points, len(batch))
-        at = check.worst(reach & good, batch.metrics[check.metric])
-        if reach.any():
-            self._reached.add(i)
+        reach = check.reach({**batch.points, STATUS: batch.status}, len(batch))
+        # A case without metrics fails what it is asked for, unless the check leaves it out.
+        at = check.worst(reach, np.where(good, batch.metrics[check.metric], np.nan))
         if at is not None:
             case = row(at)
-            verdict = check.verdict(case.metrics.get(check.metric), case.point)
+            status = "" if good[at] else case.status
+            verdict = check.verdict(case.metrics.get(check.metric), case.point, status)
             if case.over:
                 verdict = about_mean(verdict, case.half_widths.get(check.metric), case.seeds)
             before = self._decided.get(i)
