@@ -22,6 +22,7 @@ from drysim.study.sweeps.sweep import sweep as solved
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED
 from grids import axes, comparison, orbits, spoil, sweep
 from outcomes import judgement, record, stand_in
+from seat import SEAT
 
 pytestmark = pytest.mark.usefixtures("eighty_columns")
 
@@ -54,6 +55,24 @@ def test_sweep_fits_80_columns_and_is_plain_when_piped(capsys):
     assert max(map(len, out.splitlines())) <= 80
     assert {sign for sign in out if not sign.isprintable()} == {"\n"}
     assert err == ""
+
+
+def test_extremes_that_differ_by_rounding_are_the_same(capsys, tmp_path):
+    """Wherever a steady orbit begins, its metrics are the same but for rounding."""
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    phases = {"sweep": {"excitation.phase": [0, 0.5, 1, 2, 3]}, "measure": {"steady": True}}
+    table = solved(load(tmp_path / "seat.yaml", phases))
+    ends = next(iter(table.tallies.values())).extremes["T_a"]
+    assert ends[0].row.point != ends[1].row.point
+    console.show_table(table)
+    out = words(capsys.readouterr().out)
+    for name in ("T_a", "T_x", "peak |x_r|"):
+        assert re.search(
+            rf"{re.escape(name)} [\d.]+( mm)? (.* limit, )?the same in every case", out
+        )
+    assert " least at " not in out
+    console.show_table(spoil(small(), FAILED, 1))
+    assert "least at" in words(capsys.readouterr().out)
 
 
 def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):

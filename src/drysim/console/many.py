@@ -6,6 +6,7 @@ Each case is held to its own stroke limit.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import isclose
 from typing import TYPE_CHECKING
 
 from drysim import wording
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from drysim.study.sweeps.known import Seeds
     from drysim.study.sweeps.table import Table
     from drysim.study.sweeps.tally import Extreme, Tally
+
+ROUNDING = 1e-9
+"""Difference of extremes, relative to them, that says nothing about where they are [-]."""
 
 
 def seeds(scenario: Scenario, found: Seeds | None) -> str:
@@ -41,6 +45,21 @@ def known(axes: Sequence[Axis], found: Seeds | None, metric: str) -> Iterator[Ro
         yield Row("", f"± {wording.number(width, digits=2)}", words)
 
 
+def alike(own: Tally, metric: str) -> bool:
+    """Whether a metric is the same in several cases, but for rounding."""
+    least, most = own.extremes[metric]
+    known = own.cases - sum(count for count, _ in own.lost.values())
+    return known > 1 and isclose(least.value, most.value, rel_tol=ROUNDING)
+
+
+def extent(table: Table, own: Tally, metric: str) -> str:
+    """Return where a metric is least and greatest, in words."""
+    if alike(own, metric):
+        return "the same in every case" + " that has numbers" * bool(own.lost)
+    least, most = (at(table, end) for end in own.extremes[metric])
+    return f"least {least}, greatest {most}" if least != most else least
+
+
 def stroke(table: Table, own: Tally) -> Iterator[Row]:
     """Give the greatest stroke, and by how much the limit is met."""
     ends, used = own.extremes.get("x_r_peak"), own.extremes.get("stroke_used")
@@ -48,7 +67,9 @@ def stroke(table: Table, own: Tally) -> Iterator[Row]:
         return
     peak, share = ends[1], percent(ends[1].row.metrics.get("stroke_used"))
     remark = f"{share} of the stroke limit, " if used else ""
-    yield Row("peak |x_r|", length(peak.value), f"{remark}{at(table, peak)}")
+    same = alike(own, "x_r_peak") and not (used and not alike(own, "stroke_used"))
+    where = extent(table, own, "x_r_peak") if same else at(table, peak)
+    yield Row("peak |x_r|", length(peak.value), f"{remark}{where}")
     # Where the limit is swept, another case may use more of its own.
     if used and percent(used[1].value) != share:
         most = percent(used[1].value)

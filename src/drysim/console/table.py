@@ -111,9 +111,8 @@ def _rows(table: study.Table) -> Iterator[Row]:
     own = _own(table)
     for metric in ("T_a", "SEAT", "T_x"):
         if ends := own.extremes.get(metric):
-            least, most = at(table, ends[0]), at(table, ends[1])
-            remark = f"least {least}, greatest {most}" if least != most else least
-            yield Row(metric, span(*(number(end.value, digits=DIGITS) for end in ends)), remark)
+            values = span(*(number(end.value, digits=DIGITS) for end in ends))
+            yield Row(metric, values, many.extent(table, own, metric))
             yield from many.known(table.axes, own.seeds, metric)
     # Where the frequency is drawn together with other keys, a curve is a single case.
     over_frequency = any(
@@ -125,6 +124,8 @@ def _rows(table: study.Table) -> Iterator[Row]:
     yield from many.stroke(table, own)
     if ends := own.extremes.get("stuck_share"):
         remark = f"most {at(table, ends[1])}" if ends[1].value else ""
+        if remark and many.alike(own, "stuck_share"):
+            remark = many.extent(table, own, "stuck_share")
         yield Row("stuck", span(*(percent(end.value) for end in ends)), remark)
     if ends := own.extremes.get("energy_residual"):
         residual = number(ends[1].value, digits=2)
