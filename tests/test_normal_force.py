@@ -15,6 +15,7 @@ from drysim.core.plant import Law, Plant
 from drysim.core.state import State
 from drysim.errors import RecordError, ScenarioError
 from drysim.scenario import load
+from drysim.study.case import prepare
 from drysim.study.validate import examine
 
 HEAD = """drysim: 1
@@ -72,6 +73,17 @@ def test_resolved_scenario_runs_again(scene, tmp_path):
     words = scenario.resolved(tmp_path / "out")
     assert words["friction"]["normal_record"]["file"] == "../force.csv"
     assert "normal" not in words["friction"]
+
+
+def test_record_in_options_of_another_law_is_resolved_to_its_own_file(scene, tmp_path):
+    """It kept the path that it has beside the scenario, which leads nowhere elsewhere."""
+    loaded = load(scene())
+    pressed = {k: v for k, v in loaded.spoken("friction").items() if k != "law"}
+    dahl = {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e5, "coulomb": pressed}
+    scenario = load(scene(), {"friction": dahl})
+    assert [one.slug for one in prepare(scenario).cautions if one.slug == "unread-record"] == []
+    words = scenario.resolved(tmp_path / "out")
+    assert words["friction"]["coulomb"]["normal_record"]["file"] == "../force.csv"
 
 
 def test_amplitude_of_one_and_more_is_solved_by_modes(scene):

@@ -27,9 +27,14 @@ def spelled_out(scenario: Scenario, relative_to: Path | None) -> dict[str, Any]:
     words["excitation"] = {"kind": scenario.excitation.kind} | words["excitation"]
     if isinstance(scenario.excitation, Record) and relative_to is not None:
         words["excitation"]["file"] = scenario.excitation.file_from(relative_to)
-    force = getattr(scenario.friction, "normal_record", None)
-    if force is not None and relative_to is not None:
-        words["friction"]["normal_record"]["file"] = force.file_from(relative_to)
+    if scenario.friction is not None and relative_to is not None:
+        options = {law: getattr(scenario.friction, law, None) for law in LAWS}
+        blocks = [(scenario.friction, words["friction"])]
+        blocks += [(one, words["friction"][law]) for law, one in options.items() if one]
+        for block, block_words in blocks:
+            force = getattr(block, "normal_record", None)
+            if force is not None:
+                block_words["normal_record"]["file"] = force.file_from(relative_to)
     member = scenario.solver.member().model_dump(mode="json", exclude_none=True)
     solver = words["solver"] | {scenario.solver.approach: member}
     plain = {key: _options(value, "approach") for key, value in solver.items()}
