@@ -7,6 +7,8 @@ import pytest
 
 from drysim.core.motion import Samples
 from drysim.scenario import cautions, load
+from drysim.source import dump
+from drysim.study.comparisons.compare import compare
 from seat import dotted
 
 WORDS = {
@@ -178,3 +180,143 @@ def test_record_of_even_steps_is_not_told_about_units_of_time(tmp_path):
     scenario = load(tmp_path / "seat.yaml")
     (caution,) = cautions(scenario, scenario.excitation.motion())
     assert caution.sentence.endswith("of what shakes the mass it tells little")
+
+
+SWEPT = {"excitation.frequency": [1, 2, 3]}
+
+
+@pytest.mark.parametrize(
+    ("checks", "slug", "part"),
+    [
+        (["stuck_share < 80"], "check-cannot-fail", "if it is in percent, write `80 %`"),
+        (["stuck_share <= 1"], "check-cannot-fail", "shares are from 0 to 1"),
+        (["stuck_share > 1"], "check-cannot-hold", "shares are from 0 to 1"),
+        (["T_a >= 0"], "check-cannot-fail", "T_a is never below 0"),
+        (["x_r_peak > -1 mm"], "check-cannot-fail", "x_r_peak is never below 0"),
+        (["T_a < 0"], "check-cannot-hold", "T_a is never below 0"),
+        (["T_a == -1"], "check-cannot-hold", "T_a is never below 0"),
+        (["SEAT < 60"], "looks-like-percent", "write `60 %`"),
+        (["stroke_used < 80"], "looks-like-percent", "write `80 %`"),
+        (["x_r_peak < 25 km"], "implausible-length", "is 25000 m, over 1000 times the 0.014 m"),
+        (["x_r_peak < 25 m"], "implausible-length", "is 25 m"),
+        (["T_a < 1", "T_a > 1.2"], "checks-contradict", "`T_a < 1` and `T_a > 1.2`"),
+        (["T_a < 1", "T_a >= 1"], "checks-contradict", "one must fail"),
+        (["T_a == 1", "T_a == 2"], "checks-contradict", "one must fail"),
+        (["x_r_peak < 25 mm", "x_r_peak < 0.025"], "check-twice", "stands there twice"),
+    ],
+)
+def test_check_without_sense_is_said(slugs, checks, slug, part):
+    assert part in slugs(checks=checks)[slug]
+    assert len(slugs(checks=checks)) == 1
+
+
+@pytest.mark.parametrize(
+    "checks",
+    [
+        ["stuck_share < 80 %", "SEAT < 60 %", "x_r_peak < 25 mm", "x_r_peak > 0"],
+        ["T_a <= 1", "T_a >= 1"],
+        ["violations == 0", "stuck_share == 0", "stuck_share < 1", "energy_residual < 1e-9"],
+        ["energy_friction > -1", "energy_stored < 0"],
+    ],
+)
+def test_check_of_sense_is_left_alone(slugs, checks):
+    assert slugs(checks=checks) == {}
+
+
+@pytest.mark.parametrize(
+    ("checks", "slug"),
+    [
+        (["T_a < 1 at excitation.frequency > 3"], "check-cannot-hold"),
+        (["T_a < 1", "T_a > 2 at excitation.frequency == 3"], "checks-contradict"),
+        (
+            ["T_a < 1 at excitation.frequency >= 2", "T_a > 2 at excitation.frequency <= 2"],
+            "checks-contradict",
+        ),
+        (["T_a < 1 at status == ok", "T_a > 1.2"], "checks-contradict"),
+        (["T_a < 1 at excitation.frequency > 2", "T_a > 2 at excitation.frequency <= 2"], ""),
+        (["T_a < 1 at excitation.frequency > 2", "T_a < 1 at excitation.frequency < 2"], ""),
+        (["T_a < 1", "T_a < 1 at excitation.frequency == 2"], ""),
+    ],
+)
+def test_checks_are_held_against_each_other_where_both_apply(slugs, checks, slug):
+    assert [*slugs(checks=checks, sweep=SWEPT)] == [slug] * bool(slug)
+
+
+def test_sweep_of_the_phase_of_a_steady_orbit_is_said(slugs):
+    phases = {"excitation.phase": [0, 1, 2]}
+    assert "changes nothing" in slugs(sweep=phases)["sweep-changes-nothing"]
+    assert slugs(sweep=phases, measure={"duration": 5}) == {}
+    varied = {"amplitude": 0.4, "frequency": 1.6}
+    friction = {"law": "coulomb", "kinetic": 15, "static": 18, "normal_variation": varied}
+    assert slugs(sweep=phases, friction=friction) == {}
+
+
+def test_ratio_of_a_force_of_zero_is_said(slugs):
+    ratio = {"law": "coulomb", "kinetic": 0, "static_ratio": 1.2}
+    assert "friction.kinetic is 0" in slugs(friction=ratio)["no-effect"]
+    assert slugs(friction={**ratio, "static_ratio": 1}) == {}
+    assert slugs(friction=ratio, sweep={"friction.kinetic": [0, 15]}) == {}
+    assert slugs(friction={"law": "coulomb", "kinetic": 0, "static": 5}) == {}
+
+
+@pytest.mark.parametrize(("half_width", "said"), [(3, True), (1, True), (0.5, False)])
+def test_interval_in_percent_is_said(slugs, half_width, said):
+    noise = {"kind": "psd", "points": [[1, 1], [10, 1]], "duration": 10}
+    until = {"metric": "T_a", "half_width": half_width}
+    found = slugs(excitation={**noise, "until": until})
+    assert ("looks-like-percent" in found) == said
+
+
+def test_options_of_an_approach_that_does_not_run_are_said(slugs):
+    solver = {"step": 2.5e-3, "smooth": {"form": "erf"}}
+    assert "the approach is stick-slip" in slugs(solver=solver)["no-effect"]
+    assert slugs(solver=solver, sweep=SWEPT, reference="smooth", friction__static=15) == {}
+    assert slugs(solver={**solver, "approach": "smooth"}, friction__static=15) == {}
+
+
+def test_options_of_an_approach_are_left_alone_where_it_may_run(tmp_path):
+    """In a comparison, and where the command line chooses another approach than the file."""
+    file = tmp_path / "seat.yaml"
+    solver = {"approach": "smooth", "step": 2.5e-3, "smooth": {"form": "erf"}}
+    file.write_text(
+        dump(WORDS | {"solver": solver, "friction": {"law": "coulomb", "kinetic": 9}})
+    )
+    assert cautions(load(file, ["solver.approach=viscous", "friction=null"])) == ()
+    assert cautions(load(file, ["solver.approach=stick-slip"])) == ()
+    chosen = load(file, ["solver.approach=stick-slip", "solver.smooth.form=tanh"])
+    assert [one.slug for one in cautions(chosen)] == ["no-effect"]
+    assert cautions(chosen, compared=True) == ()
+    file.write_text(file.read_text().replace("approach: smooth", "approach: stick-slip"))
+    assert [one.slug for one in cautions(load(file))] == ["no-effect"]
+    table = compare(load(file), "smooth vs stick-slip").table
+    assert [one.slug for one in table.warnings if one.slug == "no-effect"] == []
+
+
+def test_option_that_stands_for_a_key_of_the_same_law_is_said(tmp_path):
+    file = tmp_path / "seat.yaml"
+    own = {"law": "coulomb", "kinetic": 15, "coulomb": {"kinetic": 30}}
+    dahl = {"kinetic": 9, "bristle_stiffness": 1e5}
+    file.write_text(dump(WORDS | {"friction": own | {"dahl": dahl}}))
+    (caution,) = cautions(load(file))
+    sentence = "friction.kinetic has no effect: friction.coulomb.kinetic stands for it"
+    assert caution.sentence == sentence
+    assert cautions(load(file, ["friction.law=dahl"])) == ()
+    assert cautions(load(file, ["friction.kinetic=null"])) == ()
+
+
+def test_record_that_is_missing_in_options_of_another_law_is_said(slugs):
+    record = {"file": "nope.csv", "column": 1, "unit": "N", "rate": 100}
+    pressed = {"mu_kinetic": 0.1, "normal_record": record}
+    friction = {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e5, "coulomb": pressed}
+    assert "the record is not there" in slugs(friction=friction)["unread-record"]
+
+
+def test_force_of_zero_from_outside_is_no_slip(tmp_path):
+    """It takes the friction of a file away for once, and its ratio with it."""
+    file = tmp_path / "seat.yaml"
+    file.write_text(
+        dump(WORDS | {"friction": {"law": "coulomb", "kinetic": 9, "static_ratio": 2}})
+    )
+    assert cautions(load(file, ["friction.kinetic=0"])) == ()
+    both = load(file, ["friction.kinetic=0", "friction.static_ratio=3"])
+    assert [one.slug for one in cautions(both)] == ["no-effect"]

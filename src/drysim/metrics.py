@@ -87,6 +87,12 @@ METRICS = (
 UNITS = {metric.name: metric.unit for metric in METRICS}
 """Unit of every metric, by name."""
 
+SHARES = ("stuck_share", "chatter_share")
+"""Those that are shares of the window, from 0 to 1."""
+
+SIGNED = ("energy_input", "energy_stored", "energy_friction", "energy_residual")
+"""Those that may be below zero: bristles and spring contacts give energy back."""
+
 COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 """Those that only a weighting gives."""
 

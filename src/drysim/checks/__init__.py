@@ -24,7 +24,7 @@ from drysim.checks.condition import (
 from drysim.checks.condition import STATUS as STATUS
 from drysim.checks.verdict import Verdict as Verdict
 from drysim.checks.verdict import badness as badness
-from drysim.metrics import UNITS
+from drysim.metrics import SHARES, SIGNED, UNITS
 from drysim.quantity import meant_or_known, shown, unit_behind
 
 Metrics = Mapping[str, float | None]
@@ -136,6 +136,34 @@ class Check:
         away = value - self.limit
         return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
 
+    def holds(self, value: float) -> bool:
+        """Whether a value of the metric is as promised."""
+        return bool(COMPARISONS[self.op](value, self.limit))
+
+    @property
+    def foregone(self) -> bool | None:
+        """Whether every value that the metric may have holds (True) or fails (False), if so."""
+        low = -math.inf if self.metric in SIGNED else 0.0
+        high = 1.0 if self.metric in SHARES else math.inf
+        answers = {
+            self.holds(value) for value in (low, high, *self._edge) if low <= value <= high
+        }
+        return answers.pop() if len(answers) == 1 else None
+
+    def contradicts(self, other: Check) -> bool:
+        """Whether no value of the metric, which both are about, is as both promise."""
+        values = (*self._edge, *other._edge)
+        return not any(self.holds(value) and other.holds(value) for value in values)
+
+    @property
+    def _edge(self) -> tuple[float, float, float]:
+        """The limit and its neighbours: between two limits at least one of them lies."""
+        below, above = (
+            math.nextafter(self.limit, -math.inf),
+            math.nextafter(self.limit, math.inf),
+        )
+        return below, self.limit, above
+
     def missed(self) -> Verdict:
         """Return the verdict where the check applies to none of many cases: it fails."""
         return Verdict(self, False, None, reason="no case lies there")
@@ -153,7 +181,7 @@ class Check:
             here = "" if where else " here"
             why = f"{status}: " if status else ""
             return Verdict(self, False, None, where, f"{why}{self.metric} is not known{here}")
-        return Verdict(self, bool(COMPARISONS[self.op](value, self.limit)), value, where)
+        return Verdict(self, self.holds(value), value, where)
 
     def __str__(self) -> str:
         """Give the text of the scenario."""

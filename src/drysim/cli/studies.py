@@ -129,7 +129,7 @@ def compare(
 
     voice, names = Voice(as_json, quiet), named(approaches)
     loaded = load(scenario_or_default(scenario, names, voice), changes or [])
-    case = prepare(loaded.compared_by(names[-1]))
+    case = prepare(loaded.compared_by(names[-1]), compared=True)
     wanted = scenarios_of(loaded, names)
     folder = out or Path("out", f"{loaded.name}-compare")
     check(folder)

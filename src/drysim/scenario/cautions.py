@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import inf, pi, sqrt
+from collections.abc import Iterator, Mapping
+from math import inf, isclose, nan, pi, sqrt
 from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples, Sines
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.core.signal import largest
-from drysim.errors import Caution
+from drysim.errors import Caution, RecordError
 from drysim.excitation.record import Record
+from drysim.metrics import SHARES
+from drysim.quantity import Block
+from drysim.scenario.laws import BY_NAME, LAWS, excluded
 from drysim.scenario.odd_units import odd_units
-from drysim.scenario.sweep.cautions import extremes, needless
+from drysim.scenario.sweep.cautions import MANY, extremes, needless
 from drysim.scenario.unfit import unfit
 from drysim.weighting import DIRECTIONS, RECALLED
 
 if TYPE_CHECKING:
+    from drysim.checks import Check
     from drysim.scenario.model import Scenario
 
 STEPS_A_PERIOD = 20
@@ -29,6 +33,9 @@ HIGHEST = 80.0
 ON_GRID = 1e-9
 """Rounding that a step may have."""
 
+ROUNDING = 1e-12
+"""Difference of two limits, relative to them, that only their units make [-]."""
+
 LOADS = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
 """Beginnings of the keys that decide whether the mass moves: swept, they differ by case."""
 
@@ -36,7 +43,9 @@ COMMON_RATIO = 1.3
 """Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
 
 
-def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple[Caution, ...]:
+def cautions(
+    scenario: Scenario, motion: Sines | Samples | None = None, compared: bool = False
+) -> tuple[Caution, ...]:
     """Give the warnings that the words of a scenario deserve, swept values among them.
 
     Parameters
@@ -44,6 +53,9 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
     scenario : Scenario
     motion : Sines or Samples, optional
         Base motion, if it is at hand; no record is read and no signal is made for this.
+    compared : bool, optional
+        Whether other approaches or laws than those of the scenario solve it, too: then nothing
+        is said about options of theirs.
     """
     if motion is None and scenario.excitation.periodic:
         motion = scenario.excitation.motion()
@@ -56,7 +68,10 @@ def cautions(scenario: Scenario, motion: Sines | Samples | None = None) -> tuple
         if not any(axis.key.startswith(LOADS) for axis in scenario.sweep):
             found += _friction(scenario, motion)
         found += [*unfit(scenario, motion), *_weighting(scenario, motion)]
-    return (*found, *needless(scenario))
+    found += [*needless(scenario), *_vain_checks(scenario), *_without_force(scenario)]
+    if not compared:
+        found += [*_idle_options(scenario), *_unread_records(scenario)]
+    return tuple(found)
 
 
 def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
@@ -162,3 +177,129 @@ def _peak(motion: Sines | Samples) -> float:
     if isinstance(motion, Samples):
         return largest(motion.u_dd)
     return sum(motion.A)
+
+
+def _vain_checks(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of checks that cannot fail, cannot hold, stand twice or contradict each other."""
+    here = _Cases(scenario)
+    sound: dict[str, list[Check]] = {}
+    for at, check in enumerate(scenario.checks):
+        before = sound.setdefault(check.metric, [])
+        twin = next((one for one in before if _same(one, check)), None)
+        foe = next(
+            (one for one in before if one.contradicts(check) and here.share(one, check)), None
+        )
+        answer, numbers = check.foregone, {f"checks.{at}": check.limit}
+        if answer is not None:
+            share = check.metric in SHARES
+            hint = "shares are from 0 to 1" if share else f"{check.metric} is never below 0"
+            if share and check.limit > 1 and not check.unit:
+                hint += f"; if it is in percent, write `{check.limit:g} %`"
+            word = "fail" if answer else "hold"
+            sentence = f"the check `{check}` cannot {word}: {hint}"
+            yield Caution(f"check-cannot-{word}", sentence, numbers)
+        elif not here.has(check):
+            sentence = f"the check `{check}` cannot hold: it applies to no case of the sweep"
+            yield Caution("check-cannot-hold", sentence, numbers)
+        elif twin is not None:
+            yield Caution("check-twice", f"the check `{check}` stands there twice", numbers)
+        elif foe is not None:
+            sentence = f"the checks `{foe}` and `{check}` contradict each other: one must fail"
+            yield Caution("checks-contradict", sentence, numbers)
+        else:
+            before.append(check)
+
+
+def _same(one: Check, other: Check) -> bool:
+    """Whether two checks of one metric promise the same of the same cases."""
+    alike = isclose(one.limit, other.limit, rel_tol=ROUNDING)
+    return alike and one.op == other.op and {*one.conditions} == {*other.conditions}
+
+
+class _Cases:
+    """The values that keys have in the cases of a scenario, for conditions of checks."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        few = (axis for axis in scenario.sweep if len(axis.values) <= MANY)
+        self.values = {axis.key: list(axis.values) for axis in few}
+        self.swept = {axis.key for axis in scenario.sweep}
+
+    def has(self, check: Check) -> bool:
+        """Whether a check applies to a case of the sweep, as far as each key tells."""
+        return not self.swept or self.share(check)
+
+    def share(self, *checks: Check) -> bool:
+        """Whether all of some checks apply to one case, as far as each key tells."""
+        conditions = [one for check in checks for one in check.conditions]
+        for key in {one.key for one in conditions}:
+            asked = [one for one in conditions if one.key == key]
+            here = asked[0].here
+            values = self.values.get(key, [nan if here is None else here])
+            known = key not in self.swept or key in self.values
+            if known and not any(all(one.holds({key: v}) for one in asked) for v in values):
+                return False
+        return True
+
+
+def _without_force(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of keys that scale a friction force of zero."""
+    friction, swept = scenario.acting, {axis.key for axis in scenario.sweep}
+    force = next(
+        (k for k in ("kinetic", "mu_kinetic") if getattr(friction, k, None) == 0), None
+    )
+    if force is None or f"friction.{force}" in swept:
+        return
+    ratio, varied = (
+        getattr(friction, key, None) for key in ("static_ratio", "normal_variation")
+    )
+    idle = {"static_ratio": ratio not in (None, 1.0), "normal_variation": varied is not None}
+    if scenario.outline().F_fs > 0:
+        idle["normal_variation"] = False
+    for key in (key for key, given in idle.items() if given):
+        if not _chosen_outside(scenario, f"friction.{force}", f"friction.{key}"):
+            sentence = f"friction.{key} has no effect: friction.{force} is 0"
+            yield Caution("no-effect", sentence, {f"friction.{force}": 0.0})
+
+
+def _idle_options(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of options that nothing uses where only the scenario's own approach and law act."""
+    approach = scenario.solver.approach
+    for name, options in scenario.solver:
+        idle = isinstance(options, Block) and name not in (approach, scenario.reference)
+        if idle and not _chosen_outside(scenario, "solver.approach", f"solver.{name}"):
+            sentence = (
+                f"solver.{name} has no effect: the approach is {approach}; options of {name} "
+                "count where a comparison names it"
+            )
+            yield Caution("no-effect", sentence)
+    words = scenario.spoken("friction")
+    law = words.get(BY_NAME)
+    own = words.get(law) if isinstance(law, str) else None
+    if not isinstance(law, str) or not isinstance(own, Mapping):
+        return
+    if not _chosen_outside(scenario, f"friction.{BY_NAME}", f"friction.{law}"):
+        for key in sorted(words.keys() & excluded(law, own)):
+            stands = key if key in own else ", ".join(own)
+            sentence = f"friction.{key} has no effect: friction.{law}.{stands} stands for it"
+            yield Caution("no-effect", sentence)
+
+
+def _chosen_outside(scenario: Scenario, choice: str, options: str) -> bool:
+    """Whether a choice, and none of the options beside it, was made by an override.
+
+    Such as by `--approach`: then the options in the file are those of the file's own choice.
+    """
+    chosen = scenario.origin["overrides"]
+    return choice in chosen and not any(f"{key}.".startswith(f"{options}.") for key in chosen)
+
+
+def _unread_records(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of a recorded normal force in options of another law that cannot be read."""
+    for law in LAWS:
+        record = getattr(getattr(scenario.friction, law, None), "normal_record", None)
+        if record is not None:
+            try:
+                record.pressure()
+            except RecordError as fault:
+                sentence = f"friction.{law}.normal_record cannot be used: {fault.problem}"
+                yield Caution("unread-record", sentence)

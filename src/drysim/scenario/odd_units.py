@@ -7,6 +7,7 @@ from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples, Sines
+from drysim.core.signal import largest
 from drysim.errors import Caution
 from drysim.metrics import UNITS
 from drysim.scenario.sweep.cautions import extremes
@@ -29,6 +30,18 @@ SLOW = 0.1
 DAMPED = 5.0
 """Above this damping ratio [-] somebody meant percent."""
 
+RATIOS = ("SEAT", "SEAT_VDV", "stroke_used")
+"""Metrics [-] that people give in percent."""
+
+TENFOLD = 10.0
+"""From this limit on of such a metric [-] somebody meant percent."""
+
+WHOLE = 1.0
+"""An interval as wide as its mean [-] tells nothing of it; somebody meant percent."""
+
+REMOTE = 1000.0
+"""No mass travels a thousand times as far as its base moves and its spring would give [-]."""
+
 
 def odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
     """Say which values look like values in other units, each key once.
@@ -46,10 +59,12 @@ def odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Ca
     """
     found: dict[tuple[str, ...], Caution] = {}
     for case in extremes(scenario) if scenario.sweep else (scenario,):
-        if case is not scenario:  # of a sweep, whose cases move as they do
-            motion = case.excitation.motion() if case.excitation.periodic else None
-        waves = _sines(motion) if isinstance(motion, Sines) else ()
-        for caution in (*_lengths(case), *_oscillator(case), *waves):
+        own = motion if case.excitation is scenario.excitation else None
+        if case is not scenario and case.excitation.periodic:  # each case moves as it says
+            own = case.excitation.motion()
+        waves = _sines(own) if isinstance(own, Sines) else ()
+        lengths = (*_lengths(case), *_remote(case, own))
+        for caution in (*lengths, *_oscillator(case), *_ratios(case), *waves):
             found.setdefault((caution.slug, *caution.numbers), caution)
     yield from found.values()
 
@@ -71,6 +86,45 @@ def _lengths(scenario: Scenario) -> Iterator[Caution]:
             typed = value / 1e6 if value >= MEGA else value
             sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
             yield Caution("looks-like-millimetres", sentence, {key: value})
+
+
+def _remote(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
+    """Warn of checks whose limit has a unit, and is a length far beyond all that moves."""
+    m, k_x, _ = scenario.oscillator.plant()
+    if motion is None or k_x == 0.0:
+        return
+    softness, start = m / k_x, scenario.start.state()
+    if isinstance(motion, Samples):
+        base = largest(motion.u_dd) * softness
+    else:
+        base = sum(
+            A * max(softness, 1 / (2 * pi * f) ** 2) for A, f, _ in zip(*motion, strict=True)
+        )
+    reach = base + abs(start.x_r) + abs(start.v_r) * sqrt(softness)
+    for at, check in enumerate(scenario.checks):
+        far = check.limit >= FAR and check.limit >= REMOTE * reach
+        if far and check.unit and UNITS[check.metric] == "m":
+            sentence = (
+                f"the limit of the check `{check}` is {check.limit:g} m, over {REMOTE:g} times "
+                f"the {reach:.2g} m by which base and start move the mass: is its unit right?"
+            )
+            yield Caution("implausible-length", sentence, {f"checks.{at}": check.limit})
+
+
+def _ratios(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of ratios that look like percent."""
+    bare = [
+        (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
+        for at, check in enumerate(scenario.checks)
+        if not check.unit and check.metric in RATIOS and check.limit >= TENFOLD
+    ]
+    until = getattr(scenario.excitation, "until", None)
+    if until is not None and until.half_width >= WHOLE:
+        key = "excitation.until.half_width"
+        bare.append((key, key, until.half_width))
+    for what, key, value in bare:
+        sentence = f"{what} is {value:g}; if it is in percent, write `{value:g} %`"
+        yield Caution("looks-like-percent", sentence, {key: value})
 
 
 def _oscillator(scenario: Scenario) -> Iterator[Caution]:

@@ -100,12 +100,14 @@ def require(scenario: Scenario) -> None:
         )
 
 
-def prepare(scenario: Scenario) -> Case:
+def prepare(scenario: Scenario, compared: bool = False) -> Case:
     """Give the case of a scenario: read its record, check that it can be solved.
 
     Parameters
     ----------
     scenario : Scenario
+    compared : bool, optional
+        Whether other approaches or laws solve it, too, which use their options.
 
     Returns
     -------
@@ -128,7 +130,7 @@ def prepare(scenario: Scenario) -> Case:
     motion = base_motion(scenario)
     law = scenario.law()
     force = law.pressure.cautions if isinstance(law, Pressed) and law.pressure else ()
-    known = (*cautions(scenario, motion), *getattr(motion, "cautions", ()), *force)
+    known = (*cautions(scenario, motion, compared), *getattr(motion, "cautions", ()), *force)
     case = assemble(scenario, motion, known)
     if refused := refusal(case):
         raise misfit(scenario, *refused)

@@ -76,6 +76,12 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     exact = isinstance(scenario.solver.member(), Exact)
     if axis.key == "solver.step" and exact and scenario.excitation.periodic:
         return f"changes nothing: {approach} under sines makes no error that depends on it"
+    phase = axis.key.startswith("excitation.") and axis.key.endswith(".phase")
+    if phase and scenario.measure.steady and len(scenario.frequencies) == 1:
+        return (
+            "changes nothing: the metrics cover a whole repetition of the steady orbit (where "
+            "several orbits coexist, it decides which of them the start leads to)"
+        )
     count = size(scenario.sweep)
     first, last = _points(scenario.sweep, 0, 1)[0], _points(scenario.sweep, count - 1, count)[0]
     together = next(group for group in walks(scenario.sweep) if axis in group)

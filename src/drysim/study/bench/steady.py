@@ -43,7 +43,7 @@ def cases_of(scenario: Scenario) -> Case:
     UsageError
         When the scenario sweeps nothing, or measures no steady state.
     """
-    case = prepare(scenario.copied({"reference": None}))
+    case = prepare(scenario.copied({"reference": None}), compared=True)
     if not scenario.sweep or case.period is None:
         raise UsageError(
             f"{scenario.name} has no steady states to sweep",

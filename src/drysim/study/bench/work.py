@@ -134,7 +134,7 @@ def work_of(scenario: Scenario, samples: int) -> Work:
     ScenarioError, RecordError, UsageError
         As `drysim.study.case.prepare` does.
     """
-    case = prepare(scenario)
+    case = prepare(scenario, compared=True)
     if isinstance(case.motion, Samples):
         samples = min(samples, len(case.motion.u_dd) - 1)
     scene = (case.plant, case.law, cut(case.motion, samples), case.start)

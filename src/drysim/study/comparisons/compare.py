@@ -103,7 +103,7 @@ def compare(
     """
     names = named(names)
     require(scenario)
-    case = prepare(scenario.compared_by(names[-1]))
+    case = prepare(scenario.compared_by(names[-1]), compared=True)
     return solve(scenario, case, names, workers=workers, finished=finished)
 
 
