@@ -225,6 +225,34 @@ def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
     assert {"mass ẍ", "base ü", "stroke limit ±10 mm"} <= set(shown)
 
 
+def labelled(axes, label):
+    """Return the one line of a panel that carries a label."""
+    (line,) = (line for line in axes.lines if line.get_label() == label)
+    return line
+
+
+@pytest.mark.parametrize("made", [outcome(), outcome(motion=record(24_000), duration=None)])
+def test_mass_is_drawn_above_a_lighter_and_thinner_base(made):
+    from matplotlib.colors import to_rgb
+
+    above = draw(made).axes[-3]
+    mass, base = labelled(above, "mass ẍ"), labelled(above, "base ü")
+    assert mass.get_zorder() > base.get_zorder()
+    assert mass.get_linewidth() > base.get_linewidth()
+    assert sum(to_rgb(mass.get_color())) < 0.5 * sum(to_rgb(base.get_color()))
+
+
+def test_line_with_very_many_turning_points_is_thin():
+    rough = np.random.Generator(np.random.PCG64(1)).standard_normal(2_000)
+    made = outcome(motion=record(2_000)._replace(u_dd=rough), duration=None)
+    smooth = outcome()
+    widths = [labelled(draw(one).axes[-3], "mass ẍ").get_linewidth() for one in (made, smooth)]
+    assert widths == [panels.THIN, panels.MASS["linewidth"]]
+    level = np.where(np.arange(4_000) % 2, 45.0, np.nextafter(45.0, 0.0))
+    assert panels.of_mass(np.append(level, -45.0)) == panels.MASS
+    assert panels.of_mass(level[:1]) == panels.of_mass(np.array([np.nan])) == panels.MASS
+
+
 def legend(figure):
     """Give the words below a picture."""
     return {text.get_text() for one in figure.legends for text in one.get_texts()}

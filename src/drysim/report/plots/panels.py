@@ -28,11 +28,17 @@ if TYPE_CHECKING:
 CROWDED = 40
 """Crosses above which they are small, lest they hide the peaks that they mark."""
 
+DENSE, THIN = 300, 0.6
+"""Turning points above which a line would fill its panel, and its width then [pt]."""
+
+VISIBLE = 500
+"""Steps of height that can be told apart in a panel."""
+
 FEW = 12
 """Points below which each is marked: a line alone might be too short to be seen."""
 
-# Told apart in grey as well: by lightness, width and dashes.
-BASE: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (0, (4, 1.5))}
+# Told apart in grey as well: by lightness, width and dashes. The base lies below the mass.
+BASE: dict[str, Any] = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 1.9}
 MASS: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.4}
 LIMIT: dict[str, Any] = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
 STATIC: dict[str, Any] = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
@@ -63,15 +69,27 @@ def pair(
 def lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None:
     """Draw accelerations and relative displacement over time."""
     mark = "." if len(shown.t) < FEW else ""
-    above.plot(shown.t, shown.x_dd, **MASS, marker=mark, label="mass ẍ")
+    above.plot(shown.t, shown.x_dd, **of_mass(shown.x_dd), marker=mark, label="mass ẍ")
     above.plot(shown.t, shown.u_dd, **BASE, label="base ü")
     x_r = shown.x_r * unit.per_metre
     below.plot(shown.t, x_r, **MASS, marker=mark)
     below.set_ylim(*_room(x_r))
 
 
+def of_mass(series: Floats) -> dict[str, Any]:
+    """Return the style of a line of the mass: thin where it has many turning points.
+
+    Those that no eye sees, as rounding makes them on a level line, do not count.
+    """
+    known = series[np.isfinite(series)]
+    scale = float(np.ptp(known)) if len(known) else 0.0
+    steps = np.diff(np.round(VISIBLE * (known - known.min()) / scale)) if scale else known[:0]
+    turns = np.count_nonzero(np.diff(np.signbit(steps[steps != 0])))
+    return {**MASS, "linewidth": THIN} if turns > DENSE else MASS
+
+
 def bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
-    """Draw the bands that a long response fills."""
+    """Draw the bands that a long response fills, that of the mass above that of the base."""
     filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
         (above, motion.base, BAND),
         (above, motion.acceleration, MASS["color"]),
@@ -164,10 +182,12 @@ def loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
     axes.yaxis.set_offset_position("right")
     if motion.law.F_fs == 0:
         axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
-        axes.plot(x_r, motion.plant.b * shown.v_r, **MASS)
+        force = motion.plant.b * shown.v_r
+        axes.plot(x_r, force, **of_mass(force))
         return
     axes.set_title("friction force $F_f$ [N]", loc="left")
-    axes.plot(x_r, shown.F_f, **MASS, marker="." if len(shown.t) < FEW else "")
+    mark = "." if len(shown.t) < FEW else ""
+    axes.plot(x_r, shown.F_f, **of_mass(shown.F_f), marker=mark)
     axes.set_xlim(*_room(x_r))
     if not (motion.law.variation or isinstance(motion.law, Pressed)):
         words, symbol = limit_of(motion.law)
