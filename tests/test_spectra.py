@@ -11,6 +11,8 @@ import pytest
 import drysim
 from drysim.report.plots.spectra import draw
 from drysim.spectra import viscous_transmissibility
+from drysim.study.case import prepare
+from drysim.study.spectral import segment_of
 from seat import dotted
 
 FLAT = {"kind": "psd", "points": [[0.5, 1], [20, 1]], "duration": 400, "seed": 3}
@@ -81,6 +83,48 @@ def test_scaling_motion_and_friction_scales_the_psd_and_leaves_h1(seat):
     assert twice.G_x == pytest.approx(4 * once.G_x, rel=1e-6)
     at = inside(once)
     assert twice.H1[at] == pytest.approx(once.H1[at], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "segment"),
+    [
+        # A record of minutes: 8/f_0, but 5 s at least, and 5 s without a spring.
+        ({}, 8 * 2 * np.pi * 0.1),
+        ({"oscillator.stiffness": 75e3}, 5.0),
+        ({"oscillator.stiffness": 0}, 5.0),
+        # A short one: an eighth of the window.
+        ({"excitation.duration": 25}, 2.5),
+        # Where nothing rubs, three noise bandwidths in the width of the resonance.
+        ({"friction": None, "oscillator.damping": 50}, 3 * 1.5 * 2 * np.pi * 75 / 50),
+        ({"friction": None}, 8 * 2 * np.pi * 0.1),
+        # What a scenario asks for stays.
+        ({"measure.segment": 40}, 40.0),
+    ],
+)
+def test_long_window_gives_more_averages_rather_than_more_lines(seat, changes, segment):
+    words = {"excitation": FLAT, "measure": {"settle": 5, "spectra": True}} | changes
+    case = prepare(drysim.load(seat, words))
+    assert segment_of(case) == pytest.approx(segment, rel=1e-12)
+
+
+def test_summary_states_length_and_number_of_the_segments(drysim, seat):
+    done = drysim(
+        "run", seat, "--set", f"excitation={FLAT}", "--set", "measure={spectra: true}"
+    )
+    assert "spectra     158 segments of 5.03 s, half overlapping" in done.out
+
+
+def test_coherence_has_a_linear_panel_of_its_own(seat):
+    figure = draw(outcome_of(seat))
+    left, above, below = figure.axes
+    assert [axes.get_title("left") for axes in figure.axes[1:]] == [
+        "transmissibility H1 [–]",
+        "coherence [–]",
+    ]
+    assert (below.get_yscale(), below.get_ylim()) == ("linear", (0.0, 1.0))
+    assert above.get_yscale() == left.get_yscale() == "log"
+    assert len(below.lines) == 1
+    assert left.get_xlim() == above.get_xlim() == below.get_xlim()
 
 
 def test_too_few_segments_are_a_warning(seat):

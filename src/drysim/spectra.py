@@ -15,7 +15,10 @@ from drysim.step_means import faded, step_means, steps_within
 Complexes = NDArray[np.complex128]
 
 SEGMENTS = 8
-"""Segments end to end in a window unless the scenario says otherwise."""
+"""Fewest segments end to end in a window unless the scenario says otherwise."""
+
+PERIODS, SHORTEST = 8.0, 5.0
+"""Natural periods in a segment of a long window, and the least length of one [s]."""
 
 FEWEST_STEPS = 16
 """Steps of the shortest segment: eight lines are no spectrum."""

@@ -68,6 +68,10 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "window", f"one repetition of the steady orbit ({long}), closes to {closure}"
     else:
         yield "window", _window(outcome)
+    if (found := outcome.spectra) is not None:
+        averages = several(found.segments, "segment")
+        each = number(found.segment, "s", 3)
+        yield "spectra", f"{averages} of {each}, half overlapping"
 
 
 def _periods(outcome: Outcome, multiple: int) -> int:

@@ -46,8 +46,9 @@ class Measure(Block):
     """Whether a run gives the spectra of base and mass and the transmissibility H1 between
     them; for random base motion and records."""
     segment: Annotated[float, Quantity("s", above=0)] | None = None
-    """Length of a segment of the spectra [s], whose lines are 1/segment apart; default: an
-    eighth of the window."""
+    """Length of a segment of the spectra [s], whose lines are 1/segment apart; default: 8
+    natural periods, but 5 s at least (longer where nothing rubs and the resonance is narrower
+    than that resolves), and an eighth of the window at most."""
 
     @model_validator(mode="after")
     def _agree(self) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import pi
+from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 from drysim.core.motion import Samples
@@ -21,13 +21,36 @@ ROUNDING = 1e-9
 FEW = 8
 """Half-overlapping segments below which PSD and coherence are hardly estimates."""
 
+LINES = 3
+"""Noise bandwidths of the window within the width of a resonance that is resolved."""
+
 
 def segment_of(case: Case) -> float:
-    """Give the length of a segment [s]: as asked for, or a share of the window."""
-    from drysim.spectra import SEGMENTS
+    """Return the length of a segment [s]: the one asked for, or the default.
 
+    Notes
+    -----
+    The default is no longer than it takes to resolve the resonance: what a long window has
+    beyond that goes into the number of averages.
+    """
+    from drysim.spectra import FEWEST_STEPS, PERIODS, SEGMENTS, SHORTEST, WIDTH
+
+    if case.scenario.measure.segment:
+        return case.scenario.measure.segment
     begin, end = case.window
-    return case.scenario.measure.segment or (end - begin) / SEGMENTS
+    m, k_x, _ = case.plant
+    enough = max(SHORTEST, FEWEST_STEPS * case.step)
+    if k_x:
+        enough = max(enough, PERIODS * 2 * pi * sqrt(m / k_x))
+    if width := _width(case):
+        enough = max(enough, LINES * WIDTH / width)
+    return min(enough, (end - begin) / SEGMENTS)
+
+
+def _width(case: Case) -> float:
+    """Return the width of the resonance [Hz]; 0 where friction or nothing limits it."""
+    m, k_x, b = case.plant
+    return b / (2 * pi * m) if k_x and not case.law.F_fs else 0.0
 
 
 def refusal(case: Case) -> tuple[str, str] | None:
@@ -84,12 +107,11 @@ def doubts(case: Case, found: Spectra) -> Iterator[Caution]:
             "shorter measure.segment"
         )
         yield Caution("few-segments", sentence, {"segments": found.segments})
-    m, k_x, b = case.plant
-    width, lines = b / (2 * pi * m), WIDTH / found.segment
-    if k_x and not case.law.F_fs and 0 < width < lines:
+    width, lines = _width(case), WIDTH / found.segment
+    if 0 < width < lines:
         sentence = (
             f"the spectra resolve {number(lines, 'Hz')}, the resonance is "
             f"{number(width, 'Hz')} wide: its peak is flattened; "
-            f"measure.segment: {number(3 * WIDTH / width, 's', 2)} would show it"
+            f"measure.segment: {number(LINES * WIDTH / width, 's', 2)} would show it"
         )
         yield Caution("coarse-spectra", sentence, {"resolution": lines, "width": width})

@@ -9,7 +9,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.report.plots import canvas, heading, layout, scales
-from drysim.report.plots.panels import BASE, FEW, MASS
+from drysim.report.plots.panels import BASE, FEW, of_mass
 from drysim.spectra import viscous_transmissibility
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ DECADES = 1e-6
 """How far below its peak a PSD is drawn."""
 
 VISCOUS: dict[str, Any] = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
-COHERENCE: dict[str, Any] = {"color": "#8c4b00", "linewidth": 1.0, "linestyle": (0, (1, 1))}
 
 
 def spectra(outcome: Outcome, folder: Path) -> None:
@@ -48,18 +47,24 @@ def draw(outcome: Outcome) -> Figure:
     found = outcome.spectra
     assert found is not None, "only what was asked for is drawn"
     strong = _strong(found.G_u)
-    figure, grid = layout.sheet(1, 2)
-    _densities(figure.add_subplot(grid[0, 0]), found)
-    _transmissibility(figure.add_subplot(grid[0, 1]), found, strong, outcome)
+    figure, grid = layout.sheet(2, 2)
+    _densities(figure.add_subplot(grid[:, 0]), found)
+    above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    _transmissibility(above, found, strong, outcome)
+    _coherence(below, found, strong)
     for axes in figure.axes:
         axes.set_xscale("log")
-        axes.set_xlabel("frequency $f$ [Hz]")
+        if axes is above:
+            axes.tick_params(labelbottom=False)
+        else:
+            axes.set_xlabel("frequency $f$ [Hz]")
         if strong.any():
             low, high = found.f[0], 2.0 * found.f[strong][-1]
             axes.set_xlim(low, high)
             scales.decades(axes.xaxis, low, high)
     title, words, symbols = heading.lines(outcome)
-    how = f"Welch, {found.segments} segments of {found.segment:.3g} s, Hann, half overlapping"
+    averages = wording.several(found.segments, "segment")
+    how = f"Welch, {averages} of {found.segment:.3g} s, Hann, half overlapping"
     cut = f"; H1 where the base has {wording.percent(POWER)} of its peak PSD and more"
     told = f"spectra: {how}{'' if strong.all() else cut}"
     layout.complete(figure, grid, (title, [*words, told], symbols))
@@ -78,7 +83,7 @@ def _strong(G_u: NDArray[np.float64]) -> NDArray[np.bool_]:
 def _densities(axes: Axes, found: Spectra) -> None:
     """Draw the PSD of base and mass."""
     axes.set_title("PSD of acceleration [(m/s²)²/Hz]", loc="left")
-    axes.plot(found.f, found.G_x, **MASS, label="mass ẍ")
+    axes.plot(found.f, found.G_x, **of_mass(found.G_x), label="mass ẍ")
     axes.plot(found.f, found.G_u, **BASE, label="base ü")
     peak = max(found.G_u.max(initial=0.0), found.G_x.max(initial=0.0))
     if peak > 0:
@@ -89,15 +94,13 @@ def _densities(axes: Axes, found: Spectra) -> None:
 def _transmissibility(
     axes: Axes, found: Spectra, strong: NDArray[np.bool_], outcome: Outcome
 ) -> None:
-    """Draw H1 and its coherence where the base moves, and T_a without friction."""
-    axes.set_title("transmissibility H1 and coherence [-]", loc="left")
+    """Draw H1 where the base moves, and T_a without friction."""
+    axes.set_title("transmissibility H1 [–]", loc="left")
     H1 = np.where(strong, np.abs(found.H1), np.nan)
     mark = "." if np.count_nonzero(strong) < FEW else ""
-    axes.plot(found.f, H1, **MASS, marker=mark, label="H1")
+    axes.plot(found.f, H1, **of_mass(H1), marker=mark, label="H1")
     viscous = viscous_transmissibility(outcome.response.plant, found.f)
     axes.plot(found.f, viscous, **VISCOUS, label="$T_a$ without friction")
-    coherence = np.where(strong, found.coherence, np.nan)
-    axes.plot(found.f, coherence, **COHERENCE, marker=mark, label="coherence")
     axes.set_yscale("log")
     shown = viscous[strong & np.isfinite(viscous) & (viscous > 0)]
     values = np.concatenate((shown, H1[strong & np.isfinite(H1)], [1.0]))
@@ -105,3 +108,12 @@ def _transmissibility(
     low, high = 0.5 * max(values.min(), 1e-3), 2.0 * values.max()
     axes.set_ylim(low, high)
     scales.decades(axes.yaxis, low, high)
+
+
+def _coherence(axes: Axes, found: Spectra, strong: NDArray[np.bool_]) -> None:
+    """Draw the coherence where the base moves."""
+    axes.set_title("coherence [–]", loc="left")
+    mark = "." if np.count_nonzero(strong) < FEW else ""
+    coherence = np.where(strong, found.coherence, np.nan)
+    axes.plot(found.f, coherence, **of_mass(coherence), marker=mark)
+    axes.set_ylim(0.0, 1.0)
