@@ -22,7 +22,7 @@ from drysim.study.bench.scores import Bench, Panel, Score
 from drysim.study.comparisons.compare import compare
 from drysim.study.sweeps.sweep import sweep as solved
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
-from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, spoil, sweep
+from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, points, spoil, sweep
 from outcomes import stand_in
 
 MASS = Axis("oscillator.mass", "kg", (50.0, 75.0, 100.0))
@@ -157,6 +157,42 @@ def test_natural_frequency_is_marked_unless_the_oscillator_is_swept():
     assert marks(table) == ["$f_0$", "$\\sqrt{2}f_0$"] * 2
     assert marks(replace(table, axes=(*table.axes, MASS))) == []
     assert marks(SCENES["friction"]()) == []
+
+
+def second_key(key, unit, *ends):
+    """Give a table over a frequency and 25 values of any key, its numbers borrowed."""
+    row = sweep(*axes(frequency=[2.0]), reference=None).rows[0]
+    swept = (*axes(frequency=[1.0, 2.0]), Axis(key, unit, tuple(np.linspace(*ends, 25))))
+    rows = tuple(replace(row, point=point) for point in points(swept))
+    return Table(stand_in("harmonic", 0.025), swept, rows)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit", "low", "high"),
+    [
+        (FORCE, "N", 1.0, 73.0),
+        ("oscillator.stiffness", "N/m", 1e3, 730005.0),
+        ("oscillator.damping", "N*s/m", 1e-5, 9e-5),
+        ("start.x_r", "m", -0.123, 0.07),
+        ("start.x_r", "m", 0.0001, 0.0007),
+        ("friction.options.stribeck_velocity", "m/s", 1234567.0, 1234569.0),
+    ],
+)
+def test_scale_of_colours_with_its_label_lies_within_the_picture(key, unit, low, high):
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    for figure in (draw(table := second_key(key, unit, low, high)), draw_stroke(table)):
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        *panels, bar = figure.axes
+        box, whole = bar.get_tightbbox(renderer), figure.bbox
+        assert box.x0 > max(panel.get_tightbbox(renderer).x1 for panel in panels)
+        assert box.x1 < whole.x1
+        assert (box.y0 > 0.0, box.y1 < whole.y1) == (True, True)
+
+
+def test_scale_of_colours_names_what_the_colours_are():
+    *_, bar = draw(second_key("friction.mu_kinetic", "-", 0.05, 0.1)).axes
+    assert bar.get_ylabel() == "mu kinetic $\\mu_k$ [–]"
 
 
 def test_many_lines_are_coloured_by_their_value():

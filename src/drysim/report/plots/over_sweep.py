@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from math import pi, sqrt
 from typing import TYPE_CHECKING
 
-from drysim.report.plots import bands, heading, ink, layout, scales
-from drysim.report.plots.labels import axis_label
+from drysim.report.plots import bands, canvas, heading, ink, layout, scales
+from drysim.report.plots.labels import key_label
 from drysim.report.plots.shown import STROKE, T_A
 from drysim.study.sweeps.survey import FREQUENCY
 
@@ -28,6 +28,10 @@ TUNING = {"oscillator.mass", "oscillator.stiffness"}
 RIGHT = 0.965
 """Where panels end, so that half of the last number below them has room."""
 
+BAR, ASIDE, LABEL, LETTER = 0.16, 0.2, 0.36, 0.09
+"""Width of a bar of colours, room beside it, room of its label with its gaps, and of a letter
+of its numbers [inch]."""
+
 
 def over_sweep(
     table: Table,
@@ -38,7 +42,7 @@ def over_sweep(
     """Give a picture with a row for each panel of the view, a column for each quantity."""
     count = len(drawn.panels)
     coloured = drawn.line is not None and len(drawn.panels[0].lines) > ink.FEW_LINES
-    figure, grid = layout.sheet(count, len(quantities), right=0.89 if coloured else RIGHT)
+    figure, grid = layout.sheet(count, len(quantities), right=RIGHT)
     for place, quantity in enumerate(quantities):
         first = None
         for at, panel in enumerate(drawn.panels):
@@ -54,12 +58,16 @@ def over_sweep(
             _marks(axes, table, drawn)
         assert first is not None, "a view has a panel"
         _upright(first, list(ink.known(drawn, quantity.of)), steeply=quantity is T_A)
-    unnamed = {line.label for line in drawn.panels[0].lines} if coloured else ()
+    unnamed = {line.label for line in drawn.panels[0].lines}
     of_stroke = any(quantity.metric == STROKE for quantity in quantities)
     head = heading.of_table(table, drawn.left_out, of_stroke=of_stroke)
+    if not coloured:
+        layout.complete(figure, grid, head)
+        return figure
+    bar, left = _colours(figure, drawn)
+    grid.update(right=left - ASIDE / canvas.WIDTH)
     bottom, top = layout.complete(figure, grid, head, unnamed)
-    if coloured:
-        _colours(figure, drawn, bottom, top)
+    bar.set_position((left, bottom, BAR / canvas.WIDTH, top - bottom))
     return figure
 
 
@@ -82,11 +90,24 @@ def _marks(axes: Axes, table: Table, drawn: View) -> None:
         scales.frequencies(axes, sqrt(plant.k_x / plant.m) / (2 * pi))
 
 
-def _colours(figure: Figure, drawn: View, bottom: float, top: float) -> None:
-    """Draw the scale by which many lines are coloured."""
+def _colours(figure: Figure, drawn: View) -> tuple[Axes, float]:
+    """Draw the scale by which many lines are coloured.
+
+    Returns its panel, and how far left it must begin for its numbers and its label.
+    """
     from matplotlib.cm import ScalarMappable
+    from matplotlib.ticker import MaxNLocator
 
     assert drawn.line is not None
-    axes = figure.add_axes((0.915, bottom, 0.018, top - bottom))
-    bar = figure.colorbar(ScalarMappable(*ink.scale(drawn.line)), cax=axes)
-    bar.set_label(axis_label(drawn.line))
+    axes = figure.add_axes((0.9, 0.1, 0.02, 0.8))
+    norm, colours = ink.scale(drawn.line)
+    bar = figure.colorbar(ScalarMappable(norm, colours), cax=axes)
+    bar.set_label(key_label(drawn.line))
+    if scales.wide(drawn.line.values):
+        scales.decades(axes.yaxis, norm.vmin, norm.vmax)
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+        scales.plain(axes.yaxis)
+    ticks = [x for x in axes.yaxis.get_majorticklocs() if norm.vmin <= x <= norm.vmax]
+    letters = max((len(scales.numeral(x)) for x in ticks), default=0)
+    return axes, 1.0 - (BAR + LABEL + LETTER * letters) / canvas.WIDTH
