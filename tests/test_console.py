@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import re
@@ -93,6 +94,43 @@ def test_value_is_told_in_the_unit_of_its_check(capsys, check, scale, unit):
     console.show_outcome(made, None)
     value = wording.number(made.metrics[check.split()[0]] * scale, digits=6)
     assert f"✓ holds     {check}, with {value}{unit}\n" in capsys.readouterr().out
+
+
+LENGTH = re.compile(r"(?<=[\d.] )(?:µm|mm|m)\b(?!/)")
+
+
+def in_all_outputs(words, folder):
+    """Return the units of length in the summary, the warnings and the picture of a case."""
+    from drysim.report.plots.response import draw
+    from drysim.scenario import load
+    from drysim.study.run import run
+
+    made = run(load(folder / "seat.yaml", words))
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
+        console.show_outcome(made)
+    figure = draw(made)
+    figure.draw_without_rendering()
+    told = [one.sentence for one in made.warnings if one.slug == "stroke-violated"]
+    assert told
+    told += [text.get_text() for text in figure.texts]
+    told += [text.get_text() for one in figure.legends for text in one.get_texts()]
+    told += [f"1 {axes.get_title('left')[-3:-1].strip(' [')}" for axes in figure.axes]
+    return {*LENGTH.findall("\n".join([out.getvalue(), *told]))}
+
+
+@pytest.mark.parametrize(
+    ("words", "unit"),
+    [
+        ({"excitation.rms": 800, "stroke.limit": 0.025}, "m"),
+        ({"excitation.rms": 800, "stroke.limit": 9.0}, "m"),
+        ({"excitation.rms": 1.0, "stroke.limit": 0.002}, "mm"),
+        ({"excitation.rms": 1e-4, "friction": None, "stroke.limit": 1e-7}, "µm"),
+        ({"excitation.rms": 800, "stroke": {"limit": 9.9, "stops": {"stiffness": 1e4}}}, "m"),
+    ],
+)
+def test_lengths_of_a_run_have_one_unit_wherever_they_are_told(seat, words, unit):
+    assert in_all_outputs({"name": "seat", **words}, seat.parent) == {unit}
 
 
 def test_metric_that_is_not_known_is_said_to_be_so(capsys):

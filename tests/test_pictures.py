@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from dataclasses import replace
 from itertools import pairwise
@@ -20,6 +21,7 @@ from drysim.report.plots.transmissibility import draw
 from drysim.scenario import Axis, load
 from drysim.study.bench.scores import Bench, Panel, Score
 from drysim.study.comparisons.compare import compare
+from drysim.study.sweeps.doubts import strokes
 from drysim.study.sweeps.sweep import sweep as solved
 from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
 from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, points, spoil, sweep
@@ -500,6 +502,17 @@ def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
     for line in loops.lines:  # closed, a point or two beyond
         x_r = line.get_xdata()
         assert np.abs(x_r[-3:] - x_r[0]).min() == pytest.approx(0, abs=1e-6)
+
+
+def test_lengths_of_a_sweep_have_one_unit_wherever_they_are_told(capsys):
+    table = sweep(*axes(frequency=[1.0, 1.6], rms=[800.0]), limit=9.0, reference=None)
+    warnings = tuple(strokes(table.tallies["stick-slip"], table.scenario))
+    show_table(replace(table, warnings=warnings))
+    figure = draw_stroke(table)
+    told = [*capsys.readouterr(), *(text.get_text() for text in figure.texts), *legend(figure)]
+    assert len(warnings) == 1
+    assert "stroke limit 9 m" in legend(figure)
+    assert set(re.findall(r"\d (µm|mm|m)\b(?!/)", "\n".join(told))) == {"m"}
 
 
 def test_numbers_of_bars_stand_within_their_panel():

@@ -50,6 +50,17 @@ def test_units_stand_behind_and_a_dash_is_none():
     assert wording.length(None) == "not known"
 
 
+def test_length_has_the_unit_of_the_one_beside_it_unless_it_is_far_longer():
+    assert wording.length(5.328, 13.32) == "5.328 m"
+    assert wording.length(0.025, 13.32) == "0.025 m"
+    assert wording.length(10.5, 9.99) == "10500 mm"
+    assert wording.length(9e-6, 12e-6) == "0.009 mm"
+    assert wording.length(0.025, 2e-6) == "25 mm"
+    assert wording.length(0.025, 0.0) == wording.length(0.025, None) == "25 mm"
+    assert wording.length(0.0, 13.32) == "0 m"
+    assert wording.length(None, 13.32) == "not known"
+
+
 @pytest.mark.parametrize(
     ("share", "text"),
     [

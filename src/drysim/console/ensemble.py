@@ -86,6 +86,8 @@ def _rows(ensemble: Ensemble) -> Iterator[Row]:
     """Give the metrics that matter most, and the one that decided when to stop."""
     until = until_of(ensemble.scenario)
     rows, good = list(MAIN), sum(row.status == OK for row in ensemble.rows)
+    peak = ensemble.statistics["x_r_peak"]
+    beside = peak.greatest[0] if peak else 0.0
     if until and until.metric not in {metric for _, metric, _ in MAIN}:
         rows.append((until.metric, until.metric, ""))
     for name, metric, given in rows:
@@ -93,7 +95,7 @@ def _rows(ensemble: Ensemble) -> Iterator[Row]:
         wished = until is not None and metric == until.metric
         # What only some seeds know is a mean over chosen ones; drysim.json has it.
         if found is not None and (wished or found.seeds == good):
-            scale, unit = told_in(given, found.greatest[0])
+            scale, unit = told_in(given, found.greatest[0], beside)
             width = None if found.half_width is None else found.half_width * scale
             words = around(found.mean * scale, width, unit)
             yield Row(name, words, "; ".join(_remarks(ensemble, metric, found, scale, unit)))

@@ -90,7 +90,7 @@ def _met(table: Table, own: Tally) -> tuple[str, str]:
     peak = worst.metrics["x_r_peak"] or 0.0
     if peak < limit:
         return "limit met", "while it settles"
-    return "limit met", f"{length(peak - limit)} too far at the worst"
+    return "limit met", f"{length(peak - limit, own.greatest('x_r_peak'))} too far at the worst"
 
 
 def at(table: Table, extreme: Extreme) -> str:

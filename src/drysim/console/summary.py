@@ -57,7 +57,9 @@ def scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics
     defaulted = not scenario.static_given
-    yield from wording.scene(response.plant, response.law, defaulted, scenario.terms)
+    peak = outcome.metrics["x_r_peak"]
+    terms = scenario.terms
+    yield from wording.scene(response.plant, response.law, defaulted, terms, peak=peak)
     yield "base", wording.excitation(scenario.excitation, response.motion)
     yield from steps(wording.clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
@@ -118,12 +120,12 @@ def _hits(metrics: Metrics) -> Iterator[Row]:
     yield Row("stops met", times(metrics["contacts"]), hardest + lost, "bold red")
 
 
-def _hourly(stroke: float, law: AnyLaw) -> Row:
+def _hourly(stroke: float, law: AnyLaw, peak: float | None) -> Row:
     """Give the stroke that is met once an hour, or the rigid stops that end it."""
     how = "met once, extrapolated from the greatest peaks"
     if isinstance(law, Stopped) and law.rigid and stroke == law.x_rM:
         how = "as far as the rigid stops let it"
-    return Row("in an hour", length(stroke), how)
+    return Row("in an hour", length(stroke, peak), how)
 
 
 def _rows(outcome: Outcome) -> Iterator[Row]:
@@ -132,15 +134,16 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     a_x, a_u = number(metrics["a_x"], "m/s²"), number(metrics["a_u"], "m/s²")
     yield Row("T_a", number(metrics["T_a"]), f"mass {a_x} RMS, base {a_u} RMS")
     yield from _felt(outcome)
-    x_r, u = length(metrics["x_r_rms"]), length(metrics["u_rms"])
+    peak = metrics["x_r_peak"]
+    x_r, u = length(metrics["x_r_rms"], peak), length(metrics["u_rms"], peak)
     record = outcome.scenario.excitation.kind == RECORD
     way = f"; {HIGH_PASS}" if record and metrics["u_rms"] is None else ""
     yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{way}")
     used = percent(metrics["stroke_used"])
-    limit = f"{used} of the stroke limit of {length(stroke.limit)}" if stroke else ""
-    yield Row("peak |x_r|", length(metrics["x_r_peak"]), limit)
+    limit = f"{used} of the stroke limit of {length(stroke.limit, peak)}" if stroke else ""
+    yield Row("peak |x_r|", length(peak), limit)
     if metrics["stroke_once_an_hour"] is not None:
-        yield _hourly(metrics["stroke_once_an_hour"], outcome.response.law)
+        yield _hourly(metrics["stroke_once_an_hour"], outcome.response.law, peak)
     if isinstance(outcome.response.law, Stopped):
         yield from _hits(metrics)
     elif metrics["violations"]:

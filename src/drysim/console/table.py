@@ -84,7 +84,10 @@ def scene(table: study.Table) -> Iterator[tuple[str, str]]:
     defaulted = not limits & {*varied} and not scenario.static_given
     plant, law, shared = scenario.oscillator.plant(), scenario.law(), _own(table).shared
     ratios, base = scenario.ratios, scenario.excitation
-    yield from wording.scene(plant, law, defaulted, scenario.terms, varied, shared, ratios)
+    peak = _own(table).greatest("x_r_peak")
+    yield from wording.scene(
+        plant, law, defaulted, scenario.terms, varied, shared, ratios, peak
+    )
     fixed = table.motion and not any(key.startswith("excitation.") for key in varied)
     if table.motion and fixed:
         yield "base", wording.excitation(base, table.motion)

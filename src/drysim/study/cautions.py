@@ -27,7 +27,11 @@ CLOSE = 1e-6
 
 
 def found(
-    response: Response, metrics: Metrics, limit: float | None, late: bool = False
+    response: Response,
+    metrics: Metrics,
+    limit: float | None,
+    late: bool = False,
+    beside: float | None = None,
 ) -> Iterator[Caution]:
     """Give every warning that follows from a response and its metrics.
 
@@ -40,13 +44,16 @@ def found(
         Stroke limit x_rM [m].
     late : bool, optional
         Whether the metrics of the stroke are of more than the window: of the settling, too.
+    beside : float or None, optional
+        Peak of |x_r| in the window [m], which gives lengths their unit; default: that of
+        `metrics`.
 
     Yields
     ------
     Caution
     """
     if limit is not None and metrics["violations"]:
-        yield stroke_violated(metrics, limit, response.law, late)
+        yield stroke_violated(metrics, limit, response.law, late, beside)
     if isinstance(response.law, Stopped) and response.law.rigid and metrics["contacts"]:
         yield impacts_left_out()
     residual = metrics["energy_residual"]
@@ -62,9 +69,12 @@ def found(
         yield close_decision(closest)
 
 
-def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw, late: bool) -> Caution:
+def stroke_violated(
+    metrics: Metrics, limit: float, law: AnyLaw, late: bool, beside: float | None = None
+) -> Caution:
     """Say where the stroke limit was met, and by how much or how hard."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
+    beside = beside or peak
     if isinstance(law, Stopped):
         sentence = (
             f"the mass comes to its end stops, first at t = {number(t_first, 's')} and with up "
@@ -72,9 +82,9 @@ def stroke_violated(metrics: Metrics, limit: float, law: AnyLaw, late: bool) -> 
         )
     else:
         sentence = (
-            f"the stroke limit of {length(limit)} is met {times(metrics['violations'])}, "
-            f"first at t = {number(t_first, 's')}; |x_r| reaches {length(peak)}, "
-            f"{length(peak - limit)} too far"
+            f"the stroke limit of {length(limit, beside)} is met "
+            f"{times(metrics['violations'])}, first at t = {number(t_first, 's')}; |x_r| "
+            f"reaches {length(peak, beside)}, {length(peak - limit, beside)} too far"
         )
     numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
     return Caution("stroke-violated", sentence + ", settling included" * late, numbers)
@@ -142,7 +152,7 @@ def orbit_doubtful(orbit: Orbit, case: Case) -> Iterator[Caution]:
             way, end = "in that time", ""
         sentence = (
             f"{way} |x_r| reaches {length(orbit.run_up_peak)}: "
-            f"the stroke limit of {length(limit)} is met{end}"
+            f"the stroke limit of {length(limit, orbit.run_up_peak)} is met{end}"
         )
         numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
         yield Caution("stroke-violated-settling", sentence, numbers)

@@ -74,12 +74,13 @@ def solve(case: Case) -> Outcome:
     # The stroke limit holds while the motion settles, too.
     late = bool(window[0] > 0 and metrics["violations"])
     whole = measure(track, (0.0, window[1]), case.limit) if late else metrics
+    cautions = found(response, whole, case.limit, late, metrics["x_r_peak"])
     return Outcome(
         case.scenario,
         response,
         metrics,
         tuple(check.judge(metrics) for check in case.scenario.checks),
-        (*case.cautions, *doubts, *found(response, whole, case.limit, late), *unclear),
+        (*case.cautions, *doubts, *cautions, *unclear),
         spectra,
     )
 

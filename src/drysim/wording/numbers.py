@@ -50,26 +50,35 @@ class LengthUnit(NamedTuple):
     sign: str
 
 
-def length_unit(size: float) -> LengthUnit:
-    """Give the unit in which a length [m] reads well: mm, or m and µm far from it."""
+FARTHER = 1e3
+"""Times a length that another must exceed to be told in a unit of its own."""
+
+
+def length_unit(size: float, beside: float = 0.0) -> LengthUnit:
+    """Return the unit in which a length [m] reads well: mm, or m and µm far from it.
+
+    Lengths of one output share the unit of the one that they stand beside, unless they are
+    more than 1000 times as long.
+    """
+    size = beside if abs(size) <= FARTHER * abs(beside) else size
     if abs(size) >= 10.0:
         return LengthUnit(1.0, "m")
     return LengthUnit(1e6, "µm") if 0.0 < abs(size) < 1e-5 else LengthUnit(1e3, "mm")
 
 
-def told_in(unit: str, size: float) -> tuple[float, str]:
-    """Give the factor and the unit by which SI values of a size are told.
+def told_in(unit: str, size: float, beside: float = 0.0) -> tuple[float, str]:
+    """Return the factor and the unit by which SI values of a size are told.
 
     Lengths `m` as `length_unit` has it, shares `%` as a hundredth, all else as it is.
     """
     if unit == "m":
-        return length_unit(size)
+        return length_unit(size, beside)
     return (100.0 if unit == "%" else 1.0), unit
 
 
-def length(value: float | None) -> str:
-    """Give a length [m], e.g. `17.26 mm`."""
-    unit = length_unit(value or 0.0)
+def length(value: float | None, beside: float | None = None) -> str:
+    """Return a length [m], e.g. `17.26 mm`; `beside` is explained in `length_unit`."""
+    unit = length_unit(value or 0.0, beside or 0.0)
     return number(None if value is None else value * unit.per_metre, unit.sign)
 
 

@@ -24,17 +24,19 @@ def scene(
     swept: Collection[str] = (),
     shared: Mapping[str, bool] = EVERY,
     ratios: Mapping[str, float] = NONE,
+    peak: float | None = None,
 ) -> Iterator[tuple[str, str]]:
     """Give what is solved, head by head: oscillator, friction, end stops where there are any.
 
     `shared` says whether all cases have one `kinetic` and one `static` friction force; the
-    other parameters are those of `oscillator` and `friction`. What varies is left out.
+    other parameters are those of `oscillator` and `friction`. What varies is left out. The
+    greatest |x_r| [m], where it is known, gives the unit of end stops.
     """
     forces = friction(law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios)
     heads = (
         ("oscillator", oscillator(plant, swept, ratios)),
         ("friction", forces),
-        ("end stops", stops(law, swept)),
+        ("end stops", stops(law, swept, peak)),
     )
     return ((head, words) for head, words in heads if words)
 
@@ -124,11 +126,11 @@ def _variation(law: Law | Stopped | Pressed | Slider, varied: Collection[str]) -
     return f", {whose} {'varying ' * (parts[0][0] == 'a')}{' '.join(parts)}" if parts else ""
 
 
-def stops(law: AnyLaw, swept: Collection[str] = ()) -> str:
-    """Give the end stops, empty where there are none; `swept` as in `oscillator`."""
+def stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None = None) -> str:
+    """Return the end stops, empty where there are none; `swept` as in `oscillator`."""
     if not isinstance(law, Stopped):
         return ""
-    parts = [("limit", f"at ±{length(law.x_rM)}")]
+    parts = [("limit", f"at ±{length(law.x_rM, peak)}")]
     if law.rigid:
         parts += [("stops", "rigid"), ("restitution", f"restitution {number(law.e)}")]
     else:

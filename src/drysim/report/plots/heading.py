@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from drysim import wording
 from drysim.report.plots import canvas
+from drysim.report.plots.shown import STROKE
 from drysim.scenario.sweep.axis import walks
 from drysim.study.comparisons.agreement import coinciding
 from drysim.study.sweeps.table import LIMIT
@@ -56,11 +57,13 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
     base += f": {wording.excitation(scenario.excitation, motion.motion)}"
-    scene = _scene(wording.scene(motion.plant, motion.law, terms=scenario.terms))
+    peak = outcome.metrics["x_r_peak"]
+    words = wording.scene(motion.plant, motion.law, terms=scenario.terms, peak=peak)
+    scene = _scene(words)
     cleaned = _cleaned(wording.clean_up(motion.motion, motion.law))
-    words = [*_about(scenario), *_wrapped(base), *cleaned]
+    above = [*_about(scenario), *_wrapped(base), *cleaned]
     found = [*_wrapped(scene, True), *_wrapped(_found(outcome), True)]
-    return _title(scenario), [*words, seeds] if seeds else words, found
+    return _title(scenario), [*above, seeds] if seeds else above, found
 
 
 def of_table(
@@ -90,12 +93,12 @@ def of_table(
         "ratios": scenario.ratios,
     }
     if own:
-        known["shared"] = own.shared
+        known |= {"shared": own.shared, "peak": own.greatest(STROKE)}
     scene = _scene(wording.scene(scenario.oscillator.plant(), scenario.law(), **known))
     shared = not any(key.startswith("excitation.") for key in varied)
     cleaned = _cleaned(wording.clean_up(table.motion if shared else None))
     words = [*_about(scenario), *_wrapped(base), *cleaned]
-    if of_stroke and (limit := _limit(table)):
+    if of_stroke and (limit := _limit(table, known.get("peak"))):
         scene += f"; {limit}"
     return _title(scenario), words, _wrapped(scene, True)
 
@@ -115,13 +118,13 @@ def _about(scenario: Scenario) -> list[str]:
     return _wrapped(wording.clean(scenario.about or ""), apart=" ")
 
 
-def _limit(table: Table) -> str:
+def _limit(table: Table, peak: float | None) -> str:
     """Give the stroke limit that all cases share; that of end stops is told with them."""
     stroke = table.scenario.stroke
     if stroke is None or table.scenario.stops is not None:
         return ""
     swept = any(axis.key == LIMIT for axis in table.axes)
-    return "" if swept else f"stroke limit {wording.length(stroke.limit)}"
+    return "" if swept else f"stroke limit {wording.length(stroke.limit, peak)}"
 
 
 def _cleaned(told: Sequence[str]) -> list[str]:
@@ -169,13 +172,14 @@ def _scene(words: Iterable[tuple[str, str]]) -> str:
 def _found(outcome: Outcome) -> str:
     """Give the main results in one line."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
-    limit = f" of {wording.length(stroke.limit)}" if stroke else ""
+    peak = metrics["x_r_peak"]
+    limit = f" of {wording.length(stroke.limit, peak)}" if stroke else ""
     parts = [
         f"{name} {wording.number(metrics[name])}"
         for name in ("T_a", "T_x")
         if metrics[name] is not None
     ]
-    parts.append(f"peak |x_r| {wording.length(metrics['x_r_peak'])}{limit}")
+    parts.append(f"peak |x_r| {wording.length(peak)}{limit}")
     parts.append(f"stuck {wording.percent(metrics['stuck_share'])}")
     if metrics["contacts"]:
         parts.append(f"stops met {metrics['contacts']}×")

@@ -101,8 +101,8 @@ def bound(axes: Axes, table: Table, quantity: Shown) -> None:
     elif any(axis.key == LIMIT for axis in table.axes):
         return
     elif stroke is not None and stroke.limit * quantity.scale <= 2.0 * axes.get_ylim()[1]:
-        words = f"stroke limit {wording.length(stroke.limit)}"
         limit = stroke.limit * quantity.scale
+        words = f"stroke limit {wording.number(limit, quantity.unit)}"
         axes.axhline(limit, **panels.LIMIT, label=words)
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 

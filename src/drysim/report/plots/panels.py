@@ -148,7 +148,7 @@ def stroke(axes: Axes, motion: Response, limit: float, far: float, unit: LengthU
     axes.autoscale(axis="y")
     for side in (-1, 1):
         what = "end stops" if hits else "stroke limit"
-        label = f"{what} ±{wording.length(limit)}"
+        label = f"{what} ±{wording.number(limit * unit.per_metre, unit.sign)}"
         axes.axhline(side * limit * unit.per_metre, **LIMIT, label=label)
     begin, end = axes.get_xlim()
     met = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)

@@ -16,12 +16,13 @@ STROKE = "x_r_peak"
 
 
 class Shown(NamedTuple):
-    """What a panel shows: its symbol, its metric, in which scale, and what it is called."""
+    """What a panel shows: symbol, metric, scale, what it is called, and the unit of that."""
 
     symbol: str
     metric: str
     scale: float = 1.0
     title: str = ""
+    unit: str = ""
 
     def of(self, row: Row) -> float | None:
         """Give the value of a row; None where it is not known."""
@@ -49,4 +50,5 @@ FORCE = Shown("peak force [N]", "stop_force_peak", title="end stops:")
 def peak(greatest: float) -> Shown:
     """Give the peak of |x_r| in the unit in which the greatest of them [m] reads well."""
     unit = wording.length_unit(greatest)
-    return Shown(f"peak |$x_r$| [{unit.sign}]", STROKE, unit.per_metre, "stroke:")
+    symbol = f"peak |$x_r$| [{unit.sign}]"
+    return Shown(symbol, STROKE, unit.per_metre, "stroke:", unit.sign)

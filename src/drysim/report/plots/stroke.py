@@ -46,28 +46,28 @@ def draw(table: Table) -> Figure:
     def bound(axes: Axes, panel: Panel, quantity: Shown) -> None:
         if quantity is not told:
             return
-        _limit(axes, table, drawn, panel, told.scale, FAR * top)
+        _limit(axes, table, drawn, panel, told, FAR * top)
         _violations(axes, drawn, panel, told)
 
     return over_sweep(table, drawn, [told, *hits], bound)
 
 
 def _limit(
-    axes: Axes, table: Table, drawn: View, panel: Panel, scale: float, far: float
+    axes: Axes, table: Table, drawn: View, panel: Panel, told: Shown, far: float
 ) -> None:
     """Draw the stroke limit, up to so far away; where it is swept that of each case."""
     if table.scenario.stroke is None:
         return
 
     def limit(row: Row) -> float:
-        return scale * (stroke_limit(table.scenario, row) or 0.0)
+        return told.scale * (stroke_limit(table.scenario, row) or 0.0)
 
     curves = [ink.series(drawn, line, limit) for line in panel.lines]
     levels = [{*y} for _, y in curves]
     every = set().union(*levels)
     if len(every) == 1:
         (level,) = every
-        words = f"stroke limit {wording.length(level / scale)}"
+        words = f"stroke limit {wording.number(level, told.unit)}"
         _level(axes, level, far, panels.LIMIT, words)
     elif any(len(own) > 1 for own in levels):
         near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= far]

@@ -95,7 +95,7 @@ def strokes(rows: Sequence[Row], found: Found, limit: float) -> Iterator[Caution
     elif beyond and most_of_all:
         peak, seed = most_of_all.greatest
         sentence = (
-            f"the stroke limit of {length(limit)} is met with {beyond} of {len(rows)} "
+            f"the stroke limit of {length(limit, peak)} is met with {beyond} of {len(rows)} "
             f"seeds; |x_r| reaches {length(peak)} with seed {seed}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "seed": seed, "seeds": beyond}

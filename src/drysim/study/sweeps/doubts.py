@@ -47,10 +47,11 @@ def strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
     elif worst is not None and (limit := stroke_limit(scenario, worst)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
         some, mean = (", with some seeds", " in the mean") if worst.over else ("", "")
-        which = "" if LIMIT in worst.point else f" of {length(limit)}"
+        beside = tally.greatest("x_r_peak") or peak
+        which = "" if LIMIT in worst.point else f" of {length(limit, beside)}"
         sentence = (
             f"the stroke limit{which} is met in {tally.beyond} of {tally.cases} cases{some}; "
-            f"|x_r| reaches {length(peak)}{mean}{at(worst, axes)}"
+            f"|x_r| reaches {length(peak, beside)}{mean}{at(worst, axes)}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "cases": tally.beyond}
         yield Caution("stroke-violated", sentence, numbers)
