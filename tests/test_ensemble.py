@@ -159,6 +159,17 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
     assert any(f" {unit}" in text.get_text() for text in figure.texts)
 
 
+def test_heading_over_seeds_takes_as_many_lines_as_the_friction_law_needs(noisy):
+    lugre = {
+        "law": "lugre", "kinetic": 45, "static_ratio": 1.2, "stribeck_velocity": 0.005,
+        "bristle_stiffness": 100000, "bristle_damping": 300, "viscous": 0.4,
+    }  # fmt: skip
+    made = run(load(noisy, {SEEDS: 2, "friction": lugre, "excitation.duration": 2}))
+    told = " ".join(text.get_text() for text in draw(made).texts)
+    assert "0.4 N·s/m" in told
+    assert "peak |$x_{r}$|" in told
+
+
 def test_checks_judge_the_mean_and_say_so(noisy):
     found = run(load(noisy, {SEEDS: 10, "checks": ["T_a < 0.9", "x_r_peak < 1 mm"]}))
     passed, failed = found.checks

@@ -153,13 +153,12 @@ def _words(made: Ensemble) -> heading.Lines:
     """Give the heading: the scene, the seeds and the main results."""
     until = until_of(made.scenario)
     drawn = f"seeds: {wording.seeds(made.seeds, until)}"
-    title, words, (scene, _) = heading.lines(made.shown, drawn)
     found = [
         f"{name} {_told(one, unit)}"
         for name, metric, unit in TOLD
         if (one := made.statistics[metric]) is not None
     ]
-    return title, words, [scene, ", ".join(found)]
+    return heading.lines(made.shown, drawn, ", ".join(found))
 
 
 def _told(found: Statistic, unit: str) -> str:

@@ -48,10 +48,10 @@ Lines = tuple[str, list[str], list[str]]
 """Title; words of the user, taken as they are; words of drysim, in which x_r is a symbol."""
 
 
-def lines(outcome: Outcome, seeds: str = "") -> Lines:
-    """Give the heading of the picture of a response, line by line.
+def lines(outcome: Outcome, seeds: str = "", results: str = "") -> Lines:
+    """Return the heading of the picture of a response, line by line.
 
-    `seeds` are the words for many of them; otherwise the seed of the response is told.
+    `seeds` and `results` are the words for many seeds, in place of those for the response.
     """
     scenario, motion = outcome.scenario, outcome.response
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
@@ -62,8 +62,8 @@ def lines(outcome: Outcome, seeds: str = "") -> Lines:
     scene = _scene(words)
     cleaned = _cleaned(wording.clean_up(motion.motion, motion.law))
     above = [*_about(scenario), *_wrapped(base), *cleaned]
-    found = [*_wrapped(scene, True), *_wrapped(_found(outcome), True)]
-    return _title(scenario), [*above, seeds] if seeds else above, found
+    found = [*_wrapped(scene, True), *_wrapped(results or _found(outcome), True)]
+    return _title(scenario), [*above, *_wrapped(seeds)], found
 
 
 def of_table(
