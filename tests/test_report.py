@@ -280,6 +280,18 @@ def test_crosses_of_many_violations_are_small_enough_to_show_the_peaks():
     assert sizes[True] < panels.BEYOND["markersize"]
 
 
+@pytest.mark.parametrize("name", ["W" * 90, "W" * 3_000, "a long name " * 12, "i" * 85, "seat"])
+def test_name_fits_the_picture_and_is_never_left_out_whole(name):
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = draw(outcome(name=name))
+    title = figure.texts[0]
+    assert title.get_window_extent(FigureCanvasAgg(figure).get_renderer()).x1 < figure.bbox.x1
+    shown = title.get_text().removesuffix(" …")
+    assert name.startswith(shown)
+    assert len(shown) >= min(len(name), 40)
+
+
 def test_words_about_the_base_motion_are_told_to_their_end():
     made = outcome(motion=record(1_000)._replace(realised={"psd_error": 0.00459}))
     files = tuple(Input("a-record-with-a-rather-long-name.csv", "", 1) for _ in range(3))

@@ -35,6 +35,12 @@ LINES = 2
 SIZE = 9.0
 """Size of its letters [pt]."""
 
+TITLE: dict[str, Any] = {"size": 13.0, "weight": "bold"}
+"""Font of the name above them."""
+
+LONGEST_TITLE = 200
+"""Letters beyond which no name fits, however narrow they are."""
+
 LINE = 0.19
 """Height of a line [inch]."""
 
@@ -111,7 +117,13 @@ def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
 
 
 def _title(scenario: Scenario) -> str:
-    return textwrap.shorten(wording.clean(scenario.name), 80, placeholder=" …")
+    """Return the name of a scenario, cut where it is wider than the picture."""
+    name = wording.clean(scenario.name)[:LONGEST_TITLE]
+    if name == wording.clean(scenario.name) and _width(name, False, **TITLE) <= ROOM:
+        return name
+    while _width(f"{name} …", False, **TITLE) > ROOM:
+        name = name[:-1]
+    return f"{name.rstrip()} …"
 
 
 def _about(scenario: Scenario) -> list[str]:
@@ -152,16 +164,16 @@ def _wrapped(words: str, symbols: bool = False, apart: str = COMMA) -> list[str]
     return [line for line in found if line]
 
 
-def _width(words: str, symbols: bool) -> float:
-    """Give how wide words are [pt]."""
+def _width(words: str, symbols: bool, **font: Any) -> float:
+    """Return how wide words are [pt]; `font` tells another than that of the scene."""
     from matplotlib.cbook import is_math_text
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    font: Any = FontProperties(size=SIZE)
+    properties: Any = FontProperties(**{"size": SIZE, **font})
     text: Any = _typeset(words) if symbols else words
     math: Any = symbols and is_math_text(text)
-    return float(text_to_path.get_text_width_height_descent(text, font, ismath=math)[0])
+    return float(text_to_path.get_text_width_height_descent(text, properties, ismath=math)[0])
 
 
 def _scene(words: Iterable[tuple[str, str]]) -> str:
@@ -202,7 +214,7 @@ def write(figure: Figure, head: Lines) -> None:
     title, words, symbols = head
     tall = figure.get_figheight()
     place: dict[str, Any] = {"va": "top", "x": 0.02}
-    figure.text(y=1 - 0.12 / tall, s=title, weight="bold", size=13, parse_math=False, **place)
+    figure.text(y=1 - 0.12 / tall, s=title, parse_math=False, **TITLE, **place)
     at = 0.42
     for line in words:
         figure.text(y=1 - at / tall, s=line, size=SIZE, parse_math=False, **place)
