@@ -50,6 +50,15 @@ def test_units_stand_behind_and_a_dash_is_none():
     assert wording.length(None) == "not known"
 
 
+def test_swept_values_that_differ_do_not_read_alike():
+    def told(*values):
+        axis = SimpleNamespace(key="friction.static_ratio", unit="-", told="", values=values)
+        return wording.swept(axis)
+
+    assert told(1.0, 1.0000001, 5.0) == "friction.static_ratio 1, 1.0000001, 5"
+    assert told(1.0, 2.0, 2.0) == "friction.static_ratio 1, 2, 2"
+
+
 def test_length_has_the_unit_of_the_one_beside_it_unless_it_is_far_longer():
     assert wording.length(5.328, 13.32) == "5.328 m"
     assert wording.length(0.025, 13.32) == "0.025 m"

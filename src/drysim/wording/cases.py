@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Protocol
 
-from drysim.wording.numbers import number, pretty
+from drysim.wording.numbers import SIGNIFICANT, number, pretty
 
 FEW = 5
 """Values of a swept key up to which each is named."""
@@ -41,11 +41,20 @@ def swept(axis: Swept) -> str:
         return f"{axis.key} {axis.told}"
     unit, values = pretty(axis.unit), axis.values
     if len(values) <= FEW:
-        spelled = number(values[-1], unit)
-        return f"{axis.key} {', '.join([*map(number, values[:-1]), spelled])}"
+        *most, last = apart(values)
+        return f"{axis.key} {', '.join([*most, f'{last} {unit}'.rstrip()])}"
     ends = (values[0], values[-1]) if len(values) > MANY else (min(values), max(values))
     low, high = number(ends[0]), number(ends[1], unit)
     return f"{axis.key} {low} to {high} ({len(values)} values)"
+
+
+def apart(values: Sequence[float]) -> list[str]:
+    """Return values in words, with as many digits as it takes to tell them apart."""
+    for digits in range(SIGNIFICANT, 18):
+        words = [number(value, digits=digits) for value in values]
+        if len({*words}) == len({*values}):
+            break
+    return words
 
 
 def place(point: Mapping[str, float], axes: Sequence[Swept]) -> str:
