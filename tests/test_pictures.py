@@ -82,6 +82,17 @@ def test_sweep_is_drawn_without_a_warning(scene, tmp_path):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
+def test_panel_of_a_metric_that_no_case_knows_says_so():
+    said = {
+        name: [
+            "not known" in [text.get_text() for text in panel.texts] for panel in figure.axes
+        ]
+        for name in ("nothing is known", "one case")
+        for figure in [draw(SCENES[name]())]
+    }
+    assert said == {"nothing is known": [True], "one case": [False, False]}
+
+
 def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_frequency():
     figure = draw(SCENES["paper"]())
     left, right = figure.axes

@@ -57,7 +57,10 @@ def over_sweep(
             ink.gaps(axes, drawn, panel)
             _marks(axes, table, drawn)
         assert first is not None, "a view has a panel"
-        _upright(first, list(ink.known(drawn, quantity.of)), steeply=quantity is T_A)
+        values = list(ink.known(drawn, quantity.of))
+        if not values:
+            first.text(0.5, 0.5, "not known", transform=first.transAxes, ha="center")
+        _upright(first, values, steeply=quantity is T_A)
     unnamed = {line.label for line in drawn.panels[0].lines}
     of_stroke = any(quantity.metric == STROKE for quantity in quantities)
     head = heading.of_table(table, drawn.left_out, of_stroke=of_stroke)
