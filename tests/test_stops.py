@@ -222,6 +222,32 @@ class TestClosedForms:
         assert track.state(1.0) == State(0.1, 0.0)
         assert track.totals(0.0, 1.99).hits == pytest.approx(0.5 * 3.0 * v**2, rel=1e-14)
 
+    @pytest.mark.parametrize(("limit", "F"), [(0.05, 0.0), (0.05, 0.3), (500.0, 0.3)])
+    def test_rebounds_too_small_to_be_seen_are_flight_and_not_rest(self, limit, F):
+        """Times and x"² of the whole chatter are a geometric series; then the mass is stuck."""
+        e, end, pull = 0.9, 400.0, Samples(np.full(401, 1.0), 1.0)
+        law = Stopped(F, F, limit, e=e)
+        track = StickSlip().track(Plant(1.0, 0.0, 0.0), law, pull, REST, 1.0, None)
+        q, p = 1.0 - F, 1.0 + F
+        first = math.sqrt(2.0 * q * limit)
+        flight = e * first * (1.0 / p + 1.0 / math.sqrt(p * q))
+        rest = first / q + flight / (1.0 - e * math.sqrt(q / p))
+        totals = track.totals(0.0, end)
+        assert track.events.t[-1] == pytest.approx(rest, rel=1e-14)
+        assert totals.stuck == pytest.approx(end - rest, rel=1e-14)
+        assert totals.x_dd2 == pytest.approx(F * F * rest + end - rest, rel=1e-13)
+
+    def test_rest_of_a_chatter_may_be_longer_than_a_step(self):
+        g, v, e, limit = 1.0, 2e-3, 0.999, 1e6
+        pull = Samples(np.full(501, -g), 0.01)
+        law = Stopped(0.0, 0.0, limit, e=e)
+        track = StickSlip().track(Plant(1.0, 0.0, 0.0), law, pull, State(limit, -v), 1.0, None)
+        rest = 2.0 * v / (g * (1.0 - e))
+        assert track.hits().t[-1] < rest - 0.02
+        assert track.events.t[-1] == pytest.approx(rest, rel=1e-12)
+        assert track.totals(0.0, 5.0).stuck == pytest.approx(5.0 - rest, rel=1e-12)
+        assert track.state(rest - 0.005) == State(limit, 0.0)
+
     def test_mass_at_rest_leaves_its_stop_as_the_force_turns(self):
         """Pressed, then pulled away: it leaves as |F_L| exceeds F_fs on that side."""
         u_dd = np.interp(np.arange(201) * 0.01, [0.0, 1.0, 2.0], [-3.0, 0.0, 3.0])

@@ -6,7 +6,7 @@ import math
 
 from drysim.core.compiled import compiled
 from drysim.core.contacts.touch import STALL
-from drysim.core.events import CONTACT, SLIP, note
+from drysim.core.events import CONTACT, SLIP, STICK, note
 from drysim.core.plant import Plant
 from drysim.core.samples.glide import lifted
 from drysim.core.samples.steps import faint_per_force
@@ -17,6 +17,7 @@ from drysim.core.stops.bumper import (
     APART,
     AWAY,
     BROKE,
+    CHATTERS,
     MEET,
     POISED,
     STEADY,
@@ -30,7 +31,7 @@ from drysim.core.stops.bumper import (
     touch_of,
     way_of,
 )
-from drysim.core.stops.impact import rebound
+from drysim.core.stops.impact import chatter_time, pressures, rebound
 from drysim.core.stops.passage import pass_on
 from drysim.core.stops.rest import leave_rest, let_go, stand
 from drysim.core.trail import mark
@@ -113,7 +114,19 @@ def bound(
         t = n * dt + s
         at = mark(trail, at, n, s, xi, v_r, z, mode)
         c, w, g = begin_stretch(plant, law, waves, mode, z, u_0, t)
-        if d == 0:
+        if fresh == CHATTERS:
+            F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + plant.k_x * z
+            load = normal_force(law, waves, 0.0)[0]
+            p, q = pressures(plant, law, 1 if z > 0.0 else -1, F_L, load)
+            lasts = chatter_time(law, p, q, abs(v_r))[0] if p > 0.0 else 0.0
+            step = min(lasts, left)
+            # The time that is left falls with the speed of the rebound.
+            v_r *= 1.0 - step / lasts if lasts > left else 0.0
+            if lasts <= left:
+                mode = mode_of(APART, 0, STEADY)
+                then, ends = moment(n, s + step, length, end)
+                count = note(log, count, then, ends, STICK, z, F_L)
+        elif d == 0:
             step, way = leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left)
             # At the very end of an interval the next one decides.
             if step < left:
@@ -161,8 +174,8 @@ def bound(
                         count = note(log, count, then, ends, d * CONTACT, z, F_L)
                     else:
                         v_r, mode, count = rebound(
-                            plant, law, waves, slope, then, ends, h if then == end else dt,
-                            t + step, v_r, z, d, u_then, load, log, count,
+                            plant, law, waves, slope, then, ends, t + step, v_r, z, d, u_then,
+                            load, log, count,
                         )  # fmt: skip
                 elif step == change:
                     F_L = steady_pull(plant, law, touch, z, xi) + m * u_then

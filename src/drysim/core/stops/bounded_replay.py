@@ -10,14 +10,17 @@ from drysim.core.samples.stop import RESOLUTION
 from drysim.core.sines.slide import slide
 from drysim.core.stops.bounded import begin_stretch
 from drysim.core.stops.bumper import (
+    CHATTERS,
     MEET,
     bumper_force,
+    fresh_of,
     pushes,
     steady_pull,
     touch_of,
     wall_of,
     way_of,
 )
+from drysim.core.stops.impact import chatter_acceleration, pressures
 from drysim.core.waves import base_motion, normal_force
 
 FINELY = 40.0
@@ -70,7 +73,9 @@ def read_bounded(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, stop_out, 
             known = i
         s = t[k] - (trail.n[i] * dt + trail.s[i])
         z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
-        if s != 0.0 and way_of(mode) != 0:
+        if way_of(mode) == 0:
+            v = 0.0
+        elif s != 0.0:
             xi, v, _, _ = slide(c, w, waves, xi, v, g, r, s)
         u = base_motion(waves, u_0, slope, s)[0]
         load = normal_force(law, waves, s)[0]
@@ -102,6 +107,13 @@ def integrate_bounded(plant, law, waves, u_dd, dt, trail, begin, end):
         c, w, g, r, u_0, slope = resume(plant, law, waves, u_dd, dt, trail, i)
         z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
         d = way_of(mode)
+        if fresh_of(mode) == CHATTERS:
+            load = normal_force(law, waves, 0.0)[0]
+            F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + k_x * z
+            p, q = pressures(plant, law, 1 if z > 0.0 else -1, F_L, load)
+            x2 += z * z * (hi - s)
+            x_dd2 += chatter_acceleration(plant, law, p, q, z, load) * (hi - s)
+            continue
         if d == 0:
             stuck += hi - s
             x2 += (z + xi) ** 2 * (hi - s)

@@ -18,9 +18,10 @@ APART, TOUCHING, AWAY = 0, 1, 2
 """How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
 apart, as a bumper that only pushes cannot follow what leaves fast; times the side."""
 
-STEADY, BROKE, POISED = 0, 1, 2
-"""How a stretch begins: on its way, breaking away just then, or with a bumper's force that is
-zero just then."""
+STEADY, BROKE, POISED, CHATTERS = 0, 1, 2, 3
+"""How a stretch begins: on its way, breaking away just then, with a bumper's force that is
+zero just then; or it is the rest of a chatter against a rigid stop, with v_r that of the first
+rebound."""
 
 MEET = 1000
 """Mode of a mark that tells with which velocity the mass comes to a stop."""

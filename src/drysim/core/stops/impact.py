@@ -1,18 +1,61 @@
-"""Rigid end stops: the rebound, and how a chatter of ever smaller rebounds ends in rest."""
+"""Rigid end stops: the rebound, and how a chatter of ever smaller rebounds ends in rest.
+
+The flights that no number for x_r can show are not followed one by one: what they take of the
+time and of x"² is summed in closed form. Their v_r² is below rounding.
+"""
 
 from __future__ import annotations
 
 import math
 
 from drysim.core.compiled import compiled
-from drysim.core.events import IMPACT, STICK, note
+from drysim.core.events import IMPACT, note
 from drysim.core.sines.stretch import force_rates
-from drysim.core.stops.bumper import APART, STEADY, mode_of
+from drysim.core.stops.bumper import APART, CHATTERS, STEADY, mode_of
+
+
+@compiled
+def pressures(plant, law, side, F_L, load):
+    """Return what presses the mass to a rigid stop on the way away from it and back [m/s²]."""
+    friction = law.F_fk * load
+    return (-side * F_L + friction) / plant.m, (-side * F_L - friction) / plant.m
+
+
+@compiled
+def chatter_time(law, p, q, v):
+    """Return how long all flights after a rebound at speed v last together, and the first [s].
+
+    Parameters
+    ----------
+    p, q : float
+        As in `pressures`, p above 0.
+
+    Notes
+    -----
+    The mass flies v²/(2 p) high for v (1/p + 1/√(p q)) and is at the stop again with v √(q/p):
+    the times are a geometric series. Without q friction holds the mass where it turns.
+    """
+    if q <= 0.0:
+        return v / p, v / p
+    flight = v * (1.0 / p + 1.0 / math.sqrt(p * q))
+    keeps = law.e * math.sqrt(q / p)
+    return flight / (1.0 - keeps) if keeps < 1.0 else math.inf, flight
+
+
+@compiled
+def chatter_acceleration(plant, law, p, q, z, load):
+    """Return the mean square of x" [m²/s⁴] over all flights of a chatter at z [m].
+
+    Friction has its sign on the way away for √q/(√p + √q) of the time: 1/p of 1/p + 1/√(p q).
+    """
+    pull, friction = plant.k_x * abs(z) / plant.m, law.F_fk * load / plant.m
+    away = math.sqrt(q) / (math.sqrt(p) + math.sqrt(q)) if q > 0.0 else 1.0
+    return away * (pull - friction) ** 2 + (1.0 - away) * (pull + friction) ** 2
 
 
 @compiled
 def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
-    """Give how long a chatter lasts that no number can show, or -1 where it can be seen.
+    """Tell whether a chatter is such that no number for x_r can show it.
 
     Parameters
     ----------
@@ -33,31 +76,18 @@ def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
 
     Notes
     -----
-    The mass leaves with speed v against a force that brings it back: it flies v²/(2 p) high for
-    v (1/p + 1/√(p q)) long, with p and q what presses it towards the stop on the way there and
-    back, and is at the stop again with v √(q/p). So heights fall by e² q/p from one rebound to
-    the next, and times by its root. The mass counts as at rest when the next flight is so low
-    that x_r and the limit are one number, or so short that t and its end are, and when the
-    force provably presses until the last of all flights is over. The rest of the motion is then
-    the same to the last bit, whatever the mass does in this time.
+    That is so when the next flight is so low that x_r and the limit are one number, or so
+    short that t and its end are, and when the force provably presses until the last of all
+    flights is over, see `chatter_time`. The motion after them is then the same to the last
+    bit, and what they take of the time is a closed form.
     """
-    friction = law.F_fk * load
-    p = (-side * F_L + friction) / plant.m
-    q = (-side * F_L - friction) / plant.m
+    p, q = pressures(plant, law, side, F_L, load)
     if p <= 0.0:
-        return -1.0
-    high = v * v / (2.0 * p)
-    if q <= 0.0:
-        # Friction holds it where it turns.
-        flight = v / p
-        return flight if low_or_short(law, high, t, flight) else -1.0
-    flight = v * (1.0 / p + 1.0 / math.sqrt(p * q))
-    if not low_or_short(law, high, t, flight):
-        return -1.0
-    keeps = law.e * math.sqrt(q / p)
-    whole = flight / (1.0 - keeps) if keeps < 1.0 else math.inf
-    change = force_rates(waves, slope)[0] * whole
-    return whole if change < q else -1.0
+        return False
+    whole, flight = chatter_time(law, p, q, v)
+    if not low_or_short(law, v * v / (2.0 * p), t, flight):
+        return False
+    return q <= 0.0 or force_rates(waves, slope)[0] * whole < q
 
 
 @compiled
@@ -67,13 +97,13 @@ def low_or_short(law, high, t, flight):
 
 
 @compiled
-def rebound(plant, law, waves, slope, n, s, length, t, v_r, z, d, u_dd, load, log, count):
-    """Throw the mass back from a rigid stop, or lay it to rest; gives v_r and mode.
+def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count):
+    """Throw the mass back from a rigid stop, or let it chatter to rest; gives v_r and mode.
 
     Parameters
     ----------
-    n, s, length, t : int, float, float, float
-        Interval, time in it, its length [s]; and time since the start of the motion [s].
+    n, s, t : int, float, float
+        Interval, time in it [s]; and time since the start of the motion [s].
     v_r, d : float, int
         Velocity [m/s] before the impact, and its direction: the side of the stop.
     z : float
@@ -86,8 +116,6 @@ def rebound(plant, law, waves, slope, n, s, length, t, v_r, z, d, u_dd, load, lo
     speed = law.e * max(d * v_r, 0.0)
     if speed == 0.0:
         return 0.0, mode_of(APART, -d, STEADY), count
-    lasts = comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed)
-    if lasts < 0.0:
-        return -d * speed, mode_of(APART, -d, STEADY), count
-    count = note(log, count, n, min(s + lasts, length), STICK, z, F_L)
-    return 0.0, mode_of(APART, 0, STEADY), count
+    if comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed):
+        return -d * speed, mode_of(APART, 0, CHATTERS), count
+    return -d * speed, mode_of(APART, -d, STEADY), count
