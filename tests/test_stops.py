@@ -381,6 +381,10 @@ class TestSimulate:
             ({"x_rM": 0.01, "k_s": 1e5, "b_s": -1.0}, "b_s must be"),
             ({"x_rM": 0.01, "e": 0.5, "b_s": 1.0}, "b_s must be"),
             ({"x_rM": 0.01, "e": 1.5}, "e must lie"),
+            ({"x_rM": 1e150, "e": 0.5}, "x_rM must lie between 1e-30 and 1e\\+30"),
+            ({"x_rM": 0.01, "k_s": 1e-31}, "k_s must lie between"),
+            ({"x_rM": 0.01, "k_s": 1e5, "b_s": 1e31}, "b_s must lie between"),
+            ({"x_rM": 0.01, "e": 0.5, "u_dd": [0.0, -1e156]}, r"u_dd\[1\] must be at most"),
             ({"x_rM": "10 mm", "e": 0.5}, "x_rM must be a number in SI, not '10 mm'"),
             ({"x_rM": 0.01, "e": 0.5, "x_r": 0.02}, "beyond the rigid stops"),
             ({"x_rM": 0.01, "e": 0.5, "approach": "signum"}, "knows no end stops"),
@@ -388,7 +392,7 @@ class TestSimulate:
     )
     def test_stops_that_make_no_sense_are_told(self, words, sentence):
         with pytest.raises(UsageError, match=sentence):
-            drysim.simulate(**SEAT, **words)
+            drysim.simulate(**{**SEAT, **words})
 
 
 def test_force_that_only_touches_zero_on_a_sample_does_not_pull_the_mass_away():

@@ -12,7 +12,7 @@ from drysim.approach.events import Floats
 from drysim.core.plant import Law, Plant
 from drysim.core.state import State
 from drysim.errors import UsageError
-from drysim.quantity import short
+from drysim.quantity import GREATEST, LEAST, short
 
 NUMBERS = "iuf"
 """Kinds of integers and floats; all other arrays are looked at one by one."""
@@ -65,14 +65,24 @@ def refuse_nonsense(plant: Plant, law: Law, dt: float, start: State) -> None:
         if value < 0.0 and name not in start._fields:
             bound = "above 0" if name in ("m", "dt") else "at least 0"
             raise UsageError(f"{name} must be {bound}, not {value:g}")
+        refuse_size(name, value)
     if plant.m == 0.0 or dt == 0.0:
         raise UsageError(f"{'dt' if plant.m else 'm'} must be above 0")
     if law.F_fs < law.F_fk:
         raise UsageError(f"F_fs = {law.F_fs:g} N must be at least F_fk = {law.F_fk:g} N")
 
 
+def refuse_size(name: str, value: float) -> None:
+    """Raise UsageError where a number is out of the bounds of a scenario file."""
+    if value and not LEAST <= abs(value) <= GREATEST:
+        span = f"{LEAST:g} and {GREATEST:g}"
+        raise UsageError(f"{name} must lie between {span} in size, or be 0, not {value:g}")
+
+
 def refuse_faults(u_dd: Floats) -> None:
-    """Raise UsageError, naming the first of them, where samples are no finite numbers."""
-    if not np.isfinite(u_dd).all():
-        at = int(np.flatnonzero(~np.isfinite(u_dd))[0])
-        raise UsageError(f"u_dd[{at}] must be a finite number, not {u_dd[at]}")
+    """Raise UsageError, naming the first, where samples are not finite or beyond all bounds."""
+    if not (u_dd.min() >= -GREATEST and u_dd.max() <= GREATEST):
+        at = int(np.flatnonzero(~(np.abs(u_dd) <= GREATEST))[0])
+        if not math.isfinite(u_dd[at]):
+            raise UsageError(f"u_dd[{at}] must be a finite number, not {u_dd[at]}")
+        raise UsageError(f"u_dd[{at}] must be at most {GREATEST:g} in size, not {u_dd[at]:g}")

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from drysim.approach import EXACT, SHELF
 from drysim.approach.events import Events
-from drysim.approach.given import plain, refuse_faults, refuse_nonsense, row
+from drysim.approach.given import plain, refuse_faults, refuse_nonsense, refuse_size, row
 from drysim.approach.numerics import Numerics
 from drysim.approach.points import Held, Points
 from drysim.approach.response import Response
@@ -121,8 +121,10 @@ def between(
     for name, value in (("x_rM", x_rM), ("k_s", 1.0 if k_s is None else k_s)):
         if not (math.isfinite(value) and value > 0.0):
             raise UsageError(f"{name} must be a finite number above 0, not {value:g}")
+        refuse_size(name, value)
     if not (math.isfinite(b_s) and b_s >= 0.0 and (b_s == 0.0 or e is None)):
         raise UsageError(f"b_s must be at least 0, and 0 beside e, not {b_s:g}")
+    refuse_size("b_s", b_s)
     if e is not None and not 0.0 <= e <= 1.0:
         raise UsageError(f"e must lie between 0 and 1, not {e:g}")
     if e is not None and abs(start.x_r) > x_rM:
