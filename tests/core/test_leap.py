@@ -195,6 +195,29 @@ def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(ker
     assert found[0][-1] == pytest.approx(0.5 * math.pi, abs=1e-6)
 
 
+def test_strong_damper_does_not_make_steps_tiny(plain, monkeypatch):
+    """It leaves a jerk next to nothing, which proves next to nothing: a million steps."""
+    steps = []
+
+    def counted(*stretch):
+        steps.append(stretch[-1])
+        return slide_and_snap(*stretch)
+
+    slide_and_snap = plain.cease.slide_and_snap
+    monkeypatch.setattr(plain.cease, "slide_and_snap", counted)
+    plant, law = plain.plant.Plant(0.04, 7500.0, 1e8), plain.plant.Law(5.0, 5.0)
+    waves, log = waves_of(plain, [(1.0, 0.33, 0.0)], law), log_of(plain)
+    out = plain.leap.leap(
+        plant, law, waves, 0.0, 0.0, 0, 0.0, 1 / 0.33, 0.0, 0.038, 0.0, -1, log, 0, len(log.n)
+    )  # fmt: skip
+    assert out[4] == 0
+    assert len(steps) < 200
+    slow = 7500.0 / 1e8
+    assert out[1] == pytest.approx(
+        5 / 7500 + (0.038 - 5 / 7500) * math.exp(-slow / 0.33), rel=1e-8
+    )
+
+
 @pytest.mark.parametrize("bend", [1e-12, 1e-6, 1.0, 1e3])
 @pytest.mark.parametrize("growth", [1e-12, 1e-3, 1.0, 1e6])
 def test_safe_step_takes_a_good_part_of_what_its_bound_allows(

@@ -24,6 +24,9 @@ NEWTON_CAP = 20
 REACH = 2.0
 """Radians of the fastest wave that are tried at once: the bound never proves more."""
 
+SMALL = 0.01
+"""Share of the longest step below which a step is tried without the jerk, too."""
+
 HALVINGS = 60
 """Of the longest step at most: where a slow wave drags the mass along, the bound may leave a
 millionth of it."""
@@ -151,6 +154,10 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
             s, x = sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth)
             return (s, x) if s < h else (NEVER, x)
         step = safe_slip(v, a, j, snap, growth, cap)
+        if j > 0.0 and step < SMALL * cap:
+            # A jerk that is next to nothing proves less than one that is left out: what is
+            # strongly damped would take a million steps.
+            step = max(step, safe_slip(v, a, 0.0, snap, growth, cap))
         if s + step >= h:
             # The end of the stretch lies within the safe step.
             return NEVER, x
