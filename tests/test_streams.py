@@ -8,13 +8,14 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from functools import partial
 
 import pytest
 
 from drysim import console
 from drysim.cli import leave
+from drysim.study.in_order import in_order
 from test_cli import tree
 
 FULL = pytest.mark.skipif(
@@ -157,6 +158,54 @@ def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monk
     assert done.code == 130
     assert kind[:-1] in done.err
     assert "kept in out/seat.partial; the same command with --resume" in done.err
+
+
+DEAF = """
+import ctypes
+from drysim.cli.leave import tidy_up_first
+tidy_up_first()
+libc, lock = ctypes.CDLL(None), ctypes.create_string_buffer(256)
+libc.pthread_mutex_lock(lock)
+try:
+    print("deaf", flush=True)
+    libc.pthread_mutex_lock(lock)
+except KeyboardInterrupt:  # which came before it was deaf
+    libc.pthread_mutex_lock(lock)
+"""
+"""Waits for itself in C, for ever, without the lock of the interpreter: as in a kernel."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the lock of the C library is Linux's")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_process_deep_in_a_kernel_obeys_a_signal(name):
+    running = subprocess.Popen(
+        [sys.executable, "-c", DEAF], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert running.stdout.readline() == "deaf\n"
+    while running.poll() is None:
+        running.send_signal(getattr(signal, name))
+        with suppress(subprocess.TimeoutExpired):
+            running.wait(3.0 * leave.PATIENCE)
+    assert running.returncode == 130
+    assert running.communicate()[1] == leave.GOODBYE.decode()
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_endless_work_of_a_thread_does_not_keep_who_is_interrupted(threads):
+    free, begun = threading.Event(), threading.Event()
+
+    def work(piece):
+        if piece == 1:
+            begun.set()
+            free.wait()
+        return piece
+
+    found = in_order(work, range(9), threads)
+    assert next(found) == 0
+    assert begun.wait(60)
+    found.close()
+    assert not free.is_set()
+    free.set()
 
 
 def test_signal_that_is_ignored_stays_so(seat):

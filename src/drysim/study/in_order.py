@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import TypeVar
 
 Asked = TypeVar("Asked")
@@ -12,6 +12,9 @@ Given = TypeVar("Given")
 
 AHEAD = 2
 """Pieces of work in hand for each thread: one under way and one waiting for it."""
+
+PATIENCE = 1.0
+"""How long work under way is waited for that nobody needs any more [s]."""
 
 
 def in_order(
@@ -30,7 +33,8 @@ def in_order(
 
     Notes
     -----
-    Whoever has seen enough closes the generator; work under way is waited for and dropped.
+    Whoever has seen enough closes the generator, or is interrupted. Work under way is dropped
+    then, and waited for only so long that an endless kernel does not keep the process.
     """
     if threads == 1:
         yield from map(work, pieces)
@@ -40,9 +44,16 @@ def in_order(
         for piece in pieces:
             waiting.append(hands.submit(work, piece))
             if len(waiting) == AHEAD * threads:
-                yield waiting.popleft().result()
+                yield first(waiting)
         while waiting:
-            yield waiting.popleft().result()
+            yield first(waiting)
     finally:
-        # An interrupt waits for the work under way, not for what is in the queue.
-        hands.shutdown(cancel_futures=True)
+        hands.shutdown(wait=False, cancel_futures=True)
+        wait([one for one in waiting if not one.done()], PATIENCE)
+
+
+def first(waiting: deque[Future[Given]]) -> Given:
+    """Remove the first future and return its result; one that is not done stays."""
+    given = waiting[0].result()
+    waiting.popleft()
+    return given
