@@ -9,7 +9,7 @@ from drysim.approach import by_series, settled
 from drysim.approach.closing import DYING, Closing
 from drysim.approach.orbit import Orbit
 from drysim.core.motion import Sines
-from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Plant, Slider
+from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Plant, Slider, Stopped
 from drysim.core.state import Deflected, State
 from drysim.scenario import load
 from drysim.study.run import run
@@ -52,6 +52,34 @@ def test_motion_that_grows_is_not_moved_on():
     closing = Closing(1e-13)
     states = follow(1.01 * np.eye(2), np.zeros(2), State(1e-6, 1e-6), closing)
     np.testing.assert_allclose(states[-1], 1e-6 * 1.01**399, rtol=1e-12)
+
+
+@pytest.mark.parametrize("periods", [3, 10, 37, 64])
+def test_repetition_of_up_to_64_periods_is_found(periods):
+    closing, draw = Closing(1e-12), np.random.default_rng(periods)
+    states = [State(*draw.uniform(-1.0, 1.0, 2)) for _ in range(periods)]
+    for state in [*states, *states]:
+        closing.add(state, [1.0, 1.0])
+    change, multiple = closing.repetition()
+    assert (change, multiple) == (0.0, periods)
+
+
+def test_motion_that_circles_in_on_its_orbit_is_not_taken_for_a_long_repetition():
+    """Ten periods are a whole turn, over which the motion changes ten thousand times less."""
+    closing, turn = Closing(1e-12), 2.0 * np.pi / 10.0
+    for n in range(100):
+        size = 1e-9 * (1.0 - 1e-5) ** n
+        closing.add(State(size * np.cos(n * turn), size * np.sin(n * turn)), [1.0, 1.0])
+    assert closing.repetition()[0] > closing.closed
+
+
+def test_orbit_of_ten_periods_between_stops_is_found():
+    F_fk, f = 0.11999109888519495, 0.07957747154594767
+    law = Stopped(F_fk, 5.0 * F_fk, 10.0, e=0.5)
+    motion = Sines((1.0,), (f,), (0.6791759369443524,))
+    start = State(0.0, -0.5202476676680174)
+    orbit = settled.find_orbit(Plant(1.0, 1.0, 0.002), law, motion, start, 1.0 / f)
+    assert (orbit.settled, orbit.periods) == (True, 10)
 
 
 def test_sum_that_does_not_come_true_is_taken_back():

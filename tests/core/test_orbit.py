@@ -24,7 +24,7 @@ def orbit(
     log = log_of(kernel)
     d = kernel.events.first_mode(plant, law, *start, 0.0)
     period = 2 * math.pi / omega
-    past = np.zeros(8), np.zeros(8)
+    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
     x_r, v_r, d, multiple, closure, periods, _ = kernel.orbit.settle(
         plant, law, waves, period, *start, d, most, *past, log, len(log.n)
     )
@@ -188,7 +188,7 @@ def found_for(
     """Find the orbit from rest under a sine of 1 m/s² and frequency f."""
     plant, law = kernel.plant.Plant(*plant), kernel.plant.Law(F_fk, F_fk)
     waves, log = waves_of(kernel, [(1.0, f, 0.0)], law), log_of(kernel)
-    past = np.zeros(8), np.zeros(8)
+    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
     x_r, v_r, multiple, closure, _, _, unique = kernel.orbit.find(
         plant, law, waves, 1.0 / f, 0.0, 0.0, 300, *past, log, len(log.n)
     )
@@ -280,6 +280,28 @@ def test_mass_that_only_creeps_is_not_followed_for_thousands_of_periods(
     assert kernel.orbit.patience(kernel.plant.Plant(M, k_x, b), 0.6, 5000) == most
 
 
+def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespace) -> None:
+    F_fk, f, phase = 0.11999109888519495, 0.07957747154594767, 0.6791759369443524
+    plant, law = kernel.plant.Plant(1.0, 1.0, 0.002), kernel.plant.Law(F_fk, 5.0 * F_fk)
+    waves, log = waves_of(kernel, [(1.0, f, phase)], law), log_of(kernel)
+    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
+    x_r, v_r, multiple, closure, periods, _, unique = kernel.orbit.find(
+        plant, law, waves, 1.0 / f, 0.0, -0.5202476676680174, 5000, *past, log, len(log.n)
+    )
+    assert (multiple, unique) == (10, True)
+    assert closure <= kernel.orbit.NOISE
+    assert periods < 500
+    d = kernel.orbit.first_direction(plant, law, waves, x_r, v_r)
+    state, seen = (x_r, v_r, d), []
+    for _ in range(10):
+        state = kernel.period_map.one_period(plant, law, waves, 1 / f, *state, log, len(log.n))[
+            :3
+        ]
+        seen.append(state[0])
+    assert seen[-1] == pytest.approx(x_r, abs=1e-9)
+    assert min(abs(x - x_r) for x in seen[:-1]) > 1e-3
+
+
 def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     fast: SimpleNamespace,
 ) -> None:
@@ -287,7 +309,7 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     plant, law = fast.plant.Plant(M, 1.0, 2000.0), fast.plant.Law(0.1, 0.1)
     waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
     x_r, _, multiple, _, periods, _, unique = fast.orbit.find(
-        plant, law, waves, 1.0, 1.0, 0.0, 5000, np.zeros(8), np.zeros(8), log, len(log.n)
+        plant, law, waves, 1.0, 1.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)
     )
     assert (multiple, unique) == (1, True)
     assert periods < 1000
@@ -298,7 +320,7 @@ def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamesp
     plant, law = fast.plant.Plant(M, K, 2e10 * math.sqrt(K * M)), fast.plant.Law(0.3, 0.3)
     waves, log = waves_of(fast, [(1.0, 1.6, 0.0)], law), log_of(fast)
     *_, multiple, _, periods, _, _ = fast.orbit.find(
-        plant, law, waves, 1 / 1.6, 0.0, 0.0, 5000, np.zeros(8), np.zeros(8), log, len(log.n)
+        plant, law, waves, 1 / 1.6, 0.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)
     )
     assert multiple == 0
     assert periods <= 100

@@ -16,7 +16,7 @@ def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> 
     """Give the answers of a block of scenes."""
     answers = np.full((len(scenes), kernel.orbits.FOUND), np.nan)
     room = (scenes.shape[1] - kernel.orbits.SINES) // 3 + 1
-    past = np.zeros(8), np.zeros(8)
+    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
     values = np.zeros(kernel.waves.STRIDE * room)
     kernel.orbits.solve_orbits(
         scenes, answers, values, *past, FEW, log_of(kernel, capacity), capacity

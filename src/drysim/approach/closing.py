@@ -13,8 +13,9 @@ if TYPE_CHECKING:
     from drysim.approach.events import Floats
     from drysim.core.state import AnyState
 
-MOST_MULTIPLE = 8
-"""Longest repetition that is looked for, in periods of the excitation."""
+MOST_MULTIPLE, USUAL = 64, 8
+"""Longest repetition that is looked for, in periods of the excitation; and the longest by which
+changes may be summed."""
 
 CHANGES = 4
 """Changes that a sum is made of: one more than a state has numbers."""
@@ -76,29 +77,33 @@ class Closing:
         self.quiet = 0 if events else self.quiet + 1
         before = self.scale or (0.0,) * len(largest)
         self.scale = [max(new, 0.5 * old) for new, old in zip(largest, before, strict=True)]
-        self.ends = [end, *self.ends[: CHANGES * MOST_MULTIPLE]]
+        self.ends = [end, *self.ends[:MOST_MULTIPLE]]
         return True
 
     def repetition(self) -> tuple[float, int]:
         """Give the scaled change over a repetition [-], and of how many periods that is.
 
-        The shortest that is closed; where none is, the one that is closest to it.
+        The shortest that is closed; where none is, the usual one that is closest to it. One
+        that is longer is none where the motion hardly changes over a usual one: it dies away.
         """
-        latest, *others = self.ends[: MOST_MULTIPLE + 1]
-        changes = [self.distance(latest, other) for other in others]
-        for periods, change in enumerate(changes, 1):
-            if change <= self.closed:
-                return change, periods
-        least = min(changes, default=math.inf)
-        return least, changes.index(least) + 1 if changes else 1
+        if len(self.ends) < 2:
+            return math.inf, 1
+        ends = self.scaled(self.ends)
+        changes = np.abs(ends[1:] - ends[0]).max(axis=1)
+        least = int(changes[:USUAL].argmin())
+        closed = np.flatnonzero(changes <= self.closed)
+        if closed.size and (closed[0] < USUAL or changes[least] > NOISE):
+            least = int(closed[0])
+        return float(changes[least]), least + 1
 
     def distance(self, one: AnyState, other: AnyState) -> float:
         """Give how far two states are apart, scaled [-]."""
-        return float(np.abs(self.scaled(one) - self.scaled(other)).max())
+        ends = self.scaled((one, other))
+        return float(np.abs(ends[0] - ends[1]).max())
 
-    def scaled(self, state: AnyState) -> Floats:
-        """Give the numbers of a state in units of their scale [-]."""
-        return np.array(state[:3]) / [size or 1.0 for size in self.scale]
+    def scaled(self, states: Sequence[AnyState]) -> Floats:
+        """Return the numbers of states in units of their scale [-], a row each."""
+        return np.array([state[:3] for state in states]) / [size or 1.0 for size in self.scale]
 
     def onwards(self) -> AnyState:
         """Give where to follow the motion from: its end, or where its changes add up to."""
@@ -109,7 +114,7 @@ class Closing:
         early |= self.quiet < self.wanted * periods
         if early or getattr(end, "turned", False):
             return end
-        total = self.sum_of(np.array([self.scaled(one) for one in reversed(ends)]))
+        total = self.sum_of(self.scaled(ends[::-1]))
         if total is not None:
             self.before = change, end
             sizes = [size or 1.0 for size in self.scale]

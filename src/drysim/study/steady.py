@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from drysim.study.case import Case
 
 BURST = 8
-"""Periods marched at a time, and the longest repetition that is looked for."""
+"""Periods marched at a time at least, and the longest repetition that is looked for; those of
+the exact orbit where these are more."""
 
 MOST_BURSTS = 64
 """Bursts after which a motion counts as not settled: what decays has decayed by then."""
@@ -51,10 +52,12 @@ def orbit_of(case: Case) -> tuple[Orbit, float]:
         return approach.orbit(*scene, case.start, period), case.step
     step = fitted(case.step, period)
     exact = StickSlip().orbit(*scene, case.start, period)
-    return march_to_orbit(case, exact.state, step, period), step
+    return march_to_orbit(case, exact.state, step, period, max(BURST, exact.periods)), step
 
 
-def march_to_orbit(case: Case, state: AnyState, dt: float, period: float) -> Orbit:
+def march_to_orbit(
+    case: Case, state: AnyState, dt: float, period: float, burst: int = BURST
+) -> Orbit:
     """Follow the exact orbit, step by step, to the orbit of a fixed-step approach.
 
     Notes
@@ -64,23 +67,23 @@ def march_to_orbit(case: Case, state: AnyState, dt: float, period: float) -> Orb
     """
     steps = round(period / dt)
     scene = (case.plant, case.law, case.motion)
-    peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, BURST, 0
+    peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, burst, 0
     while bursts < PATIENCE or (CLOSED < closure < BETTER * before and bursts < MOST_BURSTS):
-        response = case.approach.solve(*scene, state, dt, BURST * period)
+        response = case.approach.solve(*scene, state, dt, burst * period)
         x_r, v_r = response.x_r, response.v_r
-        changes = np.maximum(repeats(x_r, steps), repeats(v_r, steps))
+        changes = np.maximum(repeats(x_r, steps, burst), repeats(v_r, steps, burst))
         closed = np.flatnonzero(changes <= CLOSED)
-        multiple = int(closed[0]) + 1 if len(closed) else BURST
+        multiple = int(closed[0]) + 1 if len(closed) else burst
         closure, before = float(changes[multiple - 1]), closure
-        state = State(float(x_r[BURST * steps]), float(v_r[BURST * steps]))
+        state = State(float(x_r[burst * steps]), float(v_r[burst * steps]))
         peak, bursts = max(peak, float(np.abs(x_r).max())), bursts + 1
-    run_up = bursts * BURST * period
+    run_up = bursts * burst * period
     return Orbit(state, multiple, closure, closure <= CLOSED, True, run_up, peak)
 
 
-def repeats(series: Floats, steps: int) -> Floats:
+def repeats(series: Floats, steps: int, burst: int) -> Floats:
     """Give the change of a series over the last 1, 2, ... periods of a burst, scaled [-]."""
-    ends = series[steps * BURST - steps * np.arange(BURST + 1)]
+    ends = series[steps * burst - steps * np.arange(burst + 1)]
     scale = float(np.abs(series).max())
     changes: Floats = np.abs(ends[1:] - ends[0]) / (scale or 1.0)
     return changes

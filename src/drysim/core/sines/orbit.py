@@ -11,8 +11,12 @@ from drysim.core.sines.period_map import one_period, rate_of, refine
 from drysim.core.sines.reached import AWAY, ROOM, SLOW, decays, patience, reached
 from drysim.core.waves import OMEGA, PHASE, STRIDE, A
 
-MOST_MULTIPLE = 8
-"""Longest repetition looked for, in periods of the excitation."""
+MOST_MULTIPLE, USUAL = 64, 8
+"""Longest repetition looked for, in periods of the excitation; and up to which in each period,
+as hardly any orbit takes longer."""
+
+SELDOM = 16
+"""Periods from one look for the longer ones to the next."""
 
 CLOSED = 1e-13
 """Scaled change over one repetition at which the orbit is closed: a few hundred roundings."""
@@ -92,6 +96,36 @@ def steady_start(plant, waves):
 
 
 @compiled
+def longer(past_x, past_v, n, x_r, v_r, rate, limit):
+    """Return the shortest repetition beyond the usual over which a state changes little enough.
+
+    Parameters
+    ----------
+    past_x, past_v, n
+        The states at the beginning of the latest periods, and the number of the last.
+    x_r, v_r : float
+        The state at its end [m, m/s].
+    rate : float
+        As in `rate_of` [1/s].
+    limit : float
+        Largest change that is little enough [m].
+
+    Returns
+    -------
+    multiple : int
+        In periods, 0 for none.
+    change : float
+        Of the state over it [m].
+    """
+    for multiple in range(USUAL + 1, min(n + 1, MOST_MULTIPLE) + 1):
+        i = (n + 1 - multiple) % MOST_MULTIPLE
+        change = max(abs(x_r - past_x[i]), abs(v_r - past_v[i]) / rate)
+        if change <= limit:
+            return multiple, change
+    return 0, math.inf
+
+
+@compiled
 def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, capacity):
     """Follow a start to the periodic orbit it leads to.
 
@@ -154,7 +188,7 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
             continue
         highest = max(highest, peak)
         scale = peak if peak > 0.0 else 1.0
-        for multiple in range(1, min(n + 1, MOST_MULTIPLE) + 1):
+        for multiple in range(1, min(n + 1, USUAL) + 1):
             i = (n + 1 - multiple) % MOST_MULTIPLE
             change = max(abs(x_r - past_x[i]), abs(v_r - past_v[i]) / rate) / scale
             closure = change if multiple == 1 else min(closure, change)
@@ -164,6 +198,11 @@ def settle(plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, ca
             apart = multiple == 1 or step > NOISE * scale
             if apart and (change <= CLOSED or still):
                 return x_r, v_r, d, multiple, change, n + 1, highest
+        if (n + 1) % SELDOM == 0 and step > NOISE * scale:
+            limit = NOISE if n - smallest_at > PATIENCE else CLOSED
+            multiple, change = longer(past_x, past_v, n, x_r, v_r, rate, limit * scale)
+            if multiple > 0:
+                return x_r, v_r, d, multiple, change / scale, n + 1, highest
         wait -= 1
         if wait <= 0 and step < NEAR * scale and alike:
             # Where a mass may come to rest depends on its way there, if F_fs exceeds F_fk: a
