@@ -39,6 +39,27 @@ def deflection(kernel, stretch, waves, t):
     return np.array([kernel.slide.slide(*scene, at)[:2] for at in t.tolist()]).T
 
 
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_side_that_never_yields_is_not_followed_to_the_end_each_time(plain, monkeypatch, sign):
+    """A contact that a damper stills yields to one side soon, and to the other one never."""
+    looks = []
+
+    def counted(*given):
+        looks.append(given[-1])
+        return instant(*given)
+
+    instant = plain.vanish.instant
+    monkeypatch.setattr(plain.vanish, "instant", counted)
+    plant, law = plain.plant.Plant(75.0, 7500.0, 5e5), plain.plant.Slider(40.0, 2e4)
+    waves, x_0 = waves_of(plain, [(sign * 20.0, 1.6, -0.5)], law), sign * 1.9e-3
+    c, w, f = plain.contact.begin_stretch(plant, law, waves, 0, x_0, 0.0)
+    stretch = plain.stretch.starting(c, w, waves, 0.0, 0.0, -f, 0.0)
+    s, side, _, _ = plain.holding.end_of_hold(stretch, waves, law, x_0, 0, 2000.0)
+    assert side == -sign
+    assert s < 1.0
+    assert len(looks) < 1000
+
+
 def first_of_both(kernel, stretch, waves, law, h):
     """Give what `end_of_hold` does, from a search of all the stretch on both sides."""
     sides = [

@@ -188,7 +188,7 @@ def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(ker
         kernel.waves.anchor(waves, plant, law, 0.0, 0)
         at = [0.99, *(0.5 + n * 2.0**-53 for n in range(24))]
         ask = kernel.leave.leave_stick
-        found.append([ask(plant, law, waves, x_r, 0.0, 0.0, 1, 9.0) for x_r in at])
+        found.append([ask(plant, law, waves, x_r, 0.0, 0.0, 1, 0.0, 9.0) for x_r in at])
     assert found[0] == found[1] == found[2]
     assert found[0][0] == pytest.approx((math.pi + math.asin(0.02)) / 3.0, rel=1e-9)
     assert found[0][1] == math.inf
@@ -216,6 +216,25 @@ def test_strong_damper_does_not_make_steps_tiny(plain, monkeypatch):
     assert out[1] == pytest.approx(
         5 / 7500 + (0.038 - 5 / 7500) * math.exp(-slow / 0.33), rel=1e-8
     )
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_side_that_never_breaks_away_is_not_followed_to_the_end_each_time(
+    plain, monkeypatch, side
+):
+    """It creeps one way under two sines: work grows with the time, not with its square."""
+    looks = []
+
+    def counted(*given):
+        looks.append(given[-1])
+        return margin(*given)
+
+    margin = plain.leave.margin
+    monkeypatch.setattr(plain.leave, "margin", counted)
+    sines = [(side * 1.0, 1.0, 0.0), (side * 0.9, 2.0, 0.7)]
+    found = leap(plain, sines, (1.5, 1.5), 200.0, plant=(1.0, 0.0, 1.0))
+    assert 390 < len(found.t) < 410
+    assert len(looks) < 100 * len(found.t)
 
 
 @pytest.mark.parametrize("bend", [1e-12, 1e-6, 1.0, 1e3])

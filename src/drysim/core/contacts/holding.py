@@ -9,6 +9,8 @@ from drysim.core.contacts.ring import clear_of, ringing, stays_within
 from drysim.core.events import onset
 from drysim.core.samples.stop import NEVER
 from drysim.core.sines.blend import Blend, blended, bound_of, far_from_zero, instant, most_twist
+from drysim.core.sines.leave import WINDOW
+from drysim.core.sines.stretch import force_rates
 from drysim.core.sines.vanish import seek, vanish
 from drysim.core.waves import normal_force
 
@@ -113,9 +115,18 @@ def end_of_hold(stretch, waves, law, x_0, poised, h):
     own = ringing(stretch, waves)
     if own.side == 0 or h <= own.half:
         side = way if way != 0 else 1
-        s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, 0.0, h)
-        other = -side, poised == -side, 0.0, min(s, h)
-        return or_before(stretch, waves, law, x_0, *other, s, x, v)
+        # Window by window: a side that never yields is not followed to the end each time.
+        fastest = force_rates(waves, stretch.r)[3]
+        begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
+        while True:
+            s, x, v = leave_hold(
+                stretch, waves, law, x_0, side, begin == 0.0 and poised == side, begin, until
+            )
+            other = -side, begin == 0.0 and poised == -side, begin, min(s, until)
+            s, side, x, v = or_before(stretch, waves, law, x_0, *other, s, x, v)
+            if s < NEVER or until >= h:
+                return s, side, x, v
+            begin, until = until, min(3.0 * until, h)
     number, clear = -1 if own.phase > 0.0 else 0, 0.0
     while clear < h:
         side = own.side if number % 2 == 0 else -own.side

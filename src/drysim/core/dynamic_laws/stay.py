@@ -5,7 +5,7 @@ from __future__ import annotations
 from drysim.core.compiled import compiled
 from drysim.core.plant import Law
 from drysim.core.samples.stop import NEVER
-from drysim.core.sines.leave import leave_stick
+from drysim.core.sines.leave import break_away
 from drysim.core.waves import OMEGA, STRIDE, anchor
 
 
@@ -19,12 +19,8 @@ def calm_length(waves):
 
 
 @compiled
-def break_away(plant, law, waves, x_r, u_0, slope, t, h):
+def end_of_stay(plant, law, waves, x_r, u_0, slope, t, h):
     """Give when a stuck mass breaks away within h [s], or infinity, and in which direction."""
     limits = Law(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
     anchor(waves, plant, limits, t, 0)
-    up = leave_stick(plant, limits, waves, x_r, u_0, slope, 1, h)
-    down = leave_stick(plant, limits, waves, x_r, u_0, slope, -1, min(up, h))
-    if down < up:
-        return down, 1
-    return up, -1
+    return break_away(plant, limits, waves, x_r, u_0, slope, slope, h)

@@ -9,7 +9,7 @@ from drysim.core.dynamic_laws.dynamic import slow_speed
 from drysim.core.dynamic_laws.jet import ORDER, drive, state_at, value
 from drysim.core.dynamic_laws.memory import EVEN, end_branch, head, set_slope
 from drysim.core.dynamic_laws.settled import SETTLED, calm_plant
-from drysim.core.dynamic_laws.stay import break_away, calm_length
+from drysim.core.dynamic_laws.stay import calm_length, end_of_stay
 from drysim.core.dynamic_laws.step import begin, extent
 from drysim.core.events import REVERSAL, ROUNDING, SLIP, limit_force, note, sign
 from drysim.core.plant import LEUVEN, STRIBECK
@@ -125,7 +125,7 @@ def trace(
         left = length - s
         if d == 0 and law.kind == STRIBECK:
             looked = min(left, calm_length(waves))
-            stay, side = break_away(plant, law, waves, x_r, u_0, slope, t, looked)
+            stay, side = end_of_stay(plant, law, waves, x_r, u_0, slope, t, looked)
             s = length if min(stay, looked) >= left else s + min(stay, looked)
             if stay != NEVER:
                 d = 2 * side

@@ -26,7 +26,7 @@ from drysim.core.samples.glide import lifted
 from drysim.core.samples.steps import faint_per_force
 from drysim.core.samples.stop import NEVER, locate_stop, velocity
 from drysim.core.sines.cease import leave_slip
-from drysim.core.sines.leave import leave_stick
+from drysim.core.sines.leave import break_away
 from drysim.core.sines.slide import slide
 from drysim.core.sines.stretch import starting
 from drysim.core.trail import ENOUGH, mark
@@ -79,9 +79,7 @@ def leave_rest(plant, law, waves, span, x_r, u_0, slope, h):
         law.F_fk * span.load, law.F_fs * span.load, law.variation, law.omega, law.phase
     )
     drift = law.F_fs * span.rate / plant.m
-    up = leave_stick(plant, limits, waves, x_r, u_0, slope - drift, 1, h)
-    down = leave_stick(plant, limits, waves, x_r, u_0, slope + drift, -1, min(up, h))
-    return (down, 1) if down < up else (up, -1)
+    return break_away(plant, limits, waves, x_r, u_0, slope - drift, slope + drift, h)
 
 
 @inlined

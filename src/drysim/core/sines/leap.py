@@ -18,7 +18,7 @@ from drysim.core.events import (
 )
 from drysim.core.samples.stop import NEVER
 from drysim.core.sines.cease import leave_slip
-from drysim.core.sines.leave import leave_stick
+from drysim.core.sines.leave import break_away
 from drysim.core.sines.scene import V_R, X_R, unpacked
 from drysim.core.sines.slide import slide
 from drysim.core.waves import anchor, base_motion, normal_force
@@ -68,12 +68,9 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
         u_begin = u_0 + slope * begin
         left = h - begin
         if d == 0:
-            up = leave_stick(plant, law, waves, x_r, u_begin, slope, 1, left)
-            down = leave_stick(plant, law, waves, x_r, u_begin, slope, -1, min(up, left))
-            stay = min(up, down)
+            stay, d = break_away(plant, law, waves, x_r, u_begin, slope, slope, left)
             if stay == NEVER:
                 return h, x_r, 0.0, 0, count, closest
-            d = 1 if down < up else -1
             begin = min(begin + stay, h)
             load = normal_force(law, waves, stay)[0]
             count = note(log, count, n, begin, d * SLIP, x_r, -d * law.F_fs * load)

@@ -17,6 +17,9 @@ from drysim.core.waves import COSINE, OMEGA, SINE, STRIDE, THETA, A
 TOUCH = 1e-6
 """A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
 
+WINDOW = 32.0
+"""Radians of the fastest wave within which either side is looked at first."""
+
 FAINT = 1e-140
 """Below this, squares lose digits to the end of double precision."""
 
@@ -43,12 +46,48 @@ def first_step(rate, bend, bend_bound, third_bound):
 
 
 @inlined
-def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
-    """Give the first time in [0, h] at which |F_L| exceeds F_fs on one side, or infinity.
+def break_away(plant, law, waves, x_r, u_0, rise, fall, h):
+    """Return when within h [s] a stuck mass breaks away, or infinity, and which way it slips.
+
+    Parameters
+    ----------
+    u_0 : float
+        Part of ü that is not waves at the start [m/s²].
+    rise, fall : float
+        Its rate as the side sees it where F_L breaks the contact by rising and by falling
+        [m/s³].
+
+    Notes
+    -----
+    Both sides are looked at window by window: one that never breaks away must not be followed
+    to the end each time that the other does.
+    """
+    fastest = 0.0
+    if not is_one_sine(waves, u_0, rise) or fall != 0.0:
+        for i in range(waves.size):
+            fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
+    begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
+    while True:
+        up = leave_stick(plant, law, waves, x_r, u_0, rise, 1, begin, until)
+        down = leave_stick(plant, law, waves, x_r, u_0, fall, -1, begin, min(up, until))
+        if up < NEVER or down < NEVER or until >= h:
+            return (down, 1) if down < up else (up, -1)
+        begin, until = until, min(3.0 * until, h)
+
+
+@inlined
+def is_one_sine(waves, u_0, slope):
+    """Tell whether one sine alone moves the base."""
+    return waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0
+
+
+@inlined
+def leave_stick(plant, law, waves, x_r, u_0, slope, side, begin, h):
+    """Return the first time in [begin, h] when |F_L| exceeds F_fs on one side, or infinity.
 
     A margin that only touches zero does not break away: equality sticks.
     """
-    if waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0:
+    if begin == 0.0 and is_one_sine(waves, u_0, slope):
         return leave_one_sine(plant, law, waves, x_r, side, h)
     bend = 0.0
     third = 0.0
@@ -60,7 +99,7 @@ def leave_stick(plant, law, waves, x_r, u_0, slope, side, h):
         bend += force * omega**2
         third += force * omega**3
         fastest = max(fastest, omega)
-    s = 0.0
+    s = begin
     while True:
         G, G_d, G_dd = margin(plant, law, waves, x_r, u_0, slope, side, s)
         if G < 0.0:

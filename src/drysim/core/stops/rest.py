@@ -5,8 +5,7 @@ from __future__ import annotations
 from drysim.core.compiled import compiled
 from drysim.core.events import CONTACT, RELEASE, REVERSAL, ROUNDING, STICK, note, sign
 from drysim.core.plant import Plant
-from drysim.core.samples.stop import NEVER
-from drysim.core.sines.leave import leave_stick
+from drysim.core.sines.leave import break_away, leave_stick
 from drysim.core.stops.bumper import (
     APART,
     AWAY,
@@ -51,12 +50,9 @@ def leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left):
     pull = steady_pull(plant, law, touch, z, xi)
     wall = wall_of(law, z, xi)
     one = Plant(plant.m, 1.0, 0.0)
-    up, down = NEVER, NEVER
-    if wall >= 0:
-        up = leave_stick(one, law, waves, pull, u_0, slope, 1, left)
-    if wall <= 0:
-        down = leave_stick(one, law, waves, pull, u_0, slope, -1, min(up, left))
-    return (down, 1) if down < up else (up, -1)
+    if wall == 0:
+        return break_away(one, law, waves, pull, u_0, slope, slope, left)
+    return leave_stick(one, law, waves, pull, u_0, slope, wall, 0.0, left), -wall
 
 
 @compiled
