@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -152,5 +153,5 @@ def linear(plant: Plant, motion: Samples, start: State) -> Response:
     grid = Held(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
     return Response(
         plant, Law(0.0, 0.0), motion, grid, events,
-        lambda: Numerics("viscous", "recursion", why, engine(), n - 1, 1),
+        partial(Numerics, "viscous", "recursion", why, engine(), n - 1, 1),
     )  # fmt: skip

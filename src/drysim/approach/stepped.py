@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -197,7 +198,7 @@ def respond(
     points = Held(dt, u_dd, Points(x_r, v_r, d, force))
     return Response(
         plant, law, motion, points, events,
-        lambda: Numerics(how[0], FIXED_STEP, how[1], engine(), *counts), track,
+        partial(Numerics, how[0], FIXED_STEP, how[1], engine(), *counts), track,
     )  # fmt: skip
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -73,7 +72,7 @@ class Samples(NamedTuple):
     u: NDArray[np.float64] | None = None
     inputs: tuple[Input, ...] = ()
     cautions: tuple[Caution, ...] = ()
-    realised: Mapping[str, object] = MappingProxyType({})
+    realised: Mapping[str, object] = {}
 
 
 def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float64]:

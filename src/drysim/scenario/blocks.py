@@ -143,4 +143,6 @@ def with_options(shelf: dict[str, Any]) -> type[Solver]:
         for name, member in shelf.items()
         if len(member.model_fields) > 1
     }
-    return create_model("Solver", __base__=Solver, **options) if options else Solver
+    # Pickling finds a class by module and name: that of the block above is taken here.
+    home = "drysim.scenario.fields"
+    return create_model("Solver", __base__=Solver, __module__=home, **options)

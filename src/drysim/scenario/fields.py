@@ -20,7 +20,7 @@ from drysim.checks import Check
 from drysim.excitation import EXCITATIONS
 from drysim.friction import FRICTIONS
 from drysim.quantity import Block, shown
-from drysim.scenario.blocks import Solver, on_the_shelf, with_options
+from drysim.scenario.blocks import on_the_shelf, with_options
 from drysim.scenario.sweep.axis import KEY, Axis, Range, spelled
 from drysim.scenario.sweep.sample import Draw, Sample
 
@@ -39,12 +39,13 @@ def shelf(members: tuple[type, ...], tag: str) -> Any:
 if TYPE_CHECKING:
     from drysim.excitation import Excitation as Excitation
     from drysim.friction import Friction as Friction
+    from drysim.scenario.blocks import Solver
 
     SolverBlock = Solver
 else:
     Excitation = shelf(EXCITATIONS, "kind")
     Friction = shelf(FRICTIONS, "law")
-    SolverBlock = with_options(SHELF)
+    Solver = SolverBlock = with_options(SHELF)
 
 
 def _parse(given: object) -> Check:

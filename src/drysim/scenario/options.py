@@ -7,20 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 from pydantic import Field, create_model
 from pydantic.fields import FieldInfo
 
 from drysim.quantity import Block
+from drysim.scenario import model
 from drysim.scenario.fields import shelf
 from drysim.scenario.laws import BY_NAME, LAWS
-from drysim.scenario.model import Scenario
 
 ABOUT = "Options of {name}, any of its keys: they count where a comparison names it."
 
 
-def model_for(words: Mapping[str, Any]) -> type[Scenario]:
+def model_for(words: Mapping[str, Any]) -> type[model.Scenario]:
     """Give the model that the words of a file are read as.
 
     A key that the law of the file has not got is an option of another law, or nearly so.
@@ -28,19 +28,37 @@ def model_for(words: Mapping[str, Any]) -> type[Scenario]:
     friction = words.get("friction")
     law = friction.get(BY_NAME) if isinstance(friction, Mapping) else None
     if not isinstance(friction, Mapping) or not isinstance(law, str) or law not in LAWS:
-        return Scenario
-    return Scenario if friction.keys() <= LAWS[law].model_fields.keys() else with_options()
+        return model.Scenario
+    plain = friction.keys() <= LAWS[law].model_fields.keys()
+    return model.Scenario if plain else with_options()
+
+
+def __getattr__(name: str) -> type[Block]:
+    """Return a model that is made here by its name, as pickling looks it up."""
+    if name.startswith("_") or name not in _models():
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _models()[name]
+
+
+def with_options() -> type[model.Scenario]:
+    """Give the scenario whose friction block may hold options of every other law."""
+    made: Any = _models()["Scenario"]
+    return cast(type[model.Scenario], made)
 
 
 @cache
-def with_options() -> type[Scenario]:
-    """Give the scenario whose friction block may hold options of every other law."""
+def _models() -> dict[str, type[Block]]:
+    """Return all models that are made here by their names."""
+    base = model.Scenario
     options = {name: _options(name, member) for name, member in LAWS.items()}
     members = tuple(_member(name, member, options) for name, member in LAWS.items())
     friction: Any = shelf(members, BY_NAME) | None
-    default = Scenario.model_fields["friction"].default
-    name, about = Scenario.__name__, Scenario.__doc__
-    return create_model(name, __base__=Scenario, __doc__=about, friction=(friction, default))
+    default = base.model_fields["friction"].default
+    scenario = create_model(
+        base.__name__, __base__=base, __doc__=base.__doc__, friction=(friction, default)
+    )
+    made: tuple[Any, ...] = (scenario, *members, *options.values())
+    return {one.__name__: one for one in made}
 
 
 def _member(name: str, member: type[Block], options: Mapping[str, type[Block]]) -> type[Block]:

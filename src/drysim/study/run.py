@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from drysim.approach.stick_slip import Exact
@@ -100,11 +101,12 @@ def repetition(case: Case) -> Solved:
     length = orbit.periods * case.period
     response = case.approach.solve(case.plant, case.law, case.motion, orbit.state, step, length)
     error = response.numerics.error
-    numerics = replace(
+    how = partial(
+        replace,
         response.numerics,
         closure=orbit.closure,
         period_multiple=orbit.periods,
         error=None if error is None else error + orbit.left,
     )
     doubts = tuple(orbit_doubtful(orbit, case))
-    return replace(response, how=lambda: numerics), (0.0, length), doubts
+    return replace(response, how=how), (0.0, length), doubts
