@@ -17,7 +17,7 @@ from drysim.study.bench.attempt import Terms, attempt
 from drysim.study.bench.entry import Entry
 from drysim.study.bench.judge import Yardstick
 from drysim.study.bench.patience import at_most
-from drysim.study.bench.peers import machine, scipy_ivp
+from drysim.study.bench.peers import heyoka, machine, scipy_ivp
 from drysim.study.bench.speed_error import judged
 from drysim.study.bench.work import Answer, work_of
 from seat import rows_of
@@ -33,6 +33,17 @@ solver: {step: 2.5e-3}
 NOISE = SLIDING.replace(
     "harmonic, frequency: 2, rms: 0.75",
     "psd, points: [[0.5, 1], [10, 1]], rms: 0.67, duration: 5 s, seed: 5",
+)
+RECORD = SLIDING.replace(
+    "harmonic, frequency: 2, rms: 0.75", "record, file: white.csv, rate: 100, unit: m/s2"
+).replace("solver: {step: 2.5e-3}\n", "")
+SINES = (
+    SLIDING.replace(
+        "harmonic, frequency: 2, rms: 0.75",
+        "sines, components: [{frequency: 2, amplitude: 1, phase: 0.3}, "
+        "{frequency: 3.7, amplitude: 0.5}]",
+    )
+    + "measure: {duration: 40 s}\n"
 )
 HELD = SLIDING.replace("frequency: 2, rms: 0.75", "frequency: 5, rms: 0.33")
 SMALL = ("--samples", 200, "--repeats", 1, "--patience", 0.01)
@@ -65,6 +76,36 @@ def test_exact_approach_and_restarted_scipy_agree_to_rounding(works, words):
     off, T_a = Yardstick.of(work).errors(work, scipy_ivp.reference().ready(work)())
     assert off < 1e-11
     assert abs(T_a) < 1e-12
+
+
+def by_reference(work):
+    return scipy_ivp.reference().ready(work)()
+
+
+def by_heyoka(work):
+    pytest.importorskip("heyoka")
+    return heyoka.with_events(1e-15)(work)()
+
+
+@pytest.mark.parametrize("solved", [by_reference, by_heyoka])
+def test_peers_with_events_see_two_stops_within_one_sample(works, tmp_path, solved):
+    white = 3.0 * np.random.default_rng(21).standard_normal(401)
+    np.savetxt(tmp_path / "white.csv", white, header="u_dd", comments="")
+    work = works(RECORD)
+    off, T_a = Yardstick.of(work).errors(work, solved(work))
+    assert off < 1e-11
+    assert abs(T_a) < 1e-12
+
+
+@pytest.mark.parametrize("solved", [by_reference, by_heyoka])
+@pytest.mark.parametrize("step", [0.02, 0.03, 0.04])
+def test_peers_with_events_see_friction_overcome_between_points_of_the_grid(
+    works, solved, step
+):
+    work = works(SINES.replace("45}", "80, static: 96}"), 1000, **{"solver.step": step})
+    off, T_a = Yardstick.of(work).errors(work, solved(work))
+    assert off < 1e-10
+    assert abs(T_a) < 1e-11
 
 
 def test_signum_chatters_where_the_mass_should_stick(works):

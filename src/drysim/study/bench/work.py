@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import sin, tau
+from math import pi, sin, tau
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,6 +24,15 @@ if TYPE_CHECKING:
     from drysim.errors import Caution
     from drysim.scenario import Scenario
 
+A_PERIOD = 64
+"""Points in a period of the fastest sine among which the extrema of ü are looked for."""
+
+MOST_POINTS = 4_000_000
+"""How many there are at most: as many as periods of a sine that the grid does not resolve."""
+
+HALVINGS = 50
+"""Bisections after which the instant of an extremum is known to rounding."""
+
 
 class Answer(NamedTuple):
     """What an entry gives on the grid of the work.
@@ -36,12 +45,15 @@ class Answer(NamedTuple):
         Gives F_f [N], shape (n + 1,); called when the clock has stopped.
     response : Response or None
         The whole of it, from an entry of drysim's own.
+    stops : int or None
+        How many times the mass came to a stop, where the entry counts that.
     """
 
     x_r: Floats
     v_r: Floats
     friction: Callable[[], Floats]
     response: Response | None = None
+    stops: int | None = None
 
     @property
     def track(self) -> Track | None:
@@ -87,13 +99,43 @@ class Work:
         return self.samples * self.step
 
     @cached_property
+    def grid(self) -> Floats:
+        """Instants of the samples [s], shape (samples + 1,)."""
+        return np.arange(self.samples + 1, dtype=np.float64) * self.step
+
+    @cached_property
     def u_dd(self) -> Floats:
         """Base acceleration on the grid [m/s²], shape (samples + 1,)."""
         if isinstance(self.motion, Samples):
             return self.motion.u_dd[: self.samples + 1]
-        return base_acceleration(
-            self.motion, np.arange(self.samples + 1, dtype=np.float64) * self.step
+        return base_acceleration(self.motion, self.grid)
+
+    @cached_property
+    def monotone(self) -> tuple[Floats, Floats]:
+        """Instants [s] between which ü is monotone, and ü there [m/s²].
+
+        Those of the samples, or the extrema of the sines and both ends.
+        """
+        if isinstance(self.motion, Samples):
+            return self.grid, self.u_dd
+        A, f, phase = self.motion
+        # A cosine is a sine a quarter of a period ahead.
+        rate = Sines(
+            tuple(tau * one * of for one, of in zip(A, f, strict=True)),
+            f,
+            tuple(0.5 * pi + one for one in phase),
         )
+        points = int(min(self.end * max(f) * A_PERIOD, MOST_POINTS))
+        t = np.linspace(0.0, self.end, points + 2)
+        rises = base_acceleration(rate, t) > 0.0
+        turns = np.flatnonzero(rises[1:] != rises[:-1])
+        low, high, rose = t[turns], t[turns + 1], rises[turns]
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            before = (base_acceleration(rate, middle) > 0.0) == rose
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+        t = np.concatenate(([0.0], high, [self.end]))
+        return t, base_acceleration(self.motion, t)
 
     @cached_property
     def waves(self) -> tuple[tuple[float, float, float], ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from drysim.core.motion import Samples, Sines
 from drysim.errors import SolverError
 from drysim.study.bench.entry import Entry, Run
-from drysim.study.bench.peers.machine import Slip, follow
+from drysim.study.bench.peers.machine import SLIPPING, Slip, follow
 from drysim.study.bench.work import Work
 from drysim.wording import number
 
@@ -78,7 +78,7 @@ class Series:
         import heyoka as hy
 
         self.ways, self.limit = integrators(work, tolerance), hy.taylor_outcome.time_limit
-        self.grid = np.arange(work.samples + 1) * work.step
+        self.grid = work.grid
         self.u_dd, self.step = work.u_dd.tolist(), work.step
         self.sampled = isinstance(work.motion, Samples)
         self.advance = self._over_sample if self.sampled else self._over_grid
@@ -87,7 +87,7 @@ class Series:
         """Slide in direction d; see `machine.Slide`."""
         way = self.ways[d]
         way.time = begin.t
-        way.state[:] = begin.x_r, begin.v_r
+        way.state[:] = begin.x_r, begin.v_r or d * SLIPPING
         way.reset_cooldowns()
         stopped = self.advance(way, begin, x_out, v_out)
         if stopped and way.time - begin.t < NO_TIME:

@@ -15,15 +15,16 @@ from drysim.errors import SolverError
 from drysim.study.bench.work import Answer, Work
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from drysim.approach.events import Floats
 
 AHEAD = 512
 """Samples looked at together while the mass sticks."""
 
-ROUNDING = 4e-16
-"""An interval this narrow, relative to its end, holds no further number worth a look."""
+ROUNDING = 1e-15
+"""What the instant of a break-away is sought to, relative to it."""
+
+SLIPPING = 1e-300
+"""Velocity [m/s] with which slip begins: above zero, so that its beginning is no stop."""
 
 MOST_IN_A_ROW = 100
 """Events between two samples after which a peer counts as caught."""
@@ -52,7 +53,7 @@ def follow(work: Work, slide: Slide) -> Answer:
     now = Slip(0.0, *work.start, 0)
     x_out[0], v_out[0] = work.start
     d = direction(work, now) if now.v_r == 0.0 else int(np.sign(now.v_r))
-    d_out[0], row = d, 0
+    d_out[0], row, stops = d, 0, 0
     while now.n < work.samples:
         n = now.n
         if d == 0:
@@ -61,11 +62,12 @@ def follow(work: Work, slide: Slide) -> Answer:
         else:
             now, stopped = slide(now, d, x_out, v_out)
             d_out[n + 1 : now.n + 1] = d
+            stops += stopped
             d = direction(work, now) if stopped else d
         row = row + 1 if now.n == n else 0
         if row > MOST_IN_A_ROW:
             raise SolverError(f"events follow each other without end at t = {now.t:.6g} s")
-    return Answer(x_out, v_out, lambda: friction(work, x_out, d_out))
+    return Answer(x_out, v_out, lambda: friction(work, x_out, d_out), stops=stops)
 
 
 def limit_force(work: Work, now: Slip) -> float:
@@ -80,23 +82,30 @@ def direction(work: Work, now: Slip) -> int:
 
 
 def stick(work: Work, now: Slip, x_out: Floats) -> Slip:
-    """Stick until the limit force meets the static limit, or to the end."""
-    m, k_x = work.plant.m, work.plant.k_x
-    n = now.n
-    while n < work.samples:
-        F_L = m * work.u_dd[n + 1 : n + 1 + AHEAD] + k_x * now.x_r
-        over = np.abs(F_L) > work.law.F_fs
-        held = int(over.argmax()) if over.any() else len(F_L)
-        x_out[n + 1 : n + 1 + held] = now.x_r
-        n += held
-        if held < len(F_L):
-            begin = max(now.t, n * work.step)
-            return Slip(break_away(work, now, begin, (n + 1) * work.step), now.x_r, 0.0, n)
-    return Slip(work.end, now.x_r, 0.0, n)
+    """Stick until the limit force meets the static limit, or to the end.
+
+    The limit force is monotone wherever ü is, so looking at the ends of such stretches misses
+    no break-away.
+    """
+    m, F_k = work.plant.m, work.plant.k_x * now.x_r
+    t, u_dd = work.monotone
+    end, away, at = work.samples, work.end, int(np.searchsorted(t, now.t, side="right"))
+    while at < len(t):
+        over = np.abs(m * u_dd[at : at + AHEAD] + F_k) > work.law.F_fs
+        if over.any():
+            at += int(over.argmax())
+            away = break_away(work, now, max(now.t, float(t[at - 1])), float(t[at]))
+            end = max(now.n, int(np.searchsorted(work.grid[:-1], away, side="right")) - 1)
+            break
+        at += AHEAD
+    x_out[now.n + 1 : end + 1] = now.x_r
+    return Slip(away, now.x_r, 0.0, end)
 
 
 def break_away(work: Work, now: Slip, begin: float, end: float) -> float:
-    """Give the instant at which the limit force passes the static limit [s]."""
+    """Return the instant at which the limit force passes the static limit [s]."""
+    from scipy.optimize import brentq
+
     m, F_k, F_fs, base = work.plant.m, work.plant.k_x * now.x_r, work.law.F_fs, work.base
 
     def beyond(t: float) -> float:
@@ -109,34 +118,9 @@ def break_away(work: Work, now: Slip, begin: float, end: float) -> float:
         rise = limit_force(work, now._replace(t=end)) - low
         limit = work.law.F_fs if rise > 0.0 else -work.law.F_fs
         return begin + (end - begin) * (limit - low) / rise
-    return root(beyond, begin, end)
-
-
-def root(beyond: Callable[[float], float], begin: float, end: float) -> float:
-    """Give where a function that rises through zero between two instants does so [s].
-
-    Regula falsi with the Illinois rule: a handful of evaluations, and never outside.
-    """
-    low, high = beyond(begin), beyond(end)
-    if high <= 0.0:
+    if beyond(end) <= 0.0:
         return end
-    side = 0
-    for _ in range(MOST_IN_A_ROW):
-        t = (begin * high - end * low) / (high - low)
-        if not begin < t < end:
-            break
-        value = beyond(t)
-        if value == 0.0:
-            return t
-        if value > 0.0:
-            end, high, low = t, value, 0.5 * low if side > 0 else low
-            side = 1
-        else:
-            begin, low, high = t, value, 0.5 * high if side < 0 else high
-            side = -1
-        if end - begin <= ROUNDING * end:
-            break
-    return end
+    return float(brentq(beyond, begin, end, xtol=ROUNDING * end, rtol=ROUNDING))
 
 
 def friction(work: Work, x_r: Floats, d: Floats) -> Floats:

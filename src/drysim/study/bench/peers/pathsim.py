@@ -36,7 +36,7 @@ def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
 
         m, k_x, b = work.plant
         F_fk, base = work.law.F_fk, work.base
-        grid = np.arange(work.samples + 1) * work.step
+        grid = work.grid
 
         def rates(y: Any, u: Any, t: float) -> Any:
             x_r, v_r = y

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from math import tanh
+from math import inf, sqrt, tanh, tau
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from drysim.core.motion import Samples
 from drysim.errors import SolverError
 from drysim.study.bench.entry import Entry, Run
-from drysim.study.bench.peers.machine import Slip, follow
+from drysim.study.bench.peers.machine import SLIPPING, Slip, follow
 from drysim.study.bench.peers.smoothed import lacks, smoothed, swing
 from drysim.study.bench.work import Answer, Work
 from drysim.wording import number
@@ -34,13 +34,14 @@ EVENTS: tuple[tuple[Method, float], ...] = (
 REFERENCE: tuple[Method, float] = ("DOP853", 1e-13)
 """The tightest that double precision allows with some room: what `stick-slip` is held to."""
 
+CHECK: tuple[Method, float, int] = ("DOP853", 1e-12, 3)
+"""Method, tolerance and how many times shorter steps: the second run of the reference. What
+both runs differ by tells the error of the reference itself."""
+
 SMOOTHED: tuple[tuple[Method, float, float], ...] = (
     ("RK45", 1e-3, 1e3), ("LSODA", 1e-6, 1e4), ("Radau", 1e-6, 1e4), ("BDF", 1e-6, 1e5)
 )  # fmt: skip
 """Methods, relative tolerances and sharpnesses [s/m] on the smoothed law."""
-
-SLIPPING = 1e-300
-"""Velocity [m/s] with which slip begins: above zero, so that its beginning is no stop."""
 
 CHUNK = 200
 """Samples that one call may slide over: a stop is looked for in no more than that."""
@@ -65,11 +66,20 @@ def reference() -> Entry:
     return Entry("solve_ivp events", words, with_events(method, tolerance))
 
 
-def with_events(method: Method, tolerance: float) -> Callable[[Work], Run]:
-    """Give an entry that restarts at every stop, and under samples at every sample."""
+def checked(work: Work) -> Answer:
+    """Return the answer of the reference with another tolerance and shorter steps."""
+    method, tolerance, shorter = CHECK
+    return with_events(method, tolerance, shorter)(work)()
+
+
+def with_events(method: Method, tolerance: float, shorter: int = 1) -> Callable[[Work], Run]:
+    """Return an entry that restarts at every stop, and under samples at every sample.
+
+    Its steps may be made so many times shorter than `longest_step`.
+    """
 
     def ready(work: Work) -> Run:
-        slide = Restarted(work, method, tolerance)
+        slide = Restarted(work, method, tolerance, longest_step(work) / shorter)
         return lambda: follow(work, slide)
 
     return ready
@@ -78,12 +88,13 @@ def with_events(method: Method, tolerance: float) -> Callable[[Work], Run]:
 class Restarted:
     """How solve_ivp slides: to the stop, to the next sample, or over a chunk of a grid."""
 
-    def __init__(self, work: Work, method: Method, tolerance: float) -> None:
+    def __init__(self, work: Work, method: Method, tolerance: float, longest: float) -> None:
         self.work, self.sampled = work, isinstance(work.motion, Samples)
         self.settings: dict[str, Any] = {
-            "method": method, "rtol": tolerance, "atol": tolerance * swing(work)
+            "method": method, "rtol": tolerance, "atol": tolerance * swing(work),
+            "max_step": longest,
         }  # fmt: skip
-        self.grid = np.arange(work.samples + 1) * work.step
+        self.grid = work.grid
 
     def __call__(self, begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
         """Slide in direction d; see `machine.Slide`."""
@@ -106,7 +117,12 @@ class Restarted:
         return Slip(self.grid[last], float(x_out[last]), float(v_out[last]), last), False
 
     def _solved(self, begin: Slip, d: int, last: int) -> Any:
-        """Give what solve_ivp finds from an instant to a point of the grid, or to the stop."""
+        """Return what solve_ivp finds from an instant to a point of the grid, or to the stop.
+
+        solve_ivp finds an event by its sign at the ends of a step, so it overlooks a v_r that
+        vanishes twice within one. In between lies a minimum of d·v_r, which is an event as
+        well: where d·v_r is below zero there, the mass has stopped before.
+        """
         from scipy.integrate import solve_ivp
 
         m, k_x, b = self.work.plant
@@ -119,12 +135,35 @@ class Restarted:
         def stop(t: float, y: Floats) -> float:
             return float(y[1])
 
+        def minimum(t: float, y: Floats) -> float:
+            return rates(t, y)[1]
+
+        def solved(end: float) -> Any:
+            ahead = self.grid[begin.n + 1 : last + 1]
+            return solve_ivp(
+                rates, (begin.t, end), np.array([begin.x_r, begin.v_r or d * SLIPPING]),
+                events=(stop, minimum), t_eval=None if self.sampled else ahead[ahead <= end],
+                **self.settings,
+            )  # fmt: skip
+
         stop.terminal, stop.direction = True, -d  # type: ignore[attr-defined]
-        return solve_ivp(
-            rates, (begin.t, self.grid[last]), [begin.x_r, begin.v_r or d * SLIPPING],
-            events=stop, t_eval=None if self.sampled else self.grid[begin.n + 1 : last + 1],
-            **self.settings,
-        )  # fmt: skip
+        minimum.direction = d  # type: ignore[attr-defined]
+        found = solved(self.grid[last])
+        for t, y in zip(found.t_events[1], found.y_events[1], strict=True):
+            if d * y[1] < 0.0:
+                until = solved(float(t))
+                return until if until.status == 1 else found
+        return found
+
+
+def longest_step(work: Work) -> float:
+    """Return a step [s] within which v_r has one extremum at most: a quarter of a period.
+
+    Between samples dv_r/dt swings at the damped natural frequency, under sines at theirs, too.
+    """
+    m, k_x, _ = work.plant
+    fastest = max([sqrt(k_x / m), *(omega for _, omega, _ in work.waves)])
+    return 0.25 * tau / fastest if fastest else inf
 
 
 def base_of(work: Work, n: int) -> Callable[[float], float]:
@@ -143,7 +182,7 @@ def on_smoothed_law(method: Method, tolerance: float, c: float) -> Callable[[Wor
         from scipy.integrate import solve_ivp
 
         m, k_x, b = work.plant
-        F_fk, base, grid = work.law.F_fk, work.base, np.arange(work.samples + 1) * work.step
+        F_fk, base, grid = work.law.F_fk, work.base, work.grid
 
         def rates(t: float, y: Floats) -> tuple[float, float]:
             x_r, v_r = y.tolist()

@@ -40,7 +40,7 @@ def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
         from sksundae.cvode import CVODE
 
         m, k_x, b = work.plant
-        F_fk, base, grid = work.law.F_fk, work.base, np.arange(work.samples + 1) * work.step
+        F_fk, base, grid = work.law.F_fk, work.base, work.grid
 
         def rates(t: float, y: Floats, y_d: Floats) -> None:
             x_r, v_r = y.tolist()
