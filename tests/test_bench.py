@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from time import perf_counter
 from types import SimpleNamespace
 
@@ -18,7 +19,7 @@ from drysim.study.bench.entry import Entry
 from drysim.study.bench.judge import Yardstick
 from drysim.study.bench.patience import at_most
 from drysim.study.bench.peers import heyoka, machine, scipy_ivp
-from drysim.study.bench.speed_error import judged
+from drysim.study.bench.speed_error import held_to, judged, with_uncertainty
 from drysim.study.bench.work import Answer, work_of
 from seat import rows_of
 
@@ -106,6 +107,36 @@ def test_peers_with_events_see_friction_overcome_between_points_of_the_grid(
     off, T_a = Yardstick.of(work).errors(work, solved(work))
     assert off < 1e-10
     assert abs(T_a) < 1e-11
+
+
+def test_reference_whose_two_runs_differ_is_in_doubt_and_not_the_exact_approach(
+    drysim, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(scipy_ivp, "REFERENCE", ("RK45", 1e-3))
+    (tmp_path / "sliding.yaml").write_text(SLIDING)
+    answer = drysim("bench", "sliding.yaml", *SMALL, "--no-peers", "--no-plots", "--json")
+    assert answer.code == 0
+    first, *_, last = json.loads(answer.out)["cases"][0]["scores"]
+    assert first["verdict"].startswith("in doubt, two runs of the reference differ by")
+    assert first["error_x_r"] is None
+    assert last["verdict"] == first["verdict"]
+    assert last["uncertainty"] > 0.1 * last["error_x_r"] > 1e-4
+    assert "warning: the reference, solve_ivp events RK45, 0.001, is in doubt" in answer.err
+    shown = drysim("bench", "sliding.yaml", *SMALL, "--no-peers", "--no-plots").out
+    assert "held to     nothing: solve_ivp events RK45, 0.001 is in doubt itself" in shown
+
+
+def test_exact_approach_is_charged_with_what_both_runs_of_the_reference_agree_on(works):
+    work = works(SLIDING)
+    yardstick = Yardstick.of(work)
+    wrong = replace(yardstick, x_r=1.001 * yardstick.x_r, stops=yardstick.stops[1:])
+    entry = scipy_ivp.reference()
+    one = attempt(entry, work, TERMS)
+    score = with_uncertainty(judged(entry, one, wrong), one, wrong)
+    count = len(yardstick.stops)
+    assert not score.in_doubt
+    assert score.verdict == f"fine; {count} stops, {count - 1} by stick-slip"
+    assert held_to(score, score).verdict == "fine"
 
 
 def test_signum_chatters_where_the_mass_should_stick(works):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from drysim.console.columns import NONE, show_columns
 from drysim.console.paper import stdout
 from drysim.console.parts import headed, show_folder, show_scene, show_title, show_warnings
-from drysim.study.bench.judge import EXACT
+from drysim.study.bench.scores import EXACT
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -67,12 +67,16 @@ def name(score: Score) -> str:
 def findings(panel: Panel) -> Iterator[tuple[str, str]]:
     """Say what the exact approach was held to, what comes next to it, and what failed."""
     exact, held = panel.scores[0], panel.reference
-    if held is not None and held.error_x_r is not None:
+    if held is not None and held.in_doubt:
+        yield "held to", f"nothing: {name(held)} is in doubt itself"
+    elif held is not None and held.error_x_r is not None:
+        own = number(held.uncertainty or 0.0, digits=2)
         yield (
             "held to",
             (
                 f"the errors of {exact.approach} are those of {name(held)} against it, over "
-                f"{held.samples} samples: an upper bound"
+                f"{held.samples} samples: an upper bound; two runs of the reference differ "
+                f"by {own}"
             ),
         )
     elif exact.error_x_r is not None:

@@ -12,6 +12,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.approach.viscous import Viscous
 from drysim.core.motion import Samples
 from drysim.errors import SolverError
+from drysim.study.bench.scores import EXACT
 from drysim.wording import number
 
 if TYPE_CHECKING:
@@ -20,12 +21,15 @@ if TYPE_CHECKING:
     from drysim.approach.events import Floats
     from drysim.study.bench.work import Answer, Work
 
-EXACT, CLOSE, FINE, COARSE = 1e-9, 1e-4, 1e-2, 1e-1
-"""Errors [-] up to which an answer counts as exact, close, fine and coarse: rounding and tight
-tolerances, what no measurement tells apart, what nobody minds, what misleads nobody."""
+CLOSE, FINE, COARSE = 1e-4, 1e-2, 1e-1
+"""Errors [-] up to which an answer counts as close, fine and coarse: what no measurement tells
+apart, what nobody minds, what misleads nobody."""
 
 SATURATED, MOSTLY = 0.99, 0.5
 """Share of F_fk [-] that counts as all of it, and of the time that counts as most of it."""
+
+STOPS = (0, 2, -2)
+"""Kinds of events at which the mass comes to a stop: it sticks or turns."""
 
 Errors = tuple[float | None, float | None]
 """Of x_r and of T_a [-]."""
@@ -42,12 +46,15 @@ class Yardstick:
     stuck : ndarray of bool, shape (samples + 1,)
     scale : float
         Greatest |x_r| [m], or where the mass never moves that without dry friction.
+    stops : ndarray
+        Instants at which the mass comes to a stop [s].
     """
 
     x_r: Floats
     x_dd: Floats
     stuck: NDArray[np.bool_]
     scale: float
+    stops: Floats
 
     @classmethod
     def of(cls, work: Work) -> Self:
@@ -59,7 +66,8 @@ class Yardstick:
         if not scale:
             free = Viscous().solve(work.plant, work.law, *scene, duration)
             scale = float(np.abs(free.x_r).max())
-        return cls(exact.x_r, exact.x_dd, exact.stuck, scale or 1.0)
+        stops = exact.events.t[1:][np.isin(exact.events.kind[1:], STOPS)]
+        return cls(exact.x_r, exact.x_dd, exact.stuck, scale or 1.0, stops)
 
     def errors(self, work: Work, answer: Answer) -> Errors:
         """Give the errors of an answer on a stretch of the work.
@@ -75,6 +83,10 @@ class Yardstick:
         off = float(np.abs(answer.x_r - self.x_r[:points]).max()) / self.scale
         own, exact = _rms(work.acceleration(answer)), _rms(self.x_dd[:points])
         return off, own / exact - 1.0 if exact else None
+
+    def apart(self, one: Answer, other: Answer) -> float:
+        """Return how far x_r of two answers is apart at most [-], relative as errors are."""
+        return float(np.abs(one.x_r - other.x_r).max()) / self.scale
 
     def symptoms(self, work: Work, answer: Answer) -> tuple[bool, bool]:
         """Tell whether an answer chatters, and whether it moves, where the mass should stick.

@@ -12,6 +12,13 @@ if TYPE_CHECKING:
     from drysim.scenario import Scenario
 
 
+EXACT = 1e-9
+"""Error [-] up to which an answer counts as exact: rounding and tight tolerances."""
+
+CERTAIN = 0.1
+"""Share of a deviation below which the reference's own error leaves no doubt whose it is."""
+
+
 @dataclass(frozen=True)
 class Score:
     """One entry, measured.
@@ -38,9 +45,11 @@ class Score:
         Error of T_a on the stretch, relative and signed [-].
     energy_residual : float or None
         What its energy balance leaves [-]; None where it keeps none.
+    uncertainty : float or None
+        Of the reference: what its two runs differ by [-], relative as `error_x_r` is.
     verdict : str
-        `exact`, `close`, `fine`, `coarse`, `wrong`, `chatters`, `creeps`, `another law` or
-        `failed`, with what is wrong.
+        `exact`, `close`, `fine`, `coarse`, `wrong`, `chatters`, `creeps`, `another law`,
+        `failed` or `in doubt` (not known, as the reference is in doubt), with what is wrong.
     """
 
     approach: str
@@ -54,7 +63,14 @@ class Score:
     error_x_r: float | None = None
     error_T_a: float | None = None
     energy_residual: float | None = None
+    uncertainty: float | None = None
     verdict: str = ""
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether a reference may itself be what it differs by from the exact approach."""
+        off = self.error_x_r or 0.0
+        return off > EXACT and (self.uncertainty or 0.0) > CERTAIN * off
 
 
 @dataclass(frozen=True, eq=False)

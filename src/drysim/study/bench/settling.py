@@ -12,7 +12,7 @@ from drysim.core.state import State
 from drysim.errors import SolverError
 from drysim.scenario.sweep.axis import points
 from drysim.study.bench.judge import Yardstick
-from drysim.study.bench.peers.scipy_ivp import reference
+from drysim.study.bench.peers.scipy_ivp import checked, reference
 from drysim.study.bench.scores import Score
 from drysim.study.bench.work import Answer, Work
 from drysim.study.case import assemble
@@ -70,10 +70,15 @@ def followed(known: Sequence[Settling]) -> Score | None:
     """
     entry = reference()
     score = Score(entry.approach, f"{entry.setting} from the orbit on", False, None, 0)
+    found, apart = [], 0.0
     try:
-        found = [one.orbit.errors(one.period, entry.ready(one.period)()) for one in known]
+        for one in known:
+            answer = entry.ready(one.period)()
+            found.append(one.orbit.errors(one.period, answer))
+            apart = max(apart, one.orbit.apart(answer, checked(one.period)))
     except SolverError:
         return None
     off = max(error or 0.0 for error, _ in found)
     T_a = max((error or 0.0 for _, error in found), key=abs)
-    return replace(score, samples=A_PERIOD * len(found), error_x_r=off, error_T_a=T_a)
+    score = replace(score, samples=A_PERIOD * len(found), uncertainty=apart)
+    return replace(score, error_x_r=off, error_T_a=T_a)

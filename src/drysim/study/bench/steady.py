@@ -18,7 +18,7 @@ from drysim.study.bench.patience import tried
 from drysim.study.bench.peers.scipy_ivp import reference
 from drysim.study.bench.scores import Panel, Score
 from drysim.study.bench.settling import A_PERIOD, PERIODS, Settling, followed, settlings
-from drysim.study.bench.speed_error import cautions, held_to
+from drysim.study.bench.speed_error import cautions, doubts, held_to
 from drysim.study.bench.timing import Tried, clocked
 from drysim.study.bench.work import Work
 from drysim.study.case import prepare
@@ -86,7 +86,8 @@ def panel(case: Case, terms: Terms, finished: Job) -> Panel:
     failed = [one for one in tried if isinstance(one, Score)]
     scores = [held_to(scores[0], held), *scores[1:], *failed]
     words = tuple(words_of(case, [one.work for one in known], total, plain))
-    warnings = tuple(cautions(known[0].work, [alike[0] for alike in wanted]))
+    said = cautions(known[0].work, [alike[0] for alike in wanted])
+    warnings = (*said, *doubts(scores[0], held))
     return Panel(scenario, None, words, tuple(scores), plain, held, warnings)
 
 
