@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -78,3 +79,12 @@ def written(folder: Path) -> Path:
 def table(folder: Path) -> bytes:
     """Give the bytes of a table."""
     return (folder / "transmissibility.csv").read_bytes()
+
+
+def blocks_in(partial: Path) -> int:
+    """Count the blocks of cases that a sweep under way has kept, or has begun to write."""
+    found = 0
+    for file in (partial / "cases").glob("*.cases"):
+        with suppress(FileNotFoundError):  # it goes when the sweep ends
+            found += file.read_bytes().count(b'{"sweep": ')
+    return found

@@ -95,7 +95,7 @@ def of_bytes(folder: Path) -> None:
     bench = Bench(folder, LARGE)
     plan = Plan(Pieces(approaches_of(bench.case.scenario)))
     piece, batch = plan.pieces[100], plan.block(100)
-    print(f"bytes a case, packed: {len(packed(batch)) / len(batch):.0f}")
+    print(f"bytes a case, packed: {len(packed(batch, bench.store().sweep)) / len(batch):.0f}")
     table = solve(Bench(folder, MIDDLE).case)
     for name, write in (("csv", rows.transmissibility), ("parquet", parquet.transmissibility)):
         write(table, folder)

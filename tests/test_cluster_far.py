@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from cluster_scenes import ORBITS, QUIET, table, written
+from cluster_scenes import ORBITS, QUIET, blocks_in, table, written
 from machines import PATIENCE, Machines, command
 
 pytest.importorskip("distributed")
@@ -125,7 +125,7 @@ def test_whoever_is_killed_nothing_is_lost_and_nothing_doubled(tmp_path, far, di
             reached(out, int(rng.integers(0, BLOCKS + 1)), running)
             strike(kind, far, running)
         said = running.communicate(timeout=PATIENCE)[1]
-        kept = len(list(out.with_name("out.partial").glob("cases/*.cases")))
+        kept = blocks_in(out.with_name("out.partial"))
         seen[f"{kind} {running.returncode}"] += 1
         seen["kept"] += kept
         assert SAID[kind].get(running.returncode, "no such code") in said
@@ -158,7 +158,7 @@ def reached(out, blocks, client):
     partial = out.with_name("out.partial")
     while client.poll() is None and time.monotonic() < late:
         written = out.exists() or (partial / "transmissibility.csv").exists()
-        if written or len(list(partial.glob("cases/*.cases"))) >= blocks:
+        if written or blocks_in(partial) >= blocks:
             return
         time.sleep(0.003)
 
@@ -184,9 +184,8 @@ def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):
             command(*words), cwd=tmp_path, stderr=subprocess.PIPE, text=True,
             start_new_session=True, preexec_fn=HEARD,
         )  # fmt: skip
-        cases = tmp_path / "out.partial/cases"
         late = time.monotonic() + PATIENCE
-        while len(list(cases.glob("*.cases"))) < 3 and time.monotonic() < late:
+        while blocks_in(tmp_path / "out.partial") < 3 and time.monotonic() < late:
             time.sleep(0.02)
         os.killpg(running.pid, signal.SIGINT)  # as a terminal does, to all of its processes
         said = running.communicate(timeout=PATIENCE)[1]
@@ -210,7 +209,7 @@ def test_block_that_ends_its_workers_is_named_and_all_others_are_finished(tmp_pa
             )
     assert code == 3
     assert "1 of the blocks end every worker that computes them: 2" in said
-    assert len(list((tmp_path / "out.partial/cases").glob("*.cases"))) == 5
+    assert blocks_in(tmp_path / "out.partial") == 5
     assert answer(tmp_path, "sweep", "deadly.yaml", "-o", "out", "--resume") == (0, "")
 
 

@@ -13,6 +13,7 @@ from functools import partial
 
 import pytest
 
+from cluster_scenes import blocks_in
 from drysim import console
 from drysim.cli import leave
 from drysim.study.in_order import in_order
@@ -110,9 +111,8 @@ def test_sweep_that_is_asked_to_go_says_so_once_and_keeps_its_cases(seat, name):
     heard = partial(signal.signal, getattr(signal, name), signal.SIG_DFL)
     piped = {"stderr": subprocess.PIPE, "text": True, "preexec_fn": heard}
     running = subprocess.Popen(words, cwd=seat.parent, **piped)
-    finished = seat.parent / "out/seat.partial/cases"
     until = time.monotonic() + 240
-    while not any(finished.glob("*.cases")):
+    while not blocks_in(seat.parent / "out/seat.partial"):
         assert time.monotonic() < until
         time.sleep(0.01)
     running.send_signal(getattr(signal, name))

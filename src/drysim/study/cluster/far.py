@@ -28,12 +28,15 @@ def solved(
     """
     wanted = (k for k, piece in enumerate(plan.pieces) if not store.holds(piece))
     come: set[int] = set()
-    with closing(computed(link, Parcel.of(scenario), wanted, len(plan.pieces))) as flight:
+    parcel = Parcel.of(scenario, store.sweep)
+    with closing(computed(link, parcel, wanted, len(plan.pieces))) as flight:
         for turn, piece in enumerate(plan.pieces):
             while (batch := store.read(piece)) is None:
                 # A fault of a case is met again here, where its file and line are known.
                 number, words = next(flight, (turn, None))
-                store.keep(plan.pieces[number], words or packed(plan.block(number)))
+                store.keep(
+                    plan.pieces[number], words or packed(plan.block(number), store.sweep)
+                )
                 come.add(number)
             if turn in come:
                 come.remove(turn)

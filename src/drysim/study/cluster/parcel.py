@@ -43,14 +43,17 @@ class Parcel:
         Names and contents.
     versions : tuple of (str, str)
         What runs where the parcel was made up.
+    sweep : str
+        Digest of the sweep, which its blocks bear.
     """
 
     words: str
     files: tuple[tuple[str, bytes], ...]
     versions: tuple[tuple[str, str | None], ...]
+    sweep: str
 
     @classmethod
-    def of(cls, scenario: Scenario) -> Self:
+    def of(cls, scenario: Scenario, sweep: str) -> Self:
         """Give the parcel of a scenario whose files are there."""
         words, files = scenario.resolved(), []
         for number, (keys, path) in enumerate(named_files(scenario)):
@@ -60,12 +63,12 @@ class Parcel:
             for key in keys:
                 block = block[key]
             block["file"] = name
-        return cls(dump(words), tuple(files), tuple(versions().items()))
+        return cls(dump(words), tuple(files), tuple(versions().items()), sweep)
 
     @property
     def digest(self) -> str:
         """The SHA-256 (hex) of everything in it."""
-        digest = hashlib.sha256(self.words.encode())
+        digest = hashlib.sha256(f"{self.sweep}\0{self.words}".encode())
         for name, content in self.files:
             digest.update(f"\0{name}\0{len(content)}\0".encode())
             digest.update(content)
@@ -127,6 +130,6 @@ def compute(parcel: Parcel, numbers: Sequence[int]) -> tuple[list[bytes | None],
 def _block(parcel: Parcel, number: int) -> bytes | None:
     """Give a block, packed; None where a case is at fault."""
     try:
-        return packed(opened(parcel).block(number))
+        return packed(opened(parcel).block(number), parcel.sweep)
     except DrysimError:
         return None

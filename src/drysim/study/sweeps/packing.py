@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,11 +24,12 @@ CHECKSUM = 4
 """Bytes at the end of a block: the CRC-32 of all before them."""
 
 
-def packed(batch: Batch) -> bytes:
+def packed(batch: Batch, sweep: str) -> bytes:
     """Give a block of cases as bytes: a line of JSON, statuses, columns of doubles, checksum.
 
     Every number is kept to its last bit; a column of one value alone is a number in the line.
-    The points are left out: they are known from the number of the block.
+    The points are left out: they follow from the number of the first case. That number and the
+    digest of the sweep are in the line, so a block is never taken for another one.
     """
     columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
     own = {name: np.ascontiguousarray(columns[name], "<f8") for name in (*FORCES, *NAMES)}
@@ -36,6 +37,8 @@ def packed(batch: Batch) -> bytes:
     rest = [column.data for name, column in own.items() if name not in same]
     body: list[Any] = [np.ascontiguousarray(batch.status).data, *rest]
     head = {
+        "sweep": sweep,
+        "first": batch.first,
         "cases": len(batch),
         "bytes": sum(part.nbytes for part in body),
         "columns": [name for name in own if name not in same],
@@ -47,13 +50,13 @@ def packed(batch: Batch) -> bytes:
     return b"".join([*parts, _checksum(parts)])
 
 
-def unpacked(words: bytes, piece: Piece) -> Batch:
+def unpacked(words: bytes, piece: Piece, sweep: str) -> Batch:
     """Give the cases of a piece from their bytes.
 
     Raises
     ------
     ValueError, KeyError, TypeError
-        When the bytes are not those of a whole block.
+        When the bytes are not those of a whole block, or are those of another one.
     """
     whole = memoryview(words)[:-CHECKSUM]
     if words[-CHECKSUM:] != _checksum([whole]):
@@ -61,7 +64,8 @@ def unpacked(words: bytes, piece: Piece) -> Batch:
     end = words.index(b"\n")
     head, rest = json.loads(words[:end]), whole[end + 1 :]
     n, names = head["cases"], head["columns"]
-    if n != piece.end - piece.begin:
+    own = sweep, piece.first, piece.end - piece.begin
+    if (head["sweep"], head["first"], n) != own:
         raise ValueError("the block is that of another place")
     status = np.frombuffer(rest, np.int8, n)
     numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
@@ -76,12 +80,22 @@ def unpacked(words: bytes, piece: Piece) -> Batch:
     return Batch(piece.first, approach, points, F_fk, F_fs, metrics, status, notes, over)
 
 
-def is_whole(line: bytes, size: int) -> bool:
-    """Tell from the first line of a block whether all of its bytes are there."""
+class Heading(NamedTuple):
+    """What the first line of a block says: of which sweep and case, and its size [B]."""
+
+    sweep: str
+    first: int
+    size: int
+
+
+def heading(line: bytes) -> Heading | None:
+    """Read the first line of a block; None where it is not one."""
     try:
-        return bool(len(line) + json.loads(line)["bytes"] + CHECKSUM == size)
-    except (ValueError, KeyError, TypeError):
-        return False
+        head = json.loads(line)
+        first, size = int(head["first"]), int(head["bytes"])
+        return Heading(head["sweep"], first, len(line) + size + CHECKSUM) if size >= 0 else None
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
+        return None
 
 
 def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:

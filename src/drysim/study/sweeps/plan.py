@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 TOGETHER = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
 """Up to so many cases, so many orbits to a call of the kernel: 10 ms of work, beside which the
-rest of a call is a tenth; of more cases longer calls, lest there be too many files."""
+rest of a call is a tenth; of more cases longer calls, lest there be too many blocks."""
 
-MOST_FILES, MOST_ALONE = 4096, 64
+MOST_BLOCKS, MOST_ALONE = 4096, 64
 """Blocks that cases which are solved one by one are cut into, and cases of one at most."""
 
 
@@ -76,7 +76,7 @@ def length_of(cases: int, together: bool) -> int:
     """Give the length of the pieces of so many cases; the same on every machine."""
     if together:
         return next(step for most, step in TOGETHER if most is None or cases <= most)
-    return min(max(1, cases // MOST_FILES), MOST_ALONE)
+    return min(max(1, cases // MOST_BLOCKS), MOST_ALONE)
 
 
 def solve_piece(piece: Piece, motions: Motions, crew: Crew = ALONE) -> Batch:
