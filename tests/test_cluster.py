@@ -13,7 +13,7 @@ from contextlib import closing, nullcontext
 
 import pytest
 
-from cluster_scenes import ALL, QUIET, table, written
+from cluster_scenes import ALL, QUIET, blocks_in, table, written
 from drysim import console
 from drysim.scenario import load
 from drysim.study.cluster import alike, flight, link, parcel
@@ -76,7 +76,7 @@ def test_sweep_goes_on_where_another_engine_was_interrupted(
         interrupted_after(patched, 5)
         done = drysim(*words, "-o", "parts", *first)
     assert done.code == 130
-    kept = len(list((swept / "parts.partial/cases").glob("*.cases")))
+    kept = blocks_in(swept / "parts.partial")
     assert f"{kept} finished cases are kept" in done.err
     assert kept >= 5
     assert drysim(*words, "-o", "parts", "--resume", *then).code == 0
@@ -115,7 +115,7 @@ def test_case_at_fault_is_told_as_without_a_cluster(drysim, swept, address):
 def test_parcel_holds_the_very_scenario(swept):
     for name in ALL:
         scenario = load(swept / f"{name}.yaml")
-        again = parcel.opened(parcel.Parcel.of(scenario)).pieces.scenarios[0]
+        again = parcel.opened(parcel.Parcel.of(scenario, "")).pieces.scenarios[0]
         words = again.resolved()
         if name == "record":
             assert words["excitation"]["file"] == "0.csv"
@@ -170,8 +170,8 @@ def test_worker_that_comes_late_with_another_drysim_is_named(
 
     others = tuple({**alike.versions(), "drysim": "0.0.1"}.items())
 
-    def other(scenario):
-        return dataclasses.replace(made(scenario), versions=others)
+    def other(*words):
+        return dataclasses.replace(made(*words), versions=others)
 
     monkeypatch.setattr(parcel.Parcel, "of", other)
     done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
@@ -211,7 +211,7 @@ def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
         return [b"%d" % number for number in numbers], 0.1 * len(numbers)
 
     monkeypatch.setattr(flight, "compute", computed)
-    made, taken = parcel.Parcel.of(load(swept / "orbits.yaml")), []
+    made, taken = parcel.Parcel.of(load(swept / "orbits.yaml"), ""), []
 
     def numbers():
         for number in range(10**12):
@@ -241,13 +241,30 @@ def test_blocks_go_together_by_their_work_and_their_bytes():
     assert load.blocks(4) == 1
 
 
+def test_clients_of_the_same_sweep_get_the_blocks_that_each_has_asked_for(
+    swept, address, monkeypatch
+):
+    def computed(parcel, numbers):
+        time.sleep(0.1)
+        return [b"%d" % number for number in numbers], 0.1
+
+    monkeypatch.setattr(flight, "compute", computed)
+    made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
+    with link.joined(address, None, print) as one, link.joined(address, None, print) as other:
+        flights = [flight.Flight(client, made) for client in (one, other)]
+        for each, numbers in zip(flights, ([3, 4], [3, 7]), strict=True):
+            each._send(numbers)
+        found = [list(each.through([], None)) for each in flights]
+    assert found == [[(3, b"3"), (4, b"4")], [(3, b"3"), (7, b"7")]]
+
+
 def test_first_blocks_go_to_all_workers(swept, address, monkeypatch):
     def computed(parcel, numbers):
         time.sleep(0.1)
         return [distributed.get_worker().address.encode() for _ in numbers], 1.0
 
     monkeypatch.setattr(flight, "compute", computed)
-    made = parcel.Parcel.of(load(swept / "orbits.yaml"))
+    made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
     with link.joined(address, None, print) as joined:
         found = [words for _, words in flight.computed(joined, made, range(4), 4)]
     assert sorted(Counter(found).values()) == [2, 2]
@@ -264,7 +281,7 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
         ended(future)
 
     monkeypatch.setattr(Future, "__del__", last)
-    made = parcel.Parcel.of(load(swept / "orbits.yaml"))
+    made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
     with link.joined(address, None, print) as joined:
         assert len(list(flight.computed(joined, made, range(3), 3))) == 3
         gc.collect()
@@ -274,7 +291,7 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
 @pytest.mark.parametrize("name", ["orbits", "record"])
 def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypatch, name):
     monkeypatch.setattr(tempfile, "tempdir", str(swept))
-    made = parcel.Parcel.of(load(swept / f"{name}.yaml"))
+    made = parcel.Parcel.of(load(swept / f"{name}.yaml"), "")
     plan = parcel.opened(made)
     assert len(list(swept.glob("drysim-*/*.csv"))) == len(made.files)
     assert len(list(swept.glob("drysim-*"))) == len(made.files)
@@ -303,7 +320,7 @@ def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
             cluster.scale(1)
 
         with link.joined(cluster.scheduler_address, None, say) as joined:
-            made = parcel.Parcel.of(load(swept / "orbits.yaml"))
+            made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
             assert [number for number, _ in flight.computed(joined, made, [1], 2)] == [1]
     assert len(said) == 1
     assert "has no worker; waiting for one: dask worker inproc://" in said[0]

@@ -9,6 +9,7 @@ from contextlib import suppress
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any
+from uuid import uuid4
 
 from drysim.errors import ClusterError
 from drysim.study.cluster.link import Link
@@ -99,7 +100,8 @@ class Flight:
             yield from self._land(load)
 
     def _send(self, numbers: list[int]) -> None:
-        key = f"{self.name}-{numbers[0]}-{self._tries}"
+        # Never the key of another client of the same sweep, whose load may hold other blocks.
+        key = f"{self.name}-{uuid4().hex[:12]}-{numbers[0]}-{self._tries}"
         future = self.link.client.submit(compute, self._parcel, numbers, key=key)
         self._held[key] = numbers, future
         future.add_done_callback(self._landed.put)
