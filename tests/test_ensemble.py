@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
+from contextlib import nullcontext
 from math import ceil
 
 import numpy as np
 import pytest
 
 import drysim as package
+from drysim import console
 from drysim.console.ensemble import show_ensemble
 from drysim.core.compiled import COMPILED
 from drysim.errors import ScenarioError, SolverError
@@ -17,6 +20,7 @@ from drysim.report.plots.ensemble import draw
 from drysim.scenario import load
 from drysim.study.case import prepare
 from drysim.study.ensembles import blocks, by_seed
+from drysim.study.ensembles.journal import Journal
 from drysim.study.ensembles.seeds import LOOK
 from drysim.study.ensembles.statistics import interval
 from drysim.study.run import run
@@ -448,3 +452,58 @@ def test_a_damped_block_on_white_noise_has_its_law_within_one_percent(on_white_n
     assert abs(mean - laplace(1, 20)) < half_width
     rough, narrow = interval(coarse.tolist())
     assert abs(rough - laplace(1, 20)) > narrow, "without that the interval misses the law"
+
+
+@pytest.fixture
+def halved(drysim, noisy, monkeypatch):
+    """Give a function that interrupts a run of 9 seeds after 8; its journal."""
+
+    def made(name, *changes):
+        one_seed = by_seed.row_of_seed
+
+        def stopped(scenario, seed, *words):
+            if seed == 9:
+                raise KeyboardInterrupt
+            return one_seed(scenario, seed, *words)
+
+        words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-q", "--workers", 1)
+        with monkeypatch.context() as patched:
+            patched.setattr(by_seed, "row_of_seed", stopped)
+            assert drysim(*words, *changes, "-o", name).code == 130
+        return words, noisy.parent / f"{name}.partial/cases.jsonl"
+
+    return made
+
+
+def test_seeds_of_another_run_are_computed_again(drysim, halved):
+    words, journal = halved("part")
+    _, other = halved("other", "--set", "oscillator.mass=76")
+    assert drysim(*words, "-o", "whole").code == 0
+    mine, theirs = journal.read_text().splitlines(), other.read_text().splitlines()
+    changed = mine[5].replace('"T_a": 0.', '"T_a": 9.')
+    assert changed != mine[5]
+    lines = [*mine[:2], mine[3], mine[2], theirs[4], changed, mine[6][:-9], "", '{"number": 7}']
+    journal.write_text("\n".join(lines))
+    assert [*Journal(journal, json.loads(mine[0]), resume=True).done] == [0, 2, 1]
+    assert drysim(*words, "-o", "part", "--resume").code == 0
+    folders = journal.parent.with_name("part"), journal.parent.with_name("whole")
+    assert len({(folder / "ensemble.csv").read_bytes() for folder in folders}) == 1
+
+
+def test_journal_that_is_an_empty_folder_is_begun_anew(drysim, halved):
+    words, journal = halved("part")
+    journal.unlink()
+    journal.mkdir()
+    assert drysim(*words, "-o", "part", "--resume") == (0, "", "")
+    assert not journal.parent.exists()
+
+
+def test_partial_that_is_removed_during_a_run_is_named(drysim, noisy, monkeypatch):
+    def progress(*_):
+        return nullcontext(lambda: shutil.rmtree("part.partial", ignore_errors=True))
+
+    monkeypatch.setattr(console, "progress", progress)
+    done = drysim("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-o", "part")
+    assert done.code == 2
+    assert done.err.startswith("error: part.partial was removed, in whole or in part, while")
+    assert not list(noisy.parent.glob("part*"))

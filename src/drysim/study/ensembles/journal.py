@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 from drysim import regular
-from drysim.study.identity import of_another
+from drysim.study.identity import digest_of, of_another, removed
 from drysim.study.sweeps.table import Row
 
 if TYPE_CHECKING:
@@ -18,20 +21,25 @@ if TYPE_CHECKING:
 class Journal:
     """A file whose first line says what is run, and every other line is a finished seed.
 
-    A line cut short by a kill is passed over. Numbers are written so that they read back as
-    they were: a run that goes on gives the very ensemble of one that was never interrupted.
+    The line of a seed begins with a checksum of itself and of what is run: one that a kill has
+    cut short, that was changed or is of another run, is passed over. Numbers are written so
+    that they read back as they were: a run that goes on gives the very ensemble of one that
+    was never interrupted.
     Not to be confused with `Store`, which keeps blocks of the cases of a sweep.
     """
 
     def __init__(self, file: Path, what: Mapping[str, Any], resume: bool) -> None:
         self.file = file
         self.what = dict(what)
+        self.run = digest_of(self.what)
         self.done: dict[int, Row] = {}
         if resume and _is_there(file):
             self.done = self._read()
-        lines = [self.what, *(entry(number, row) for number, row in self.done.items())]
+        lines = [entry(number, row, self.run) for number, row in self.done.items()]
         fresh = self.file.with_suffix(".new")
-        fresh.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+        fresh.write_text(json.dumps(self.what) + "\n" + "".join(lines), encoding="utf-8")
+        with suppress(OSError):
+            self.file.rmdir()  # an empty folder in its place is nothing to keep
         fresh.replace(self.file)
         self._stream: TextIO | None = None
 
@@ -51,10 +59,18 @@ class Journal:
             self._stream.close()
 
     def add(self, number: int, row: Row) -> None:
-        """Write a finished seed."""
+        """Write a finished seed.
+
+        Raises
+        ------
+        OutputError
+            When the file is there no more.
+        """
         assert self._stream is not None, "a journal is written within its context"
-        self._stream.write(json.dumps(entry(number, row)) + "\n")
+        self._stream.write(entry(number, row, self.run))
         self._stream.flush()
+        if not os.fstat(self._stream.fileno()).st_nlink:
+            raise removed(self.file.parent)
         self.done[number] = row
 
     def _read(self) -> dict[int, Row]:
@@ -62,13 +78,20 @@ class Journal:
         lines = self.file.read_text(encoding="utf-8", errors="replace").splitlines()
         if whole(lines[0] if lines else "") != self.what:
             raise of_another(self.file.parent)
-        return dict(seed for seed in map(finished, lines[1:]) if seed is not None)
+        seeds = (finished(line, self.run) for line in lines[1:])
+        return dict(seed for seed in seeds if seed is not None)
 
 
-def entry(number: int, row: Row) -> dict[str, Any]:
-    """Give the line of a seed, by its number from 0."""
+def entry(number: int, row: Row, run: str) -> str:
+    """Give the line of a seed, by its number from 0, in the journal of a run."""
     # Not asdict(), which copies every value of every metric one by one.
-    return {"number": number, "row": vars(row)}
+    words = json.dumps({"number": number, "row": vars(row)})
+    return f"{checksum(words, run)} {words}\n"
+
+
+def checksum(words: str, run: str) -> str:
+    """Return what tells whether words were changed, or are those of another run (hex)."""
+    return hashlib.sha256(f"{run} {words}".encode()).hexdigest()[:16]
 
 
 def whole(line: str) -> Any:
@@ -79,10 +102,13 @@ def whole(line: str) -> Any:
         return None
 
 
-def finished(line: str) -> tuple[int, Row] | None:
-    """Give number and row of the seed of a line, or None where there is none."""
+def finished(line: str, run: str) -> tuple[int, Row] | None:
+    """Give number and row of the seed of a line, or None where there is none of this run."""
+    seal, _, words = line.partition(" ")
+    if seal != checksum(words, run):
+        return None
     try:
-        said = whole(line)
+        said = whole(words)
         return int(said["number"]), Row(**said["row"])
     except (KeyError, TypeError, ValueError):
         return None
