@@ -7,6 +7,9 @@ import csv
 import hashlib
 import json
 import os
+import re
+import shutil
+import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +29,8 @@ from drysim.report.plots import curves, heading, panels
 from drysim.report.plots.limit import excursions
 from drysim.report.plots.response import draw
 from drysim.report.sidecar import Ending
-from killing import kills
+from drysim.study.bench import questions
+from killing import ended, kills
 from outcomes import PAPER, SINE, STICKY, names, outcome, record
 
 pytestmark = pytest.mark.usefixtures("place")
@@ -34,7 +38,8 @@ pytestmark = pytest.mark.usefixtures("place")
 
 def write(folder, made=None, **words):
     options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
-    return report.write(made or outcome(), Path(folder), **options | words)
+    place = Path(folder) if isinstance(folder, str) else folder
+    return report.write(made or outcome(), place, **options | words)
 
 
 def columns(file):
@@ -559,16 +564,18 @@ def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, 
 
     def put(word):
         with fresh(Path("out")) as partial:
-            (partial / "word").write_text(word)
-            report.folder.mark(partial, '{"format": 1, "files": {"word": ""}}')
+            (partial / "events.csv").write_text(word)
+            report.folder.mark(partial, '{"format": 1, "files": {"events.csv": ""}}')
 
     put("old")
     seen = []
     for _ in kills(lambda: put("new")):
-        partial = Path("out.partial/word")
+        partial = Path("out.partial/events.csv")
         if Path("out").exists():
-            word = Path("out/word").read_text()
-            assert sorted(json.loads(Path("out/drysim.json").read_text())["files"]) == ["word"]
+            word = Path("out/events.csv").read_text()
+            assert sorted(json.loads(Path("out/drysim.json").read_text())["files"]) == [
+                "events.csv"
+            ]
         else:
             word = "partial"
             assert partial.read_text() == "new"
@@ -578,7 +585,7 @@ def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, 
         report.check(Path("out"))
         put("old")
         assert names(".") == ["out"]
-        assert Path("out/word").read_text() == "old"
+        assert Path("out/events.csv").read_text() == "old"
     assert len(seen) > 8
     assert set(seen) == ({"old", "new"} if atomic else {"old", "new", "partial"})
 
@@ -587,3 +594,133 @@ def test_run_of_the_same_scene_is_written_with_sines_too():
     told = write("out", outcome(motion=SINE))
     assert "sha256" not in told["excitation"]
     assert told["inputs"] == []
+
+
+# files of somebody else, and what happens to the folders meanwhile
+
+STRANGERS = ["notes.txt", "cases/notes.txt", "sub/notes.txt", "transmissibility/a.parquet"]
+
+
+@pytest.mark.parametrize("resume", [False, True])
+@pytest.mark.parametrize("name", STRANGERS)
+def test_file_of_the_user_in_the_partial_is_refused_and_stays(name, resume):
+    Path("out.partial/cases").mkdir(parents=True)
+    Path("out.partial/drysim.json").write_text('{"format": 1, "complete": false}')
+    Path("out.partial", name).parent.mkdir(exist_ok=True)
+    Path("out.partial", name).write_text("mine")
+    before = tree()
+    with (
+        pytest.raises(OutputError, match=f"out.partial holds {name}, which drysim did not"),
+        report.claim_partial(Path("out"), resume),
+    ):
+        pass
+    assert tree() == before
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_file_put_into_the_partial_meanwhile_is_never_removed(name):
+    def fail():
+        with report.claim_partial(Path("out")) as claim:
+            (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
+            (claim.partial / name).write_text("mine")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert Path("out.partial", name).read_text() == "mine"
+    shutil.rmtree("out.partial")
+    with report.claim_partial(Path("out")) as claim:
+        (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
+        (claim.partial / name).write_text("mine")
+        assert name not in write(claim)["files"]
+    assert Path("out", name).read_text() == "mine"
+    with pytest.raises(OutputError, match="which drysim did not write"):
+        report.check(Path("out"))
+
+
+def test_file_put_into_the_old_folder_meanwhile_is_never_removed():
+    write("out")
+
+    def late():
+        with report.claim_partial(Path("out")) as claim:
+            Path("out/notes.txt").write_text("mine")
+            write(claim)
+
+    with pytest.raises(OutputError, match=r"out holds notes\.txt, which drysim did not write"):
+        late()
+    assert Path("out/notes.txt").read_text() == "mine"
+
+
+def test_every_file_that_drysim_writes_is_known_by_its_name():
+    package = Path(report.__file__).parent
+    words = "".join(file.read_text(encoding="utf-8") for file in package.rglob("*.py"))
+    named = {*re.findall(r'folder / "([^"]+)"', words), "scenario.yaml"}
+    named |= {f"{name}.yaml" for name, _ in (*questions.GALLERY, *questions.STEADY)}
+    assert len(named) > 15
+    assert [name for name in named if not report.claim.RESULTS.fullmatch(name)] == []
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["removed", "of another"])
+def test_partial_that_is_removed_meanwhile_is_told(again):
+    def lose():
+        with report.claim_partial(Path("out")) as claim:
+            shutil.rmtree(claim.partial)
+            if again:
+                claim.partial.mkdir()
+            write(claim)
+
+    with pytest.raises(OutputError, match=r"out\.partial was removed, in whole or in part"):
+        lose()
+    assert names(".") == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_read_only_old_folder_leaves_no_partial_behind():
+    def act():
+        os.umask(0o022)
+        with contextlib.suppress(PermissionError):
+            os.setuid(65534)  # nobody, where root runs the tests: root may write everywhere
+        fresh_word("old")
+        Path("out/transmissibility/approach=viscous").chmod(0o555)
+        Path("out").chmod(0o555)
+        fresh_word("new")
+        assert names(".") == ["out"]
+        assert Path("out/events.csv").read_text() == "new"
+
+    home = Path(tempfile.mkdtemp())
+    try:
+        home.chmod(0o777)
+        os.chdir(home)
+        assert ended(act, lambda *_: None) == 0
+    finally:
+        os.chdir("/")
+        shutil.rmtree(home)
+
+
+def fresh_word(word):
+    """Write a result of two files, one in a folder of its own."""
+    with fresh(Path("out")) as partial:
+        inner = partial / "transmissibility/approach=viscous"
+        inner.mkdir(parents=True)
+        (inner / "000000000000.parquet").write_text(word)
+        (partial / "events.csv").write_text(word)
+        files = {
+            path.relative_to(partial).as_posix(): "" for path in report.folder.written(partial)
+        }
+        report.folder.mark(partial, json.dumps({"format": 1, "files": files}))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.parametrize("spare", range(6))
+def test_process_that_can_open_few_files_leaves_no_empty_partial(spare):
+    import resource
+
+    def act():
+        free = os.dup(0)
+        os.close(free)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (free + spare, free + spare))
+        with contextlib.suppress(OutputError):
+            write("out")
+
+    assert ended(act, lambda *_: None) == 0
+    assert names(".") in ([], ["out"])

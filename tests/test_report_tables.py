@@ -369,8 +369,8 @@ def test_kill_at_any_instant_leaves_what_resumes():
     def act():
         with report.claim_partial(Path("out"), resume=True) as claim:
             claim.journal.write_text(CASES)
-            (claim.partial / "word").write_text("new")
-            report.folder.mark(claim.partial, '{"format": 1, "files": {"word": ""}}')
+            (claim.partial / "events.csv").write_text("new")
+            report.folder.mark(claim.partial, '{"format": 1, "files": {"events.csv": ""}}')
             report.folder.finish(claim)
 
     at, kept = [], 0
@@ -384,6 +384,6 @@ def test_kill_at_any_instant_leaves_what_resumes():
             with report.claim_partial(Path("out"), resume=True) as claim:
                 assert claim.journal.read_text() in ("", CASES)
         act()
-        assert names("out") == ["drysim.json", "word"]
+        assert names("out") == ["drysim.json", "events.csv"]
         shutil.rmtree("out")
     assert at[-1] > 100 > kept > 2

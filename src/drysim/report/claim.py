@@ -7,6 +7,7 @@ import errno
 import hashlib
 import json
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,6 +28,16 @@ further one is a seed."""
 CASES = "cases"
 """The same for a sweep: a folder with a file for every finished block of cases."""
 
+KEPT = re.compile(r"cases\.(jsonl|new)|cases/(sweep\.(json|new)|[-0-9a-f]+\.cases)")
+"""What is kept there until the work is done."""
+
+RESULTS = re.compile(
+    r"(response|spectra|transmissibility|stroke|ensemble|comparison|speed_error)\.(csv|png)"
+    r"|(events|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
+    r"|(scenario|paper-(high|low)-friction|paper-random)\.yaml"
+)
+"""Every file of a result: a kill may leave some in `<name>.partial` before they are listed."""
+
 SCENARIO = "scenario.yaml"
 """The resolved scenario of a result: the one file in it that people edit."""
 
@@ -41,6 +52,8 @@ HINTS = {
     errno.ENOSPC: f"make room on the disk, or {ELSEWHERE}",
     errno.ENAMETOOLONG: "choose a shorter name with --out",
     errno.EBUSY: "name a folder inside it with --out",
+    errno.EMFILE: "let a process open more files, by `ulimit -n 1024`",
+    errno.ENFILE: "end what holds so many files open",
 }
 
 
@@ -59,9 +72,9 @@ def check(folder: Path) -> None:
     """
     with sentences(folder):
         place = named(folder)
-        _refuse_foreign(place)
+        refuse_foreign(place)
         for suffix in ("partial", "replaced"):
-            _refuse_foreign(beside(place, suffix), leftover=True)
+            refuse_foreign(beside(place, suffix), leftover=True)
         parent = _there(place)
         if not parent.is_dir():
             raise OutputError(
@@ -141,7 +154,7 @@ def _exists(path: Path) -> bool:
     return True
 
 
-def _refuse_foreign(place: Path, leftover: bool = False) -> None:
+def refuse_foreign(place: Path, leftover: bool = False) -> None:
     """Raise when something is in the way that drysim did not write."""
     if not _exists(place):
         return
@@ -156,10 +169,13 @@ def _refuse_foreign(place: Path, leftover: bool = False) -> None:
     marker = _marker(place)
     if held and marker is None:
         raise OutputError(f"{place} was not written by drysim; it stays as it is", away)
-    if marker is None or leftover:
+    if leftover:
+        if foreign := strangers(place):
+            raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
         return
-    files = marker.get("files")
-    ours = set(files if isinstance(files, dict) else ())
+    if marker is None:
+        return
+    ours = _listed(marker)
     folders = {name.partition("/")[0] for name in ours if "/" in name}
     inner = {f"{name}/{path}" for name in held & folders for path in _inside(place / name)}
     foreign = sorted((held - {MARKER} - folders) - ours | inner - ours)
@@ -170,6 +186,22 @@ def _refuse_foreign(place: Path, leftover: bool = False) -> None:
             f"{place / SCENARIO} was edited since drysim wrote it, and would be replaced",
             f"save it elsewhere, or {ELSEWHERE}",
         )
+
+
+def strangers(partial: Path) -> list[str]:
+    """Return the files in a `<name>.partial` that drysim neither keeps nor writes there."""
+    ours = _listed(_marker(partial)) | {MARKER, DRAFT}
+    return sorted(
+        path
+        for path in _inside(partial)
+        if path not in ours and not KEPT.fullmatch(path) and not RESULTS.fullmatch(path)
+    )
+
+
+def _listed(marker: dict[str, Any] | None) -> set[str]:
+    """Return the files that a marker names."""
+    files = marker.get("files") if marker else None
+    return set(files if isinstance(files, dict) else ())
 
 
 def _inside(folder: Path) -> Iterator[str]:

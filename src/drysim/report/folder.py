@@ -9,15 +9,28 @@ import hashlib
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED
-from drysim.report.claim import CASES, DRAFT, JOURNAL, MARKER, beside, check, named, sentences
+from drysim.report.claim import (
+    CASES,
+    DRAFT,
+    JOURNAL,
+    MARKER,
+    RESULTS,
+    beside,
+    check,
+    named,
+    refuse_foreign,
+    sentences,
+    strangers,
+)
 from drysim.report.sidecar import Ending, text
-from drysim.report.swap import alone, empty, recover, remove, swap, sync
+from drysim.report.swap import alone, empty, recover, swap, sync
+from drysim.study.identity import removed
 
 Made = TypeVar("Made")
 
@@ -27,6 +40,7 @@ class Claim(NamedTuple):
 
     folder: Path
     partial: Path
+    held: os.stat_result
 
     @property
     def journal(self) -> Path:
@@ -66,34 +80,66 @@ def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
         place = named(folder)
         partial = beside(place, "partial")
         partial.mkdir(parents=True, exist_ok=True)
-        with alone(partial, folder):
-            try:
-                recover(place, beside(place, "replaced"))
-                # Without its marker the journal would be a stranger to the next drysim.
-                empty(partial, {CASES, JOURNAL, MARKER} if resume else set())
-                mark(partial, '{"format": 1, "complete": false}\n')
-                yield Claim(folder, partial)
-            except BaseException:
-                if not _resumable(partial):
-                    remove(partial)
-                raise
+        try:
+            with alone(partial, folder):
+                yield from _held(folder, place, partial, resume)
+        except OSError:
+            with suppress(OSError):
+                partial.rmdir()  # an empty one, even where no more files can be opened
+            raise
+
+
+def _held(folder: Path, place: Path, partial: Path, resume: bool) -> Iterator[Claim]:
+    """Mark `<name>.partial` as ours and give it; when that fails, leave what can be resumed."""
+    try:
+        recover(place, beside(place, "replaced"))
+        # Without its marker the journal would be a stranger to the next drysim.
+        empty(partial, {CASES, JOURNAL, MARKER} if resume else set())
+        mark(partial, '{"format": 1, "complete": false}\n')
+        yield Claim(folder, partial, partial.stat())
+    except BaseException as fault:
+        gone = isinstance(fault, FileNotFoundError) and not partial.exists()
+        leave(partial)
+        if gone:
+            raise removed(partial) from fault
+        raise
 
 
 def finish(claim: Claim) -> None:
     """Put `<name>.partial` in the place of the output folder, without its finished cases."""
     place = named(claim.folder)
+    require(claim)
     kept = [path for path in claim.partial.iterdir() if path.name not in (JOURNAL, CASES)]
     for path in [*kept, claim.partial]:
         sync(path)
     claim.journal.unlink(missing_ok=True)
-    shutil.rmtree(claim.cases, ignore_errors=True)
+    if not any(path.startswith(f"{CASES}/") for path in strangers(claim.partial)):
+        shutil.rmtree(claim.cases, ignore_errors=True)
     swap(claim.partial, place, beside(place, "replaced"))
 
 
-def leave(claim: Claim) -> None:
+def leave(partial: Path) -> None:
     """Leave `<name>.partial` for a later time, or remove it when it holds no finished case."""
-    if not _resumable(claim.partial):
-        remove(claim.partial)
+    with suppress(OSError):
+        if not _resumable(partial) and not strangers(partial):
+            empty(partial)
+            partial.rmdir()
+
+
+def require(claim: Claim) -> None:
+    """Make sure that `<name>.partial` is still the folder that we hold.
+
+    Raises
+    ------
+    OutputError
+        When somebody has removed it, or has put another in its place.
+    """
+    try:
+        same = os.path.samestat(claim.partial.stat(), claim.held)
+    except FileNotFoundError:
+        same = False
+    if not same:
+        raise removed(claim.partial)
 
 
 def mark(folder: Path, text: str) -> None:
@@ -121,7 +167,7 @@ def resumable(folder: Path) -> bool:
 
 def _resumable(partial: Path) -> bool:
     """Whether a folder holds finished cases."""
-    if any((partial / CASES).glob("*.cases")):
+    if any(file.stat().st_size for file in (partial / CASES).glob("*.cases")):
         return True
     try:
         with (partial / JOURNAL).open("rb") as lines:
@@ -141,6 +187,8 @@ def put(
     """Let all writers write, tell what made their files, and put the folder in its place."""
     held = nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder)
     with held as claim:
+        require(claim)
+        refuse_foreign(named(claim.folder))  # what somebody has put there meanwhile stays
         for writer in writers:
             writer(made, claim.partial)
         files = {
@@ -149,15 +197,19 @@ def put(
         }
         told = tell(made, Ending(command, exit_code, files))
         mark(claim.partial, text(told))
-        (leave if exit_code == EXIT_INTERRUPTED else finish)(claim)
+        if exit_code == EXIT_INTERRUPTED:
+            leave(claim.partial)
+        else:
+            finish(claim)
     return told
 
 
 def written(partial: Path) -> list[Path]:
     """Give every file of a result, those in folders of its own included."""
-    inner = (path for path in partial.iterdir() if path.name not in (CASES, JOURNAL, MARKER))
-    files = (path.rglob("*") if path.is_dir() else [path] for path in inner)
-    return sorted(path for found in files for path in found if path.is_file())
+    every = (path for path in partial.rglob("*") if path.is_file())
+    return sorted(
+        path for path in every if RESULTS.fullmatch(path.relative_to(partial).as_posix())
+    )
 
 
 def _sha256(file: Path) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import stat
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
@@ -89,6 +90,9 @@ def alone(place: Path, folder: Path) -> Iterator[None]:
 
 def empty(folder: Path, keep: Collection[str] = ()) -> None:
     """Remove what a folder holds, the marker last, so that the rest stays known as ours."""
+    for path in (folder, *folder.rglob("*")):
+        if path.is_dir() and not path.is_symlink():
+            path.chmod(path.stat().st_mode | stat.S_IRWXU)  # nothing leaves a read-only folder
     for path in sorted(folder.iterdir(), key=lambda path: path.name == MARKER):
         if path.name in keep:
             continue
@@ -102,7 +106,8 @@ def remove(folder: Path) -> None:
     """Remove a folder of ours; what cannot be removed now goes with the next run."""
     with contextlib.suppress(OSError):
         empty(folder)
-        folder.rmdir()
+    with contextlib.suppress(OSError):
+        folder.rmdir()  # an empty one even where no more files can be opened to see it
 
 
 def sync(path: Path) -> None:
