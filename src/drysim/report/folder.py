@@ -9,7 +9,7 @@ import hashlib
 import os
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -33,6 +33,9 @@ from drysim.report.swap import alone, empty, recover, swap, sync
 from drysim.study.identity import removed
 
 Made = TypeVar("Made")
+
+SPARE = 3
+"""Files held open for the time after a failure: to remove a folder, its parts are opened."""
 
 
 class Claim(NamedTuple):
@@ -91,18 +94,22 @@ def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
 
 def _held(folder: Path, place: Path, partial: Path, resume: bool) -> Iterator[Claim]:
     """Mark `<name>.partial` as ours and give it; when that fails, leave what can be resumed."""
-    try:
-        recover(place, beside(place, "replaced"))
-        # Without its marker the journal would be a stranger to the next drysim.
-        empty(partial, {CASES, JOURNAL, MARKER} if resume else set())
-        mark(partial, '{"format": 1, "complete": false}\n')
-        yield Claim(folder, partial, partial.stat())
-    except BaseException as fault:
-        gone = isinstance(fault, FileNotFoundError) and not partial.exists()
-        leave(partial)
-        if gone:
-            raise removed(partial) from fault
-        raise
+    with ExitStack() as spare:
+        try:
+            for _ in range(SPARE):
+                spare.callback(os.close, os.open(os.devnull, os.O_RDONLY))
+            recover(place, beside(place, "replaced"))
+            # Without its marker the journal would be a stranger to the next drysim.
+            empty(partial, {CASES, JOURNAL, MARKER} if resume else set())
+            mark(partial, '{"format": 1, "complete": false}\n')
+            yield Claim(folder, partial, partial.stat())
+        except BaseException as fault:
+            spare.close()
+            gone = isinstance(fault, FileNotFoundError) and not partial.exists()
+            leave(partial)
+            if gone:
+                raise removed(partial) from fault
+            raise
 
 
 def finish(claim: Claim) -> None:
