@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import pickle
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from drysim.core import compiled
+from drysim.core.kept import cache_class
 
 
 @pytest.mark.parametrize(
@@ -55,6 +58,115 @@ def test_cache_that_cannot_be_made_falls_back_to_the_temporary_folder(
         assert folder.is_relative_to(tmp_path)
     finally:
         compiled.cache_folder.cache_clear()
+
+
+@pytest.fixture
+def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
+    """Give a temporary folder for one whose cache cannot be made elsewhere."""
+    (tmp_path / "file").write_text("")
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
+    compiled.cache_folder.cache_clear()
+    yield tmp_path / "tmp"
+    compiled.cache_folder.cache_clear()
+
+
+def folders_of(place: Path) -> list[Path]:
+    """Give the folders on the way to the kernels below a temporary folder."""
+    own = place / f"cache-{os.getuid()}"
+    return [own, own / "drysim", own / "drysim" / f"kernels-{compiled.source_key()}"]
+
+
+OWNED = pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no owner there")
+
+
+@OWNED
+@pytest.mark.parametrize("mask", [0o000, 0o002, 0o022])
+def test_folders_of_kernels_are_for_the_user_alone(nowhere: Path, mask: int) -> None:
+    before = os.umask(mask)
+    try:
+        assert compiled.cache_folder() == folders_of(nowhere)[-1]
+    finally:
+        os.umask(before)
+    assert {folder.stat().st_mode & 0o777 for folder in folders_of(nowhere)} == {0o700}
+
+
+@OWNED
+@pytest.mark.parametrize("deep", [0, 1, 2])
+@pytest.mark.parametrize("trap", ["writable by a group", "writable by all", "link", "owner"])
+def test_temporary_folder_that_somebody_has_prepared_is_not_used(
+    nowhere: Path, monkeypatch: pytest.MonkeyPatch, deep: int, trap: str
+) -> None:
+    folder = folders_of(nowhere)[deep]
+    folder.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    if trap == "link":
+        (nowhere / "mine").mkdir(mode=0o700)
+        folder.symlink_to(nowhere / "mine")
+    else:
+        folder.mkdir(mode=0o700)
+    if trap.startswith("writable"):
+        folder.chmod(0o770 if trap.endswith("group") else 0o707)
+    if trap == "owner":
+        about, lstat = os.lstat(folder), Path.lstat
+        theirs = os.stat_result((*about[:4], about.st_uid + 1, *about[5:10]))
+        monkeypatch.setattr(
+            Path, "lstat", lambda path: theirs if path == folder else lstat(path)
+        )
+    assert compiled.cache_folder() is None
+
+
+@pytest.mark.parametrize("home", ["XDG_CACHE_HOME", "HOME"])
+def test_relative_cache_folder_is_ignored(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, home: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv(home, "here")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
+    (tmp_path / "tmp").mkdir()
+    compiled.cache_folder.cache_clear()
+    try:
+        folder = compiled.cache_folder()
+    finally:
+        compiled.cache_folder.cache_clear()
+    assert folder is not None
+    assert folder.is_relative_to(tmp_path / ("home/.cache" if home != "HOME" else "tmp"))
+    assert not (tmp_path / "here").exists()
+
+
+class Evil:
+    """Runs a program when it is unpickled."""
+
+    def __reduce__(self) -> Any:
+        return os.mkdir, ("evil",)
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, ending: str
+) -> None:
+    import numba
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    found = cache_class()(compiled.source_key)
+    files, data = found._cache_file, {"numbers": [1.0, 2.0]}
+    files.save("key", data)
+    assert files.load("key") == data
+    assert files.load("other") is None
+    (kept,) = tmp_path.rglob(f"*.{ending}")
+    whole = kept.read_bytes()
+    spoiled = bytearray(whole)
+    spoiled[-1] ^= 255
+    for words in (pickle.dumps(Evil()), whole[:-1], whole + b"\0", bytes(spoiled), b""):
+        kept.write_bytes(words)
+        with pytest.raises(ValueError, match="not what was written"):
+            files.load("key")
+    assert not (tmp_path / "evil").exists()
+    kept.write_bytes(whole)
+    assert files.load("key") == data
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import sys
 import tempfile
 from collections.abc import Callable
@@ -131,19 +132,46 @@ def is_plain() -> bool:
 
 @cache
 def cache_folder() -> Path | None:
-    """Give a writable folder for compiled kernels of exactly this source, or None."""
-    key = source_key()
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    for root in (home, os.path.join(tempfile.gettempdir(), f"cache-{user}")):
-        folder = Path(root) / "drysim" / f"kernels-{key}"
+    """Give a folder for compiled kernels of exactly this source that the user alone may write.
+
+    It lies in the user's cache folder, else below the temporary folder, where anybody may have
+    made one before: there each folder on the way must be the user's own. None without either.
+    """
+    name, own = f"kernels-{source_key()}", f"cache-{_user()}"
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(home):  # which the specification says to ignore
+        home = os.path.join(os.path.expanduser("~"), ".cache")
+    cache, temporary = Path(home, "drysim"), Path(tempfile.gettempdir())
+    below = temporary / own
+    ways = (
+        (cache, (cache / name,)),
+        (temporary, (below, below / "drysim", below / "drysim" / name)),
+    )
+    for above, folders in ways:
         try:
-            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            if not above.is_absolute():
+                continue
+            above.mkdir(parents=True, exist_ok=True, mode=0o700)
+            for folder in folders:
+                folder.mkdir(exist_ok=True, mode=0o700)
         except OSError:
             continue
-        if os.access(folder, os.W_OK) and folder.stat().st_uid == user:
-            return folder
+        if all(map(_is_private, folders)) and os.access(folders[-1], os.W_OK):
+            return folders[-1]
     return None
+
+
+def _user() -> int:
+    """Return the number of the user; 0 where the system knows none."""
+    return os.getuid() if hasattr(os, "getuid") else 0
+
+
+def _is_private(folder: Path) -> bool:
+    """Return whether a folder, no link, is the user's own, and nobody else may write there."""
+    about = folder.lstat()
+    if not stat.S_ISDIR(about.st_mode) or about.st_uid != _user():
+        return False
+    return not hasattr(os, "getuid") or not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 def source_key() -> str:
