@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -88,3 +89,13 @@ def blocks_in(partial: Path) -> int:
         with suppress(FileNotFoundError):  # it goes when the sweep ends
             found += file.read_bytes().count(b'{"sweep": ')
     return found
+
+
+def pem(folder: Path, credentials: Any) -> list[object]:
+    """Write credentials of a cluster as three files; give the options that name them."""
+    words = credentials.tls_ca_file, credentials.tls_client_cert, credentials.tls_client_key
+    files = [folder / name for name in ("ca.pem", "cert.pem", "key.pem")]
+    for file, content in zip(files, words, strict=True):
+        file.write_text(content)
+    options = ("--tls-ca-file", "--tls-cert", "--tls-key")
+    return [word for pair in zip(options, files, strict=True) for word in pair]

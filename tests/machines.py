@@ -8,6 +8,8 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 PATIENCE = 60.0
@@ -22,12 +24,13 @@ def command(*words: object) -> list[str]:
 class Machines:
     """A scheduler on loopback and two workers of one thread each, by Dask's own commands."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, certificates: Sequence[object] = (), nanny: bool = True):
+        self.folder, self.certificates = folder, certificates
+        self.workers = () if nanny else ("--no-nanny",)
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self.port = free.getsockname()[1]
-        self.address = f"tcp://127.0.0.1:{self.port}"
+        self.address = f"{'tls' if certificates else 'tcp'}://127.0.0.1:{self.port}"
         self.running: dict[str, subprocess.Popen[bytes]] = {}
 
     def __enter__(self) -> Machines:
@@ -46,12 +49,13 @@ class Machines:
             for name in list(self.running):
                 self.kill(name)  # workers leave a scheduler that is gone, in their own time
             words = ("--host", "127.0.0.1", "--port", self.port, "--no-dashboard")
+            words = *words, "--protocol", self.address.partition(":")[0]
             self._start("scheduler", "scheduler", *words)
             self._wait()
         for name in ("one", "two"):
             if not self.alive(name):
                 words = ("--nthreads", 1, "--no-dashboard", "--death-timeout", 60)
-                self._start(name, "worker", self.address, *words)
+                self._start(name, "worker", self.address, *words, *self.workers)
 
     def alive(self, name: str) -> bool:
         """Tell whether a process runs; of a worker the nanny, who starts it anew."""
@@ -60,7 +64,8 @@ class Machines:
     def kill(self, name: str) -> None:
         """Kill a process and all that it has started."""
         process = self.running.pop(name)
-        os.killpg(process.pid, signal.SIGKILL)
+        with suppress(ProcessLookupError):  # it has ended by itself
+            os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
     def kill_worker(self, name: str) -> None:
@@ -73,7 +78,7 @@ class Machines:
 
     def _start(self, name: str, *words: object) -> None:
         self.running[name] = subprocess.Popen(
-            [sys.executable, "-m", "dask", *map(str, words)],
+            [sys.executable, "-m", "dask", *map(str, (*words, *self.certificates))],
             cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             env=os.environ | {"DASK_TEMPORARY_DIRECTORY": str(self.folder)},
             start_new_session=True,

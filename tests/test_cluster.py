@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import dataclasses
 import gc
 import subprocess
 import sys
 import tempfile
 import time
+import urllib.error
+import urllib.request
 from collections import Counter
 from contextlib import closing, nullcontext
+from pathlib import Path
 
 import pytest
 
-from cluster_scenes import ALL, QUIET, blocks_in, table, written
+from cluster_scenes import ALL, QUIET, blocks_in, pem, table, written
 from drysim import console
 from drysim.scenario import load
 from drysim.study.cluster import alike, flight, link, parcel
@@ -218,7 +222,7 @@ def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
             taken.append(number)
             yield number
 
-    with link.joined(address, None, print) as joined:
+    with link.joined(address, None, print, print) as joined:
         room = joined.room()
         with closing(flight.computed(joined, made, numbers(), 10**12)) as found:
             some = [next(found) for _ in range(40)]
@@ -250,7 +254,10 @@ def test_clients_of_the_same_sweep_get_the_blocks_that_each_has_asked_for(
 
     monkeypatch.setattr(flight, "compute", computed)
     made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
-    with link.joined(address, None, print) as one, link.joined(address, None, print) as other:
+    with (
+        link.joined(address, None, print, print) as one,
+        link.joined(address, None, print, print) as other,
+    ):
         flights = [flight.Flight(client, made) for client in (one, other)]
         for each, numbers in zip(flights, ([3, 4], [3, 7]), strict=True):
             each._send(numbers)
@@ -265,7 +272,7 @@ def test_first_blocks_go_to_all_workers(swept, address, monkeypatch):
 
     monkeypatch.setattr(flight, "compute", computed)
     made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
-    with link.joined(address, None, print) as joined:
+    with link.joined(address, None, print, print) as joined:
         found = [words for _, words in flight.computed(joined, made, range(4), 4)]
     assert sorted(Counter(found).values()) == [2, 2]
 
@@ -282,7 +289,7 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
 
     monkeypatch.setattr(Future, "__del__", last)
     made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
-    with link.joined(address, None, print) as joined:
+    with link.joined(address, None, print, print) as joined:
         assert len(list(flight.computed(joined, made, range(3), 3))) == 3
         gc.collect()
         assert [done for client, done in cleared if client is joined.client] == [True] * 3
@@ -319,8 +326,164 @@ def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
             said.append(sentence)
             cluster.scale(1)
 
-        with link.joined(cluster.scheduler_address, None, say) as joined:
+        with link.joined(cluster.scheduler_address, None, say, say) as joined:
             made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
             assert [number for number, _ in flight.computed(joined, made, [1], 2)] == [1]
     assert len(said) == 1
     assert "has no worker; waiting for one: dask worker inproc://" in said[0]
+
+
+@pytest.fixture(scope="module")
+def secret():
+    """Give credentials for one cluster."""
+    pytest.importorskip("cryptography")
+    return distributed.Security.temporary()
+
+
+@pytest.fixture(scope="module")
+def guarded(secret):
+    """Give the address of a scheduler that asks for certificates, in this process."""
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0",
+        protocol="tls://", security=secret,
+    ) as cluster:  # fmt: skip
+        yield cluster.scheduler_address
+
+
+def test_table_over_tls_is_that_of_threads(drysim, swept, guarded, secret):
+    words = ("sweep", "seeds.yaml", *QUIET)
+    assert drysim(*words, "-o", "near").code == 0
+    done = drysim(*words, "-o", "far", "--cluster", guarded, *pem(swept, secret))
+    assert done == (0, "", "")
+    assert table(swept / "far") == table(swept / "near")
+
+
+def test_certificates_of_the_settings_of_dask_are_taken(drysim, swept, guarded, secret):
+    import dask
+
+    pem(swept, secret)
+    files = {"ca-file": "ca.pem", "client.cert": "cert.pem", "client.key": "key.pem"}
+    known = {f"distributed.comm.tls.{key}": str(swept / name) for key, name in files.items()}
+    with dask.config.set(known):
+        assert drysim("sweep", "orbits.yaml", *QUIET, "--cluster", guarded).code == 0
+
+
+def test_client_with_other_certificates_is_refused(drysim, swept, guarded, monkeypatch):
+    monkeypatch.setattr(link, "CONNECT", 1.0)
+    others = pem(swept, distributed.Security.temporary())
+    done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", guarded, *others)
+    assert done.code == 2
+    assert f"no Dask scheduler answers at {guarded} to these certificates" in done.err
+    assert "certificates of one authority" in done.err
+
+
+@pytest.mark.parametrize(
+    ("where", "words", "said"),
+    [
+        ("tls://127.0.0.1:9", (), "that begins with tls:// needs certificates"),
+        ("tls://127.0.0.1:9", ("--tls-ca-file", "no.pem"), "no such file or directory: no.pem"),
+        ("tls://127.0.0.1:9", ("--tls-key", "."), "cannot be read: is a directory: ."),
+        ("tls://127.0.0.1:9", ("--tls-ca-file", "orbits.yaml"), "needs certificates"),
+        ("tcp://127.0.0.1:9", ("--tls-key", "key.pem"), "no meaning beside --cluster tcp://"),
+        ("local", ("--tls-key", "key.pem"), "no meaning beside --cluster local"),
+        (None, ("--tls-key", "key.pem"), "no meaning without a cluster"),
+    ],
+)
+def test_certificates_that_are_missing_or_of_no_use_are_told(drysim, swept, where, words, said):
+    cluster = ("--cluster", where) if where else ()
+    done = drysim("sweep", "orbits.yaml", *QUIET, *cluster, *words)
+    assert done.code == 2
+    assert said in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize("trap", ["ca.pem", "cert.pem", "key.pem"])
+def test_file_that_is_no_certificate_is_told(drysim, swept, secret, trap):
+    words = pem(swept, secret)
+    (swept / trap).write_text("-----BEGIN")
+    done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", "tls://127.0.0.1:9", *words)
+    assert done.code == 2
+    assert "the certificates cannot be read" in done.err
+
+
+@pytest.fixture(scope="module")
+def own(secret):
+    """Give a client of a local cluster, with a worker that is a process."""
+    with link.own(1) as client:
+        yield client
+
+
+def test_local_cluster_obeys_nobody_without_its_key(own, secret):
+    assert own.submit(pow, 2, 5).result() == 32
+    workers = own.scheduler_info()["workers"]
+    nannies = [one["nanny"] for one in workers.values()]
+    every = [own.scheduler.address, *workers, *nannies]
+    assert len(every) == 3
+    for address in every:
+        assert address.startswith("tls://127.0.0.1:")
+        assert asyncio.run(asked(address, own.security))["type"]
+        for stranger in (secret, None):
+            way = address if stranger else address.replace("tls://", "tcp://")
+            with pytest.raises(OSError, match=r"(?i)timed out|comm|ssl|fail"):
+                asyncio.run(asked(way, stranger))
+
+
+async def asked(address, security):
+    """Ask a scheduler or a worker for its identity, as every stranger may."""
+    context = security.get_connection_args("client") if security else {}
+    async with distributed.rpc(address, connection_args=context, timeout=1) as server:
+        return await server.identity()
+
+
+def test_page_of_a_local_cluster_tells_nothing(own):
+    page = own.dashboard_link.replace("/status", "/info/main/workers.html")
+    with pytest.raises(urllib.error.HTTPError, match="404"):
+        urllib.request.urlopen(page)
+
+
+def test_files_of_a_local_cluster_are_for_the_user_alone(own):
+    (info,) = own.scheduler_info()["workers"].values()
+    folder = Path(info["local_directory"]).parents[1]
+    assert folder.name.startswith("drysim-")
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+def test_missing_maker_of_certificates_is_named(drysim, swept, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cryptography", None)
+    done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", "local")
+    assert done.code == 2
+    assert "needs the package cryptography" in done.err
+    assert 'pip install "drysim[cluster]"' in done.err
+
+
+class Client:
+    """A client that sees so many threads of workers, look by look."""
+
+    def __init__(self, threads):
+        self.threads = iter(threads)
+
+    def nthreads(self):
+        return {"tcp://a:1": next(self.threads)}
+
+
+def test_nobody_waits_in_silence_once_no_worker_is_left(monkeypatch):
+    clock, said, warned = [0.0], [], []
+    monkeypatch.setattr(link.time, "monotonic", lambda: clock[0])
+    threads = [2, 0, 0, 0, 0, 1, 0, 0]
+    seen = link.Link(Client(threads), "it", "dask worker tcp://a:2", said.append, warned.append)
+    for seconds in (1, 5, 7, 14, 60, 61, 62, 75):
+        clock[0] = float(seconds)
+        seen.look()
+    left = "it has no worker left; a block may have ended them; waiting for one: dask worker"
+    assert (said, warned) == ([], [f"{left} tcp://a:2"] * 2)
+
+
+def test_nobody_waits_in_silence_for_the_first_worker(monkeypatch):
+    clock, said, warned = [0.0], [], []
+    monkeypatch.setattr(link.time, "monotonic", lambda: clock[0])
+    seen = link.Link(Client([0] * 5), "it", "dask worker tcp://a:2", said.append, warned.append)
+    for seconds in (1, 3, 9, 11, 60):
+        clock[0] = float(seconds)
+        seen.look()
+    assert said == ["it has no worker; waiting for one: dask worker tcp://a:2"]
+    assert warned == ["it has had no worker for 10 s; waiting for one: dask worker tcp://a:2"]

@@ -9,11 +9,12 @@ import subprocess
 import time
 from collections import Counter
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cluster_scenes import ORBITS, QUIET, blocks_in, table, written
+from cluster_scenes import ORBITS, QUIET, blocks_in, pem, table, written
 from machines import PATIENCE, Machines, command
 
 pytest.importorskip("distributed")
@@ -173,6 +174,77 @@ def strike(kind, far, client):
         far.kill("one")
     else:
         far.kill_worker("two")
+
+
+@pytest.mark.parametrize("kind", ["worker", "nanny", "scheduler"])
+def test_whoever_is_killed_over_tls_nothing_is_lost(tmp_path, kind):
+    pytest.importorskip("cryptography")
+    from distributed.security import Security
+
+    (tmp_path / "longer.yaml").write_text(LONGER)
+    words = ("sweep", "longer.yaml", *QUIET, "-o", "out")
+    certificates = pem(tmp_path, Security.temporary())
+    with Machines(tmp_path, certificates) as far:
+        way = ("--cluster", far.address, *certificates)
+        running = subprocess.Popen(
+            command(*words, *way), cwd=tmp_path, stderr=subprocess.PIPE, text=True
+        )
+        reached(tmp_path / "out", 3, running)
+        strike(kind, far, running)
+        said = running.communicate(timeout=PATIENCE)[1]
+    assert "Traceback" not in said
+    if kind == "scheduler":
+        assert running.returncode == 3
+        assert f"the scheduler at {far.address} is gone; finished blocks are kept" in said
+        assert blocks_in(tmp_path / "out.partial") >= 3
+        assert answer(tmp_path, *words, "--resume") == (0, "")
+    assert (running.returncode, said) == (0, "") or kind == "scheduler"
+    assert answer(tmp_path, "sweep", "longer.yaml", "-o", "whole") == (0, "")
+    assert table(tmp_path / "out") == table(tmp_path / "whole")
+
+
+def test_worker_of_a_local_cluster_that_is_killed_costs_nothing(tmp_path):
+    pytest.importorskip("cryptography")
+    (tmp_path / "longer.yaml").write_text(LONGER)
+    way = ("--cluster", "local", "--workers", 2)
+    running = subprocess.Popen(
+        command("sweep", "longer.yaml", *QUIET, "-o", "out", *way), cwd=tmp_path,
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    reached(tmp_path / "out", 3, running)
+    tasks = Path(f"/proc/{running.pid}/task").glob("*/children")
+    workers = [
+        child for task in tasks for child in task.read_text().split()
+        if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()
+    ]  # fmt: skip
+    assert workers
+    os.kill(int(workers[0]), signal.SIGKILL)
+    said = running.communicate(timeout=PATIENCE)[1]
+    assert (running.returncode, said) == (0, "")
+    assert answer(tmp_path, "sweep", "longer.yaml", "-o", "whole") == (0, "")
+    assert table(tmp_path / "out") == table(tmp_path / "whole")
+
+
+def test_block_that_ends_the_last_worker_is_said_even_in_quiet(tmp_path):
+    words = ORBITS.replace("reference: viscous\n", "").replace("count: 300", "count: 1000")
+    (tmp_path / "deadly.yaml").write_text(words)
+    (tmp_path / "deadly.py").write_text(DEADLY)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("PYTHONPATH", f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
+        patched.setenv("DASK_DISTRIBUTED__WORKER__PRELOAD", "deadly")
+        with Machines(tmp_path, nanny=False) as far:
+            running = subprocess.Popen(
+                command("sweep", "deadly.yaml", *QUIET, "-o", "out", "--cluster", far.address),
+                cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=HEARD,
+            )  # fmt: skip
+            said = running.stderr.readline()
+            running.send_signal(signal.SIGINT)
+            last = running.communicate(timeout=PATIENCE)[1]
+    assert f"the scheduler at {far.address} has no worker left" in said
+    assert f"dask worker {far.address}" in said
+    assert running.returncode == 130
+    assert "interrupted" in last
+    assert "Traceback" not in last
 
 
 def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):

@@ -118,8 +118,20 @@ Cluster = Annotated[
     typer.Option(
         "--cluster",
         metavar="ADDRESS",
-        help="Dask scheduler, tcp://host:8786, or `local`: processes on this machine.",
+        help="Dask scheduler, tcp://host:8786 or tls://host:8786, or `local`: processes here.",
     ),
+]
+TlsCa = Annotated[
+    Path | None,
+    typer.Option("--tls-ca-file", metavar="FILE", help="Whom to trust at tls:// (PEM)."),
+]
+TlsCert = Annotated[
+    Path | None,
+    typer.Option("--tls-cert", metavar="FILE", help="Our certificate for tls:// (PEM)."),
+]
+TlsKey = Annotated[
+    Path | None,
+    typer.Option("--tls-key", metavar="FILE", help="Its private key (PEM)."),
 ]
 Name = Annotated[
     str, typer.Argument(metavar="NAME", autocompletion=gallery_names, help="In the gallery.")

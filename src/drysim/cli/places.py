@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim.errors import UsageError
@@ -19,7 +20,12 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def place(cluster: str | None, workers: int | None, voice: Voice) -> Iterator[Compute]:
+def place(
+    cluster: str | None,
+    workers: int | None,
+    voice: Voice,
+    certificates: tuple[Path | None, Path | None, Path | None],
+) -> Iterator[Compute]:
     """Give the function that computes a sweep where it is wanted, as long as it is there.
 
     Raises
@@ -30,16 +36,22 @@ def place(cluster: str | None, workers: int | None, voice: Voice) -> Iterator[Co
     from drysim.study.sweeps.sweep import solve, solve_far
 
     if cluster is None:
+        if any(certificates):
+            raise UsageError(
+                "certificates have no meaning without a cluster", "add --cluster tls://..."
+            )
         yield lambda case, store, finished: solve(
             case, workers=workers, store=store, finished=finished
         )
         return
-    from drysim.study.cluster.link import LOCAL, joined
+    from drysim import console
+    from drysim.study.cluster.link import LOCAL, Certificates, joined
 
     if workers is not None and cluster != LOCAL:
         raise UsageError(
             "--workers has no meaning beside the address of a cluster",
             "its workers are as many as were started; --cluster local takes --workers",
         )
-    with joined(cluster, workers, voice.remark) as link:
+    own, warn = Certificates(*certificates), console.remark
+    with joined(cluster, workers, voice.remark, warn, own) as link:
         yield lambda case, store, finished: solve_far(case, link, store, finished=finished)

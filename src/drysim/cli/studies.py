@@ -41,6 +41,9 @@ def sweep(
     quiet: options.Quiet = False,
     form: options.Table = "csv",
     cluster: options.Cluster = None,
+    tls_ca_file: options.TlsCa = None,
+    tls_cert: options.TlsCert = None,
+    tls_key: options.TlsKey = None,
 ) -> int:
     """Every case of the sweep block: transmissibility."""
     from drysim.cli.places import place
@@ -66,7 +69,7 @@ def sweep(
 
     command = typed(context)
     with (
-        place(cluster, workers, voice) as compute,
+        place(cluster, workers, voice, (tls_ca_file, tls_cert, tls_key)) as compute,
         voice.claimed(folder, resume, "cases") as claim,
     ):
         table = swept(case, claim.cases, compute, resume, quiet)

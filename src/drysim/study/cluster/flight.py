@@ -119,7 +119,7 @@ class Flight:
                     raise told(fault)
                 self._suspects.extend(numbers)
                 return
-            blocks, took = future.result()
+            blocks, took = self.link.result(future)
         except (CancelledError, OSError, TimeoutError) as fault:
             raise self.link.gone() from fault
         finally:
