@@ -70,6 +70,35 @@ def test_only_oscillator_and_excitation_and_a_step_are_needed(scenario):
     assert found.checks == ()
 
 
+def test_friction_that_names_no_law_is_coulomb(scenario):
+    block = "{kinetic: 15, static: 18}"
+    named = scenario(f"{SEAT}friction: {{law: coulomb, kinetic: 15, static: 18}}\n")
+    unnamed = scenario(f"{SEAT}friction: {block}\n")
+    assert unnamed.friction.law == "coulomb"
+    assert unnamed.law() == named.law() == Law(15.0, 18.0)
+    assert unnamed.resolved() == named.resolved()
+
+
+def test_friction_that_names_no_law_may_hold_options_of_others(scenario):
+    block = "{kinetic: 15, dahl: {bristle_stiffness: 1e5}}"
+    assert scenario(f"{SEAT}friction: {block}\n").friction.dahl.bristle_stiffness == 1e5
+
+
+@pytest.mark.parametrize(
+    ("block", "sentence"),
+    [
+        ("{lw: dahl, kinetic: 15, bristle_stiffness: 1e5}", "did you mean `law`?"),
+        ("{kinetic: 15, bristle_stiffness: 1e5}", "of law coulomb; it belongs to law dahl"),
+        ("{law: dal, kinetic: 15}", "unknown law `dal` in friction; did you mean `dahl`?"),
+    ],
+)
+def test_friction_of_a_mistyped_law_is_not_taken_for_coulomb(scenario, block, sentence):
+    with pytest.raises(ScenarioError) as fault:
+        scenario(f"{SEAT}friction: {block}\n")
+    (problem,) = fault.value.problems
+    assert sentence in problem.sentence
+
+
 def test_every_word_is_read_in_si(scenario):
     found = scenario(EVERYTHING)
     assert found.oscillator.plant() == Plant(75.0, 7500.0, 0.333 * 2 * 750.0)

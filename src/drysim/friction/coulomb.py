@@ -36,8 +36,10 @@ class Coulomb(Limits):
     (3), (4), (7) and (9) of the paper have it.
     """
 
+    by_default: ClassVar[bool] = True
+
     law: Literal["coulomb"]
-    """Dry friction of Coulomb's kind."""
+    """Dry friction of Coulomb's kind, the law of a block that names none."""
     normal_variation: NormalVariation | None = None
     """Normal force that varies as a sine; default: it is constant."""
 

@@ -10,7 +10,7 @@ from pydantic_core import core_schema
 from drysim.approach import SHELF
 from drysim.metrics import UNITS
 from drysim.scenario.heading import FORMAT
-from drysim.scenario.laws import BY_NAME, LAWS
+from drysim.scenario.laws import BY_NAME, DEFAULT, LAWS
 from drysim.scenario.options import with_options
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -45,6 +45,7 @@ def describe() -> dict[str, Any]:
         options["properties"].pop("approach", None)  # the block's own name says it
     for law in LAWS.values():
         words["$defs"][f"{law.__name__}Options"]["properties"].pop(BY_NAME)
+    words["$defs"][LAWS[DEFAULT].__name__]["required"].remove(BY_NAME)
     words["$defs"]["Until"]["properties"]["metric"]["enum"] = [
         name for name in UNITS if name != "closure"
     ]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from drysim.friction import FRICTIONS
 from drysim.friction.coulomb import Coulomb
 from drysim.quantity import Block
-from drysim.scenario.shape import tag_of
+from drysim.scenario.shape import is_default, tag_of
 from drysim.wording import listed
 
 if TYPE_CHECKING:
@@ -21,6 +21,9 @@ LAWS: dict[str, type[Friction]] = {
 
 BY_NAME = "law"
 """The key by which a block says of which law it is."""
+
+DEFAULT = next(name for name, law in LAWS.items() if is_default(law))
+"""The law of a block that names none."""
 
 
 def of_other_laws(key: str) -> str:

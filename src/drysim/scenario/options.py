@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from drysim.quantity import Block
 from drysim.scenario import model
 from drysim.scenario.fields import shelf
-from drysim.scenario.laws import BY_NAME, LAWS
+from drysim.scenario.laws import BY_NAME, DEFAULT, LAWS
 
 ABOUT = "Options of {name}, any of its keys: they count where a comparison names it."
 
@@ -26,7 +26,7 @@ def model_for(words: Mapping[str, Any]) -> type[model.Scenario]:
     A key that the law of the file has not got is an option of another law, or nearly so.
     """
     friction = words.get("friction")
-    law = friction.get(BY_NAME) if isinstance(friction, Mapping) else None
+    law = friction.get(BY_NAME, DEFAULT) if isinstance(friction, Mapping) else None
     if not isinstance(friction, Mapping) or not isinstance(law, str) or law not in LAWS:
         return model.Scenario
     plain = friction.keys() <= LAWS[law].model_fields.keys()

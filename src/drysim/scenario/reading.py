@@ -18,6 +18,7 @@ from drysim.scenario.laws import BY_NAME, excluded, of_other_laws
 from drysim.scenario.shape import (
     Model,
     homes,
+    is_default,
     keys_of,
     may_list,
     member_meant,
@@ -97,6 +98,7 @@ class Reading:
         elif isinstance(value, list) and (not models or may_list(field.annotation)):
             return [self._value(field, entry, (*at, i)) for i, entry in enumerate(value)]
         elif models and isinstance(value, dict):
+            value = _with_default(models, value)
             model = self._chosen(models, value, at)
             return self.block(model, self._lift(model, value, at), at) if model else None
         elif isinstance(value, dict) and LOST in value:
@@ -182,6 +184,15 @@ class Reading:
             if name in words and other not in words and not said:
                 sentence = f"{dotted((*at, name))} has a meaning only beside {other}"
                 self.fault(sentence, (*at, name), at_key=True)
+
+
+def _with_default(models: list[Model], given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Give a block that names no member of a shelf with the name of the default one, if any."""
+    default = next(filter(is_default, models), None)
+    tag = tag_of(default) if default else None
+    if tag is None or any(key == tag[0] or near(key, [tag[0]]) for key in given):
+        return given
+    return {tag[0]: tag[1]} | given
 
 
 def dotted(keys: Keys) -> str:

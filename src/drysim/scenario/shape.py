@@ -39,6 +39,11 @@ def tag_of(model: Model) -> tuple[str, str] | None:
     return None
 
 
+def is_default(model: Model) -> bool:
+    """Tell whether a block that names no member of the shelf is this one."""
+    return bool(getattr(model, "by_default", False))
+
+
 def member_meant(word: str, tags: Mapping[str, Model]) -> str | None:
     """Give the member of a shelf that a word means: by another name of it, or by a slip."""
     for tag, model in tags.items():
