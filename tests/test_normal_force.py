@@ -170,7 +170,8 @@ def test_faults_are_told_before_anything_is_computed(scene, force, more, sentenc
 
 
 def test_unit_is_mandatory(scene):
-    with pytest.raises(RecordError, match="has no unit; write `unit: N` in the scenario"):
+    way = "write `unit: N` in the scenario's `friction.normal_record` block"
+    with pytest.raises(RecordError, match=way):
         load(scene(header="F_N")).law()
 
 

@@ -63,6 +63,64 @@ def test_decimal_commas_are_read_between_semicolons():
     assert motion.dt == 0.01
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a [m/s2]\n0,5\n-0,25\n1\n", {}),
+        ("a [m/s2]\n1\n0,5\n-0,25\n", {}),
+        ("acc\nm/s2\n0,5\n-2,5e-1\n1,0\n", {}),
+        ("Logger 7\nacc\nm/s2\n0,5\n-0,25\n1,0\n", {"skip": 1}),
+        ("0,5\n-0,05\n1,5\n", {"unit": "m/s2"}),
+    ],
+)
+def test_one_column_may_have_decimal_commas(tmp_path, text, words):
+    given = motion_of(tmp_path, text, step=0.01, **words).u_dd.tolist()
+    plain = [float(row.replace(",", ".")) for row in text.split()[-3:]]
+    assert given == plain
+
+
+def test_quick_and_careful_pass_agree_on_one_column_with_decimal_commas(tmp_path, monkeypatch):
+    values = np.random.default_rng(7).normal(size=1000).round(4)
+    text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in values.tolist()).replace(".", ",")
+    quick = motion_of(tmp_path, text, step=0.01).u_dd
+    monkeypatch.setattr(cells_module, "_quick", lambda *_: None)
+    careful = motion_of(tmp_path, text, step=0.01).u_dd
+    assert np.array_equal(quick, values)
+    assert np.array_equal(careful, values)
+
+
+def test_columns_between_blanks_may_have_decimal_commas(tmp_path):
+    text = "t [s] a [m/s2]\n0,0 0,5\n0,1 -0,25\n0,2 1\n"
+    motion = motion_of(tmp_path, text, time="t", column="a")
+    assert (motion.u_dd.tolist(), motion.dt) == ([0.5, -0.25, 1.0], 0.1)
+
+
+def test_logger_words_above_a_column_with_decimal_commas_are_told(tmp_path):
+    sentence = problem_of(tmp_path, "Logger 7\nacc\nm/s2\n0,5\n0,6\n", step=1).sentence
+    assert "row 2 looks like the header, not row 1: `skip: 1` passes" in sentence
+
+
+def test_commas_that_part_columns_and_decimals_alike_are_told(tmp_path):
+    text = "t [s],a [m/s2]\n0,0,0,5\n0,1,-0,25\n"
+    assert problem_of(tmp_path, text, time="t").sentence == (
+        "the header names 2 columns, but row 2 has 4; commas seem to part columns and decimals "
+        "alike: write decimals with points, or columns with semicolons"
+    )
+
+
+def test_whole_numbers_between_commas_stay_columns(tmp_path):
+    text = "0,5\n1,15\n2,25\n"
+    motion = motion_of(tmp_path, text, time=1, column=2, unit="m/s2")
+    assert motion.u_dd.tolist() == [5, 15, 25]
+
+
+def test_message_about_a_missing_unit_says_where_to_write_it(tmp_path):
+    assert problem_of(tmp_path, "a\n1\n2\n", step=1).sentence == (
+        "column 1 (`a`) has no unit; write `unit: m/s²` in the scenario's `excitation` block, "
+        "or `[m/s²]` into the header"
+    )
+
+
 def test_columns_may_be_parted_by_blanks_even_in_the_header():
     motion = record(DATA, file="blanks.txt", time="time [s]", column="u_dd [m/s2]").motion()
     assert (motion.u_dd.tolist(), motion.dt) == ([1.0, 2.0, 4.0], 0.004)
@@ -360,7 +418,7 @@ def test_times_that_once_were_single_precision_are_even(tmp_path):
 
 
 FAULTS = {
-    "no unit": ("t,a\n0,1\n1,2\n", {"time": "t"}, "write `unit: m/s²` in the scenario or"),
+    "no unit": ("t,a\n0,1\n1,2\n", {"time": "t"}, "write `unit: m/s²` in the scenario's"),
     "unknown unit": ("t,a [foo]\n0,1\n1,2\n", {"time": "t"}, "unknown unit `foo`"),
     "other dimension": ("t,a [kg]\n0,1\n1,2\n", {"time": "t"}, "not acceleration"),
     "two units": (ROWS, {"time": "t", "unit": "g"}, "the scenario says `unit: g`"),

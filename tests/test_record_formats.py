@@ -155,11 +155,11 @@ def test_full_scale_and_unit_go_with_their_kinds_of_samples(tmp_path, samples):
     wav(tmp_path / "float.wav", RATE, samples)
     assert refused(tmp_path, "whole.wav") == (
         "the samples are whole numbers, shares of a full scale without a unit; "
-        "give `full_scale: 50 m/s²`, say"
+        "give `full_scale: 50 m/s²`, say, in the scenario's `excitation` block"
     )
     assert "in place of `unit`" in refused(tmp_path, "whole.wav", unit="g")
     assert refused(tmp_path, "float.wav") == (
-        "channel 1 has no unit; write `unit: m/s²` in the scenario"
+        "channel 1 has no unit; write `unit: m/s²` in the scenario's `excitation` block"
     )
     assert "give their `unit`" in refused(tmp_path, "float.wav", full_scale="2 g")
 

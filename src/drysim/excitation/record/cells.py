@@ -108,6 +108,8 @@ def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
         comma = "." if decimal == "," else "?"
         given, plain = f",{table.delimiter}\n", f"{comma},,"  # of two the last counts
         block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
+    elif decimal == ",":
+        block = block.replace(b",", b".")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises

@@ -9,6 +9,9 @@ from drysim.quantity import convert, factor, usual
 
 TIME_NAMES = ("t", "time")
 
+BLOCKS = {"force": "friction.normal_record"}
+"""The block of a scenario that describes a record of a quantity; of base motion `excitation`."""
+
 
 def data_column(columns: Columns, wanted: str | int | None, time: int | None) -> int:
     """Give the 0-based column of the samples.
@@ -39,27 +42,29 @@ def conversion(
     RecordError
         When the unit is missing, unknown, of another quantity, or two are given that differ.
     """
-    si = SI[quantity]
+    si, block = SI[quantity], BLOCKS.get(quantity, "excitation")
+    place = f"in the scenario's `{block}` block"
     if columns.shares:
         if full_scale is None:
             instead = " in place of `unit`" if unit else ""
             sentence = "the samples are whole numbers, shares of a full scale without a unit"
-            raise columns.fault(f"{sentence}; give `full_scale: 50 {si}`, say{instead}")
+            way = f"give `full_scale: 50 {si}`, say{instead}, {place}"
+            raise columns.fault(f"{sentence}; {way}")
         return convert(full_scale, si)
     if full_scale is not None:
         sentence = "the samples are no shares of a full scale but floating-point numbers"
         raise columns.fault(f"{sentence}; give their `unit` in place of `full_scale`")
-    return _unit(columns, index, unit, si)
+    return _unit(columns, index, unit, si, place)
 
 
-def _unit(columns: Columns, index: int, unit: str | None, si: str) -> float:
+def _unit(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
     label = columns.labels[index] if columns.labels else None
     wanted = None if unit is None else _factor(columns, index, unit, si)
     if label is None or not label.unit:
         if wanted is not None:
             return wanted
-        header = f" or `[{si}]` into the header" if columns.place == "header" else ""
-        sentence = f"has no unit; write `unit: {si}` in the scenario{header}"
+        header = f", or `[{si}]` into the header" if columns.place == "header" else ""
+        sentence = f"has no unit; write `unit: {si}` {place}{header}"
         raise columns.fault(f"{columns.called(index)} {sentence}", index)
     try:
         told = _factor(columns, index, label.unit, si)

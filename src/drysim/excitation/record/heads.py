@@ -26,12 +26,36 @@ NOT_A_NAME = re.compile(
 )
 """With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
 
+DECIMALS = re.compile(r"[+-]?\d+(?:,\d+)?", re.ASCII)
+PADDED = re.compile(r",0\d", re.ASCII)
+"""A number with a decimal comma; and what follows no comma that parts two whole numbers."""
+
 WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
 
 
 def delimiter_of(text: str) -> str:
     """Give the delimiter of a row."""
     return next((mark for mark in DELIMITERS if mark in text), "")
+
+
+def delimiter_below(header: str, row: str) -> str:
+    """Give the delimiter of a row of numbers below a header, which may be empty.
+
+    A comma is a decimal one where only then there are as many cells as the header has names.
+    """
+    mark = delimiter_of(row)
+    if mark != "," or "," in header or not header:
+        return mark
+    cells = split(row, "")
+    fits = len(header_cells(header, "", len(cells))) == len(cells)
+    return "" if fits and all(map(_is_number, cells)) else mark
+
+
+def decimal_commas(file: TextFile) -> bool:
+    """Tell whether rows without a header are one column of numbers with decimal commas."""
+    rows = [text.strip() for _, _, text in islice(lines(file), LOOKED_AT)]
+    written = [text for text in rows if text]
+    return all(map(DECIMALS.fullmatch, written)) and any(map(PADDED.search, written))
 
 
 def wide(file: TextFile) -> tuple[int, int]:
@@ -91,15 +115,19 @@ def likely_header(file: TextFile) -> int:
         1-based; 0 where there is none above the first two rows of as many numbers.
     """
     content = islice((row for row in lines(file) if row[2].strip()), LOOKED_AT)
-    first = [(line, text, split(text, delimiter_of(text))) for line, _, text in content]
+    first = [(line, text) for line, _, text in content]
     top = first[0][0] if first else 0
-    for at, ((line, text, _), (_, below, row)) in enumerate(pairwise(first)):
-        head = header_cells(text, delimiter_of(below), len(row))
+    for at, ((line, text), (_, below)) in enumerate(pairwise(first)):
+        mark = delimiter_below(text, below)
+        row = split(below, mark)
+        head = header_cells(text, mark, len(row))
         if at + 2 < len(first) and is_units(row, head):
-            row = first[at + 2][2]
+            below = first[at + 2][1]
+            mark = delimiter_below(text, below)
+            row = split(below, mark)
         if len(row) == len(head) and all(map(_is_number, row)):
             if is_header(head):
-                return top if _names(first[0][1], delimiter_of(below), len(row)) else line
+                return top if _names(first[0][1], mark, len(row)) else line
             if all(map(_is_number, head)):
                 return 0
     return 0

@@ -16,6 +16,8 @@ from drysim.excitation.record.file import Cell, TextFile, fault
 from drysim.excitation.record.heads import (
     LOOKED_AT,
     MOST_COLUMNS,
+    decimal_commas,
+    delimiter_below,
     delimiter_of,
     header_cells,
     is_header,
@@ -72,12 +74,12 @@ class Table(Columns):
             yield line, split(text, self.delimiter)
 
     def decimal(self, wanted: list[int]) -> str:
-        """Give the decimal mark of some columns, a comma only where it cannot part cells.
+        """Give the decimal mark of some columns, a comma only where it parts no cells.
 
         Where there are points as well, as in dates, the first mark in these columns decides.
         """
         text = self.file.text
-        if self.delimiter not in ("\t", ";") or text.find(b",", self.start) < 0:
+        if self.delimiter == "," or text.find(b",", self.start) < 0:
             return "."
         if text.find(b".", self.start) < 0:
             return ","
@@ -168,7 +170,9 @@ def tabulate(file: TextFile) -> Table:
             line, start, text = next(content, (0, 0, ""))
     if not line:
         raise fault(file.shown, "the record holds no rows of numbers", header_line)
-    delimiter = delimiter_of(text)
+    delimiter = delimiter_below(header_text, text)
+    if not header_line and delimiter == "," and decimal_commas(file):
+        delimiter = ""
     cells = split(text, delimiter)
     width = len(cells)
     if header_line and is_header(cells):  # a text: none of its words are names of columns
@@ -178,7 +182,13 @@ def tabulate(file: TextFile) -> Table:
     if header and len(header) != width:
         refuse_open_quote(file.shown, header_line, header_text)
         refuse_open_quote(file.shown, line, text)
-        sentence = f"the header names {len(header)} columns, but row {line} has {width}"
+        names = several(len(header), "column")
+        sentence = f"the header names {names}, but row {line} has {width}"
+        if delimiter == "," and width == 2 * len(header):
+            sentence += (
+                "; commas seem to part columns and decimals alike: write decimals with points, "
+                "or columns with semicolons"
+            )
         raise fault(file.shown, sentence, line)
     return Table(
         shown=file.shown,
