@@ -45,6 +45,55 @@ def test_record_behind_a_link_is_looked_at_before_it_is_opened(tmp_path, target,
     assert refusal(tmp_path) == f"the record is {what}; only a regular file is read"
 
 
+KEY = """\
+-----BEGIN OPENSSH PRIVATE KEY-----
+b3BlbnNzaC1rZXktdjEAAAAABG5vbmUAAAAEbm9uZQAAAAAAAAABAAAAMwAAAAtz
+c2gtZWQyNTUxOQAAACB1
+-----END OPENSSH PRIVATE KEY-----
+"""
+PASSWD = "root:x:0:0:root:/root:/bin/bash\ndaemon:x:1:1:daemon:/usr/sbin:/bin/sh\n"
+
+
+@pytest.mark.parametrize(
+    ("target", "secrets"),
+    [
+        (KEY, ("BEGIN", "b3Blbn", "c2gtZWQ", "END")),
+        (PASSWD, ("root", "daemon")),
+        ("hunter2\n1\n2\n", ("hunter2",)),
+        ("token [s3cret]\n1\n2\n", ("token", "s3cret")),
+        ("token(s3cret)\n1\n2\n", ("token", "s3cret")),
+        ("t [s]\n0\nhunter2\n", ("hunter2",)),
+        ("a [s`3]\n1\n2\n", ("s`3", "`3", "s`")),
+        ("my secret\n1\n2\n", ("my secret",)),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".csv", ".txt", ".at2"])
+def test_message_about_a_link_quotes_no_line_of_its_target(tmp_path, target, secrets, suffix):
+    (tmp_path / "target").write_text(target)
+    (tmp_path / f"r{suffix}").symlink_to("target")
+    for words in ({"step": 1}, {"step": 1, "column": 1}, {"time": 1, "column": "x"}):
+        if suffix == ".at2":
+            words = {}
+        given = {"kind": "record", "file": f"r{suffix}", **words}
+        with pytest.raises(RecordError) as fault:
+            Record.model_validate(given, context={"folder": tmp_path}).motion()
+        told = fault.value.problem.sentence + fault.value.problem.source
+        assert not [secret for secret in secrets if secret in told]
+
+
+def test_message_about_a_link_quotes_40_characters_of_a_cell_at_most(tmp_path):
+    (tmp_path / "target").write_text(f"t [s],a [m/s2]\n0,{'secret' * 20}\n1,2\n")
+    (tmp_path / "r.csv").symlink_to("target")
+    said = refusal(tmp_path)
+    assert said.endswith(f"`{('secret' * 20)[:39]}…` is not a number")
+
+
+def test_message_about_a_link_still_names_row_column_and_cell(tmp_path):
+    (tmp_path / "target").write_text("t [s],a [m/s2]\n0,1\n1,oops\n")
+    (tmp_path / "r.csv").symlink_to("target")
+    assert refusal(tmp_path) == "row 3, column 2 (`a [m/s2]`): `oops` is not a number"
+
+
 def test_pipe_and_socket_are_no_records_and_nobody_waits(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "r.csv")
     assert refusal(tmp_path) == "the record is a pipe; only a regular file is read"

@@ -10,7 +10,7 @@ from drysim.quantity import convert, factor, usual
 TIME_NAMES = ("t", "time")
 
 BLOCKS = {"force": "friction.normal_record"}
-"""The block of a scenario that describes a record of a quantity; of base motion `excitation`."""
+"""Where a scenario describes a record of a quantity; one of base motion in `excitation`."""
 
 
 def data_column(columns: Columns, wanted: str | int | None, time: int | None) -> int:

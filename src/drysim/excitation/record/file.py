@@ -39,8 +39,13 @@ class Cell(NamedTuple):
     @property
     def quote(self) -> str:
         """The text as messages quote it, shortened."""
-        text = "".join(c if c.isprintable() else "?" for c in self.text)
+        text = printable(self.text)
         return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 1] + "…"
+
+
+def printable(text: str) -> str:
+    """Return a text with a question mark for each character that has no glyph."""
+    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,12 +8,9 @@ from itertools import islice, pairwise
 
 from drysim.excitation.record.columns import Label
 from drysim.excitation.record.file import Cell, TextFile
-from drysim.excitation.record.lines import lines, name_and_unit, split
+from drysim.excitation.record.lines import DELIMITERS, lines, name_and_unit, split
 from drysim.excitation.record.spoken import SI
 from drysim.quantity import NUMBER, usual
-
-DELIMITERS = "\t;,"
-"""Tried in this order on the first row of numbers; a row with none is split at blanks."""
 
 LOOKED_AT = 100
 """Rows among which a header is looked for."""

@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
 
-from drysim.excitation.record.file import Cell, TextFile
+from drysim.errors import RecordError
+from drysim.excitation.record.file import Cell, TextFile, printable
 
 UNIT = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
+
+QUOTE = re.compile("`([^`]+)`")
+
+DELIMITERS = "\t;,"
+"""Tried in this order on the first row of numbers; a row with none is split at blanks."""
+
+LINES_QUOTED = 100
+"""Lines at the top of a file that messages quote besides the faulty one: its header."""
 
 LONGEST_NAME = 200
 """Characters of a header cell that may still be a name with a unit."""
@@ -42,6 +53,33 @@ def _decoded(part: bytes) -> str:
         return part.decode("utf-8")
     except UnicodeDecodeError:
         return part.decode("cp1252", "replace")
+
+
+def unquoted(error: RecordError, text: TextFile) -> RecordError:
+    """Return the error of a record that is a link, without the lines that it quotes.
+
+    The target of a link may be any file, such as a private key. Quotes from a line without a
+    delimiter are left out, as are whole lines; the faulty cell of other lines stays.
+    """
+    problem = error.problem
+    head = islice(rows(text), LINES_QUOTED)
+    faulty = islice((row for row in rows(text) if row[0] == problem.line), 1)
+    parts = [printable(_decoded(part)).strip() for _, _, part in (*head, *faulty)]
+    whole = [line for line in parts if line]
+    secret = [line for line in whole if not any(mark in line for mark in DELIMITERS)]
+
+    def hidden(quote: re.Match[str]) -> str:
+        words = quote[1].removesuffix("…")
+        if any(words in line for line in secret) or words in whole:
+            return "`…`"
+        return quote[0]
+
+    sentence = QUOTE.sub(hidden, problem.sentence)
+    if any("`" in line for line in whole):  # a quote may end within the text that it holds
+        sentence = f"row {problem.line} is not what a record holds there"
+    if sentence == problem.sentence:
+        return error
+    return RecordError(replace(problem, sentence=sentence, column=0, source=""), error.hint)
 
 
 def behind(file: TextFile, start: int) -> int:

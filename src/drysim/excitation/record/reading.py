@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from drysim.core.motion import Input, Samples
 from drysim.core.signal import Signal, blocks
-from drysim.errors import Caution
+from drysim.errors import Caution, RecordError
 from drysim.excitation.record.cautions import found
-from drysim.excitation.record.file import fault, read
+from drysim.excitation.record.file import TextFile, fault, read
 from drysim.excitation.record.filters import displacement
 from drysim.excitation.record.formats import SUFFIXES, format_of
+from drysim.excitation.record.lines import unquoted
 from drysim.excitation.record.series import Cleaned, series_of
 from drysim.excitation.record.shape import SPLINES, cut, span
 from drysim.quantity import GREATEST, LEAST
@@ -85,9 +86,15 @@ def _read(record: Recorded) -> tuple[Cleaned, Input]:
     source = Input(record.named, file.sha256, len(file.reader))
     member = format_of(record.file)
     assert member is not None  # `read` has made sure
-    columns = member.columns(replace(file, skip=record.skip))
-    del file
-    return series_of(record, columns), source
+    text = TextFile(file.shown, file.reader)
+    try:
+        columns = member.columns(replace(file, skip=record.skip))
+        del file
+        return series_of(record, columns), source
+    except RecordError as error:
+        if record.path.is_symlink():
+            raise unquoted(error, text) from None
+        raise
 
 
 def _finite(values: Signal, dt: float, shown: str, name: str = "ü") -> None:
