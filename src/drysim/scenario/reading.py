@@ -192,7 +192,7 @@ def _with_default(models: list[Model], given: Mapping[str, Any]) -> Mapping[str,
     tag = tag_of(default) if default else None
     if tag is None or any(key == tag[0] or near(key, [tag[0]]) for key in given):
         return given
-    return {tag[0]: tag[1]} | given
+    return {tag[0]: tag[1], **given}
 
 
 def dotted(keys: Keys) -> str:
