@@ -626,20 +626,70 @@ def test_high_pass_removes_drift_and_halves_its_own_frequency_without_phase(tmp_
     np.testing.assert_allclose(motion.u_dd[middle], (fast + edge / 2)[middle], atol=2e-4)
 
 
-def test_gravity_left_in_a_record_is_said(tmp_path):
-    noise = np.random.default_rng(4).normal(size=500)
-    text = "a [g]\n" + "".join(f"{v!r}\n" for v in (1.01 + 0.1 * noise).tolist())
-    assert [c.slug for c in motion_of(tmp_path, text, step=0.1).cautions] == ["record-gravity"]
-    removed = motion_of(tmp_path, text, step=0.1, remove="mean")
-    assert removed.cautions == ()
+def text_of(values, unit="m/s2"):
+    """Give the text of a record of one column."""
+    return f"a [{unit}]\n" + "".join(f"{v!r}\n" for v in np.asarray(values).tolist())
+
+
+SLOW = np.sin(np.arange(500) * 0.02 * np.pi)
+"""Ten periods of fifty samples, which straight lines join without a loss that shows."""
+
+
+@pytest.mark.parametrize(
+    ("unit", "gravity", "scale"),
+    [
+        ("g", 1.01, 1.0),
+        ("m/s2", -9.6, 1.0),
+        ("mg", 998, 1.0),
+        ("g", 1.0, -1.0),
+        ("g", 1.0, 2.5),
+    ],
+)
+def test_gravity_left_in_a_record_is_a_fault_with_its_remedies(tmp_path, unit, gravity, scale):
+    text, words = text_of(gravity * (1 + 0.1 * SLOW), unit), {"step": 0.1, "scale": scale}
+    said = problem_of(tmp_path, text, **words).sentence
+    assert "so gravity seems left in the record: `remove: mean` takes it away" in said
+    assert "or a high-pass, `remove: {below: 0.3 Hz}`; `gravity: keep` states that" in said
+    for remedy in ({"remove": "mean"}, {"remove": {"below": 0.3}}, {"gravity": "keep"}):
+        assert motion_of(tmp_path, text, **words, **remedy).cautions == ()
+
+
+def test_gravity_is_taken_away_beside_what_else_is_removed(tmp_path):
+    words = {"step": 0.1, "remove": {"above": "2 Hz", "order": 3}}
+    said = problem_of(tmp_path, text_of(9.81 + SLOW), **words).sentence
+    assert "`remove: {trend: mean, above: 2 Hz, order: 3}` takes it away" in said
+    assert "or a high-pass, `remove: {below: 0.3 Hz, above: 2 Hz, order: 3}`;" in said
+
+
+def test_gravity_of_a_velocity_record_is_a_line(tmp_path):
+    text = text_of(9.81 * 0.1 * np.arange(500) + SLOW, "m/s")
+    said = problem_of(tmp_path, text, step=0.1, quantity="velocity").sentence
+    assert "`remove: line` takes it away" in said
+
+
+def test_gravity_is_refused_or_kept():
+    with pytest.raises(ValidationError, match="'refuse' or 'keep'"):
+        record(Path(), file="r.csv", gravity="leave")
 
 
 def test_large_mean_is_said_and_a_small_one_is_not(tmp_path):
-    noise = np.random.default_rng(5).normal(size=500)
-    noise -= noise.mean()
     for mean, slugs in ((0.3, ["record-mean"]), (0.01, [])):
-        text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in (mean + noise).tolist())
-        assert [c.slug for c in motion_of(tmp_path, text, step=0.1).cautions] == slugs
+        given = motion_of(tmp_path, text_of(mean + SLOW), step=0.1).cautions
+        assert [c.slug for c in given] == slugs
+
+
+def test_remedy_of_a_mean_keeps_what_is_removed_already(tmp_path):
+    words = {"step": 0.1, "remove": {"above": "2 Hz"}}
+    (given,) = motion_of(tmp_path, text_of(0.5 + SLOW), **words).cautions
+    assert "`remove: {trend: mean, above: 2 Hz}` takes away" in given.sentence
+
+
+def test_mean_behind_a_high_pass_is_not_sent_to_a_removal_that_would_replace_it(tmp_path):
+    words = {"step": 0.1, "remove": {"below": "0.3 Hz"}, "window": {"from": 0, "to": 2}}
+    (given,) = motion_of(tmp_path, text_of(0.5 + SLOW), **words).cautions
+    assert given.slug == "record-mean"
+    assert "`remove" not in given.sentence
+    assert "the high-pass at 0.3 Hz has taken away that of the whole record" in given.sentence
 
 
 def test_mean_of_a_window_is_not_sent_to_the_removal_that_there_is(tmp_path):
@@ -655,8 +705,7 @@ def test_mean_of_a_window_is_not_sent_to_the_removal_that_there_is(tmp_path):
 
 
 def test_mean_of_the_acceleration_is_the_line_of_a_velocity(tmp_path):
-    noise = np.random.default_rng(5).normal(size=500)
-    text = "v [m/s]\n" + "".join(f"{v!r}\n" for v in (np.arange(500) + noise).tolist())
+    text = text_of(0.5 * np.arange(500) + SLOW, "m/s")
     words = {"step": 0.1, "quantity": "velocity"}
     for remove in ("nothing", "mean"):
         (caution,) = motion_of(tmp_path, text, **words, remove=remove).cautions

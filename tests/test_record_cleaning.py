@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from pydantic import ValidationError
 
 from drysim import load, run, sweep
@@ -120,8 +121,10 @@ def test_gap_is_filled_by_a_line_as_asked_for_and_told(tmp_path, way):
     np.testing.assert_allclose(motion.u_dd[lost], expected, rtol=1e-12)
     told = step(motion, "gaps")
     assert told["numbers"] == pytest.approx({"gaps": 2, "samples": 4, "longest": 0.02})
-    assert told["rms_before"] == pytest.approx(np.sqrt(np.mean(WAVE[kept] ** 2)))
-    assert told["rms_after"] == pytest.approx(np.sqrt(np.mean(motion.u_dd**2)))
+    assert told["rms_before"] == pytest.approx(WAVE[kept].std())
+    assert told["rms_after"] == pytest.approx(motion.u_dd.std())
+    assert told["mean_before"] == pytest.approx(WAVE[kept].mean())
+    assert told["mean_after"] == pytest.approx(motion.u_dd.mean())
     assert clean_up(motion)[0].startswith(
         "2 gaps of 4 samples in all filled by lines, the longest of 0.02 s; RMS 1.4"
     )
@@ -265,9 +268,133 @@ def test_what_would_fold_is_gone_before_samples_are_left_out(tmp_path):
 def test_resampling_that_costs_level_is_a_warning(tmp_path):
     noise = np.random.default_rng(2).normal(size=len(T))
     words = {"time": "t", "resample": {"rate": 210, "by": "line"}}
-    (caution,) = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
+    caution, _ = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
     assert caution.slug == "record-lost"
+    assert "`by: spline` loses less; a low-pass, `remove: {above: 30 Hz}`" in caution.sentence
     assert caution.numbers["rms_after"] < 0.9 * caution.numbers["rms_before"]
+
+
+def test_resampling_that_costs_level_is_a_warning_whatever_the_mean(tmp_path):
+    noise = np.random.default_rng(2).normal(size=len(T)) + 9.81
+    words = {"time": "t", "resample": {"rate": 210, "by": "line"}, "remove": "mean"}
+    slugs = [
+        c.slug for c in motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
+    ]
+    assert slugs == ["record-lost", "record-interpolated"]
+
+
+def test_level_that_a_low_pass_takes_is_not_held_against_the_resampling(tmp_path):
+    noise = np.random.default_rng(2).normal(size=len(T))
+    noise -= noise.mean()
+    words = {"time": "t", "resample": {"rate": 1600, "by": "spline"}}
+    (caution,) = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
+    assert caution.sentence.endswith(
+        "a low-pass, `remove: {above: 30 Hz}` or lower, takes it away"
+    )
+    words["remove"] = {"above": 30}
+    assert motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions == ()
+
+
+def test_clean_up_tells_the_rms_about_the_mean_and_the_mean(tmp_path):
+    text = rows(T.tolist(), (9.81 + WAVE).tolist())
+    motion = motion_of(tmp_path, text, time="t", remove="mean")
+    assert clean_up(motion)[0].endswith(
+        "; RMS 1.458 before, 1.458 m/s² after, of the samples about means of 9.81 and 0 m/s²"
+    )
+
+
+# what interpolation costs
+
+
+def band(low, high, quantity, n=4000):
+    """Return noise of unit RMS{ü} between two frequencies [Hz], sampled at RATE."""
+    f = np.fft.rfftfreq(n, 1 / RATE)
+    lines = np.where((f >= low) & (f <= high), np.exp(2j * np.pi * f * f), 0)
+    omega = 2j * np.pi * np.maximum(f, 1e-9)
+    power = {"acceleration": 0, "velocity": 1, "displacement": 2}[quantity]
+    return np.fft.irfft(lines / omega**power, n) / np.fft.irfft(lines, n).std()
+
+
+UNITS = {"acceleration": "m/s2", "velocity": "m/s", "displacement": "m"}
+
+
+def column(values, quantity):
+    """Return the text of a record of one column."""
+    return f"x [{UNITS[quantity]}]\n" + "".join(f"{v!r}\n" for v in values.tolist())
+
+
+def rms(motion):
+    """Return the RMS of ü, linear between samples."""
+    from drysim.core.motion import sample_squares
+
+    end = (len(motion.u_dd) - 1) * motion.dt
+    return np.sqrt(sample_squares(motion._replace(u=None), 0, end)[0] / end)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "low", "high", "lossy"),
+    [
+        ("acceleration", 1, 10, False),
+        ("acceleration", 1, 30, True),
+        ("acceleration", 60, 95, True),
+        ("velocity", 1, 45, False),
+        ("velocity", 40, 60, True),
+        ("displacement", 1, 50, False),
+        ("displacement", 55, 65, True),
+    ],
+)
+def test_rms_that_interpolation_loses_is_a_warning_in_every_quantity(
+    tmp_path, quantity, low, high, lossy
+):
+    text = column(band(low, high, quantity), quantity)
+    motion = motion_of(tmp_path, text, rate=RATE, quantity=quantity)
+    assert [c.slug for c in motion.cautions] == ["record-interpolated"] * lossy
+    if lossy:
+        kept = motion.cautions[0].numbers["kept"]
+        assert kept == pytest.approx(rms(motion), abs=2e-3)
+    else:
+        assert rms(motion) > 0.99
+
+
+@pytest.mark.parametrize("quantity", ["velocity", "displacement"])
+def test_resampling_does_not_hide_what_the_spline_of_a_record_loses(tmp_path, quantity):
+    text = column(band(55, 95, quantity) + band(1, 5, quantity), quantity)
+    words = {"rate": RATE, "quantity": quantity, "resample": {"rate": 1600, "by": "spline"}}
+    assert "record-interpolated" in [
+        c.slug for c in motion_of(tmp_path, text, **words).cautions
+    ]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "low", "high"),
+    [
+        ("acceleration", 1, 45),
+        ("acceleration", 1, 95),
+        ("acceleration", 60, 95),
+        ("velocity", 1, 95),
+        ("displacement", 1, 95),
+        ("displacement", 60, 95),
+    ],
+)
+def test_every_remedy_of_lost_rms_serves(tmp_path, quantity, low, high):
+    words = {"rate": RATE, "quantity": quantity, "remove": {"trend": "line", "order": 3}}
+    text = column(band(low, high, quantity) + band(1, 4, quantity), quantity)
+    (caution,) = motion_of(tmp_path, text, **words).cautions
+    given = re.findall(r"`(\w+): ({.*?})`", caution.sentence)
+    remedies = [{key: yaml.safe_load(value)} for key, value in given]
+    if "will do" in caution.sentence:
+        corner = float(re.search(r"` (\S+) Hz will do", caution.sentence)[1])
+        remedies[1]["remove"] = remedies[0]["remove"] | {"above": corner}
+    assert {"trend", "above", "order"} == remedies[0 if "remove" in remedies[0] else 1][
+        "remove"
+    ].keys()
+    for remedy in remedies:
+        assert motion_of(tmp_path, text, **words | remedy).cautions == ()
+
+
+def test_few_samples_are_corners_of_a_motion_on_lines(tmp_path):
+    text = "a [m/s2]\n0\n0\n1\n0\n-1\n0\n0\n"
+    assert motion_of(tmp_path, text, rate=RATE).cautions == ()
 
 
 def test_rate_that_no_memory_holds_is_refused(tmp_path):
@@ -378,6 +505,27 @@ def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
     assert json.loads(drysim("run", "r.yaml", "--dry-run", "--json").out)["clean_up"]
     again = drysim("run", "out/r/scenario.yaml", "--no-plots", "-o", "again")
     assert words in " ".join(again.out.split())
+
+
+def test_validate_dry_run_and_run_tell_one_rms_and_which_it_is(tmp_path, drysim):
+    (tmp_path / "r.csv").write_text(rows(T.tolist(), (0.5 + WAVE).tolist()))
+    (tmp_path / "r.yaml").write_text(SCENE)
+    words = "1.541 m/s² RMS, linear between samples; mean 0.5 m/s², 1.457 m/s² RMS about it"
+    run = drysim("run", "r.yaml", "--no-plots").out
+    for told in (
+        drysim("validate", "r.yaml").out,
+        drysim("run", "r.yaml", "--dry-run").out,
+        run,
+    ):
+        assert words in " ".join(told.split())
+    assert "base 1.541 m/s² RMS" in " ".join(run.split())
+
+
+def test_way_to_the_displacement_keeps_what_is_removed(tmp_path, drysim):
+    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.yaml").write_text(SCENE + "  remove: {trend: mean, above: 30 Hz}\n")
+    told = " ".join(drysim("run", "r.yaml", "--no-plots").out.split())
+    assert "high-pass: `remove: {trend: mean, below: 0.3 Hz, above: 30 Hz}`" in told
 
 
 def test_pictures_tell_what_was_done_to_a_record_and_its_factor(tmp_path, monkeypatch):

@@ -48,7 +48,6 @@ def test_hard_case_is_named_after_its_file_and_says_what_is_hard(file):
     [
         ("continuum-of-orbits-half.yaml", "not-unique"),
         ("continuum-of-orbits-quarter.yaml", "not-unique"),
-        ("gravity-left-in-the-record.yaml", "record-gravity"),
         ("edge-of-the-stuck-zone.yaml", "close-decision"),
         ("limit-just-exceeded.yaml", "close-decision"),
         ("sticks-of-no-length.yaml", "close-decision"),
@@ -57,6 +56,14 @@ def test_hard_case_is_named_after_its_file_and_says_what_is_hard(file):
 )
 def test_hard_case_says_what_its_reader_should_know(name, slug):
     assert slug in slugs(name)
+
+
+def test_gravity_left_in_the_record_is_refused_unless_it_is_kept():
+    file = HARD / "gravity-left-in-the-record.yaml"
+    left = drysim.load(file, {"excitation.gravity": "refuse"})
+    with pytest.raises(drysim.RecordError, match="`remove: mean` takes it away"):
+        drysim.run(left)
+    assert slugs(file.name) == set()
 
 
 def test_hardly_damped_orbit_is_unique_and_resonance_is_not_called_settled():

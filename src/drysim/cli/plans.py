@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drysim import wording
-from drysim.core.motion import Samples
-from drysim.excitation.record import Record
-from drysim.excitation.record.cautions import moments
 from drysim.study.ensembles.seeds import most, until_of
 from drysim.wording import clean_up, listed, number, several
 
@@ -56,14 +52,11 @@ def sentences(case: Case) -> list[str]:
 
 
 def base(case: Case) -> str:
-    """Give the base motion, of a record with its RMS: that tells whether its unit is right."""
+    """Give the base motion; the RMS of a record tells whether its unit is right."""
     excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
     if any(key.startswith("excitation.") for key in varied):
         return wording.excitations(excitation, varied)
-    words = wording.excitation(excitation, case.motion)
-    if not isinstance(excitation, Record) or not isinstance(case.motion, Samples):
-        return words
-    return f"{words}, {number(hypot(*moments(case.motion.u_dd)), 'm/s² RMS')}"
+    return wording.excitation(excitation, case.motion)
 
 
 def many_seeds(case: Case) -> str:

@@ -19,6 +19,9 @@ from drysim.console.parts import (
     steps,
 )
 from drysim.core.plant import AnyLaw, Stopped
+from drysim.excitation.record import Record
+from drysim.excitation.record.cautions import HIGH_PASS
+from drysim.excitation.record.spoken import Removal
 from drysim.scenario.measure import common_period
 from drysim.wording import length, number, percent, several, times
 
@@ -27,9 +30,6 @@ if TYPE_CHECKING:
     from drysim.study.outcome import Outcome
 
 RECORD = "record"
-HIGH_PASS = "for that, state a high-pass: `remove: {below: 0.3 Hz}`"
-"""What to say where a record of acceleration or velocity leaves its displacement open."""
-
 VALUE = 13
 """Columns of the values beside the names."""
 
@@ -128,6 +128,13 @@ def _hourly(stroke: float, law: AnyLaw, peak: float | None) -> Row:
     return Row("in an hour", length(stroke, peak), how)
 
 
+def _high_pass(outcome: Outcome) -> str:
+    """Say what makes the displacement of a record of acceleration or velocity known."""
+    excitation = outcome.scenario.excitation
+    removal = excitation.remove if isinstance(excitation, Record) else Removal()
+    return f"for that, state a high-pass: {removal.with_too(below=HIGH_PASS)}"
+
+
 def _rows(outcome: Outcome) -> Iterator[Row]:
     """Give the metrics that matter most, in the units of an engineer."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
@@ -137,7 +144,7 @@ def _rows(outcome: Outcome) -> Iterator[Row]:
     peak = metrics["x_r_peak"]
     x_r, u = length(metrics["x_r_rms"], peak), length(metrics["u_rms"], peak)
     record = outcome.scenario.excitation.kind == RECORD
-    way = f"; {HIGH_PASS}" if record and metrics["u_rms"] is None else ""
+    way = f"; {_high_pass(outcome)}" if record and metrics["u_rms"] is None else ""
     yield Row("T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{way}")
     used = percent(metrics["stroke_used"])
     limit = f"{used} of the stroke limit of {length(stroke.limit, peak)}" if stroke else ""

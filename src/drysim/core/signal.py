@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import sqrt
 from typing import Protocol
 
 import numpy as np
@@ -29,6 +30,13 @@ class Signal(Protocol):
 def blocks(signal: Signal, size: int = BLOCK) -> Iterator[NDArray[np.float64]]:
     """Give a signal block by block."""
     return (signal[at : at + size] for at in range(0, len(signal), size))
+
+
+def moments(signal: Signal) -> tuple[float, float]:
+    """Return the mean of a signal and its RMS about that mean."""
+    mean = sum(float(part.sum()) for part in blocks(signal)) / len(signal)
+    squares = sum(float(np.square(part - mean).sum()) for part in blocks(signal))
+    return mean, sqrt(squares / len(signal))
 
 
 def largest(signal: Signal) -> float:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError
+from drysim.excitation.record import Record
 from drysim.scenario import load
 from drysim.study.case import prepare
-from drysim.wording import clean_up
+from drysim.wording import clean_up, excitation
 
 
 def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
@@ -33,6 +34,9 @@ def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
         return (fault.problem,)
     except UsageError as fault:
         return (Problem(str(fault), file),)
-    notes = [Problem(words, file, severity="note") for words in clean_up(case.motion, case.law)]
+    told = clean_up(case.motion, case.law)
+    if isinstance(case.scenario.excitation, Record):
+        told.append(f"base: {excitation(case.scenario.excitation, case.motion)}")
+    notes = [Problem(words, file, severity="note") for words in told]
     warned = [Problem(known.sentence, file, severity="warning") for known in case.cautions]
     return (*notes, *warned)

@@ -7,10 +7,14 @@ from collections.abc import Collection, Iterator
 from math import sqrt
 from typing import Protocol
 
-from drysim.core.motion import Samples, Sines
+from drysim.core.motion import Samples, Sines, sample_squares
 from drysim.core.normal_force.normal import Pressed
 from drysim.core.plant import AnyLaw
+from drysim.core.signal import moments
 from drysim.wording.numbers import clean, number, percent
+
+MUCH = 0.1
+"""A mean above this share of the RMS about it changes the RMS by more than half a hundredth."""
 
 
 class Base(Protocol):
@@ -43,7 +47,8 @@ def excitation(base: Base, motion: Sines | Samples) -> str:
         scale = _times(motion.realised.get("scale", 1.0))
         files = "".join(f" {clean(source.file)}{scale}" for source in motion.inputs)
         grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
-        return f"{kind}{files}, {grid}, {number(length, 's')}{_realised(motion)}"
+        told = _level(motion) if motion.inputs else _realised(motion)
+        return f"{kind}{files}, {grid}, {number(length, 's')}{told}"
     if not motion.A:
         return f"{kind}, the base stands still"
     count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
@@ -91,6 +96,18 @@ def _times(scale: object) -> str:
     """Give the factor on every sample of a record, if it has one."""
     assert isinstance(scale, float), "a factor is a number"
     return "" if scale == 1.0 else f" times {number(scale)}"
+
+
+def _level(motion: Samples) -> str:
+    """Return the RMS of a record, with its mean where that shows in the RMS."""
+    end = (len(motion.u_dd) - 1) * motion.dt
+    square = sample_squares(motion._replace(u=None), 0.0, end)[0] / end
+    mean = moments(motion.u_dd)[0]
+    about = sqrt(max(0.0, square - mean**2))
+    level = f", {number(sqrt(square), 'm/s² RMS')}, linear between samples"
+    if abs(mean) <= MUCH * about:
+        return level
+    return f"{level}; mean {number(mean, 'm/s²')}, {number(about, 'm/s² RMS')} about it"
 
 
 def _realised(motion: Samples) -> str:

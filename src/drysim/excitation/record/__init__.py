@@ -18,6 +18,9 @@ class Motion(Member):
     """Measured base motion."""
     quantity: Literal["acceleration", "velocity", "displacement"] = "acceleration"
     """What the samples are. Velocity and displacement become acceleration through splines."""
+    gravity: Literal["refuse", "keep"] = "refuse"
+    """What becomes of a mean of ü near 9.81 m/s²: `refuse`, the default, makes it a fault,
+    `keep` leaves it in, so that the spring bears the weight of the mass."""
 
 
 class Record(Recorded, Motion):

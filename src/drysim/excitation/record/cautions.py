@@ -13,16 +13,34 @@ from drysim.core.motion import Samples
 from drysim.core.signal import BLOCK, Signal, blocks
 from drysim.errors import Caution
 from drysim.excitation.record.reports import Report
+from drysim.excitation.record.resampling import (
+    finer,
+    kept_by_lines,
+    kept_by_spline,
+    kept_by_splines,
+)
 from drysim.excitation.record.spoken import TRENDS
 
 if TYPE_CHECKING:
-    from drysim.excitation.record import Record
+    from drysim.excitation.record import Record, Recorded
 
 GRAVITY = 9.81
 """Standard gravity as the paper rounds it [m/s²]."""
 
 NEAR_GRAVITY = 0.05
 """An accelerometer lying a little askew still shows gravity within this share."""
+
+HIGH_PASS = 0.3
+"""Frequency of the high-pass that messages propose [Hz]: below what shakes people."""
+
+FEWEST = 16
+"""Fewer samples are the corners of a motion that is meant to be linear between them."""
+
+TOO_FAR = "the samples are too far apart for what is fast"
+
+KEPT_BY_LINES, KEPT_BY_SPLINES = 0.05, 0.15
+"""Shares of the rate below which lines and splines keep the RMS to a hundredth, and a low-pass
+of second order at such a frequency leaves little above it."""
 
 LARGE_MEAN = 0.1
 """Share of the RMS about the mean from which a mean shows in the numbers."""
@@ -56,34 +74,49 @@ def clipped(file: str, values: Signal, unit: str) -> Iterator[Caution]:
             yield Caution("record-clipped", sentence, numbers)
 
 
-def found(record: Record, motion: Samples) -> Iterator[Caution]:
-    """Give what the samples themselves show: gravity left in, or a large mean."""
-    file = record.named
-    name, unit, values = (
-        ("u", "m", motion.u) if motion.u is not None else ("ü", "m/s²", motion.u_dd)
-    )
-    mean, spread = moments(values)
-    numbers = {"mean": mean, "rms_about_mean": spread}
-    if name == "ü" and abs(abs(mean) - GRAVITY) <= NEAR_GRAVITY * GRAVITY:
-        sentence = (
-            f"{file}: the mean of ü is {mean:.4g} m/s², so gravity seems left in the record; "
-            f"{_remedy(record, 'it')}"
+def gravity_left(record: Record, mean: float) -> Iterator[str]:
+    """Say that gravity seems left in ü, by its mean, unless the scenario keeps it."""
+    means = {mean, mean / record.scale if record.scale else mean}  # a factor may come on top
+    near = any(abs(abs(one) - GRAVITY) <= NEAR_GRAVITY * GRAVITY for one in means)
+    if near and record.gravity == "refuse":
+        trend = _trend(record)
+        yield (
+            f"the mean of ü is {mean:.4g} m/s², so gravity seems left in the record: "
+            f"{record.remove.with_too(trend=trend)} takes it away, or a high-pass, "
+            f"{record.remove.with_too(below=HIGH_PASS)}; `gravity: keep` states that it is to "
+            "stay"
         )
-        yield Caution("record-gravity", sentence, numbers)
-    elif abs(mean) > LARGE_MEAN * spread:
-        sentence = (
-            f"{file}: the mean of {name} is {mean:.4g} {unit}, large against the RMS about it, "
-            f"{spread:.4g} {unit}; {_remedy(record, 'what is an offset of the sensor')}"
-        )
-        yield Caution("record-mean", sentence, numbers)
 
 
-def _remedy(record: Record, what: str) -> str:
-    """Say what takes a mean away: the mean of ü is that of a line of velocity."""
-    trend = "line" if record.quantity == "velocity" else "mean"
-    removed = record.remove.trend
+def found(record: Record, motion: Samples, level: tuple[float, float]) -> Iterator[Caution]:
+    """Warn of a large mean of u where it is known, else of ü, whose mean and RMS is `level`."""
+    (mean, spread), name, unit = level, "ü", "m/s²"
+    if motion.u is not None:
+        (mean, spread), name, unit = moments(motion.u), "u", "m"
+    if record.gravity == "refuse" and abs(mean) > LARGE_MEAN * spread:
+        sentence = (
+            f"{record.named}: the mean of {name} is {mean:.4g} {unit}, large against the RMS "
+            f"about it, {spread:.4g} {unit}; {_remedy(record)}"
+        )
+        yield Caution("record-mean", sentence, {"mean": mean, "rms_about_mean": spread})
+
+
+def _trend(record: Record) -> str:
+    """Return the trend that takes a mean away: the mean of ü is that of a line of velocity."""
+    return "line" if record.quantity == "velocity" else "mean"
+
+
+def _remedy(record: Record) -> str:
+    """Say what takes away a mean that is an offset of the sensor, beside what is removed."""
+    trend, removed, below = _trend(record), record.remove.trend, record.remove.below
+    if below is not None:
+        return (
+            f"the high-pass at {below:g} Hz has taken away that of the whole record: this one "
+            "is of its ends or of a short window"
+        )
     if TRENDS.index(removed) < TRENDS.index(trend):
-        return f"`remove: {trend}` takes away {what}"
+        way = record.remove.with_too(trend=trend)
+        return f"{way} takes away what is an offset of the sensor"
     return f"the {removed} of the whole record is removed, and this part has one of its own"
 
 
@@ -117,14 +150,79 @@ def much_filled(file: str, report: Report | None, n: int) -> Iterator[Caution]:
         yield Caution("record-filled", sentence, {"share": share})
 
 
-def much_lost(file: str, report: Report | None) -> Iterator[Caution]:
-    """Say when resampling changed the RMS by more than a hundredth."""
-    if report is None:
+def much_lost(
+    record: Recorded, resampled: Report, rms: tuple[float, float]
+) -> Iterator[Caution]:
+    """Warn when resampling changed the RMS about the mean by more than a hundredth.
+
+    `rms` are those before and after, of what a low-pass leaves.
+    """
+    before, after = rms
+    if abs(after - before) <= MUCH * before:
         return
-    before, after = report.rms_before, report.rms_after
-    if abs(after - before) > MUCH * before:
-        sentence = (
-            f"{file}: resampling changed the RMS by {(after / before - 1) * 100:+.2g} %: "
-            "between samples so far apart the record tells little of the motion"
+    by = record.resample.by if record.resample else ""
+    way = "`by: spline` loses less; " if by == "line" else ""
+    sentence = (
+        f"{record.named}: resampling by {by}s changed the RMS by "
+        f"{(after / before - 1) * 100:+.2g} %: {TOO_FAR}; "
+        f"{way}{_low_pass(record, KEPT_BY_SPLINES / resampled.numbers['step_before'])}"
+    )
+    yield Caution("record-lost", sentence, {"rms_before": before, "rms_after": after})
+
+
+def interpolated(record: Record, motion: Samples, rms: float, own: float) -> Iterator[Caution]:
+    """Warn when linear interpolation, or the spline, takes more than a hundredth of RMS{ü}.
+
+    Parameters
+    ----------
+    record : Record
+    motion : Samples
+        Base motion of the record.
+    rms : float
+        Of ü at its samples, about the mean [m/s²].
+    own : float
+        Step of the samples in the file, the mean one where they are uneven [s].
+    """
+    if len(motion.u_dd) < FEWEST:
+        return
+    if record.quantity == "acceleration":
+        kept = kept_by_lines(motion.u_dd, rms)
+        what = (
+            f"linear interpolation leaves {kept * rms:.4g} of {rms:.4g} m/s² RMS, "
+            f"{(1 - kept) * 100:.2g} % less than at the samples"
         )
-        yield Caution("record-lost", sentence, {"rms_before": before, "rms_after": after})
+        way = _finer(record, motion, kept) if kept < 1 - MUCH else ""
+    else:
+        by = record.resample.by if record.resample else "spline"
+        kept = kept_by_splines(motion, record.quantity, own, by)
+        what = (
+            f"the spline through its samples of {record.quantity} loses "
+            f"{(1 - kept) * 100:.2g} % of the RMS of ü"
+        )
+        way = f"{TOO_FAR}; {_low_pass(record, KEPT_BY_SPLINES / own)}"
+    if kept < 1 - MUCH:
+        numbers = {"kept": kept, "step": motion.dt}
+        yield Caution("record-interpolated", f"{record.named}: {what}: {way}", numbers)
+
+
+def _finer(record: Record, motion: Samples, kept: float) -> str:
+    """Say how samples of ü keep their RMS: through a spline, where that does it."""
+    low_pass = _low_pass(record, KEPT_BY_LINES / motion.dt)
+    lost = 1 - kept_by_spline(motion.u_dd)
+    resample = f"`resample: {{rate: {finer(kept) / motion.dt:.6g} Hz, by: spline}}`"
+    if lost <= MUCH:
+        return f"{resample} keeps it; {low_pass}"
+    corner = float(f"{KEPT_BY_SPLINES / motion.dt:.2g}")
+    return (
+        f"a spline would lose {lost * 100:.2g} %, too, as {TOO_FAR}; {low_pass}, and beside "
+        f"{resample} {corner:.6g} Hz will do"
+    )
+
+
+def _low_pass(record: Recorded, corner: float) -> str:
+    """Say how to take away what is fast, beside what is removed already [Hz]."""
+    below = record.remove.below
+    if below is not None and below >= corner:
+        return "record it at a higher rate"
+    way = record.remove.with_too(above=float(f"{corner:.2g}"))
+    return f"a low-pass, {way} or lower, takes it away"

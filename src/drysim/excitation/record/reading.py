@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.motion import Input, Samples
-from drysim.core.signal import Signal, blocks
+from drysim.core.signal import Signal, blocks, moments
 from drysim.errors import Caution, RecordError
-from drysim.excitation.record.cautions import found
+from drysim.excitation.record.cautions import found, gravity_left, interpolated
 from drysim.excitation.record.file import TextFile, fault, read
 from drysim.excitation.record.filters import displacement
 from drysim.excitation.record.formats import SUFFIXES, format_of
@@ -53,7 +53,7 @@ def motion_of(record: Record) -> Samples:
     """Give the base acceleration of a record; see `Record.motion`."""
     shown, spline = str(record.path), SPLINES[record.quantity]
     with np.errstate(all="ignore"):  # what overflows is found by `_finite`
-        (series, slow, reports, seen), source = _read(record)
+        (series, slow, reports, seen, own), source = _read(record)
         _finite(series.values, series.dt, shown)
         first, last = span(series, record.window, shown)
         motion = spline(series)
@@ -62,7 +62,14 @@ def motion_of(record: Record) -> Samples:
             motion = motion._replace(u=u)
         motion = cut(motion, first, last, len(series.values))
         _finite(motion.u_dd, motion.dt, shown)
-        cautions = (*seen, *found(record, motion))
+        level = moments(motion.u_dd)
+        for sentence in gravity_left(record, level[0]):
+            raise fault(shown, sentence)
+        cautions = (
+            *seen,
+            *found(record, motion, level),
+            *interpolated(record, motion, level[1], own),
+        )
     realised: dict[str, object] = {} if record.scale == 1.0 else {"scale": record.scale}
     if reports:
         realised["clean_up"] = [one.told() for one in reports]
@@ -73,7 +80,7 @@ def force_of(record: Recorded) -> Forces:
     """Give the samples of a record of forces, their distance and where they come from."""
     shown = str(record.path)
     with np.errstate(all="ignore"):
-        (series, _, reports, seen), source = _read(record)
+        (series, _, reports, seen, _), source = _read(record)
         _finite(series.values, series.dt, shown, "the force")
         first, last = span(series, record.window, shown)
     values = np.array(series.values[first : last + 1])

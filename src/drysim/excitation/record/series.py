@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from drysim.core.signal import Signal
 from drysim.errors import Caution
 from drysim.excitation.record.cautions import clipped, much_filled, much_lost
@@ -13,14 +15,15 @@ from drysim.excitation.record.choice import (
     missing_spacing,
     seconds,
 )
-from drysim.excitation.record.columns import Columns
+from drysim.excitation.record.columns import Columns, Floats
+from drysim.excitation.record.filters import low_pass
 from drysim.excitation.record.gaps import closed
 from drysim.excitation.record.grid import Grid, grid_of
 from drysim.excitation.record.removal import without
 from drysim.excitation.record.reports import Report
 from drysim.excitation.record.resampling import onto, target, thinned, told
 from drysim.excitation.record.shape import Series
-from drysim.excitation.record.spoken import SI
+from drysim.excitation.record.spoken import SI, Removal
 from drysim.excitation.record.stored import scaled
 
 if TYPE_CHECKING:
@@ -30,13 +33,15 @@ if TYPE_CHECKING:
 class Cleaned(NamedTuple):
     """A series, what was done to it on request, and what is to be warned of.
 
-    `slow` is the series before a high-pass, None where there is none.
+    `slow` is the series before a high-pass, None where there is none; `own` is the step of the
+    samples in the file [s].
     """
 
     series: Series
     slow: Series | None
     reports: tuple[Report, ...]
     cautions: tuple[Caution, ...]
+    own: float
 
 
 def series_of(record: Recorded, columns: Columns) -> Cleaned:
@@ -52,22 +57,34 @@ def series_of(record: Recorded, columns: Columns) -> Cleaned:
     unit, shown = SI[record.measured], columns.shown
     cautions = list(clipped(record.named, signal, unit))
     if as_read(record, grid):
-        return Cleaned(Series(signal, grid.dt, grid.first), None, (), tuple(cautions))
+        return Cleaned(Series(signal, grid.dt, grid.first), None, (), tuple(cautions), grid.dt)
     goal = record.resample and target(record.resample, record.remove, grid, shown)
     values, grid, filled = closed(signal[:], grid, record.gaps, columns, index, unit)
     series, resampled = Series(values, grid.dt, grid.first), None
     if record.resample and goal:
         series = onto(values, grid, record.resample, goal, shown)
         resampled = told(values, grid, series, goal, record.resample, unit)
-    slow = removed = None
+    before_filters, slow, removed = series, None, None
     if record.remove.any:
         series, slow, removed = without(series, record.remove, unit, shown)
     if goal:
         series, slow = thinned(series, goal), slow and thinned(slow, goal)
     cautions += much_filled(record.named, filled, len(values))
-    cautions += much_lost(record.named, resampled)
+    if resampled:
+        rms = rms_of(values, grid, before_filters, record.remove)
+        cautions += much_lost(record, resampled, rms)
     reports = tuple(report for report in (filled, resampled, removed) if report)
-    return Cleaned(series, slow, reports, tuple(cautions))
+    return Cleaned(series, slow, reports, tuple(cautions), grid.dt)
+
+
+def rms_of(values: Floats, grid: Grid, series: Series, removal: Removal) -> tuple[float, float]:
+    """Return the RMS about the mean before and after resampling, behind a low-pass if any."""
+    above, half = removal.above, 0.5 / max(grid.dt, series.dt)
+    if above is None or grid.at is not None or not 1 / (len(values) * grid.dt) <= above < half:
+        return float(values.std()), float(np.std(series.values[:]))
+    before = low_pass(values, grid.dt, above, removal.order)
+    after = low_pass(series.values[:], series.dt, above, removal.order)
+    return float(before.std()), float(after.std())
 
 
 def as_read(record: Recorded, grid: Grid) -> bool:

@@ -72,6 +72,17 @@ class Removal(Block):
         """Whether there is anything to do."""
         return self.filters or self.trend != "nothing"
 
+    def with_too(self, **more: object) -> str:
+        """Return the key `remove` as a file would have it with further keys; Hz as floats."""
+        words = self.model_copy(update=more).model_dump(exclude_defaults=True)
+        if words.keys() == {"trend"}:
+            return f"`remove: {words['trend']}`"
+        told = (
+            f"{key}: {value:.6g} Hz" if isinstance(value, float) else f"{key}: {value}"
+            for key, value in words.items()
+        )
+        return f"`remove: {{{', '.join(told)}}}`"
+
     @model_validator(mode="after")
     def _a_band(self) -> Self:
         if self.below is not None and self.above is not None and not self.below < self.above:
