@@ -474,6 +474,64 @@ def test_displacement_of_a_velocity_record_is_on_its_own_grid(tmp_path):
     np.testing.assert_allclose(motion.u, expected, atol=2e-3)
 
 
+# ends of a high-pass
+
+ENDS = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {kinetic: 45, static: 54}
+excitation: {kind: record, file: r.csv, rate: 200, remove: {below: 0.3 Hz}}
+"""
+
+
+@pytest.fixture
+def drifting(tmp_path):
+    """Give the scenario of a record with drift and gravity, whose mass hardly moves."""
+    random, n = np.random.default_rng(3), 6000
+    f = np.fft.rfftfreq(n, 1 / RATE)
+    lines = ((f >= 0.5) & (f <= 12)) * np.exp(2j * np.pi * random.random(len(f)))
+    wave, drift = np.fft.irfft(lines, n), np.cumsum(random.normal(size=n))
+    values = 0.4 * wave / wave.std() + 0.3 * (drift - drift.mean()) / drift.std() + 9.81
+    (tmp_path / "r.csv").write_text("a [m/s2]\n" + "".join(f"{v!r}\n" for v in values.tolist()))
+    (tmp_path / "r.yaml").write_text(ENDS)
+    return tmp_path / "r.yaml"
+
+
+def test_ends_of_a_high_pass_that_decide_a_metric_are_a_warning(drifting):
+    (given,) = (one for one in run(load(drifting)).warnings if one.slug == "record-ends")
+    assert given.numbers["x_r_rms"] == pytest.approx(0.17, abs=0.02)
+    assert given.numbers["x_r_peak"] == pytest.approx(0.145, abs=0.02)
+    assert "T_a" not in given.numbers
+    assert "leave out the first and the last 3.33 s of the record by" in given.sentence
+
+
+def test_window_without_the_ends_of_a_high_pass_earns_no_warning(drifting):
+    inside = {"excitation.window": {"from": 3.34, "to": 26.6}}
+    assert "record-ends" not in [one.slug for one in run(load(drifting, inside)).warnings]
+
+
+def test_clean_up_says_how_much_hangs_on_the_ends_of_a_high_pass(drifting, drysim):
+    told = " ".join(drysim("validate", str(drifting)).out.split())
+    assert "; the first and the last 3.33 s hang on its ends; RMS " in told
+
+
+def test_record_without_a_high_pass_is_solved_once(tmp_path, monkeypatch):
+    from drysim.study.sweeps import cases
+
+    monkeypatch.setattr(cases, "measured", lambda _: pytest.fail("solved twice"))
+    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.yaml").write_text(SCENE + "  remove: {trend: mean, above: 30 Hz}\n")
+    assert run(load(tmp_path / "r.yaml")).warnings == ()
+
+
+def test_record_that_is_gone_before_its_ends_are_looked_at_keeps_its_answer(drifting):
+    from drysim.study.case import prepare
+    from drysim.study.run import solve
+
+    case = prepare(load(drifting))
+    (drifting.parent / "r.csv").unlink()
+    assert "record-ends" not in [one.slug for one in solve(case).warnings]
+
+
 # what people see
 
 SCENE = """\

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from drysim.approach.numerics import FIXED_STEP
 from drysim.core.plant import AnyLaw, Stopped
 from drysim.errors import Caution
-from drysim.wording import length, number, times
+from drysim.wording import length, listed, number, times
 
 if TYPE_CHECKING:
     from drysim.approach.orbit import Orbit
@@ -21,6 +21,12 @@ RESIDUAL = 1e-9
 
 INEXACT = 1e-3
 """A stated error beyond this share of the peak [-] shows in a picture: no longer exact."""
+
+MOVED = 0.01
+"""Share of a metric by which the ends of a record may move it before that is said [-]."""
+
+RATED = ("a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "v_r_rms", "a_w", "SEAT", "VDV")
+"""The metrics that are held against the ends of a record by their relative change."""
 
 CLOSE = 1e-6
 """A decision nearer than this [-] to its opposite is within what inputs are known to."""
@@ -156,3 +162,32 @@ def orbit_doubtful(orbit: Orbit, case: Case) -> Iterator[Caution]:
         )
         numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
         yield Caution("stroke-violated-settling", sentence, numbers)
+
+
+def moves(metrics: Metrics, others: Metrics) -> dict[str, float]:
+    """Return by how much metrics differ from others, those beyond a hundredth, by name [-].
+
+    Of the share of time that the mass is stuck, the difference counts as it is.
+    """
+    found = {}
+    for name in (*RATED, "stuck_share"):
+        value, other = metrics.get(name), others.get(name)
+        if value is None or other is None:
+            continue
+        scale = abs(value) or abs(other) or 1.0
+        found[name] = (other - value) / (1.0 if name == "stuck_share" else scale)
+    return {name: share for name, share in found.items() if abs(share) > MOVED}
+
+
+def ends_decide(moved: Mapping[str, float], below: float) -> Caution:
+    """Say that metrics depend on what a high-pass does at the ends of a record."""
+    told = listed(
+        [f"{name} by {number(100.0 * share, '%', digits=2)}" for name, share in moved.items()]
+    )
+    sentence = (
+        f"the ends of the high-pass at {number(below, 'Hz')} decide: mirrored about their last "
+        f"sample they move {told}; leave out the first and the last "
+        f"{number(1.0 / below, 's', digits=3)} of the record by `excitation.window`, or take a "
+        "longer record"
+    )
+    return Caution("record-ends", sentence, moved)

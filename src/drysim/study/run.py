@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 
 from drysim.approach.stick_slip import Exact
 from drysim.core.compiled import settle
+from drysim.errors import RecordError, SolverError
+from drysim.excitation.record import Record
 from drysim.study import comfort
 from drysim.study.case import Case, prepare
-from drysim.study.cautions import found, orbit_doubtful
+from drysim.study.cautions import ends_decide, found, moves, orbit_doubtful
 from drysim.study.ensembles.seeds import most
 from drysim.study.hands import hands
 from drysim.study.outcome import Outcome
@@ -18,8 +20,11 @@ from drysim.study.spectral import spectra_of
 from drysim.study.steady import orbit_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from drysim.approach.response import Response
     from drysim.errors import Caution
+    from drysim.metrics import Metrics
     from drysim.scenario import Scenario
     from drysim.study.ensembles.ensemble import Ensemble
 
@@ -81,7 +86,7 @@ def solve(case: Case) -> Outcome:
         response,
         metrics,
         tuple(check.judge(metrics) for check in case.scenario.checks),
-        (*case.cautions, *doubts, *cautions, *unclear),
+        (*case.cautions, *doubts, *cautions, *ends_matter(case, metrics), *unclear),
         spectra,
     )
 
@@ -110,3 +115,25 @@ def repetition(case: Case) -> Solved:
     )
     doubts = tuple(orbit_doubtful(orbit, case))
     return replace(response, how=how), (0.0, length), doubts
+
+
+
+def ends_matter(case: Case, metrics: Metrics) -> Iterator[Caution]:
+    """Warn when the ends of a high-passed record decide a metric; that takes a second solution.
+
+    The high-pass must continue the record beyond its ends. Another way to do so, which the
+    record supports as well, shows how much depends on that.
+    """
+    excitation = case.scenario.excitation
+    if not isinstance(excitation, Record) or excitation.remove.below is None:
+        return
+    from drysim.excitation.record.reading import motion_of
+    from drysim.study.sweeps.cases import measured
+
+    try:
+        other = replace(case, motion=motion_of(excitation, ends="odd"))
+        moved = moves(metrics, measured(other)[0])
+    except (RecordError, SolverError):  # such as a file that changed: the answer stands
+        return
+    if moved:
+        yield ends_decide(moved, excitation.remove.below)

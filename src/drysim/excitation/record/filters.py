@@ -9,6 +9,9 @@ import numpy as np
 from drysim.core.motion import Samples
 from drysim.excitation.record.columns import Floats
 
+Ends = Literal["even", "odd"]
+"""How a filter continues the ends of samples: mirrored, without or with a change of sign."""
+
 DRIFT = 3
 """Degree of the drift that is taken from a double integral by least squares, before a filter:
 an acceleration that is off by a line drifts so."""
@@ -33,7 +36,9 @@ def low_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
     return _both_ways(values, dt, frequency, order, "lowpass", "odd")
 
 
-def high_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
+def high_pass(
+    values: Floats, dt: float, frequency: float, order: int, ends: Ends = "even"
+) -> Floats:
     """Give what is faster than a frequency, by a Butterworth filter run forwards and backwards.
 
     Parameters
@@ -45,14 +50,17 @@ def high_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats
         Where half the amplitude is left [Hz].
     order : int
         In each direction; both together fall by 12 dB an octave and order.
+    ends : str
+        How each end is continued by one period of the frequency: mirrored as it is (`even`), or
+        about its last sample (`odd`).
 
     Notes
     -----
-    The line of least squares goes first: it is slow. Each end is continued by one period of the
-    frequency, mirrored without a change of sign: a step there would leave slow parts behind.
+    The line of least squares goes first: it is slow. Ends that are mirrored as they are leave
+    the least of slow parts behind.
     """
     level = values - trend(values, "line")
-    return _both_ways(level, dt, frequency, order, "highpass", "even")
+    return _both_ways(level, dt, frequency, order, "highpass", ends)
 
 
 def _both_ways(
@@ -61,7 +69,7 @@ def _both_ways(
     frequency: float,
     order: int,
     kind: Literal["highpass", "lowpass"],
-    ends: Literal["even", "odd"],
+    ends: Ends,
 ) -> Floats:
     from scipy.signal import butter, sosfiltfilt
 

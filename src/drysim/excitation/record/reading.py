@@ -14,7 +14,7 @@ from drysim.core.signal import Signal, blocks, moments
 from drysim.errors import Caution, RecordError
 from drysim.excitation.record.cautions import found, gravity_left, interpolated
 from drysim.excitation.record.file import TextFile, fault, read
-from drysim.excitation.record.filters import displacement
+from drysim.excitation.record.filters import Ends, displacement
 from drysim.excitation.record.formats import SUFFIXES, format_of
 from drysim.excitation.record.lines import unquoted
 from drysim.excitation.record.series import Cleaned, series_of
@@ -49,11 +49,11 @@ class Forces(NamedTuple):
     clean_up: tuple[Mapping[str, object], ...]
 
 
-def motion_of(record: Record) -> Samples:
-    """Give the base acceleration of a record; see `Record.motion`."""
+def motion_of(record: Record, ends: Ends = "even") -> Samples:
+    """Give the base acceleration of a record; see `Record.motion` and `high_pass`."""
     shown, spline = str(record.path), SPLINES[record.quantity]
     with np.errstate(all="ignore"):  # what overflows is found by `_finite`
-        (series, slow, reports, seen, own), source = _read(record)
+        (series, slow, reports, seen, own), source = _read(record, ends)
         _finite(series.values, series.dt, shown)
         first, last = span(series, record.window, shown)
         motion = spline(series)
@@ -87,7 +87,7 @@ def force_of(record: Recorded) -> Forces:
     return Forces(values, series.dt, source, seen, tuple(one.told() for one in reports))
 
 
-def _read(record: Recorded) -> tuple[Cleaned, Input]:
+def _read(record: Recorded, ends: Ends = "even") -> tuple[Cleaned, Input]:
     """The whole record; its bytes are let go before anything is made of the numbers."""
     file = read(record.path, SUFFIXES)
     source = Input(record.named, file.sha256, len(file.reader))
@@ -97,7 +97,7 @@ def _read(record: Recorded) -> tuple[Cleaned, Input]:
     try:
         columns = member.columns(replace(file, skip=record.skip))
         del file
-        return series_of(record, columns), source
+        return series_of(record, columns, ends), source
     except RecordError as error:
         if record.path.is_symlink():
             raise unquoted(error, text) from None

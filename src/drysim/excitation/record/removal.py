@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from drysim.excitation.record.file import fault
-from drysim.excitation.record.filters import high_pass, low_pass, trend
+from drysim.excitation.record.filters import Ends, high_pass, low_pass, trend
 from drysim.excitation.record.reports import Report, report
 from drysim.excitation.record.shape import Series
 from drysim.wording import listed
@@ -22,7 +22,9 @@ class Rest(NamedTuple):
     told: Report
 
 
-def without(series: Series, wanted: Removal, unit: str, shown: str) -> Rest:
+def without(
+    series: Series, wanted: Removal, unit: str, shown: str, ends: Ends = "even"
+) -> Rest:
     """Give a series without its trend and what is outside a band, and the report of that.
 
     Parameters
@@ -34,6 +36,8 @@ def without(series: Series, wanted: Removal, unit: str, shown: str) -> Rest:
         SI unit of the samples.
     shown : str
         The file as messages name it.
+    ends : str
+        How the high-pass continues the ends; see `high_pass`.
 
     Raises
     ------
@@ -51,7 +55,7 @@ def without(series: Series, wanted: Removal, unit: str, shown: str) -> Rest:
     if wanted.below is not None:
         _check(wanted.below, "below", series, shown)
         slow = series._replace(values=rest)
-        rest = high_pass(rest, series.dt, wanted.below, wanted.order)
+        rest = high_pass(rest, series.dt, wanted.below, wanted.order, ends)
         words.append(f"what is below {wanted.below:g} Hz")
     by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.filters else ""
     taken = series.values[:] - rest
@@ -60,6 +64,8 @@ def without(series: Series, wanted: Removal, unit: str, shown: str) -> Rest:
         f"{listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
         f"{drift:+.4g} {unit}"
     )
+    if wanted.below is not None:
+        sentence += f"; the first and the last {1 / wanted.below:.3g} s hang on its ends"
     numbers = {"mean": mean, "drift": drift}
     told = report("remove", sentence, series.values[:], rest, unit, numbers)
     return Rest(series._replace(values=rest), slow, told)

@@ -16,7 +16,7 @@ from drysim.excitation.record.choice import (
     seconds,
 )
 from drysim.excitation.record.columns import Columns, Floats
-from drysim.excitation.record.filters import low_pass
+from drysim.excitation.record.filters import Ends, low_pass
 from drysim.excitation.record.gaps import closed
 from drysim.excitation.record.grid import Grid, grid_of
 from drysim.excitation.record.removal import without
@@ -44,7 +44,7 @@ class Cleaned(NamedTuple):
     own: float
 
 
-def series_of(record: Recorded, columns: Columns) -> Cleaned:
+def series_of(record: Recorded, columns: Columns, ends: Ends = "even") -> Cleaned:
     """Give the samples that a record chooses in SI, on an even grid, cleaned as it asks for.
 
     Raises
@@ -66,7 +66,7 @@ def series_of(record: Recorded, columns: Columns) -> Cleaned:
         resampled = told(values, grid, series, goal, record.resample, unit)
     before_filters, slow, removed = series, None, None
     if record.remove.any:
-        series, slow, removed = without(series, record.remove, unit, shown)
+        series, slow, removed = without(series, record.remove, unit, shown, ends)
     if goal:
         series, slow = thinned(series, goal), slow and thinned(slow, goal)
     cautions += much_filled(record.named, filled, len(values))
