@@ -117,7 +117,6 @@ def repetition(case: Case) -> Solved:
     return replace(response, how=how), (0.0, length), doubts
 
 
-
 def ends_matter(case: Case, metrics: Metrics) -> Iterator[Caution]:
     """Warn when the ends of a high-passed record decide a metric; that takes a second solution.
 
