@@ -71,7 +71,7 @@ def test_dry_run_tells_the_base_and_how_strong_a_record_is(drysim, seat, tmp_pat
     record = "excitation={kind: record, file: r.csv, rate: 100}"
     less = ("--set", "solver.step=null", "--set", "measure=null")
     words = ("run", seat, "--dry-run", "--set", record, *less)
-    told = "base: record r.csv, 200 samples at 100 Hz, 1.99 s, 0.5 m/s² RMS\n"
+    told = "base: record r.csv, 200 samples at 100 Hz, 1.99 s, 0.2887 m/s² RMS, linear between"
     assert told in drysim(*words).out
 
 

@@ -123,7 +123,7 @@ def test_excitation_is_told_by_what_moves_the_base():
     series = Samples(np.zeros(5), 0.25, inputs=(Input("a\x1b.csv", "", 0),))
     assert (
         wording.excitation(base("record"), series)
-        == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s"
+        == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s, 0 m/s² RMS, linear between samples"
     )
 
 

@@ -39,15 +39,18 @@ class Base(Protocol):
         """Give what it is by its keys, without those that vary."""
 
 
-def excitation(base: Base, motion: Sines | Samples) -> str:
-    """Give the base motion: its kind on the shelf, what it is, and what it amounts to."""
+def excitation(base: Base, motion: Sines | Samples, level: bool = True) -> str:
+    """Give the base motion: its kind on the shelf, what it is, and what it amounts to.
+
+    Without `level` the RMS of a record is left out.
+    """
     kind = f"{base.kind} {base.told()}".strip()
     if isinstance(motion, Samples):
         length = (len(motion.u_dd) - 1) * motion.dt
         scale = _times(motion.realised.get("scale", 1.0))
         files = "".join(f" {clean(source.file)}{scale}" for source in motion.inputs)
         grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
-        told = _level(motion) if motion.inputs else _realised(motion)
+        told = (_level(motion) if level and motion.inputs else "") + _realised(motion)
         return f"{kind}{files}, {grid}, {number(length, 's')}{told}"
     if not motion.A:
         return f"{kind}, the base stands still"

@@ -62,7 +62,7 @@ def lines(outcome: Outcome, seeds: str = "", results: str = "") -> Lines:
     scenario, motion = outcome.scenario, outcome.response
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
-    base += f": {wording.excitation(scenario.excitation, motion.motion)}"
+    base += f": {wording.excitation(scenario.excitation, motion.motion, level=False)}"
     peak = outcome.metrics["x_r_peak"]
     words = wording.scene(motion.plant, motion.law, terms=scenario.terms, peak=peak)
     scene = _scene(words)
