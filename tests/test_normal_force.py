@@ -169,6 +169,19 @@ def test_faults_are_told_before_anything_is_computed(scene, force, more, sentenc
     assert sentence in problems[0].sentence
 
 
+@pytest.mark.parametrize(
+    ("amplitude", "frequency", "slugs"),
+    [(40, 35, ["record-interpolated"]), (40, 3, []), (2, 35, [])],
+)
+def test_force_that_interpolation_takes_away_is_a_warning(scene, amplitude, frequency, slugs):
+    t = np.arange(501) / 100
+    values = 100 + amplitude * np.sin(2 * np.pi * frequency * t)
+    pressure = load(scene(values=values)).law().pressure
+    assert [caution.slug for caution in pressure.cautions] == slugs
+    if slugs:
+        assert "of 28.26 N RMS, " in pressure.cautions[0].sentence
+
+
 def test_unit_is_mandatory(scene):
     way = "write `unit: N` in the scenario's `friction.normal_record` block"
     with pytest.raises(RecordError, match=way):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from drysim.core.motion import Samples
 from drysim.core.signal import BLOCK, Signal, blocks
 from drysim.errors import Caution
+from drysim.excitation.record.columns import Floats
 from drysim.excitation.record.reports import Report
 from drysim.excitation.record.resampling import (
     finer,
@@ -19,7 +20,7 @@ from drysim.excitation.record.resampling import (
     kept_by_spline,
     kept_by_splines,
 )
-from drysim.excitation.record.spoken import TRENDS
+from drysim.excitation.record.spoken import SI, TRENDS
 
 if TYPE_CHECKING:
     from drysim.excitation.record import Record, Recorded
@@ -186,33 +187,49 @@ def interpolated(record: Record, motion: Samples, rms: float, own: float) -> Ite
     if len(motion.u_dd) < FEWEST:
         return
     if record.quantity == "acceleration":
-        kept = kept_by_lines(motion.u_dd, rms)
-        what = (
-            f"linear interpolation leaves {kept * rms:.4g} of {rms:.4g} m/s² RMS, "
-            f"{(1 - kept) * 100:.2g} % less than at the samples"
-        )
-        way = _finer(record, motion, kept) if kept < 1 - MUCH else ""
-    else:
-        by = record.resample.by if record.resample else "spline"
-        kept = kept_by_splines(motion, record.quantity, own, by)
-        what = (
-            f"the spline through its samples of {record.quantity} loses "
-            f"{(1 - kept) * 100:.2g} % of the RMS of ü"
-        )
-        way = f"{TOO_FAR}; {_low_pass(record, KEPT_BY_SPLINES / own)}"
+        yield from _joined(record, motion.u_dd, motion.dt, rms, MUCH * rms)
+        return
+    by = record.resample.by if record.resample else "spline"
+    kept = kept_by_splines(motion, record.quantity, own, by)
     if kept < 1 - MUCH:
+        sentence = (
+            f"{record.named}: the spline through its samples of {record.quantity} loses "
+            f"{(1 - kept) * 100:.2g} % of the RMS of ü: {TOO_FAR}; "
+            f"{_low_pass(record, KEPT_BY_SPLINES / own)}"
+        )
         numbers = {"kept": kept, "step": motion.dt}
-        yield Caution("record-interpolated", f"{record.named}: {what}: {way}", numbers)
+        yield Caution("record-interpolated", sentence, numbers)
 
 
-def _finer(record: Record, motion: Samples, kept: float) -> str:
-    """Say how samples of ü keep their RMS: through a spline, where that does it."""
-    low_pass = _low_pass(record, KEPT_BY_LINES / motion.dt)
-    lost = 1 - kept_by_spline(motion.u_dd)
-    resample = f"`resample: {{rate: {finer(kept) / motion.dt:.6g} Hz, by: spline}}`"
+def interpolated_force(record: Recorded, forces: Floats, dt: float) -> Iterator[Caution]:
+    """Warn when linear interpolation of forces takes more than a hundredth of their mean."""
+    if len(forces) >= FEWEST:
+        mean, rms = moments(forces)
+        yield from _joined(record, forces, dt, rms, MUCH * abs(mean))
+
+
+def _joined(
+    record: Recorded, values: Signal, dt: float, rms: float, much: float
+) -> Iterator[Caution]:
+    """Warn when lines between samples take more than `much` of their RMS about the mean."""
+    kept = kept_by_lines(values, rms)
+    if (1 - kept) * rms > much:
+        sentence = (
+            f"{record.named}: linear interpolation leaves {kept * rms:.4g} of {rms:.4g} "
+            f"{SI[record.measured]} RMS, {(1 - kept) * 100:.2g} % less than at the samples: "
+            f"{_finer(record, values, dt, kept)}"
+        )
+        yield Caution("record-interpolated", sentence, {"kept": kept, "step": dt})
+
+
+def _finer(record: Recorded, values: Signal, dt: float, kept: float) -> str:
+    """Say how samples keep their RMS: through a spline, where that does it."""
+    low_pass = _low_pass(record, KEPT_BY_LINES / dt)
+    lost = 1 - kept_by_spline(values)
+    resample = f"`resample: {{rate: {finer(kept) / dt:.6g} Hz, by: spline}}`"
     if lost <= MUCH:
         return f"{resample} keeps it; {low_pass}"
-    corner = float(f"{KEPT_BY_SPLINES / motion.dt:.2g}")
+    corner = float(f"{KEPT_BY_SPLINES / dt:.2g}")
     return (
         f"a spline would lose {lost * 100:.2g} %, too, as {TOO_FAR}; {low_pass}, and beside "
         f"{resample} {corner:.6g} Hz will do"

@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 from drysim.core.motion import Input, Samples
 from drysim.core.signal import Signal, blocks, moments
 from drysim.errors import Caution, RecordError
-from drysim.excitation.record.cautions import found, gravity_left, interpolated
+from drysim.excitation.record.cautions import (
+    found,
+    gravity_left,
+    interpolated,
+    interpolated_force,
+)
 from drysim.excitation.record.file import TextFile, fault, read
 from drysim.excitation.record.filters import Ends, displacement
 from drysim.excitation.record.formats import SUFFIXES, format_of
@@ -84,7 +89,8 @@ def force_of(record: Recorded) -> Forces:
         _finite(series.values, series.dt, shown, "the force")
         first, last = span(series, record.window, shown)
     values = np.array(series.values[first : last + 1])
-    return Forces(values, series.dt, source, seen, tuple(one.told() for one in reports))
+    cautions = (*seen, *interpolated_force(record, values, series.dt))
+    return Forces(values, series.dt, source, cautions, tuple(one.told() for one in reports))
 
 
 def _read(record: Recorded, ends: Ends = "even") -> tuple[Cleaned, Input]:
