@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from legs import event, leg
+from reference import RTOL
 
 
 def load_of(law, t):
@@ -18,7 +19,7 @@ def load_of(law, t):
     )
 
 
-def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=()):
+def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=(), rtol=RTOL):
     """Solve a spring contact by scipy's DOP853, restarted at every change of mode.
 
     `kinks` are the times at which the rate of the base acceleration jumps [s].
@@ -70,7 +71,7 @@ def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=()):
                     )
                 )
         begin = t
-        t, y, solution, hit = leg(rates, t, y, duration, kinks, events)
+        t, y, solution, hit = leg(rates, t, y, duration, kinks, events, rtol)
         pieces.append((begin, t, solution, mode))
         if hit is None:
             continue

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 
+from reference import RTOL
+
 NOISE = 1e-6
 """Share of the speed [-] that bristles at their limit may seem to take back: the integrator's
 own error, times a high power."""
@@ -54,14 +56,14 @@ class Bristles:
         del self.turns[-2:]
 
 
-def swing(law, plant, base, end, times, method="DOP853", rtol=1e-12, atol=1e-15):
+def swing(law, plant, base, end, times, method="DOP853", rtol=RTOL):
     """Give x_r [m] from rest at some times [s], the motion restarted at every event."""
     bristles = Bristles(law.sigma_0, law.F_h)
     d = -1 if base(1e-9) > 0.0 else 1
     bristles.way = d
     t, state, path = 0.0, np.zeros(3), []
     while t < end:
-        found = _piece(law, plant, base, bristles, d, t, state, end, method, rtol, atol)
+        found = _piece(law, plant, base, bristles, d, t, state, end, method, rtol)
         inside = times[(times >= t) & ((times < found.t[-1]) | (found.t[-1] >= end))]
         path.extend(found.sol(inside)[0] if len(inside) else ())
         t, state = found.t[-1], found.y[:, -1]
@@ -79,7 +81,7 @@ def swing(law, plant, base, end, times, method="DOP853", rtol=1e-12, atol=1e-15)
     return np.array(path)
 
 
-def _piece(law, plant, base, bristles, d, t, state, end, method, rtol, atol):
+def _piece(law, plant, base, bristles, d, t, state, end, method, rtol):
     """Integrate to the next event: the mass stops, the bristles stop, or a loop closes."""
 
     def left(v, F_h):
@@ -103,6 +105,6 @@ def _piece(law, plant, base, bristles, d, t, state, end, method, rtol, atol):
     for event in events:
         event.terminal, event.direction = True, -1
     return solve_ivp(
-        rates, (t, end), state, method, rtol=rtol, atol=atol, events=events,
+        rates, (t, end), state, method, rtol=rtol, atol=1e-3 * rtol, events=events,
         dense_output=True, first_step=1e-7,
     )  # fmt: skip

@@ -9,8 +9,8 @@ def event(function, direction):
     return function
 
 
-def leg(rates, t, y, duration, kinks, events):
-    """Go on from a state by scipy's DOP853, with errors near rounding.
+def leg(rates, t, y, duration, kinks, events, rtol):
+    """Go on from a state by scipy's DOP853 to a relative tolerance.
 
     Returns
     -------
@@ -21,8 +21,8 @@ def leg(rates, t, y, duration, kinks, events):
 
     until = min([duration, *(kink for kink in kinks if kink > t)][:2])
     found = solve_ivp(
-        rates, (t, until), y, "DOP853", events=events, rtol=1e-12, atol=1e-15, max_step=2e-3,
-        dense_output=True,
+        rates, (t, until), y, "DOP853", events=events, rtol=rtol, atol=1e-3 * rtol,
+        max_step=2e-3, dense_output=True,
     )  # fmt: skip
     hit = [i for i, times in enumerate(found.t_events) if len(times)]
     return found.t[-1], found.y[:, -1], found.sol, hit[0] if hit else None

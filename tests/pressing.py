@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from legs import event, leg
+from reference import RTOL
 
 ON = 1e-11
 """A force or speed this near to zero, in units of the scene, is zero at a change of mode."""
 
 
-def march_pressed(plant, F_fk, F_fs, load, base, duration, state=(0.0, 0.0), kinks=()):
+def march_pressed(
+    plant, F_fk, F_fs, load, base, duration, state=(0.0, 0.0), kinks=(), rtol=RTOL
+):
     """Solve by scipy's DOP853, restarted at every change of mode and at every kink.
 
     Parameters
@@ -57,7 +60,7 @@ def march_pressed(plant, F_fk, F_fs, load, base, duration, state=(0.0, 0.0), kin
         elif d:
             events.append(event(lambda t, y, d=d: d * y[1], -1))
         begin = t
-        t, y, solution, hit = leg(rates, t, y, duration, kinks, events)
+        t, y, solution, hit = leg(rates, t, y, duration, kinks, events, rtol)
         pieces.append((begin, t, solution, mode))
         if hit is None:
             continue

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from legs import event
+from reference import RTOL
 
 LAID_DOWN = 1e-7
 """Rebound [m/s] at which the machine lays a pressed mass down: it would fly some 1e-15 m."""
 
 
-def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=()):
+def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=(), rtol=RTOL):
     """Solve a scene with end stops by scipy's DOP853, restarted at every change of mode.
 
     Returns
@@ -75,7 +76,7 @@ def march_stops(plant, law, base, duration, state=(0.0, 0.0), knots=()):
         elif away:
             events.append(event(lambda t, y, s=away: s * push(s, *y), 1))
         found = solve_ivp(
-            rates, (t, end), y, "DOP853", events=events, rtol=1e-12, atol=1e-15,
+            rates, (t, end), y, "DOP853", events=events, rtol=rtol, atol=1e-3 * rtol,
             max_step=1e-3, dense_output=True,
         )  # fmt: skip
         pieces.append((t, found.t[-1], found.sol, d))

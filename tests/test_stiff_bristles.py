@@ -13,6 +13,7 @@ from drysim.core.dynamic_laws.settled import SETTLED
 from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Law
 from drysim.metrics import measure
 from law_scenes import PAPER, REST, STEP, noise, sine, solved
+from reference import assert_agrees, peak
 from test_dynamic_laws import bristle_rates
 
 DAHL = Dynamic(45.0, 45.0, BRISTLE)
@@ -46,12 +47,17 @@ def test_settled_bristles_move_as_those_resolved_by_an_integrator(law):
     assert (np.abs(directions(track)) > SETTLED).any()
     rates = bristle_rates(law, PAPER, lambda t: motion.A[0] * math.sin(2 * math.pi * 1.6 * t))
     t = np.linspace(0.0, 0.6, 200)
-    other = solve_ivp(rates, (0.0, 0.6), [0.0] * 3, "DOP853", t, rtol=1e-12, atol=1e-17)
+
+    def known(rtol):
+        # Longer steps are unstable with such bristles: they tremble by more than the tolerance.
+        return solve_ivp(
+            rates, (0.0, 0.6), [0.0] * 3, "DOP853", t, rtol=rtol, atol=1e-5 * rtol,
+            max_step=2e-4,
+        ).y  # fmt: skip
+
     x_r, v_r, z, _, _ = track.at(t)
-    assert np.abs(other.y[0] - x_r).max() < 1e-11 * np.abs(x_r).max()
-    assert np.abs(other.y[1] - v_r).max() < 1e-10 * np.abs(v_r).max()
-    # The other's z trembles at the edge of its stability; its motion does not notice.
-    assert np.abs(other.y[2] - z).max() < 1e-6 * np.abs(z).max()
+    own = 1e-11 * peak(x_r), 1e-10 * peak(v_r), 1e-9 * peak(z)
+    assert_agrees([x_r, v_r, z], known, own)
 
 
 @every_law
