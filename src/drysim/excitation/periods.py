@@ -48,7 +48,8 @@ def expect_many() -> None:
 
 def periods(spectra: NDArray[np.complex128], n: int) -> Iterable[Floats]:
     """Give one period of two signals [n], each with its first sample again."""
-    if n > KEPT or PAIRED not in sys.modules:
+    # Before 2.0, numpy transforms by other code than scipy, with other roundings.
+    if n > KEPT or not IN_PLACE or PAIRED not in sys.modules:
         return share(lambda spectrum: _closed(spectrum, n), spectra, n)
     from scipy import fft  # waits where another thread is about to load it
 

@@ -148,8 +148,9 @@ def _look_up(spelt: str) -> _Found | None:
     """Give what the units library knows, or None where it knows nothing."""
     if not _UNIT.fullmatch(spelt):
         return None
+    registry = _registry()
     try:
-        one, two = (_registry().Quantity(n, spelt).to_root_units() for n in (1.0, 2.0))
+        one, two = (registry.Quantity(n, spelt).to_root_units() for n in (1.0, 2.0))
     except Exception:  # it raises whatever its parser raises
         return None
     if two.magnitude != 2 * one.magnitude:  # degrees Celsius, decibels
