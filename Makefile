@@ -4,6 +4,8 @@
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python -m
+OLDEST ?= python3.11
+MINIMUM := .venv-minimum
 READY := $(VENV)/.ready
 INPUTS ?= 1000000
 CHANGES ?= 6
@@ -11,7 +13,7 @@ FILES ?=
 SHARED := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test slow fuzz mutate coverage check bench proof scale laws demo paper readme pictures schema clean
+.PHONY: help install fmt lint types layers test minimum slow fuzz mutate coverage check bench proof scale laws demo paper readme pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
@@ -43,6 +45,15 @@ layers: $(READY) ## who may import whom
 
 test: $(READY) ## the tests, all but the slow ones; three minutes on two cores
 	$(RUN) pytest -m "not slow" $(SHARED)
+
+minimum: $(MINIMUM)/.ready ## the same tests on the lowest versions that drysim declares
+	$(MINIMUM)/bin/python -m pytest -m "not slow" $(SHARED)
+
+$(MINIMUM)/.ready: pyproject.toml tests/minimum.txt
+	$(OLDEST) -m venv --clear $(MINIMUM)
+	$(MINIMUM)/bin/python -m pip install --quiet --disable-pip-version-check \
+	  --constraint tests/minimum.txt --editable '.[test]'
+	@touch $@
 
 # Some of the slow tests start processes of their own.
 slow: $(READY) ## the slow tests; seven minutes on two cores
@@ -98,5 +109,5 @@ schema: $(READY) ## write the JSON schema of scenarios beside the gallery
 	mv scenarios/scenario.schema.json.new scenarios/scenario.schema.json
 
 clean: ## remove .venv, caches and builds; results in out/ stay
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .coverage*
+	rm -rf $(VENV) $(MINIMUM) build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .coverage*
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

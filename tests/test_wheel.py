@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -27,6 +29,16 @@ def site(tmp_path_factory):
     (wheel,) = wheels.glob("drysim-*.whl")
     call("-m", "pip", "install", "--quiet", "--no-deps", "--target", str(site), str(wheel))
     return site
+
+
+def test_lowest_versions_that_are_tested_are_those_that_are_declared():
+    project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
+    extras = {**project["optional-dependencies"], "dev": []}
+    declared = [*project["dependencies"], *(one for many in extras.values() for one in many)]
+    names = [re.sub(r"\[.*\]", "", one) for one in declared if not one.startswith("drysim[")]
+    pinned = (CHECKOUT / "tests" / "minimum.txt").read_text().splitlines()
+    lines = [line.replace("==", ">=") for line in pinned if not line.startswith("#")]
+    assert sorted(lines) == sorted(names)
 
 
 @pytest.mark.slow
