@@ -458,6 +458,34 @@ def test_doctor_finds_this_installation_sound(drysim):
     assert "1.307242" in answer.out
 
 
+def test_doctor_runs_a_scenario_to_its_picture(drysim, monkeypatch):
+    assert "free-decay and its picture" in drysim("doctor").out
+
+    def broken(*_):
+        raise AttributeError("no such method")
+
+    monkeypatch.setattr("drysim.report.plots.response", broken)
+    code, out, _ = drysim("doctor")
+    assert code == 3
+    assert "FAULT run         AttributeError: no such method" in out
+
+
+@pytest.mark.parametrize(
+    ("least", "sound"), [("1", True), ("1.26.0", True), ("2.0.0", False), ("1.27", False)]
+)
+def test_doctor_checks_versions_against_the_minimums(drysim, monkeypatch, least, sound):
+    declared = [f"numpy>={least}", "ruff>=1000; extra == 'dev'", "pyuff>=1; extra == 'uff'"]
+    found = {"numpy": "1.26.0", "ruff": "1"}
+    monkeypatch.setattr("drysim.study.doctor.requires", lambda _: declared)
+    monkeypatch.setattr("drysim.study.doctor.version", lambda name: found.get(name, "99"))
+    code, out, _ = drysim("doctor")
+    wrong = [line for line in out.splitlines() if line.startswith("FAULT")]
+    assert (code, wrong == []) == ((0, True) if sound else (3, False))
+    if not sound:
+        (line,) = wrong
+        assert f"1.26.0 is older than {least}; update it: " in line
+
+
 def test_doctor_ends_with_3_when_an_answer_is_wrong(drysim, monkeypatch):
     monkeypatch.setattr("drysim.study.doctor.DECAY_STOP", 22.0)
     assert drysim("doctor").code == 3

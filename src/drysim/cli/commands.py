@@ -21,6 +21,12 @@ from drysim.errors import (
 
 if TYPE_CHECKING:
     from drysim.study.case import Case
+    from drysim.study.doctor import Finding
+
+RUN_BY_DOCTOR = "free-decay"
+
+PNG_END = b"IEND\xaeB`\x82"
+"""Last bytes of a whole PNG file."""
 
 FIRST = "paper-low-friction"
 """What `drysim init` writes when no name is given."""
@@ -158,13 +164,37 @@ def show_gallery(part: str) -> int:
 
 
 def doctor() -> int:
-    """Versions, engine, known-answer tests; about a second."""
+    """Versions, known answers, a run with its picture; two seconds."""
     from drysim import console
     from drysim.study.doctor import examine
 
-    findings = examine()
+    findings = [*examine(), end_to_end()]
     with reader_may_leave():
         for finding in findings:
             mark = "ok" if finding.sound else "FAULT"
             console.say(f"{mark:<6}{finding.name:<12}{finding.sentence}")
     return EXIT_OK if all(finding.sound for finding in findings) else EXIT_NUMERICS_FAILED
+
+
+def end_to_end() -> Finding:
+    """Run a scenario of the gallery from its file to its picture, in a temporary folder."""
+    from tempfile import TemporaryDirectory
+
+    from drysim.study.doctor import Finding
+
+    try:
+        from drysim import report
+        from drysim.scenario import load
+        from drysim.study import gallery
+        from drysim.study.case import prepare
+        from drysim.study.run import solve
+
+        outcome = solve(prepare(load(gallery.find(RUN_BY_DOCTOR).file)))
+        with TemporaryDirectory() as folder:
+            out = Path(folder, RUN_BY_DOCTOR)
+            report.write(outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK)
+            whole = Path(out, "response.png").read_bytes().endswith(PNG_END)
+    except Exception as fault:  # whatever a broken installation raises
+        return Finding("run", False, f"{type(fault).__name__}: {fault}")
+    sound = whole and outcome.exit_code() == EXIT_OK
+    return Finding("run", sound, f"{RUN_BY_DOCTOR} and its picture")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from math import pi
 
 import drysim
@@ -49,15 +50,51 @@ def versions() -> list[Finding]:
     """Give the versions of drysim, Python and everything that drysim stands on."""
     python = f"{platform.python_version()} on {platform.platform(terse=True)}"
     own = [Finding("drysim", True, drysim.__version__), Finding("python", True, python)]
-    return own + [part(name) for name in PARTS]
+    least = minimums()
+    extras = [name for name in least if name not in PARTS and installed(name)]
+    return own + [part(name, least.get(name, "")) for name in (*PARTS, *extras)]
 
 
-def part(name: str) -> Finding:
-    """Give the version of one package, or that it is missing."""
+def minimums() -> dict[str, str]:
+    """Return the minimum version of each package that drysim or an extra of it declares.
+
+    It is empty where drysim runs from its source without being installed.
+    """
     try:
-        return Finding(name, True, version(name))
+        declared = requires("drysim") or []
     except PackageNotFoundError:
-        return Finding(name, False, f"is missing; install it: python -m pip install {name}")
+        return {}
+    usual = (each for each in declared if not re.search(r"extra == .(dev|test)\b", each))
+    found = (re.match(r"([\w-]+)>=([\w.]+)", each) for each in usual)
+    return {match[1].lower(): match[2] for match in found if match}
+
+
+def installed(name: str) -> str:
+    """Return the version of a package; empty where it is missing."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+def part(name: str, least: str = "") -> Finding:
+    """Give the version of one package, or that it is missing or older than the minimum."""
+    found = installed(name)
+    wanted = f"'{name}>={least}'" if least else name
+    mend = f"python -m pip install {wanted}"
+    if not found:
+        return Finding(name, False, f"is missing; install it: {mend}")
+    if least and release(found) < release(least):
+        return Finding(name, False, f"{found} is older than {least}; update it: {mend}")
+    return Finding(name, True, found)
+
+
+def release(text: str) -> tuple[int, ...]:
+    """Return the numbers of a version; `1.0` is `1`."""
+    numbers = [int(number) for number in re.findall(r"\d+", text.partition("+")[0])]
+    while numbers and numbers[-1] == 0:
+        numbers.pop()
+    return tuple(numbers)
 
 
 def engine() -> list[Finding]:
