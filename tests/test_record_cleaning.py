@@ -463,6 +463,48 @@ def test_displacement_is_known_above_a_stated_high_pass_only(tmp_path):
     )
 
 
+def seat_test(seed, rms_of_slow=0.0):
+    """Give 30 s of EM1, and its displacement [m], with some slow motion on request."""
+    random = np.random.default_rng(seed)
+    f, t = np.arange(30, 480) / 120, np.arange(int(30 * RATE) + 1) / RATE
+    G = 2.82 / ((1 + (1.5 / f) ** 8) * (1 + (f / 2.5) ** 8)) + rms_of_slow**2
+    waves = np.sin(2 * np.pi * np.outer(t, f) + random.uniform(0, 2 * np.pi, len(f)))
+    u_dd = waves @ np.sqrt(G / 60)
+    return rows(t.tolist(), u_dd.tolist()), -(waves @ (np.sqrt(G / 60) / (2 * np.pi * f) ** 2))
+
+
+BAND = {"time": "t", "remove": {"below": 0.2, "order": 4}}
+
+
+@pytest.mark.parametrize("seed", [16, 27, 28, 35])
+def test_ends_of_a_record_without_slow_parts_add_next_to_nothing_to_its_displacement(
+    tmp_path, seed
+):
+    text, u = seat_test(seed)
+    found = motion_of(tmp_path, text, **BAND).u
+    assert np.sqrt(np.mean(found**2)) == pytest.approx(np.sqrt(np.mean(u**2)), rel=0.01)
+
+
+def test_displacement_that_depends_on_the_ends_of_the_record_is_a_warning(tmp_path):
+    text, _ = seat_test(3, rms_of_slow=1.0)
+    (caution,) = (
+        one for one in motion_of(tmp_path, text, **BAND).cautions
+        if one.slug == "displacement-ends"
+    )  # fmt: skip
+    assert caution.numbers["share"] > 0.01
+    assert "and with it T_x, depends on how the record is continued" in caution.sentence
+    assert "leave out the first and the last 5 s by `excitation.window`" in caution.sentence
+
+
+def test_window_without_the_ends_has_a_displacement_without_a_warning(tmp_path):
+    text, u = seat_test(3)
+    inner = motion_of(tmp_path, text, **BAND, window={"from": 5.0, "to": 25.0})
+    assert "displacement-ends" not in {one.slug for one in inner.cautions}
+    part = u[int(5 * RATE) : int(25 * RATE) + 1]
+    rms = np.sqrt(np.mean(part**2))
+    assert np.sqrt(np.mean(inner.u**2)) == pytest.approx(rms, rel=0.005)
+
+
 def test_displacement_of_a_velocity_record_is_on_its_own_grid(tmp_path):
     v = np.cos(2 * np.pi * 1.6 * T)
     text = rows(T.tolist(), v.tolist(), "m/s")

@@ -243,3 +243,25 @@ def _low_pass(record: Recorded, corner: float) -> str:
         return "record it at a higher rate"
     way = record.remove.with_too(above=float(f"{corner:.2g}"))
     return f"a low-pass, {way} or lower, takes it away"
+
+
+def ends_of_u(
+    record: Record, u: NDArray[np.float64] | None, otherwise: NDArray[np.float64] | None
+) -> Iterator[Caution]:
+    """Warn when RMS{u} depends by more than a hundredth on what is beyond the record's ends.
+
+    `otherwise` is u above the high-pass with another continuation of the record. What it adds
+    to u or takes away is not related to u, so it counts by its square.
+    """
+    if u is None or otherwise is None or not record.remove.below:
+        return
+    squares, apart = float(u @ u), u - otherwise
+    share = 0.5 * float(apart @ apart) / squares if squares else 0.0
+    if share > MUCH:
+        sentence = (
+            f"{record.named}: RMS{{u}}, and with it T_x, depends on how the record is "
+            f"continued beyond its ends, by about {share * 100:.2g} %; leave out the first and "
+            f"the last {1.0 / record.remove.below:.3g} s by `excitation.window`, take a longer "
+            "record or a higher `remove.below`"
+        )
+        yield Caution("displacement-ends", sentence, {"share": share})

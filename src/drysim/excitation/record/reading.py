@@ -13,13 +13,14 @@ from drysim.core.motion import Input, Samples
 from drysim.core.signal import Signal, blocks, moments
 from drysim.errors import Caution, RecordError
 from drysim.excitation.record.cautions import (
+    ends_of_u,
     found,
     gravity_left,
     interpolated,
     interpolated_force,
 )
 from drysim.excitation.record.file import TextFile, fault, read
-from drysim.excitation.record.filters import Ends, displacement
+from drysim.excitation.record.filters import Ends, displacements
 from drysim.excitation.record.formats import SUFFIXES, format_of
 from drysim.excitation.record.lines import unquoted
 from drysim.excitation.record.series import Cleaned, series_of
@@ -63,8 +64,12 @@ def motion_of(record: Record, ends: Ends = "even") -> Samples:
         first, last = span(series, record.window, shown)
         motion = spline(series)
         if slow and record.remove.below and motion.u is None:
-            u = displacement(spline(slow), record.remove.below, record.remove.order)
+            band = record.remove.below, record.remove.order
+            u, other = displacements(spline(slow), *band)
+            otherwise = cut(motion._replace(u=other), first, last, len(series.values)).u
             motion = motion._replace(u=u)
+        else:
+            otherwise = None
         motion = cut(motion, first, last, len(series.values))
         _finite(motion.u_dd, motion.dt, shown)
         level = moments(motion.u_dd)
@@ -74,6 +79,7 @@ def motion_of(record: Record, ends: Ends = "even") -> Samples:
             *seen,
             *found(record, motion, level),
             *interpolated(record, motion, level[1], own),
+            *ends_of_u(record, motion.u, otherwise),
         )
     realised: dict[str, object] = {} if record.scale == 1.0 else {"scale": record.scale}
     if reports:
