@@ -71,7 +71,8 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
     Welch: Hann windows that overlap by half, the mean of the window taken off. H1 = G_ux/G_u
     is unbiased by what friction adds to ẍ, which lowers the coherence instead. A segment count
     n leaves a standard error of about 1/√(0.95 n) of a PSD. The accelerations are means over
-    the steps, and their fading towards half of the sampling rate is taken back.
+    the steps, and their fading towards half of the sampling rate is taken back. So G_u is that
+    of straight lines between the samples, less than that of the samples by (2/3) (π f dt)².
     """
     dt, part = response.dt, steps_within(response, window)
     u_dd, x_dd = (series[part] - series[part].mean() for series in step_means(response))

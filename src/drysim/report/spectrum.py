@@ -42,6 +42,7 @@ def told(found: Spectra) -> dict[str, Any]:
     """Give how spectra were made, for drysim.json."""
     return {
         "method": "Welch, Hann window, half overlapping, mean of the window removed",
+        "series": "means over every step, their fading with frequency taken back",
         "segment": found.segment,
         "segments": found.segments,
         "resolution": 1.0 / found.segment,
