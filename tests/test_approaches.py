@@ -369,7 +369,10 @@ def test_signum_invents_vibration_that_no_smaller_step_cures() -> None:
             response = Signum(method=method).solve(PAPER, law, motion, REST, step, 4.0)
             metrics = measure(track_of(response), (2.0, 4.0), None)
             assert metrics["T_a"] == pytest.approx(45.0 / (75.0 * 0.33), rel=0.02)
-            assert metrics["chatter_share"] > 0.6 or method != "semi-implicit"
+            if method in ("euler", "semi-implicit"):
+                assert metrics["chatter_share"] > 0.6
+            else:  # the sign changes between the stages of a step
+                assert metrics["chatter_share"] < {"heun": 0.02, "rk4": 0.11}[method]
 
 
 def test_moreau_sticks_truly_and_converges() -> None:

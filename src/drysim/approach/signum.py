@@ -16,8 +16,10 @@ METHODS = ("euler", "semi-implicit", "heun", "rk4")
 class Signum(Member):
     """Friction against the sign of the velocity at every step, with sign(0) = 0.
 
-    Not to be confused with stick-slip: there is no stick. Where the mass should stand still it
-    chatters with period 2Δt and acceleration amplitude about F_fk/m, whatever the step.
+    Not to be confused with stick-slip: there is no stick. Where the mass should stand still its
+    acceleration on the grid is about ±F_fk/m, however small the step. Under `euler` and
+    `semi-implicit` the mass chatters with period 2Δt; under `heun` and mostly under `rk4` the
+    sign changes between the stages of a step, and v_r on the grid hardly does.
     """
 
     approach: Literal["signum"] = "signum"

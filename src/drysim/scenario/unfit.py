@@ -43,8 +43,9 @@ def unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
             yield Caution(
                 "signum-chatters",
                 f"F_fk/(m a_u) is {number(share, digits=3)}: where the mass should stick, "
-                "signum chatters with period 2Δt, and T_a tends to this number whatever the "
-                "step; stick-slip has no such error",
+                "signum gives it accelerations of about ±F_fk/m, however small the step, and "
+                "where it should stick all the time T_a tends to this number; stick-slip has "
+                "no such error",
                 {"share": share},
             )
 
