@@ -235,3 +235,16 @@ def test_summary_shows_seat_and_a_w_of_runs_and_sweeps_only_when_asked(drysim, s
     assert re.search(r"a_w +[0-9.]+ m/s² +Wd, k 1.4; MTVV", answer.out)
     assert "SEAT" in drysim("sweep", *words, "--set", "sweep={friction.kinetic: [1, 9]}").out
     assert "SEAT" not in drysim("run", seat, "--no-plots").out
+
+
+@pytest.mark.parametrize(("step", "off"), [(4e-3, 1.5e-4), (2e-3, 2.5e-5)])
+@pytest.mark.parametrize("rms", [0.5, 0.75, 1.0])
+def test_weighting_of_jumps_depends_on_the_step_as_little_as_the_readme_says(
+    seat, step, off, rms
+):
+    words = {"excitation": SINE | {"frequency": 1.6, "rms": rms}, "measure": STEADY}
+    coarse, fine = (
+        outcome_of(seat, friction__kinetic=45, solver__step=dt, **words).metrics["a_w"]
+        for dt in (step, 1e-4)
+    )
+    assert coarse == pytest.approx(fine, rel=off)

@@ -9,6 +9,7 @@ import pytest
 
 from drysim.scenario import load
 from drysim.study.comparisons.compare import compare
+from drysim.study.run import run
 from drysim.study.sweeps.sweep import sweep
 from drysim.study.sweeps.table import Row
 
@@ -109,3 +110,64 @@ def test_at_low_friction_the_viscous_model_shows_slightly_more_than_either(
     T_a = {row.approach: row.metrics["T_a"] for row in found.table.rows}
     for approach in ("signum", "stick-slip"):
         assert T_a[approach] < T_a["viscous"] < 1.1 * T_a[approach]
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "frequency", "rms", "form", "metric", "off"),
+    [
+        (45, 10.0, 0.75, "tanh", "T_a", -0.0242),
+        (15, 10.0, 0.5, "rational", "T_a", -0.1216),
+        (45, 10.0, 0.5, "tanh", "x_r_peak", 2.95),
+        (45, 10.0, 0.5, "rational", "x_r_peak", 7.39),
+        (45, 5.0, 0.5, "tanh", "x_r_peak", 1.56),
+        (45, 5.0, 0.5, "rational", "x_r_peak", 4.93),
+    ],
+)
+def test_sharpness_of_a_thousand_errs_on_sines_as_the_readme_says(
+    tmp_path: Path,
+    kinetic: float,
+    frequency: float,
+    rms: float,
+    form: str,
+    metric: str,
+    off: float,
+) -> None:
+    file = tmp_path / "harmonic.yaml"
+    file.write_text(HARMONIC[: HARMONIC.index("sweep:")])
+    words = {
+        "friction.kinetic": kinetic, "excitation.frequency": frequency, "excitation.rms": rms,
+        "solver.smooth": {"form": form, "sharpness": 1e3},
+    }  # fmt: skip
+    exact = run(load(file, words)).metrics[metric]
+    smooth = run(load(file, words | {"solver.approach": "smooth"})).metrics[metric]
+    assert exact is not None
+    assert smooth is not None
+    assert smooth / exact - 1 == pytest.approx(off, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "ratio", "start", "stands_still"),
+    [
+        (0.5, 1.178, 0.0, False),
+        (0.5, 1.179, 0.0, True),
+        (0.5, 1.179, 5e-3, False),
+        (0.5, 1.38, 0.0, True),
+        (0.5, 1.38, 5e-3, False),
+        (0.5, 1.39, 5e-3, True),
+        (1.0, 1.22, 5e-3, False),
+        (1.0, 1.25, 5e-3, True),
+        (1.6, 1.2, 5e-3, True),
+    ],
+)
+def test_a_stick_slip_orbit_coexists_with_rest_above_the_static_limit_that_holds_a_mass_at_rest(
+    tmp_path: Path, frequency: float, ratio: float, start: float, stands_still: bool
+) -> None:
+    file = tmp_path / "harmonic.yaml"
+    file.write_text(HARMONIC[: HARMONIC.index("sweep:")])
+    words = {
+        "friction.kinetic": 45, "friction.static_ratio": ratio, "start.x_r": start,
+        "excitation.frequency": frequency, "excitation.rms": 0.5,
+    }  # fmt: skip
+    metrics = run(load(file, words)).metrics
+    assert (metrics["stuck_share"] == 1.0) == stands_still
+    assert (metrics["T_a"] == 1.0) == stands_still
