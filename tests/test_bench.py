@@ -139,6 +139,15 @@ def test_exact_approach_is_charged_with_what_both_runs_of_the_reference_agree_on
     assert held_to(score, score).verdict == "fine"
 
 
+def test_slip_begins_where_friction_is_overcome_and_not_just_before(works):
+    work = works(SLIDING)
+    still = machine.Slip(0.0, 0.0, 0.0, 0)
+    for limit in np.linspace(1.0, 75.0, 200):
+        part = replace(work, law=work.law._replace(F_fs=float(limit)))
+        t = machine.break_away(part, still, 0.0, 0.125)
+        assert 0.0 < machine.limit_force(part, still._replace(t=t)) - limit < 1e-11
+
+
 def test_signum_chatters_where_the_mass_should_stick(works):
     work = works(HELD)
     score = score_of(work, "signum", "semi-implicit")

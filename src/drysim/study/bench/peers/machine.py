@@ -120,7 +120,11 @@ def break_away(work: Work, now: Slip, begin: float, end: float) -> float:
         return begin + (end - begin) * (limit - low) / rise
     if beyond(end) <= 0.0:
         return end
-    return float(brentq(beyond, begin, end, xtol=ROUNDING * end, rtol=ROUNDING))
+    t = float(brentq(beyond, begin, end, xtol=ROUNDING * end, rtol=ROUNDING))
+    ahead = ROUNDING * end
+    while beyond(t) <= 0.0:  # below the limit the mass would stop at once
+        t, ahead = min(t + ahead, end), 2.0 * ahead
+    return t
 
 
 def friction(work: Work, x_r: Floats, d: Floats) -> Floats:
