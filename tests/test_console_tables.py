@@ -358,6 +358,26 @@ def test_work_that_lasts_shows_a_bar_and_takes_it_away(monkeypatch):
     assert shown.endswith("\x1b[2K")
 
 
+@pytest.mark.parametrize(
+    ("done", "blocks", "seconds", "shown"),
+    [
+        (1, 1083, 1.0, "1 cases/s"),
+        (30, 1083, 40.0, "0.75 cases/s"),
+        (9_000, 300, 2.0, "1/300 blocks, 4,500 cases/s"),
+        (64, 17, 7.0, "1/17 blocks, 9.1 cases/s"),
+    ],
+)
+def test_blocks_are_shown_where_they_are_not_the_cases(
+    monkeypatch, done, blocks, seconds, shown
+):
+    clock = [0.0]
+    monkeypatch.setattr(bar.time, "monotonic", lambda: clock[0])
+    pace = bar._Bar(1083 if done < 100 else 10_000, "cases", blocks)
+    clock[0] = seconds
+    pace._done, pace._blocks_done = done, 1
+    assert pace._pace() == shown
+
+
 def test_terminal_that_cannot_draw_shows_no_bar(monkeypatch):
     screen = terminal(monkeypatch)
     monkeypatch.setenv("TERM", "dumb")

@@ -45,10 +45,10 @@ def run(
         code = made.exit_code(strict) if made.complete else EXIT_INTERRUPTED
         told = report.write_ensemble(made, claim, plots=plots, command=command, exit_code=code)
     show = partial(console.show_ensemble, made, folder)
-    voice.answer(told, show, made.warnings, folder if made.complete else claim.partial, code)
     if not made.complete:
         console.show_interrupted(len(made.rows), "seed", folder)
-    return code
+    written = folder if made.complete else claim.partial
+    return voice.answer(told, show, made.warnings, written, code)
 
 
 def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: bool) -> Ensemble:

@@ -78,10 +78,11 @@ def sweep(
             table, claim, plots=not no_plots, command=command, exit_code=code, form=form
         )
     show = partial(console.show_table, table, folder)
-    voice.answer(told, show, table.warnings, folder if table.complete else claim.partial, code)
     if not table.complete:
         console.show_interrupted(len(table.rows), "case", folder)
-    return code
+        show = show if len(table.rows) else partial(console.show_warnings, ())
+    written = folder if table.complete else claim.partial
+    return voice.answer(told, show, table.warnings, written, code)
 
 
 def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool) -> Table:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 
 from drysim.cli.streams import reader_may_leave
-from drysim.errors import EXIT_OK, Caution
+from drysim.errors import EXIT_INTERRUPTED, EXIT_OK, Caution
 
 if TYPE_CHECKING:
     from drysim.report import Claim
@@ -56,7 +56,7 @@ class Voice(NamedTuple):
                 typer.echo(report.text(told), nl=False)
             elif not self.quiet:
                 show()
-            elif code:
+            elif code not in (EXIT_OK, EXIT_INTERRUPTED):  # of which more was said before
                 self._excuse(told, warnings)
             if self.as_json and not self.quiet:
                 console.show_warnings(warnings)

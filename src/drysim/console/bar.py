@@ -75,11 +75,13 @@ class _Bar:
                 self._shown.update(self._task, completed=self._done, pace=self._pace())
 
     def _pace(self) -> str:
-        """Give the blocks that are done and the rate, for work that comes in blocks."""
+        """Give the rate, and the blocks that are done where a block is more than one piece."""
         if not self._blocks:
             return ""
         rate = self._done / (time.monotonic() - self._begin)
-        return f"{self._blocks_done}/{self._blocks} blocks, {rate:,.0f} {self._label}/s"
+        each = f"{rate:,.0f}" if rate >= 10.0 else f"{rate:.2g}"
+        blocks = f"{self._blocks_done}/{self._blocks} blocks, " * (self._blocks < self._total)
+        return f"{blocks}{each} {self._label}/s"
 
     def _show(self) -> None:
         """Put the bar on the terminal."""
