@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -141,6 +142,61 @@ MANY = {
     "cases": ("sweep", "--set", f"sweep={{{MASSES}, {DAMPERS}}}"),
     "seeds": ("run", "--set", f"excitation={NOISE}", "--set", "measure=null"),
 }
+
+
+@pytest.mark.parametrize("kind", MANY)
+@pytest.mark.parametrize("finished", [0, 2])
+def test_interruption_is_told_before_the_summary_of_what_is_finished(
+    drysim, seat, monkeypatch, kind, finished
+):
+    told = []
+
+    def advance(number=1, left=iter(range(finished))):  # noqa: B008 - one for all calls
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(console, "progress", lambda *_: nullcontext(advance))
+    for name in ("show_interrupted", "show_table", "show_ensemble"):
+        monkeypatch.setattr(console, name, lambda *_, name=name: told.append(name))
+    command, *words = MANY[kind]
+    quick = ("--workers", 1, "--no-plots", "--set", "checks=[T_a < 1e-3]")
+    assert drysim(command, seat, *words, *quick).code == 130
+    assert told == ["show_interrupted", {"cases": "show_table", "seeds": "show_ensemble"}[kind]]
+
+
+def test_interruption_in_quiet_is_told_in_one_line(drysim, seat, monkeypatch):
+    def advance(number=1):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(console, "progress", lambda *_: nullcontext(advance))
+    quiet = ("-q", "--no-plots", "--set", "checks=[T_a < 1e-3]")
+    done = drysim("sweep", seat, *SWEEP, *quiet)
+    assert (done.code, done.out) == (130, "")
+    assert done.err.startswith("interrupted: ")
+    assert done.err.count("\n") == 1
+
+
+LLVM = "Could not find/load shared object file 'libllvmlite.so' from resource location: 'x'."
+
+
+def test_fault_that_names_no_file_is_not_blamed_on_stdout(drysim, seat, monkeypatch):
+    def fail(_):
+        raise OSError(LLVM)
+
+    monkeypatch.setattr("drysim.study.run.solve", fail)
+    done = drysim("run", seat)
+    assert done.code == 70
+    assert "stdout cannot be written" not in done.err
+
+
+def test_system_without_memory_is_told_as_such(drysim, seat, monkeypatch):
+    def fail(_):
+        raise OSError(errno.ENOMEM, "Cannot allocate memory")
+
+    monkeypatch.setattr("drysim.study.run.solve", fail)
+    done = drysim("run", seat)
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith("error: this machine has run out of memory")
 
 
 @pytest.mark.parametrize("kind", MANY)

@@ -13,6 +13,7 @@ import pytest
 
 from drysim.core import compiled
 from drysim.core.kept import cache_class
+from drysim.errors import DrysimError
 
 
 @pytest.mark.parametrize(
@@ -58,6 +59,17 @@ def test_cache_that_cannot_be_made_falls_back_to_the_temporary_folder(
         assert folder.is_relative_to(tmp_path)
     finally:
         compiled.cache_folder.cache_clear()
+
+
+def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "numba", None)
+    with pytest.raises(
+        DrysimError, match=r"the compiler \(numba\) cannot be loaded: "
+    ) as fault:
+        compiled.compiler()
+    assert "DRYSIM_ENGINE=plain" in fault.value.hint
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
 import sys
@@ -16,7 +17,7 @@ import typer
 from drysim.cli import plugins
 from drysim.cli.leave import ASKED, tidy_up_first
 from drysim.cli.shelf import app
-from drysim.cli.streams import open_closed_streams, reader_may_leave, unheard
+from drysim.cli.streams import REFUSALS, open_closed_streams, reader_may_leave, unheard
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,
@@ -62,8 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except DrysimError as fault:
         code = dressed(fault)
     except MemoryError:
-        print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
-        code = EXIT_NOTHING_COMPUTED
+        code = out_of_memory()
     except KeyboardInterrupt:  # between two commands, so to speak
         code = EXIT_INTERRUPTED
     except Exception as fault:
@@ -119,6 +119,12 @@ def wrong_words(fault: typer.TyperException) -> int:
     return dressed(UsageError(sentence, f"`{command} --help` shows what it takes"))
 
 
+def out_of_memory() -> int:
+    """Say that there is no more memory, and give the exit code."""
+    print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
+    return EXIT_NOTHING_COMPUTED
+
+
 def unforeseen(fault: Exception) -> int:
     """Show what nobody foresaw: a stdout that cannot be written, or else a bug.
 
@@ -126,8 +132,10 @@ def unforeseen(fault: Exception) -> int:
     """
     if ASKED.is_set():
         return EXIT_INTERRUPTED
+    if isinstance(fault, OSError) and fault.errno == errno.ENOMEM:
+        return out_of_memory()
     # A stream that fails names no file; all files are written where that is foreseen.
-    if isinstance(fault, OSError) and fault.filename is None:
+    if isinstance(fault, OSError) and fault.filename is None and fault.errno in REFUSALS:
         return dressed(unheard(fault))
     with suppress(OSError):
         traceback.print_exc()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Iterator
@@ -9,6 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from drysim.errors import EXIT_CHECK_FAILED, OutputError
+
+REFUSALS = {
+    errno.EAGAIN, errno.EBADF, errno.ECONNRESET, errno.EDQUOT, errno.EFBIG, errno.EINVAL,
+    errno.EIO, errno.ENOSPC, errno.ENXIO, errno.EPIPE,
+}  # fmt: skip
+"""What a stream may answer to a write; a library that cannot be loaded has no number."""
 
 
 def open_closed_streams() -> None:

@@ -17,6 +17,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from drysim.errors import DrysimError
+
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 VARIABLE = "DRYSIM_ENGINE"
@@ -96,10 +98,9 @@ def fused(function: Kernel) -> Kernel:
 
 def jit(function: Kernel, beneath: str = "", **options: Any) -> Kernel:
     """Compile a kernel, with the cache folder of exactly this source, or one beneath it."""
-    import numba
-
     from drysim.core.kept import keep
 
+    numba = compiler()
     make: Any = numba.njit
     kernel = make(nogil=True, error_model="numpy", _nrt=False, **options)(function)
     settings: Any = numba.config
@@ -111,6 +112,26 @@ def jit(function: Kernel, beneath: str = "", **options: Any) -> Kernel:
         finally:
             settings.CACHE_DIR = before
     return cast(Kernel, kernel)
+
+
+def compiler() -> Any:
+    """Return numba.
+
+    Raises
+    ------
+    DrysimError
+        When it cannot be loaded: a part of it may be missing, or the memory for it.
+    """
+    try:
+        import numba
+    except (ImportError, OSError) as fault:
+        reason, *_ = str(fault).partition(". ")
+        raise DrysimError(
+            f"the compiler (numba) cannot be loaded: {reason}",
+            f"it takes some 0.5 GB of address space (ulimit -v); {VARIABLE}={PLAIN} does "
+            "without it, more slowly",
+        ) from fault
+    return numba
 
 
 def compiling() -> bool:
@@ -176,8 +197,7 @@ def _is_private(folder: Path) -> bool:
 
 def source_key() -> str:
     """Give a short name that changes with any line of the core, with Python and with numba."""
-    import numba
-
+    numba = compiler()
     words = f"{sys.version}{numba.__version__}{source_digest()}"
     return hashlib.sha256(words.encode()).hexdigest()[:16]
 
