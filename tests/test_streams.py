@@ -219,7 +219,7 @@ def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monk
 DEAF = """
 import ctypes, signal
 from drysim.cli.leave import tidy_up_first
-for name in "SIGINT", "SIGTERM", "SIGHUP":  # a session in the background hands down ignored ones
+for name in "SIGINT", "SIGTERM", "SIGHUP":  # which may be ignored here
     signal.signal(getattr(signal, name), signal.default_int_handler)
 tidy_up_first()
 libc, lock = ctypes.CDLL(None), ctypes.create_string_buffer(256)

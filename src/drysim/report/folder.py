@@ -34,9 +34,6 @@ from drysim.study.identity import removed
 
 Made = TypeVar("Made")
 
-SPARE = 3
-"""Files held open for the time after a failure: to remove a folder, its parts are opened."""
-
 
 class Claim(NamedTuple):
     """Our hold on an output folder: its name, and `<name>.partial`, where the work is done."""
@@ -93,11 +90,14 @@ def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
 
 
 def _held(folder: Path, place: Path, partial: Path, resume: bool) -> Iterator[Claim]:
-    """Mark `<name>.partial` as ours and give it; when that fails, leave what can be resumed."""
+    """Mark `<name>.partial` as ours and give it; when that fails, leave what can be resumed.
+
+    Some files are held open for the time after a failure: to remove a folder, it is opened.
+    """
     with ExitStack() as spare:
         try:
-            for _ in range(SPARE):
-                spare.callback(os.close, os.open(os.devnull, os.O_RDONLY))
+            for end in (*os.pipe(), *os.pipe()):  # each is as good as a file held open
+                spare.callback(os.close, end)
             recover(place, beside(place, "replaced"))
             # Without its marker the journal would be a stranger to the next drysim.
             empty(partial, {CASES, JOURNAL, MARKER} if resume else set())
