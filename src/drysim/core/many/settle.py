@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 from drysim.core.compiled import compiled, inlined
@@ -95,7 +94,7 @@ def by_itself(plant, law, steps, parts, rule, side, i, lane, turns):
     u_0, u_1 = at[queue.U + i], at[queue.U_1 + i]
     at[queue.DONE + i] += 1.0
     x_end, v_end, _, d_end, count, closest = through_events(
-        plant, law, steps, parts, u_0, u_1, 0, x, v, math.nan, d, log, 0, kept[CLOSEST]
+        plant, law, steps, parts, (), u_0, u_1, 0, x, v, d, log, 0, kept[CLOSEST]
     )
     if count < 0:
         at[queue.X + i], at[queue.V + i] = float("nan"), float("nan")

@@ -27,7 +27,7 @@ CANCELS = 1e-3
 
 @inlined
 def through_events(
-    plant, law, steps, parts, u_0, u_1, n, x_r, v_r, a, d, log, count, closest
+    plant, law, steps, parts, carried, u_0, u_1, n, x_r, v_r, d, log, count, closest
 ):  # fmt: skip
     """Carry the state through a step that may hold any number of events.
 
@@ -36,13 +36,15 @@ def through_events(
     plant, law, steps
     parts : Parts or tuple
         Of such steps; empty where a series serves them.
+    carried : tuple of float
+        Relative acceleration at the start of the step [m/s²], which carries a faint velocity
+        on, see `creep`; empty where x_r and v_r determine it.
     u_0, u_1 : float
         ü at both ends of the step [m/s²].
     n : int
         Number of the sample at the start of the step.
-    x_r, v_r, a : float
-        State at the start of the step [m, m/s] and relative acceleration [m/s²], NaN where
-        x_r and v_r determine it.
+    x_r, v_r : float
+        State at the start of the step [m, m/s].
     d : int
         Direction of sliding, 0 when stuck.
     log : Log
@@ -54,15 +56,14 @@ def through_events(
     Returns
     -------
     x_r, v_r, a, d, count, closest
-        At the end of the step, a where v_r is faint and NaN elsewhere; `count` is negative when
-        there is no room for its events.
+        At the end of the step, a [m/s²] where v_r is faint and a is carried or the step is
+        long, else NaN; `count` is negative when there is no room for its events.
 
     Notes
     -----
     `x_end` and `v_end` are the state at the end of the step should nothing more happen. A
     reversal adds what the jump of the friction force does in the rest of the step: between
-    events the motion is linear. In a long step `slide_on` finds that state on its way. A
-    faint velocity is carried on with its rate, see `creep`.
+    events the motion is linear. In a long step `slide_on` finds that state on its way.
     """
     h, f = steps.dt, steps.f
     room = count + ROOM
@@ -70,13 +71,15 @@ def through_events(
     per_m = 1.0 / plant.m
     begin = 0.0
     x_end, v_end = x_r, v_r
-    if a != a:
+    if len(carried) == 0:
         a = -(u_0 + steps.c * v_r + steps.w * x_r + d * f)
         if d != 0:
             x_end, v_end = step_end(steps, x_r, v_r, d, u_0, u_1)
-    elif len(parts) == 0:
-        way, v_end = coast(steps, d * v_r, d * a, -d * slope, h)
-        x_end, v_end = x_r + d * way, d * v_end
+    else:
+        a = carried[0]
+        if len(parts) == 0:
+            way, v_end = coast(steps, d * v_r, d * a, -d * slope, h)
+            x_end, v_end = x_r + d * way, d * v_end
     while count < room:
         if d == 0:
             F_L = limit_force(plant, x_r, u_1)
@@ -104,10 +107,12 @@ def through_events(
             # What two ways of rounding make of a velocity next to zero.
             if d * v_end < 0.0:
                 v_end = 0.0
+            if len(parts) == 0:
+                if len(carried) == 0:
+                    return x_end, v_end, math.nan, d, count, closest
+                a_end = rate_after(steps, d * v_r, d * a, -d * slope, h - begin)
             if abs(v_end) > faint_below(steps, x_end):
                 return x_end, v_end, math.nan, d, count, closest
-            if len(parts) == 0:
-                a_end = rate_after(steps, d * v_r, d * a, -d * slope, h - begin)
             return x_end, v_end, d * a_end, d, count, closest
         x_r += d * way
         v_r = 0.0

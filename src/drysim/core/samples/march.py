@@ -16,7 +16,7 @@ from drysim.core.events import ROOM, holding_force
 from drysim.core.samples.eventful import through_events
 from drysim.core.samples.glide import creep, glide, lifted, look_ahead
 from drysim.core.samples.parts import parts_of
-from drysim.core.samples.steps import steps_of
+from drysim.core.samples.steps import faint_below, steps_of
 
 STRETCH = 256
 """Samples prepared at once: a few kilobytes. Chains of steps begin anew at each multiple, so
@@ -78,10 +78,32 @@ def march_on(
     plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count,
     capacity, x_ahead, v_ahead,
 ):  # fmt: skip
-    """March stretch by stretch, as `march` says; the last two are scratch for one stretch."""
-    begin, until = n, n
+    """March as `march` says; the last two are scratch for one stretch of samples."""
     closest = math.inf
     full = capacity - ROOM
+    while n < end and 0 <= count <= full and x_r == x_r:
+        if a == a:
+            n, x_r, v_r, d, a, count, tight = march_faint(
+                plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out,
+                log, count, full,
+            )  # fmt: skip
+        else:
+            n, x_r, v_r, d, a, count, tight = march_firm(
+                plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out, log,
+                count, full, x_ahead, v_ahead,
+            )  # fmt: skip
+        closest = min(closest, tight)
+    return n, x_r, v_r, d, a, count, closest
+
+
+@compiled
+def march_firm(
+    plant, law, steps, parts, u_dd, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, full,
+    x_ahead, v_ahead,
+):  # fmt: skip
+    """March stretch by stretch until v_r is faint; parameters as in `march_on`."""
+    begin, until = n, n
+    closest = math.inf
     while n < end and 0 <= count <= full:
         if n >= until:
             begin, until = -1, min(n - n % STRETCH + STRETCH, end)
@@ -90,12 +112,6 @@ def march_on(
                 break
         if d == 0:
             n = rest(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out)
-        elif a == a:
-            v_r, a = lifted(v_r, a)
-            if steps.fine:
-                n, x_r, v_r, a = creep(
-                    steps, u_dd, n, until, x_r, v_r, a, d, x_out, v_out, d_out
-                )
         elif steps.fine:
             if begin < 0:
                 begin = n
@@ -105,9 +121,57 @@ def march_on(
                 steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out, begin, x_ahead, v_ahead
             )
         if n < until:
+            before = count
             x_r, v_r, a, d, count, closest = through_events(
-                plant, law, steps, parts, u_dd[n], u_dd[n + 1], n, x_r, v_r, a, d, log, count,
+                plant, law, steps, parts, (), u_dd[n], u_dd[n + 1], n, x_r, v_r, d, log, count,
                 closest,
+            )  # fmt: skip
+            n += 1
+            x_out[n] = x_r
+            v_out[n] = v_r
+            d_out[n] = d
+            # No event after all: v_r may have become faint.
+            if count == before and d != 0 and abs(v_r) <= faint_below(steps, x_r):
+                if a != a:
+                    a = -(u_dd[n] + steps.c * v_r + steps.w * x_r + d * steps.f)
+                return n, x_r, v_r, d, a, count, closest
+    return n, x_r, v_r, d, math.nan, count, closest
+
+
+@compiled
+def march_faint(
+    plant,
+    law,
+    steps,
+    parts,
+    u_dd,
+    n,
+    end,
+    x_r,
+    v_r,
+    d,
+    a,
+    x_out,
+    v_out,
+    d_out,
+    log,
+    count,
+    full,
+):
+    """March while v_r is faint, with its acceleration; parameters as in `march_on`."""
+    closest = math.inf
+    while n < end and a == a and 0 <= count <= full:
+        until = min(n - n % STRETCH + STRETCH, end)
+        if not numbers(u_dd[n : until + 1]):
+            x_r = math.nan
+            break
+        v_r, a = lifted(v_r, a)
+        if steps.fine:
+            n, x_r, v_r, a = creep(steps, u_dd, n, until, x_r, v_r, a, d, x_out, v_out, d_out)
+        if n < until:
+            x_r, v_r, a, d, count, closest = through_events(
+                plant, law, steps, parts, (a,), u_dd[n], u_dd[n + 1], n, x_r, v_r, d, log,
+                count, closest,
             )  # fmt: skip
             n += 1
             x_out[n] = x_r

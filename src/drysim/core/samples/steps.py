@@ -14,9 +14,9 @@ FINE = 3.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a twentieth, far above
 rounding, and extrema are π apart."""
 
-FAINT = 1e-4
+FAINT = 1e-6
 """Share of the force balance below which v_r is carried on with its own rate, see `creep`.
-The smaller it is, the less of the rate survives the rounding of that balance: 1e-12 here."""
+The smaller it is, the less of the rate survives the rounding of that balance: 1e-10 here."""
 
 MARGIN = 2.0
 """What the bound on a dip between samples is widened by, so that rounding cannot matter."""
