@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from pathlib import Path
 
@@ -65,7 +66,7 @@ def problems(name: str, **changes: object) -> list[str]:
 
 class TestWords:
     def test_formula_and_source_stand_in_the_docstring(self, name):
-        about, _, notes = LAWS[name].__doc__.partition("Notes\n    -----\n")
+        about, _, notes = inspect.getdoc(LAWS[name]).partition("Notes\n-----\n")
         assert "Not to be confused with" in about
         assert "=" in notes
         assert re.search(r"\(\d{4}\)", notes), "no source with its year"

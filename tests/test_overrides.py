@@ -132,7 +132,7 @@ def test_what_is_no_list_of_numbers_earns_a_sentence(scenario, value, words):
     [
         np.ma.masked,
         np.ma.masked_array(3.0, True),
-        np.datetime64("NaT"),
+        np.datetime64("NaT", "s"),
         np.array(None),
         {"limit": np.ma.masked},
     ],

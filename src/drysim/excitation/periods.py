@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
@@ -16,10 +15,6 @@ Floats = NDArray[np.float64]
 
 IN_PLACE = np.lib.NumpyVersion(np.__version__) >= "2.0.0"
 """Whether numpy can transform into memory at hand: the memory of a long signal costs time."""
-
-PAIRED = "scipy.fft"
-"""Transforms signals in pairs, one in each half of a register, where numpy takes them singly;
-used once it is loaded, see `expect_many`."""
 
 MOST = 4
 """Threads for a long signal: memory is no faster with more."""
@@ -38,25 +33,13 @@ def share(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
         return list(pool.map(do, jobs))
 
 
-def expect_many() -> None:
-    """Load what makes two signals in little more than the time of one, to the last bit alike.
-
-    It takes longer to load than a few signals take.
-    """
-    import scipy.fft  # noqa: F401
-
-
 def periods(spectra: NDArray[np.complex128], n: int) -> Iterable[Floats]:
-    """Give one period of two signals [n], each with its first sample again."""
-    # Before 2.0, numpy transforms by other code than scipy, with other roundings.
-    if n > KEPT or not IN_PLACE or PAIRED not in sys.modules:
-        return share(lambda spectrum: _closed(spectrum, n), spectra, n)
-    from scipy import fft  # waits where another thread is about to load it
+    """Give one period of two signals [n], each with its first sample again.
 
-    signals = np.empty((2, n + 1))
-    signals[:, :n] = fft.irfft(spectra, n, norm="forward", overwrite_x=True)
-    signals[:, n] = signals[:, 0]
-    return signals
+    Other libraries transform two real signals faster, but round otherwise in some releases: a
+    seed would not be the same signal to the last bit alone and among others.
+    """
+    return share(lambda spectrum: _closed(spectrum, n), spectra, n)
 
 
 def _closed(spectrum: NDArray[np.complex128], n: int) -> Floats:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from drysim import machine
 from drysim.core import compiled
 from drysim.core.motion import Samples
-from drysim.excitation.periods import expect_many
 from drysim.scenario.seeds import SEED
 from drysim.study import memory
 from drysim.study.base_motion import base_motion
@@ -42,8 +41,6 @@ def rows_of(
     alone = of_seed(scenario, seeds[0])
     first = assemble(alone, motion_of(alone))
     step = length_of(first, len(seeds))
-    if step > 1:
-        expect_many()
 
     def block(begin: int) -> list[Row]:
         every = seeds[begin : begin + step]
