@@ -80,3 +80,9 @@ def test_first_extremum_is_smooth_through_critical_damping(
     s = kernel.stop.first_extremum(c, w, -1.0, 30.0)
     y, y_d, _, _ = kernel.flow.flow(c, w, s)
     assert -1.0 * (y_d + c * y) + 30.0 * y == pytest.approx(0.0, abs=1e-15)
+
+
+def test_velocity_a_rounding_below_zero_is_not_taken_for_one_that_never_stops(
+    kernel: SimpleNamespace,
+) -> None:
+    assert kernel.stop.locate_stop(0.1, 1.0, -1e-18, 1e-10, -1.0, 1e-2) <= 1e-9

@@ -104,7 +104,8 @@ def press(
     """
     stalled = 0
     full = capacity - ENOUGH
-    # Relative acceleration from one interval to the next while v_r is faint, see `creep`.
+    # Relative acceleration from one interval to the next while v_r is faint, see `creep`. The
+    # next call works it out afresh, to rounding.
     kept = math.nan
     c, w = plant.b / plant.m, plant.k_x / plant.m
     while n <= end and at < full and count < full:

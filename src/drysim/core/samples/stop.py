@@ -101,7 +101,7 @@ def polish(c, w, v, a, r, lo, hi):
 
 @inlined
 def never_stops(c, w, v, a, r):
-    """Return whether a velocity above zero provably stays so under this force.
+    """Return whether a velocity that is not below zero provably stays so under this force.
 
     Parameters as in `locate_stop`.
 
@@ -112,6 +112,8 @@ def never_stops(c, w, v, a, r):
     At and beyond critical damping v = A exp(-s_1 t) + B exp(-s_2 t) with s_2 >= s_1 has no zero
     if a + s_2 v >= 0, and a force r >= 0 only adds to it.
     """
+    if v < 0.0:
+        return False
     if a * a < v * (2.0 * r - w * v):
         return True
     square = 0.25 * c * c - w

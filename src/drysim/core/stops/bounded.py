@@ -94,7 +94,8 @@ def bound(
     stalled = 0
     full = capacity - ENOUGH
     m = plant.m
-    # Relative acceleration from one interval to the next while v_r is faint, see `creep`.
+    # Relative acceleration from one interval to the next while v_r is faint, see `creep`. The
+    # next call works it out afresh, to rounding.
     kept = math.nan
     whole = waves.size == 0
     while n <= end and at < full and count < full:
