@@ -12,7 +12,8 @@ from typing import NamedTuple
 import pytest
 
 from drysim.cli import main
-from drysim.scenario import Scenario, load
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario
 from seat import SEAT
 
 

@@ -8,12 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
-from drysim.approach import StickSlip
-from drysim.approach.response import Response
-from drysim.approach.track import Track
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.approach.solution import Response, Track
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.model import Law, Plant, Samples, Sines, State
 
 SPECIAL_DAMPING = (0.0, 1e-4, 0.05, 1.0, 1.0 + 1e-8, 1.0 - 1e-8, 1.0 + 2e-16, 50.0)
 SPECIAL_FRICTION = (0.0, 1e-300, 1e-12, 0.3, math.pi / 4, 1.0)

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-# What the tests load and no change touches: forks have it at once.
 import mpmath  # noqa: F401
 import numpy  # noqa: F401
 import pydantic  # noqa: F401
@@ -17,6 +16,8 @@ import rich.console  # noqa: F401
 import scipy.signal  # noqa: F401, TID253
 import typer.main  # noqa: F401
 import yaml  # noqa: F401
+
+# What the tests load and no change touches: forks have it at once.
 
 
 def forked(folder: Path, job: Callable[[], int], limit: int) -> bool:

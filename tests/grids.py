@@ -9,14 +9,14 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from drysim.approach import Signum, Smooth, StickSlip, Switch, Viscous
-from drysim.core.motion import Sines
-from drysim.core.plant import Law
-from drysim.core.state import State
+from drysim.approach.fixed_step import Signum, Smooth, Switch
+from drysim.approach.stick_slip import StickSlip, Viscous
+from drysim.core.model import Law, Sines, State
 from drysim.metrics import METRICS, measure
-from drysim.scenario import Axis
-from drysim.study.comparisons.comparison import Comparison
-from drysim.study.sweeps.table import Row, Table
+from drysim.scenario.axes import Axis
+from drysim.study.compare import Comparison
+from drysim.study.rows import Row
+from drysim.study.table import Table
 from outcomes import PAPER, record, stand_in
 
 FREQUENCY, RMS, FORCE = "excitation.frequency", "excitation.rms", "friction.kinetic"

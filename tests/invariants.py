@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drysim.core.state import State
+from drysim.core.model import State
 from drysim.metrics import measure
 from law_scenes import REST, mirrored, sine, solved
 

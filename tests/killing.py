@@ -16,7 +16,7 @@ Act = Callable[[], object]
 def kills(act: Act) -> Iterator[int]:
     """Kill a process that does `act` once in every state of the disk on the way.
 
-    Between two lines of report/ that leave the disk as it is, a kill leaves the same, so the
+    Between two lines of output/ that leave the disk as it is, a kill leaves the same, so the
     first of them stands for both. Yields the number of lines passed before each kill, while
     the disk is as the dead process has left it.
     """
@@ -26,7 +26,7 @@ def kills(act: Act) -> Iterator[int]:
 
 
 def steps(act: Act) -> list[int]:
-    """Give the lines of report/ before which `act` has changed the disk; the last ends it."""
+    """Give the lines of output/ before which `act` has changed the disk; the last ends it."""
     seen: list[tuple[int, object]] = []
     read, write = os.pipe()
 
@@ -46,12 +46,12 @@ def steps(act: Act) -> list[int]:
 
 
 def until(at: Callable[[int], object]) -> Callable[..., object]:
-    """Give a tracer that calls `at` before every line of report/, with its number."""
+    """Give a tracer that calls `at` before every line of output/, with its number."""
     passed = 0
 
     def trace(frame, event, _):
         nonlocal passed
-        if "/report/" not in frame.f_code.co_filename:
+        if "/output/" not in frame.f_code.co_filename:
             return None
         if event == "line":
             at(passed)

@@ -7,9 +7,7 @@ import math
 import numpy as np
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, LEUVEN, STRIBECK, Dynamic, Plant
-from drysim.core.state import State
+from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic, Plant, Samples, Sines, State
 
 PAPER = Plant(75.0, 7500.0, 500.0)
 REST = State(0.0, 0.0)

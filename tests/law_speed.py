@@ -18,8 +18,8 @@ import numpy as np
 from scipy.integrate import solve_ivp  # noqa: TID253 - what it is compared with
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.compiled import PLAIN_STEPS, settle
-from drysim.core.plant import BRISTLE, LEUVEN, STRIBECK, Dynamic
+from drysim.core.compile import PLAIN_STEPS, settle
+from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic
 from hysteresis import swing
 from law_scenes import PAPER, REST, STEP, sine, solved
 

@@ -7,13 +7,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from drysim.approach import StickSlip
-from drysim.checks import Check
-from drysim.core.motion import Input, Samples, Sines
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.model import Input, Law, Plant, Samples, Sines, State
 from drysim.errors import Caution
 from drysim.metrics import measure
+from drysim.metrics.checks import Check
 from drysim.study.outcome import Outcome
 
 PAPER = Plant(75.0, 7500.0, 500.0)

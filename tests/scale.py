@@ -12,15 +12,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from drysim.report import parquet, rows
-from drysim.scenario import load
+from drysim.output import tables
+from drysim.scenario.load import load
 from drysim.study.case import prepare
-from drysim.study.cluster.link import joined
-from drysim.study.identity import identity
-from drysim.study.sweeps.packing import packed
-from drysim.study.sweeps.plan import Pieces, Plan, length_of
-from drysim.study.sweeps.store import Store
-from drysim.study.sweeps.sweep import approaches_of, solve, solve_far
+from drysim.study.cluster import joined
+from drysim.study.plan import Pieces, Plan, approaches_of, length_of
+from drysim.study.store import Store, identity, packed
+from drysim.study.sweep import solve, solve_far
 
 SWEEP = """\
 drysim: 1
@@ -97,7 +95,10 @@ def of_bytes(folder: Path) -> None:
     piece, batch = plan.pieces[100], plan.block(100)
     print(f"bytes a case, packed: {len(packed(batch, bench.store().sweep)) / len(batch):.0f}")
     table = solve(Bench(folder, MIDDLE).case)
-    for name, write in (("csv", rows.transmissibility), ("parquet", parquet.transmissibility)):
+    for name, write in (
+        ("csv", tables.transmissibility),
+        ("parquet", tables.transmissibility_parquet),
+    ):
         write(table, folder)
         files = [file for file in folder.rglob(f"*.{name}") if file.is_file()]
         size = sum(file.stat().st_size for file in files)

@@ -9,18 +9,12 @@ import numpy as np
 import pytest
 
 from drysim.approach import APPROACHES, Approach
-from drysim.approach.moreau import Moreau
-from drysim.approach.response import Response
+from drysim.approach.fixed_step import Moreau, Signum, Smooth, Switch
 from drysim.approach.scene import grid_points
-from drysim.approach.signum import Signum
 from drysim.approach.simulate import simulate
-from drysim.approach.smooth import Smooth
+from drysim.approach.solution import Response, Track
 from drysim.approach.stick_slip import StickSlip
-from drysim.approach.switch import Switch
-from drysim.approach.track import Track
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.core.model import Law, Plant, Samples, Sines, State
 from drysim.errors import SolverError, UsageError
 from drysim.metrics import METRICS, measure
 

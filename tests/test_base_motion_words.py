@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from drysim import wording
-from drysim.report.plots.comparison import draw as draw_comparison
-from drysim.report.plots.response import draw as draw_response
-from drysim.report.plots.transmissibility import draw as draw_sweep
-from drysim.scenario import load
-from drysim.study.comparisons.compare import compare
-from drysim.study.run import run
-from drysim.study.sweeps.sweep import sweep
+from drysim.plots.comparison import draw as draw_comparison
+from drysim.plots.response import draw as draw_response
+from drysim.plots.sweep import draw_transmissibility as draw_sweep
+from drysim.scenario.load import load
+from drysim.study.compare import compare
+from drysim.study.ensemble import run
+from drysim.study.sweep import sweep
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 300}

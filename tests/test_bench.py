@@ -5,22 +5,19 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from time import perf_counter
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import drysim as package
 from drysim.approach import SHELF
+from drysim.bench import scipy_ivp, score, timing
+from drysim.bench.peers import heyoka
+from drysim.bench.score import Yardstick
+from drysim.bench.speed_error import held_to, judged, with_uncertainty
+from drysim.bench.timing import Terms, at_most, attempt
+from drysim.bench.work import Answer, Entry, work_of
 from drysim.errors import SolverError
-from drysim.study.bench import clock, judge, patience, shelf, speed_error
-from drysim.study.bench.attempt import Terms, attempt
-from drysim.study.bench.entry import Entry
-from drysim.study.bench.judge import Yardstick
-from drysim.study.bench.patience import at_most
-from drysim.study.bench.peers import heyoka, machine, scipy_ivp
-from drysim.study.bench.speed_error import held_to, judged, with_uncertainty
-from drysim.study.bench.work import Answer, work_of
 from seat import rows_of
 
 SLIDING = """\
@@ -66,7 +63,7 @@ def works(tmp_path):
 def score_of(work, name, setting="", terms=TERMS):
     """Give the score of the first entry of this approach and setting."""
     found = [
-        one for one in shelf.entries(work) if (one.approach, one.setting) == (name, setting)
+        one for one in score.entries(work) if (one.approach, one.setting) == (name, setting)
     ]
     return judged(found[0], attempt(found[0], work, terms), Yardstick.of(work))
 
@@ -141,11 +138,11 @@ def test_exact_approach_is_charged_with_what_both_runs_of_the_reference_agree_on
 
 def test_slip_begins_where_friction_is_overcome_and_not_just_before(works):
     work = works(SLIDING)
-    still = machine.Slip(0.0, 0.0, 0.0, 0)
+    still = scipy_ivp.Slip(0.0, 0.0, 0.0, 0)
     for limit in np.linspace(1.0, 75.0, 200):
         part = replace(work, law=work.law._replace(F_fs=float(limit)))
-        t = machine.break_away(part, still, 0.0, 0.125)
-        assert 0.0 < machine.limit_force(part, still._replace(t=t)) - limit < 1e-11
+        t = scipy_ivp.break_away(part, still, 0.0, 0.125)
+        assert 0.0 < scipy_ivp.limit_force(part, still._replace(t=t)) - limit < 1e-11
 
 
 def test_signum_chatters_where_the_mass_should_stick(works):
@@ -207,7 +204,7 @@ def test_peer_whose_stops_follow_each_other_without_end_is_stopped(works):
 
     work = works(SLIDING, 400, **{"start.v_r": 1.0, "friction.kinetic": 1e-9})
     with pytest.raises(SolverError, match="without end"):
-        machine.follow(work, slide)
+        scipy_ivp.follow(work, slide)
 
 
 def test_work_that_lasts_too_long_is_given_up():
@@ -220,7 +217,7 @@ def test_work_that_lasts_too_long_is_given_up():
 
 
 def test_compiling_is_no_part_of_the_work_and_is_not_interrupted(monkeypatch):
-    monkeypatch.setattr(patience, "compiling", lambda: perf_counter() < begin + 0.15)
+    monkeypatch.setattr(timing, "compiling", lambda: perf_counter() < begin + 0.15)
     begin = perf_counter()
 
     def work():
@@ -235,9 +232,9 @@ def test_compiling_is_no_part_of_the_work_and_is_not_interrupted(monkeypatch):
 def test_slow_jobs_are_repeated_less_and_all_take_turns():
     turns = []
     jobs = [lambda: turns.append("a"), lambda: turns.append("b")]
-    clock.interleaved(jobs, [3, 2])
+    timing.interleaved(jobs, [3, 2])
     assert turns == ["a", "b", "a", "b", "a"]
-    assert [clock.repeats(once, 15, 0.1) for once in (1e-6, 0.02, 1.0)] == [15, 5, 3]
+    assert [timing.repeats(once, 15, 0.1) for once in (1e-6, 0.02, 1.0)] == [15, 5, 3]
 
 
 @pytest.mark.parametrize(
@@ -247,7 +244,7 @@ def test_slow_jobs_are_repeated_less_and_all_take_turns():
      ((0.2, None), "wrong, x_r 20 %")],
 )  # fmt: skip
 def test_verdict_names_the_greater_error(errors, word):
-    assert judge.verdict(errors, (False, False), False) == word
+    assert score.verdict(errors, (False, False), False) == word
 
 
 def test_bench_writes_a_row_for_every_entry(drysim, tmp_path):
@@ -289,8 +286,8 @@ def test_failure_of_one_approach_is_a_row_and_exit_code_0(drysim, tmp_path, monk
         yield next(iter(shelf_entries(work)))
         yield Entry("hapless", "", lambda work: 1 / 0)
 
-    shelf_entries = shelf.entries
-    monkeypatch.setattr(speed_error, "shelf", SimpleNamespace(entries=entries))
+    shelf_entries = score.entries
+    monkeypatch.setattr(score, "entries", entries)
     (tmp_path / "sliding.yaml").write_text(SLIDING)
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-peers", "--no-plots")
     assert answer.code == 0
@@ -347,15 +344,16 @@ def test_bad_words_compute_nothing(drysim, tmp_path, words):
 def test_labels_of_a_crowded_picture_do_not_cover_each_other(tmp_path):
     from matplotlib.figure import Figure
 
-    from drysim.report.plots import places
+    from drysim.plots import speed_error
 
     axes = Figure(figsize=(5, 3), dpi=100).add_subplot()
     lines = [[(0.1 * x, 0.02 * at + 0.1 * x * x) for x in range(5)] for at in range(8)]
     for line in lines:
         axes.plot(*zip(*line, strict=True))
     axes.autoscale_view()
-    places.label(
-        axes, [places.Curve(f"curve {at}", [line], "black") for at, line in enumerate(lines)]
+    speed_error.label(
+        axes,
+        [speed_error.Curve(f"curve {at}", [line], "black") for at, line in enumerate(lines)],
     )
     boxes = [text.get_window_extent() for text in axes.texts]
     assert len(boxes) == 8

@@ -7,8 +7,8 @@ import json
 import pytest
 
 import drysim as package
-from drysim.study.bench import hard, trial
-from drysim.study.bench.patience import tried
+from drysim.bench import hard_cases
+from drysim.bench.timing import tried
 from seat import rows_of
 
 SLIDING = """\
@@ -26,7 +26,7 @@ def ordeal(tmp_path, words, **changes):
     """Give what becomes of a scenario, by its words; trials by approach."""
     file = tmp_path / "scene.yaml"
     file.write_text(words)
-    found = hard.ordeal(package.load(file, changes), 30.0, lambda: None)
+    found = hard_cases.ordeal(package.load(file, changes), 30.0, lambda: None)
     return {one.approach: one for one in found.trials}
 
 
@@ -76,7 +76,7 @@ def test_approach_that_asks_for_too_much_has_failed_and_says_why(tmp_path):
 def test_approach_that_takes_too_long_has_failed(tmp_path):
     (tmp_path / "held.yaml").write_text(HELD)
     scenario = package.load(tmp_path / "held.yaml")
-    late = tried(lambda: hard.solved(scenario, "moreau"), 1e-5)
+    late = tried(lambda: hard_cases.solved(scenario, "moreau"), 1e-5)
     assert late == "given up after 1e-5 s"
 
 
@@ -92,7 +92,7 @@ def test_every_point_of_a_swept_hard_case_counts(tmp_path):
      ("x_r_rms", 51.0, "x_r ×52"), ("x_r_rms", 1e9, "blows up")],
 )  # fmt: skip
 def test_deviation_is_spoken(metric, off, words):
-    assert trial.spoken(metric, off) == words
+    assert hard_cases.spoken(metric, off) == words
 
 
 def test_dry_run_of_the_hard_cases_names_them_all(drysim):

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.core.motion import Samples
-from drysim.scenario import cautions, load
-from drysim.source import dump
-from drysim.study.comparisons.compare import compare
+from drysim.core.model import Samples
+from drysim.scenario.load import load
+from drysim.scenario.warnings import cautions
+from drysim.study.compare import compare
+from drysim.yaml_document import dump
 from seat import dotted
 
 WORDS = {

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from drysim.checks import Check
 from drysim.metrics import METRICS
+from drysim.metrics.checks import Check
 from outcomes import judgement
 
 

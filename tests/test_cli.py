@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from drysim import __version__, report
-from drysim.cli.shelf import COMMANDS
+from drysim import __version__, output
+from drysim.cli import COMMANDS
 
 RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
 
@@ -301,7 +301,7 @@ def test_reader_of_stdout_may_leave_early(seat):
 
 def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat):
     words = ["sweep", seat, "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}"]
-    with report.claim_partial(Path("out/seat")) as claim:
+    with output.claim_partial(Path("out/seat")) as claim:
         claim.journal.write_text("1\n2\n")
         refused = drysim(*words)
     assert refused.code == 2
@@ -464,7 +464,7 @@ def test_doctor_runs_a_scenario_to_its_picture(drysim, monkeypatch):
     def broken(*_):
         raise AttributeError("no such method")
 
-    monkeypatch.setattr("drysim.report.plots.response", broken)
+    monkeypatch.setattr("drysim.plots.response.response", broken)
     code, out, _ = drysim("doctor")
     assert code == 3
     assert "FAULT run         AttributeError: no such method" in out

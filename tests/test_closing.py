@@ -5,14 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.approach import by_series, settled
-from drysim.approach.closing import DYING, Closing
-from drysim.approach.orbit import Orbit
-from drysim.core.motion import Sines
-from drysim.core.plant import BRISTLE, STRIBECK, Dynamic, Plant, Slider, Stopped
-from drysim.core.state import Deflected, State
-from drysim.scenario import load
-from drysim.study.run import run
+from drysim.approach import steady_state, taylor
+from drysim.approach.solution import Orbit
+from drysim.approach.steady_state import DYING, Closing
+from drysim.core.model import (
+    BRISTLE,
+    STRIBECK,
+    Deflected,
+    Dynamic,
+    Plant,
+    Sines,
+    Slider,
+    State,
+    Stopped,
+)
+from drysim.scenario.load import load
+from drysim.study.ensemble import run
 
 FAINT = Plant(80.0, 6000.0, 2.0 * 0.01 * (6000.0 * 80.0) ** 0.5)
 DAHL = Dynamic(3.0, 3.0, BRISTLE, sigma_0=1e3)
@@ -78,7 +86,7 @@ def test_orbit_of_ten_periods_between_stops_is_found():
     law = Stopped(F_fk, 5.0 * F_fk, 10.0, e=0.5)
     motion = Sines((1.0,), (f,), (0.6791759369443524,))
     start = State(0.0, -0.5202476676680174)
-    orbit = settled.find_orbit(Plant(1.0, 1.0, 0.002), law, motion, start, 1.0 / f)
+    orbit = steady_state.find_orbit(Plant(1.0, 1.0, 0.002), law, motion, start, 1.0 / f)
     assert (orbit.settled, orbit.periods) == (True, 10)
 
 
@@ -93,10 +101,10 @@ def test_sum_that_does_not_come_true_is_taken_back():
 
 
 def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():
-    orbit = settled.find_orbit(FAINT, DAHL, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
+    orbit = steady_state.find_orbit(FAINT, DAHL, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
     state = Deflected(0.0, 0.0, 0.0)
     for _ in range(500):
-        state = by_series.follow(FAINT, DAHL, SINE, state, PERIOD).state(PERIOD)
+        state = taylor.follow(FAINT, DAHL, SINE, state, PERIOD).state(PERIOD)
     assert orbit.settled
     assert orbit.run_up < 100 * PERIOD
     np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=1e-11)
@@ -104,8 +112,8 @@ def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():
 
 def test_orbit_of_a_contact_is_one_that_was_followed():
     law = Slider(30.0, 1e5)
-    orbit = settled.find_orbit(FAINT, law, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
-    again = settled.once(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
+    orbit = steady_state.find_orbit(FAINT, law, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
+    again = steady_state.once(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
     np.testing.assert_allclose(again[:3], orbit.state[:3], rtol=1e-10)
 
 
@@ -123,7 +131,7 @@ def at_half_its_natural_frequency(law: Slider | Dynamic, xi: float) -> tuple[Orb
     period = 4.0 * np.pi / k**0.5
     plant = Plant(1.0, 1.0, 2.0 * xi * k**0.5)
     sine = Sines((1.0,), (1.0 / period,), (0.0,))
-    orbit = settled.find_orbit(plant, law, sine, Deflected(0.0, 0.0, 0.0), period)
+    orbit = steady_state.find_orbit(plant, law, sine, Deflected(0.0, 0.0, 0.0), period)
     fastest = 2.0 * np.pi / period / k / 0.75
     return orbit, abs(orbit.state.v_r / fastest + 1.0)
 
@@ -139,7 +147,7 @@ def test_motion_that_repeats_itself_because_nothing_stills_it_is_one_of_a_contin
 
 def test_changes_that_fall_by_less_than_rounding_tells_are_not_summed(monkeypatch):
     # A sum of them had put a contact on a motion 210 times as large.
-    monkeypatch.setattr(settled, "MOST_PERIODS", 200)
+    monkeypatch.setattr(steady_state, "MOST_PERIODS", 200)
     orbit, off = at_half_its_natural_frequency(NEXT_TO_NONE["contact that holds"], 1e-13)
     assert off < 1.1
     assert not orbit.settled
@@ -171,8 +179,8 @@ def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
     motion, period = Sines((1.0,), (23.833 / (2 * np.pi),), (0.0,)), 2 * np.pi / 23.833
     start = state = State(-0.0167221, -0.0871299)
     for _ in range(300):
-        state = settled.once(m, contact, motion, state, period).state(period)
-    orbit = settled.find_orbit(m, contact, motion, start, period)
+        state = steady_state.once(m, contact, motion, state, period).state(period)
+    orbit = steady_state.find_orbit(m, contact, motion, start, period)
     assert orbit.settled
     np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=0.0, atol=1e-13)
 
@@ -192,10 +200,10 @@ def test_resonance_without_damper_grows_as_followed_and_is_told_as_not_settled(
     law, monkeypatch
 ):
     # A sum of its even changes put it at 1e9 m, where a metre a period passed for an orbit.
-    monkeypatch.setattr(settled, "MOST_PERIODS", 24)
+    monkeypatch.setattr(steady_state, "MOST_PERIODS", 24)
     plant, period, large = Plant(1.0, 1.0, 0.0), 2 * np.pi, 600.0
     sine = Sines((A,), (1.0 / period,), (0.0,))
-    orbit = settled.find_orbit(plant, law, sine, Deflected(large, 0.0, 0.0), period)
+    orbit = steady_state.find_orbit(plant, law, sine, Deflected(large, 0.0, 0.0), period)
     assert not orbit.settled
     assert orbit.unique
     grown = (A - 4.0 * F / np.pi) * orbit.run_up / 2.0

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import urllib.error
 import urllib.request
 from collections import Counter
 from contextlib import closing, nullcontext
@@ -18,13 +17,13 @@ from pathlib import Path
 import pytest
 
 from cluster_scenes import ALL, QUIET, blocks_in, pem, table, written
-from drysim import console
-from drysim.scenario import load
-from drysim.study.cluster import alike, flight, link, parcel
-from drysim.study.cluster.load import Load
+from drysim.console import terminal
+from drysim.scenario.load import load
+from drysim.study import cluster as study_cluster
+from drysim.study.cluster import Load
 
 pytest.importorskip("dask")
-link.require()
+study_cluster.require()
 distributed = pytest.importorskip("distributed")
 
 
@@ -65,7 +64,7 @@ def interrupted_after(monkeypatch, blocks):
 
         return nullcontext(advance)
 
-    monkeypatch.setattr(console, "progress", progress)
+    monkeypatch.setattr(terminal, "progress", progress)
 
 
 @pytest.mark.parametrize("began", ["threads", "cluster"])
@@ -119,7 +118,7 @@ def test_case_at_fault_is_told_as_without_a_cluster(drysim, swept, address):
 def test_parcel_holds_the_very_scenario(swept):
     for name in ALL:
         scenario = load(swept / f"{name}.yaml")
-        again = parcel.opened(parcel.Parcel.of(scenario, "")).pieces.scenarios[0]
+        again = study_cluster.opened(study_cluster.Parcel.of(scenario, "")).pieces.scenarios[0]
         words = again.resolved()
         if name == "record":
             assert words["excitation"]["file"] == "0.csv"
@@ -128,7 +127,7 @@ def test_parcel_holds_the_very_scenario(swept):
 
 
 def test_wrong_address_is_told(drysim, swept, monkeypatch):
-    monkeypatch.setattr(link, "CONNECT", 0.3)
+    monkeypatch.setattr(study_cluster, "CONNECT", 0.3)
     for address in ("tcp://127.0.0.1:9", "nowhere", "gopher://a:1"):
         done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
         assert done.code == 2
@@ -151,8 +150,8 @@ def test_missing_extra_is_named(drysim, swept, monkeypatch):
 
 
 def test_worker_with_another_drysim_is_named(drysim, swept, address, monkeypatch):
-    others = {**alike.versions(), "drysim": "0.0.1"}
-    monkeypatch.setattr(alike, "versions", lambda: others)
+    others = {**study_cluster.versions(), "drysim": "0.0.1"}
+    monkeypatch.setattr(study_cluster, "versions", lambda: others)
     done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
     assert done.code == 2
     assert "the worker inproc://" in done.err
@@ -161,23 +160,23 @@ def test_worker_with_another_drysim_is_named(drysim, swept, address, monkeypatch
 
 
 def test_worker_without_drysim_is_named(monkeypatch):
-    nothing = dict.fromkeys(alike.versions())
-    assert "has no Python" in alike.difference(nothing, alike.versions())
+    nothing = dict.fromkeys(study_cluster.versions())
+    assert "has no Python" in study_cluster.difference(nothing, study_cluster.versions())
     with pytest.raises(Exception, match="cannot be asked: no"):
-        alike.refuse_others({"tcp://a:1": OSError("no")})
+        study_cluster.refuse_others({"tcp://a:1": OSError("no")})
 
 
 def test_worker_that_comes_late_with_another_drysim_is_named(
     drysim, swept, address, monkeypatch
 ):
-    made = parcel.Parcel.of
+    made = study_cluster.Parcel.of
 
-    others = tuple({**alike.versions(), "drysim": "0.0.1"}.items())
+    others = tuple({**study_cluster.versions(), "drysim": "0.0.1"}.items())
 
     def other(*words):
         return dataclasses.replace(made(*words), versions=others)
 
-    monkeypatch.setattr(parcel.Parcel, "of", other)
+    monkeypatch.setattr(study_cluster.Parcel, "of", other)
     done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
     assert done.code == 3
     assert "which has come late" in done.err
@@ -202,29 +201,29 @@ def test_sweep_of_threads_loads_neither_dask_nor_pyarrow(swept):
     ],
 )
 def test_worker_in_trouble_is_told_in_a_sentence(fault, words):
-    told = flight.told(fault)
+    told = study_cluster.told(fault)
     assert told.exit_code == 3
     assert words in str(told)
     assert "--resume" in told.hint
     bug = ZeroDivisionError("a bug")
-    assert flight.told(bug) is bug
+    assert study_cluster.told(bug) is bug
 
 
 def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
     def computed(parcel, numbers):
         return [b"%d" % number for number in numbers], 0.1 * len(numbers)
 
-    monkeypatch.setattr(flight, "compute", computed)
-    made, taken = parcel.Parcel.of(load(swept / "orbits.yaml"), ""), []
+    monkeypatch.setattr(study_cluster, "compute", computed)
+    made, taken = study_cluster.Parcel.of(load(swept / "orbits.yaml"), ""), []
 
     def numbers():
         for number in range(10**12):
             taken.append(number)
             yield number
 
-    with link.joined(address, None, print, print) as joined:
+    with study_cluster.joined(address, None, print, print) as joined:
         room = joined.room()
-        with closing(flight.computed(joined, made, numbers(), 10**12)) as found:
+        with closing(study_cluster.computed(joined, made, numbers(), 10**12)) as found:
             some = [next(found) for _ in range(40)]
     assert sorted(words for _, words in some) == sorted(b"%d" % k for k, _ in some)
     assert room == 2 * 2
@@ -252,13 +251,13 @@ def test_clients_of_the_same_sweep_get_the_blocks_that_each_has_asked_for(
         time.sleep(0.1)
         return [b"%d" % number for number in numbers], 0.1
 
-    monkeypatch.setattr(flight, "compute", computed)
-    made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
+    monkeypatch.setattr(study_cluster, "compute", computed)
+    made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
     with (
-        link.joined(address, None, print, print) as one,
-        link.joined(address, None, print, print) as other,
+        study_cluster.joined(address, None, print, print) as one,
+        study_cluster.joined(address, None, print, print) as other,
     ):
-        flights = [flight.Flight(client, made) for client in (one, other)]
+        flights = [study_cluster.Flight(client, made) for client in (one, other)]
         for each, numbers in zip(flights, ([3, 4], [3, 7]), strict=True):
             each._send(numbers)
         found = [list(each.through([], None)) for each in flights]
@@ -270,10 +269,10 @@ def test_first_blocks_go_to_all_workers(swept, address, monkeypatch):
         time.sleep(0.1)
         return [distributed.get_worker().address.encode() for _ in numbers], 1.0
 
-    monkeypatch.setattr(flight, "compute", computed)
-    made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
-    with link.joined(address, None, print, print) as joined:
-        found = [words for _, words in flight.computed(joined, made, range(4), 4)]
+    monkeypatch.setattr(study_cluster, "compute", computed)
+    made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
+    with study_cluster.joined(address, None, print, print) as joined:
+        found = [words for _, words in study_cluster.computed(joined, made, range(4), 4)]
     assert sorted(Counter(found).values()) == [2, 2]
 
 
@@ -288,9 +287,9 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
         ended(future)
 
     monkeypatch.setattr(Future, "__del__", last)
-    made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
-    with link.joined(address, None, print, print) as joined:
-        assert len(list(flight.computed(joined, made, range(3), 3))) == 3
+    made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
+    with study_cluster.joined(address, None, print, print) as joined:
+        assert len(list(study_cluster.computed(joined, made, range(3), 3))) == 3
         gc.collect()
         assert [done for client, done in cleared if client is joined.client] == [True] * 3
 
@@ -298,11 +297,11 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
 @pytest.mark.parametrize("name", ["orbits", "record"])
 def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypatch, name):
     monkeypatch.setattr(tempfile, "tempdir", str(swept))
-    made = parcel.Parcel.of(load(swept / f"{name}.yaml"), "")
-    plan = parcel.opened(made)
+    made = study_cluster.Parcel.of(load(swept / f"{name}.yaml"), "")
+    plan = study_cluster.opened(made)
     assert len(list(swept.glob("drysim-*/*.csv"))) == len(made.files)
     assert len(list(swept.glob("drysim-*"))) == len(made.files)
-    parcel.opened.cache_clear()
+    study_cluster.opened.cache_clear()
     del plan
     gc.collect()
     assert not list(swept.glob("drysim-*"))
@@ -310,13 +309,13 @@ def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypat
 
 def test_files_of_a_parcel_lie_in_the_folder_of_the_worker(address):
     with distributed.Client(address, set_as_default=False) as client:
-        found = client.submit(parcel.own_folder, pure=False).result()
+        found = client.submit(study_cluster.own_folder, pure=False).result()
     assert "worker-" in found
-    assert parcel.own_folder() is None
+    assert study_cluster.own_folder() is None
 
 
 def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
-    monkeypatch.setattr(link, "LOOK", 0.1)
+    monkeypatch.setattr(study_cluster, "LOOK", 0.1)
     said = []
     with distributed.LocalCluster(
         n_workers=0, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
@@ -326,9 +325,9 @@ def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
             said.append(sentence)
             cluster.scale(1)
 
-        with link.joined(cluster.scheduler_address, None, say, say) as joined:
-            made = parcel.Parcel.of(load(swept / "orbits.yaml"), "")
-            assert [number for number, _ in flight.computed(joined, made, [1], 2)] == [1]
+        with study_cluster.joined(cluster.scheduler_address, None, say, say) as joined:
+            made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
+            assert [number for number, _ in study_cluster.computed(joined, made, [1], 2)] == [1]
     assert len(said) == 1
     assert "has no worker; waiting for one: dask worker inproc://" in said[0]
 
@@ -369,7 +368,7 @@ def test_certificates_of_the_settings_of_dask_are_taken(drysim, swept, guarded, 
 
 
 def test_client_with_other_certificates_is_refused(drysim, swept, guarded, monkeypatch):
-    monkeypatch.setattr(link, "CONNECT", 1.0)
+    monkeypatch.setattr(study_cluster, "CONNECT", 1.0)
     others = pem(swept, distributed.Security.temporary())
     done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", guarded, *others)
     assert done.code == 2
@@ -409,7 +408,7 @@ def test_file_that_is_no_certificate_is_told(drysim, swept, secret, trap):
 @pytest.fixture(scope="module")
 def own(secret):
     """Give a client of a local cluster, with a worker that is a process."""
-    with link.own(1) as client:
+    with study_cluster.own(1) as client:
         yield client
 
 
@@ -468,9 +467,11 @@ class Client:
 
 def test_nobody_waits_in_silence_once_no_worker_is_left(monkeypatch):
     clock, said, warned = [0.0], [], []
-    monkeypatch.setattr(link.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(study_cluster.time, "monotonic", lambda: clock[0])
     threads = [2, 0, 0, 0, 0, 1, 0, 0]
-    seen = link.Link(Client(threads), "it", "dask worker tcp://a:2", said.append, warned.append)
+    seen = study_cluster.Link(
+        Client(threads), "it", "dask worker tcp://a:2", said.append, warned.append
+    )
     for seconds in (1, 5, 7, 14, 60, 61, 62, 75):
         clock[0] = float(seconds)
         seen.look()
@@ -480,8 +481,10 @@ def test_nobody_waits_in_silence_once_no_worker_is_left(monkeypatch):
 
 def test_nobody_waits_in_silence_for_the_first_worker(monkeypatch):
     clock, said, warned = [0.0], [], []
-    monkeypatch.setattr(link.time, "monotonic", lambda: clock[0])
-    seen = link.Link(Client([0] * 5), "it", "dask worker tcp://a:2", said.append, warned.append)
+    monkeypatch.setattr(study_cluster.time, "monotonic", lambda: clock[0])
+    seen = study_cluster.Link(
+        Client([0] * 5), "it", "dask worker tcp://a:2", said.append, warned.append
+    )
     for seconds in (1, 3, 9, 11, 60):
         clock[0] = float(seconds)
         seen.look()

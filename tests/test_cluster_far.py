@@ -287,7 +287,7 @@ def test_block_that_ends_its_workers_is_named_and_all_others_are_finished(tmp_pa
 
 DEADLY = """
 import os
-from drysim.study.sweeps import plan
+from drysim.study import plan
 
 whole = plan.Plan.block
 

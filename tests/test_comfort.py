@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim import machine
-from drysim.comfort import greatest_running, weighted
-from drysim.scenario.measure import Measure
-from drysim.study import memory
-from drysim.study.sweeps.sweep import sweep
-from drysim.weighting import DIRECTIONS, WEIGHTINGS, gain
+from drysim import system
+from drysim.metrics.comfort import DIRECTIONS, WEIGHTINGS, gain, greatest_running, weighted
+from drysim.scenario.model import Measure
+from drysim.study import case
+from drysim.study.sweep import sweep
 from seat import dotted
 
 BANDS = (-4, -3, 0, 3, 6, 7, 8, 9, 10, 12, 15, 19)
@@ -223,9 +222,9 @@ def test_grid_that_is_too_coarse_to_weigh_on_is_a_warning(seat):
 
 
 def test_memory_of_weighting_counts(monkeypatch):
-    monkeypatch.setattr(machine, "memory", lambda: 100.0)
-    assert memory.shortage(1) == ""
-    assert memory.shortage(1, weighed=True)
+    monkeypatch.setattr(system, "memory", lambda: 100.0)
+    assert case.shortage_of(1) == ""
+    assert case.shortage_of(1, weighed=True)
 
 
 def test_summary_shows_seat_and_a_w_of_runs_and_sweeps_only_when_asked(drysim, seat):

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from drysim.errors import UsageError
-from drysim.scenario import Axis, load
-from drysim.study.comparisons.agreement import whereabouts
-from drysim.study.comparisons.compare import compare, named
-from drysim.study.comparisons.comparison import Comparison
-from drysim.study.sweeps.table import Row
+from drysim.scenario.axes import Axis
+from drysim.scenario.load import load
+from drysim.study.compare import Comparison, compare, named, whereabouts
+from drysim.study.rows import Row
 
 SCENE = """\
 drysim: 1

@@ -11,15 +11,15 @@ import pytest
 
 from drysim.approach import SHELF
 from drysim.cli import main
-from drysim.core.plant import BRISTLE, Dynamic, Law, Slider
+from drysim.core.model import BRISTLE, Dynamic, Law, Slider
 from drysim.errors import ScenarioError, UsageError
-from drysim.report.plots.comparison import draw
-from drysim.scenario import Scenario, load
-from drysim.scenario.laws import LAWS
-from drysim.study.comparisons.agreement import coinciding
-from drysim.study.comparisons.compare import compare, named
-from drysim.study.run import run
-from drysim.study.sweeps.table import FAILED
+from drysim.plots.comparison import draw
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario
+from drysim.scenario.reading import LAWS
+from drysim.study.compare import coinciding, compare, named
+from drysim.study.ensemble import run
+from drysim.study.rows import FAILED
 from seat import rows_of
 
 LUGRE = "{stribeck_velocity: 5 mm/s, bristle_stiffness: 100 kN/m, bristle_damping: 300}"

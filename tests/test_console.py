@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 import drysim as package
-from drysim import console, wording
-from drysim.core.plant import Law
+from drysim import wording
+from drysim.console import findings, problems, summaries
+from drysim.core.model import Law
 from drysim.errors import OutputError, Problem, RecordError, ScenarioError
 from outcomes import outcome, record
 
@@ -51,7 +52,7 @@ def test_summary_fits_80_columns_and_is_plain_when_piped(capsys):
         Law(15.0, 15.0), record(2_000), None, limit=0.001,
         checks=["x_r_peak < 25 mm", "T_a < 0.1", "T_x < 1"],
     )  # fmt: skip
-    console.show_outcome(made, Path("out/seat"))
+    summaries.show_outcome(made, Path("out/seat"))
     out, err = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= 80
     assert {sign for sign in out if not sign.isprintable()} == {"\n"}
@@ -60,7 +61,7 @@ def test_summary_fits_80_columns_and_is_plain_when_piped(capsys):
 
 def test_summary_says_what_matters_in_words_and_millimetres(capsys):
     made = outcome(Law(15.0, 15.0), limit=0.005, checks=["x_r_peak < 25 mm", "T_x < 0.1"])
-    console.show_outcome(made, Path("out/seat"))
+    summaries.show_outcome(made, Path("out/seat"))
     out = " ".join(capsys.readouterr().out.split())
     peak = made.metrics["x_r_peak"] * 1e3
     for words in (
@@ -91,7 +92,7 @@ def test_summary_says_what_matters_in_words_and_millimetres(capsys):
 )
 def test_value_is_told_in_the_unit_of_its_check(capsys, check, scale, unit):
     made = outcome(Law(15.0, 15.0), checks=[check])
-    console.show_outcome(made, None)
+    summaries.show_outcome(made, None)
     value = wording.number(made.metrics[check.split()[0]] * scale, digits=6)
     assert f"✓ holds     {check}, with {value}{unit}\n" in capsys.readouterr().out
 
@@ -101,14 +102,14 @@ LENGTH = re.compile(r"(?<=[\d.] )(?:µm|mm|m)\b(?!/)")
 
 def in_all_outputs(words, folder):
     """Return the units of length in the summary, the warnings and the picture of a case."""
-    from drysim.report.plots.response import draw
-    from drysim.scenario import load
-    from drysim.study.run import run
+    from drysim.plots.response import draw
+    from drysim.scenario.load import load
+    from drysim.study.ensemble import run
 
     made = run(load(folder / "seat.yaml", words))
     out = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
-        console.show_outcome(made)
+        summaries.show_outcome(made)
     figure = draw(made)
     figure.draw_without_rendering()
     told = [one.sentence for one in made.warnings if one.slug == "stroke-violated"]
@@ -134,7 +135,7 @@ def test_lengths_of_a_run_have_one_unit_wherever_they_are_told(seat, words, unit
 
 
 def test_metric_that_is_not_known_is_said_to_be_so(capsys):
-    console.show_outcome(outcome(motion=record(700), duration=None, checks=["T_x < 1"]))
+    summaries.show_outcome(outcome(motion=record(700), duration=None, checks=["T_x < 1"]))
     out = capsys.readouterr().out
     assert "T_x         not known" in out
     assert "T_x < 1, with not known" not in out
@@ -144,13 +145,13 @@ def test_metric_that_is_not_known_is_said_to_be_so(capsys):
 def test_steady_orbit_shows_how_well_it_closes(capsys):
     made = outcome()
     numerics = replace(made.response.numerics, closure=1.23e-13, period_multiple=2)
-    console.show_outcome(replace(made, response=replace(made.response, how=lambda: numerics)))
+    summaries.show_outcome(replace(made, response=replace(made.response, how=lambda: numerics)))
     assert "steady orbit (2 periods), closes to 1.2e-13" in capsys.readouterr().out
 
 
 def test_warnings_go_to_stderr_one_a_line_when_piped(capsys):
     long = "the stroke limit is met " + "again and " * 20 + "again"
-    console.show_outcome(outcome(warnings=[long]))
+    summaries.show_outcome(outcome(warnings=[long]))
     out, err = capsys.readouterr()
     assert "again" not in out
     assert err == f"warning: {long}\n"
@@ -161,11 +162,11 @@ def test_no_user_text_drives_the_terminal_nor_the_markup(capsys, monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
     evil = "[bold red]\x1b[2J\x1b]0;owned\x07\x9b31m\u202e:smile:\r\n[/]"
     made = outcome(name=evil, about=evil, warnings=[evil])
-    console.show_outcome(made, Path(f"out/{evil}"))
+    summaries.show_outcome(made, Path(f"out/{evil}"))
     problem = Problem(evil, evil, 1, 3, 4, evil)
-    console.show_fault(ScenarioError(evil, (problem,), evil))
-    console.show_problems({evil: (problem,)})
-    console.show_problems({evil: (problem,)}, "github")
+    problems.show_fault(ScenarioError(evil, (problem,), evil))
+    problems.show_problems({evil: (problem,)})
+    problems.show_problems({evil: (problem,)}, "github")
     shown = "".join(capsys.readouterr())
     assert "[bold red]" in shown
     assert ":smile:" in shown
@@ -178,17 +179,17 @@ def test_colour_is_there_when_forced_and_gone_when_refused(capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.delenv("NO_COLOR", raising=False)
     made = outcome(checks=["T_a < 0.01"])
-    console.show_outcome(made)
+    summaries.show_outcome(made)
     assert "\x1b[1;31m" in capsys.readouterr().out
     monkeypatch.setenv("NO_COLOR", "1")
-    console.show_outcome(made)
+    summaries.show_outcome(made)
     assert not re.search(r"\x1b\[[0-9;]*3[0-7]", capsys.readouterr().out)
 
 
 def test_stream_that_knows_no_greek_gets_question_marks(monkeypatch):
     stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     monkeypatch.setattr(sys, "stdout", stream)
-    console.show_outcome(outcome(checks=["T_a < 9"]))
+    summaries.show_outcome(outcome(checks=["T_a < 9"]))
     stream.flush()
     assert b"? holds" in stream.buffer.getvalue()
 
@@ -197,19 +198,19 @@ def test_stream_that_knows_no_greek_gets_question_marks(monkeypatch):
 
 
 def test_problems_are_shown_as_the_contract_has_them(capsys):
-    console.show_problems({"seat.yaml": (TYPO, NEGATIVE)})
+    problems.show_problems({"seat.yaml": (TYPO, NEGATIVE)})
     assert capsys.readouterr() == (SHOWN, "")
 
 
 def test_fault_shows_its_problems_on_stderr(capsys):
     sentence = "seat.yaml is not a scenario yet: 2 problems"
-    console.show_fault(ScenarioError(sentence, (TYPO, NEGATIVE), "mend it"))
+    problems.show_fault(ScenarioError(sentence, (TYPO, NEGATIVE), "mend it"))
     assert capsys.readouterr() == ("", SHOWN + "\nmend it\n")
 
 
 def test_fault_of_a_record_is_said_once_at_its_place(capsys):
     problem = Problem("`abc` is not a number", "road.csv", 12, 3, 3, "1\tabc")
-    console.show_fault(RecordError(problem))
+    problems.show_fault(RecordError(problem))
     assert capsys.readouterr().err == (
         "error: road.csv cannot be used\n\nroad.csv:12:3: `abc` is not a number\n"
         "  12 │ 1 abc\n     │   ^^^\n"
@@ -217,12 +218,12 @@ def test_fault_of_a_record_is_said_once_at_its_place(capsys):
 
 
 def test_fault_without_a_place_is_a_sentence_and_a_hint(capsys):
-    console.show_fault(OutputError("out is a file, not a folder", "move it away"))
+    problems.show_fault(OutputError("out is a file, not a folder", "move it away"))
     assert capsys.readouterr().err == "error: out is a file, not a folder\n\nmove it away\n"
 
 
 def test_every_file_gets_its_verdict(capsys):
-    console.show_problems({"seat.yaml": (TYPO,), "ok.yaml": (), "still.yaml": (STANDSTILL,)})
+    problems.show_problems({"seat.yaml": (TYPO,), "ok.yaml": (), "still.yaml": (STANDSTILL,)})
     out = capsys.readouterr().out
     assert "error: seat.yaml is not a scenario yet: 1 problem\n" in out
     assert "ok: ok.yaml is a scenario\n" in out
@@ -233,7 +234,7 @@ def test_every_file_gets_its_verdict(capsys):
 def test_caret_stands_below_the_fault_also_behind_wide_and_odd_signs(capsys):
     source = "日本\t\x1b: stifness"
     problem = replace(TYPO, source=source, column=source.index("stif") + 1)
-    console.show_problems({"seat.yaml": (problem,)})
+    problems.show_problems({"seat.yaml": (problem,)})
     above, below = capsys.readouterr().out.splitlines()[-2:]
     # Each of the two signs before is two cells wide.
     assert below.index("^") == above.index("stifness") + 2
@@ -243,14 +244,14 @@ def test_caret_stands_below_the_fault_also_behind_wide_and_odd_signs(capsys):
 def test_endless_source_line_is_cut_around_the_fault(capsys):
     source = "x: 1, " * 10_000 + "stifness: 7500" + ", y: 2" * 10_000
     problem = replace(TYPO, source=source, column=source.index("stif") + 1)
-    console.show_problems({"seat.yaml": (problem,)})
+    problems.show_problems({"seat.yaml": (problem,)})
     above, below = capsys.readouterr().out.splitlines()[-2:]
     assert len(above) < 120
     assert above.index("stifness") == below.index("^")
 
 
 def test_problems_as_json_are_one_object(capsys):
-    console.show_problems({"seat.yaml": (TYPO,), "still.yaml": (STANDSTILL,)}, "json")
+    problems.show_problems({"seat.yaml": (TYPO,), "still.yaml": (STANDSTILL,)}, "json")
     told = json.loads(capsys.readouterr().out)
     seat, still = told["files"]
     assert (seat["file"], seat["sound"], still["sound"]) == ("seat.yaml", False, True)
@@ -263,7 +264,7 @@ def test_problems_as_json_are_one_object(capsys):
 
 def test_problems_for_github_are_annotations(capsys):
     odd = replace(NEGATIVE, file="a,b:c.yaml", sentence="50 % too much\nat once")
-    console.show_problems({"seat.yaml": (TYPO, odd), "still.yaml": (STANDSTILL,)}, "github")
+    problems.show_problems({"seat.yaml": (TYPO, odd), "still.yaml": (STANDSTILL,)}, "github")
     assert capsys.readouterr().out.splitlines() == [
         f"::error file=seat.yaml,line=3,col=3::{TYPO.sentence}",
         "::error file=a%2Cb%3Ac.yaml,line=5,col=12::50 %25 too much%0Aat once",
@@ -277,7 +278,7 @@ def test_window_is_that_of_the_metrics_on_a_grid_that_misses_its_end(seat, capsy
     times = ["measure={settle: 1 s, duration: 1 s}", f"solver.step={step}"]
     made = package.run(package.load(seat, times))
     fine = package.run(package.load(seat, times[:1]))
-    console.show_outcome(made)
+    summaries.show_outcome(made)
     assert "window      1 s after settling for 1 s" in capsys.readouterr().out
     assert made.metrics["a_u"] == pytest.approx(fine.metrics["a_u"], rel=1e-9)
 
@@ -286,15 +287,15 @@ def test_repetition_is_counted_in_periods_of_the_base(seat, capsys):
     """5 Hz under a normal force of 9 Hz repeats after 1 s: `a period` was said of five."""
     words = ["measure=null", "excitation.frequency=5", "solver.step=1e-3"]
     varied = "friction.normal_variation={amplitude: 0.4, frequency: 9}"
-    console.show_outcome(package.run(package.load(seat, [*words, varied])))
+    summaries.show_outcome(package.run(package.load(seat, [*words, varied])))
     assert "steady orbit (5 periods)" in capsys.readouterr().out
     for step in (1e-3, 1.0):  # one longer than the period makes it no shorter
         words[-1] = f"solver.step={step}"
-        console.show_outcome(package.run(package.load(seat, words)))
+        summaries.show_outcome(package.run(package.load(seat, words)))
         assert "steady orbit (a period)" in capsys.readouterr().out
 
 
 def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):
     made = package.compare(package.load(seat), ("signum", "stick-slip"))
-    console.show_comparison(made)
+    findings.show_comparison(made)
     assert "base        harmonic 1.6 Hz, 1 m/s² RMS" in capsys.readouterr().out

@@ -9,18 +9,26 @@ import numpy as np
 import pytest
 
 from contacts import at, march_contact
-from drysim.approach.room import empty_log, empty_trail
+from drysim.approach.elastic import Touched
+from drysim.approach.scene import empty_log, empty_trail
 from drysim.approach.stick_slip import StickSlip
-from drysim.approach.touched import Touched
-from drysim.core.contacts.touch import touch
 from drysim.core.events import STICK
-from drysim.core.motion import Samples, Sines, base_acceleration
-from drysim.core.plant import BRISTLE, Dynamic, Law, Plant, Slider
-from drysim.core.state import Deflected, State
-from drysim.core.waves import Waves
-from drysim.metrics import greatest, measure
-from drysim.peaks import entries, half_cycles, path_of, upcrossings
-from drysim.stroke import excursions
+from drysim.core.forcing import Waves
+from drysim.core.march import touch
+from drysim.core.model import (
+    BRISTLE,
+    Deflected,
+    Dynamic,
+    Law,
+    Plant,
+    Samples,
+    Sines,
+    Slider,
+    State,
+    base_acceleration,
+)
+from drysim.metrics import greatest_stroke, measure
+from drysim.metrics.stroke import entries, excursions, half_cycles, path_of, upcrossings
 from invariants import Invariants, TouchingZero
 from law_scenes import PAPER, REST, STEP, doubled, mirrored, noise, sine, solved
 from reference import assert_agrees, peak
@@ -207,7 +215,9 @@ def test_path_of_a_ringing_contact_tells_what_a_fine_grid_does(law, motion):
     for window in ((0.0, 1.5), (0.311, 1.107)):
         inside = fine[(grid >= window[0]) & (grid <= window[1])]
         path = track.path(window, None)
-        assert greatest(track, path, window) == pytest.approx(np.abs(inside).max(), rel=1e-6)
+        assert greatest_stroke(track, path, window) == pytest.approx(
+            np.abs(inside).max(), rel=1e-6
+        )
         assert upcrossings(path_of(track, path, window)) == upcrossings(inside)
         heights = half_cycles(inside)
         assert half_cycles(path_of(track, path, window)) == pytest.approx(heights, rel=1e-3)

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.plant import Law, Plant, Slider
-from drysim.core.state import State
+from drysim.core.model import Law, Plant, Slider, State
 from law_scenes import PAPER, noise, sine, solved
 
 FAINT = Plant(80.0, 6000.0, 14.0)

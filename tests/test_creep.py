@@ -6,13 +6,20 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.approach import bounded, exact, march
+from drysim.approach import coulomb, exact, stops
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import Samples, Sines
-from drysim.core.normal_force.normal import Pressed, Pressure
-from drysim.core.plant import Law, Plant, Slider, Stopped
-from drysim.core.samples.march import STRETCH
-from drysim.core.state import State
+from drysim.core.model import (
+    Law,
+    Plant,
+    Pressed,
+    Pressure,
+    Samples,
+    Sines,
+    Slider,
+    State,
+    Stopped,
+)
+from drysim.core.sampled import STRETCH
 
 PLANT = Plant(1.0, 1.0, 2.0)
 """Critically damped: time constant 1 s."""
@@ -82,7 +89,7 @@ def test_creep_is_the_same_by_every_core_and_mirrored(step: float, b: float) -> 
     pressed = exact.solve(
         plant, Pressed(*friction, pressure=steady), motion, start, step, None, True
     )
-    far = bounded.march(plant, Stopped(*friction, 1e3), motion, start, None)
+    far = stops.march(plant, Stopped(*friction, 1e3), motion, start, None)
     for events in (pressed.events, far.events):
         assert events.kind.tolist() == whole.events.kind.tolist()
         assert events.t == pytest.approx(whole.events.t, rel=1e-9, abs=1e-9 * step)
@@ -95,8 +102,8 @@ def test_creep_handed_over_between_blocks_goes_on_to_the_last_bit(
     motion = Samples(silence(0.05, 200.0), 0.05)
     scene = (PLANT, Law(1.0, 2.0), motion, State(5.0, 0.0), motion.dt, None)
     whole = StickSlip().solve(*scene)
-    monkeypatch.setattr(march, "KEPT", 0)
-    monkeypatch.setattr(march, "BLOCK", STRETCH)
+    monkeypatch.setattr(coulomb, "KEPT", 0)
+    monkeypatch.setattr(coulomb, "BLOCK", STRETCH)
     parts = StickSlip().by_parts(*scene)
     assert len(parts.track.march.marks) > 10
     assert np.array_equal(parts.x_r, whole.x_r)

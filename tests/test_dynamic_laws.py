@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 
-from drysim.approach import legs
+from drysim.approach import taylor
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, LEUVEN, STRIBECK, Dynamic, Law
+from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic, Law, Samples, Sines
 from drysim.metrics import measure
-from drysim.report.plots import curves
+from drysim.plots.response import stuck_stretches
 from invariants import Invariants
 from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved, sparse
 from reference import assert_agrees, peak
@@ -229,12 +228,12 @@ def test_steady_orbit_of_bristles_closes_and_repeats(law, a_u):
 @pytest.mark.parametrize("law", [LUGRE, SMOOTH_STRIBECK], ids=["lugre", "stribeck"])
 @pytest.mark.parametrize("motion", [sine(1.0, 1.6), noise(2000, 0.8)], ids=["sine", "noise"])
 def test_a_long_motion_is_followed_anew_leg_by_leg_to_the_last_bit(law, motion, monkeypatch):
-    monkeypatch.setattr(legs, "FIRST_LEG", 50)
-    monkeypatch.setattr(legs, "LEG", 70)
+    monkeypatch.setattr(taylor, "FIRST_LEG", 50)
+    monkeypatch.setattr(taylor, "LEG", 70)
     t = np.linspace(0.0, 4.0, 1601)
 
     def seen(kept):
-        monkeypatch.setattr(legs, "MOST_KEPT", kept)
+        monkeypatch.setattr(taylor, "MOST_KEPT", kept)
         track = StickSlip().track(PAPER, law, motion, REST, STEP, 4.0)
         found = track.at(t), track.totals(0.3, 3.7), track.state(1.234), len(track.course.marks)
         assert len(track.course.kept) <= kept
@@ -271,10 +270,10 @@ def test_mass_on_bristles_never_sticks_however_long_it_rests(law):
         assert not response.stuck.any()
         assert "stick" not in response.events.names
         assert measure(response.track, (0.0, 20.0), None)["stuck_share"] == 0.0
-        assert curves.stuck_stretches(response, 0.0, 20.0) == []
+        assert stuck_stretches(response, 0.0, 20.0) == []
     still = solved(law, Samples(np.zeros(11), 0.1))
     assert measure(still.track, (0.0, 1.0), None)["stuck_share"] == 0.0
-    assert curves.stuck_stretches(still, 0.0, 1.0) == []
+    assert stuck_stretches(still, 0.0, 1.0) == []
 
 
 @pytest.mark.parametrize("law", [DAHL, LUGRE, MEMORY], ids=["dahl", "lugre", "leuven"])

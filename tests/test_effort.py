@@ -7,12 +7,11 @@ import time
 import pytest
 
 import drysim
-from drysim.approach import Switch
-from drysim.core.compiled import PLAIN_STEPS
+from drysim.approach.fixed_step import Switch
+from drysim.core.compile import PLAIN_STEPS
 from drysim.errors import ScenarioError
-from drysim.study.case import prepare
-from drysim.study.effort import price
-from drysim.study.sweeps import sweep
+from drysim.study import sweep
+from drysim.study.case import prepare, price
 from seat import SEAT, dotted
 
 NOISE = {"kind": "psd", "points": [["0.5 Hz", 1], ["10 Hz", 1]], "duration": 0.1, "seed": 1}
@@ -176,7 +175,7 @@ def engine(monkeypatch):
     def told(settle, *job):
         seen = []
         monkeypatch.setattr(
-            "drysim.core.compiled.settle",
+            "drysim.core.compile.settle",
             lambda steps, kernels="": seen.append((steps, kernels)),
         )
         settle(*job)
@@ -193,14 +192,14 @@ def test_cost_of_a_step_by_series_counts_in_the_choice_of_the_engine(prepared, e
     assert kernels == ""
     steps, kernels = engine(sweep.settle, dear, [dear.scenario])
     assert steps > PLAIN_STEPS
-    assert kernels == "dynamic_laws"
+    assert kernels == "taylor.trace"
     assert dear.work == 5 * easy.work
 
 
 def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engine):
     case = prepared(sweep={"excitation.frequency": [1.0, 2.0]}, friction=LUGRE)
     others = [case.scenario.with_approach("viscous"), case.scenario]
-    assert engine(sweep.settle, case, others)[1] == "dynamic_laws"
+    assert engine(sweep.settle, case, others)[1] == "taylor.trace"
 
 
 def test_fixed_steps_cost_the_same_whatever_the_law(prepared):

@@ -12,18 +12,17 @@ import numpy as np
 import pytest
 
 import drysim as package
-from drysim import console
-from drysim.console.ensemble import show_ensemble
-from drysim.core.compiled import COMPILED
+from drysim.console import terminal
+from drysim.console.summaries import show_ensemble
+from drysim.core.compile import COMPILED
 from drysim.errors import ScenarioError, SolverError
-from drysim.report.plots.ensemble import draw
-from drysim.scenario import load
+from drysim.plots.ensemble import draw
+from drysim.scenario.load import load
+from drysim.study import ensemble
 from drysim.study.case import prepare
-from drysim.study.ensembles import blocks, by_seed
-from drysim.study.ensembles.journal import Journal
-from drysim.study.ensembles.seeds import LOOK
-from drysim.study.ensembles.statistics import interval
-from drysim.study.run import run
+from drysim.study.ensemble import run
+from drysim.study.statistics import LOOK, interval
+from drysim.study.store import Journal
 from drysim.wording import number
 from seat import rows_of
 
@@ -324,14 +323,14 @@ def test_what_only_seeds_can_use_is_refused_without_them(drysim, noisy, option):
 def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
     assert drysim(*words, "whole").code == 0
-    one_seed = by_seed.row_of_seed
+    one_seed = ensemble.row_of_seed
 
     def stopped(scenario, seed, *words):
         if seed == 9:
             raise KeyboardInterrupt
         return one_seed(scenario, seed, *words)
 
-    monkeypatch.setattr(by_seed, "row_of_seed", stopped)
+    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
     answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
     assert "8 finished seeds are kept in part.partial" in answer.err
@@ -349,13 +348,13 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
 
 
 def test_seeds_measured_in_blocks_come_to_what_each_comes_to_alone(noisy, monkeypatch):
-    monkeypatch.setattr(blocks, "engine", lambda: COMPILED)
+    monkeypatch.setattr(ensemble, "engine", lambda: COMPILED)
     scenario = load(noisy, {SEEDS: 19, "stroke.limit": 0.004})
-    every = list(by_seed.rows_of(scenario, 1))
-    assert every == list(by_seed.rows_of(scenario, 3))
+    every = list(ensemble.rows_of(scenario, 1))
+    assert every == list(ensemble.rows_of(scenario, 3))
     assert sum(row.metrics["violations"] for row in every) > 0
     for row in every:
-        alone = by_seed.row_of_seed(scenario, row.point["excitation.seed"])
+        alone = ensemble.row_of_seed(scenario, row.point["excitation.seed"])
         assert row.sha256 == alone.sha256
         for name, value in alone.metrics.items():
             near = None if value is None else pytest.approx(value, rel=1e-11, abs=1e-13)
@@ -375,9 +374,9 @@ def test_seeds_measured_in_blocks_come_to_what_each_comes_to_alone(noisy, monkey
     ids=["dynamic", "varying", "weighted", "off the grid", "fixed steps", "coarse"],
 )
 def test_seeds_of_other_scenes_are_solved_one_by_one(noisy, monkeypatch, changes):
-    monkeypatch.setattr(blocks, "engine", lambda: COMPILED)
-    assert blocks.length_of(prepare(load(noisy, {SEEDS: 40})), 40) == 16
-    assert blocks.length_of(prepare(load(noisy, {SEEDS: 40} | changes)), 40) == 1
+    monkeypatch.setattr(ensemble, "engine", lambda: COMPILED)
+    assert ensemble.length_of(prepare(load(noisy, {SEEDS: 40})), 40) == 16
+    assert ensemble.length_of(prepare(load(noisy, {SEEDS: 40} | changes)), 40) == 1
 
 
 def test_an_ensemble_is_a_public_name(noisy):
@@ -459,7 +458,7 @@ def halved(drysim, noisy, monkeypatch):
     """Give a function that interrupts a run of 9 seeds after 8; its journal."""
 
     def made(name, *changes):
-        one_seed = by_seed.row_of_seed
+        one_seed = ensemble.row_of_seed
 
         def stopped(scenario, seed, *words):
             if seed == 9:
@@ -468,7 +467,7 @@ def halved(drysim, noisy, monkeypatch):
 
         words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-q", "--workers", 1)
         with monkeypatch.context() as patched:
-            patched.setattr(by_seed, "row_of_seed", stopped)
+            patched.setattr(ensemble, "row_of_seed", stopped)
             assert drysim(*words, *changes, "-o", name).code == 130
         return words, noisy.parent / f"{name}.partial/cases.jsonl"
 
@@ -502,7 +501,7 @@ def test_partial_that_is_removed_during_a_run_is_named(drysim, noisy, monkeypatc
     def progress(*_):
         return nullcontext(lambda: shutil.rmtree("part.partial", ignore_errors=True))
 
-    monkeypatch.setattr(console, "progress", progress)
+    monkeypatch.setattr(terminal, "progress", progress)
     done = drysim("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-o", "part")
     assert done.code == 2
     assert done.err.startswith("error: part.partial was removed, in whole or in part, while")

@@ -8,9 +8,10 @@ from typing import get_args
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from drysim.core.motion import Samples, Sines
-from drysim.excitation import EXCITATIONS, Excitation, Harmonic, Rest, SineSum
-from drysim.quantity import Quantity, texts_of
+from drysim.core.model import Samples, Sines
+from drysim.excitation import EXCITATIONS, Excitation
+from drysim.excitation.harmonic import Harmonic, Rest, SineSum
+from drysim.units import Quantity, texts_of
 
 WORDS = {
     "rest": {},

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drysim import report
+from drysim import output
 from drysim.cli import main
 from seat import SEAT
 
@@ -164,7 +164,7 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     monkeypatch.chdir(seat.parent)
     words = ["sweep", "seat.yaml", "--no-plots", "--quiet", "--workers", "3", "--out"]
     assert main([*words, "whole"]) == 0
-    from drysim.study.sweeps import plan
+    from drysim.study import plan
 
     whole = plan.solve_piece
 
@@ -176,7 +176,7 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     monkeypatch.setattr(plan, "solve_piece", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
-    assert report.resumable(Path("out"))
+    assert output.resumable(Path("out"))
     monkeypatch.setattr(plan, "solve_piece", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()

@@ -7,14 +7,10 @@ from math import pi
 import pytest
 from pydantic import ValidationError
 
-from drysim.core.plant import Law
-from drysim.friction import Coulomb
-from drysim.friction.dahl import Dahl
-from drysim.friction.jenkins import Jenkins
-from drysim.friction.leuven import Leuven
-from drysim.friction.lugre import Lugre
-from drysim.friction.petrov_ewins import PetrovEwins
-from drysim.friction.stribeck import Stribeck
+from drysim.core.model import Law
+from drysim.friction.coulomb import Coulomb
+from drysim.friction.dynamic import Dahl, Leuven, Lugre, Stribeck
+from drysim.friction.elastic import Jenkins, PetrovEwins
 
 WORDS = {
     Stribeck: {"law": "stribeck", "kinetic": 15, "static": 18, "stribeck_velocity": "5 mm/s"},

@@ -8,7 +8,7 @@ import pytest
 
 import drysim
 import golden
-from drysim.scenario.laws import LAWS
+from drysim.scenario.reading import LAWS
 from drysim.study import gallery
 from golden import GALLERY, HARD, SCENARIOS, SWEEPS
 

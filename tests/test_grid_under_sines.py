@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.approach import under_sines
+from drysim.approach import coulomb
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import Sines, base_acceleration
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.core.model import Law, Plant, Sines, State, base_acceleration
 
 PAPER = Plant(75.0, 7500.0, 500.0)
 ONE = Sines((1.06,), (2.0,), (0.3,))
@@ -82,7 +80,7 @@ def test_room_for_events_that_grows_leaves_no_trace(room, monkeypatch):
     plant, law, motion, step = SCENES["two sines"]
     scene = (plant, law, motion, State(0.02, 0.1), step, 3000 * step)
     one = StickSlip().solve(*scene)
-    monkeypatch.setattr(under_sines, "FEW_EVENTS", room)
+    monkeypatch.setattr(coulomb, "FEW_EVENTS", room)
     other = StickSlip().solve(*scene)
     assert len(one.events) > 20
     for name in ("t", "kind", "x_r", "F_L"):

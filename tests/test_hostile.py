@@ -7,7 +7,7 @@ import time
 import pytest
 
 from drysim.errors import ScenarioError
-from drysim.scenario import load
+from drysim.scenario.load import load
 from seat import SEAT
 
 MEGABYTE = 900_000

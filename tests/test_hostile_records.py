@@ -7,9 +7,9 @@ import socket
 
 import pytest
 
-from drysim import regular
+from drysim import system
 from drysim.errors import RecordError
-from drysim.excitation.record import Record
+from drysim.excitation.recorded import Record
 
 ROWS = "t [s],a [m/s2]\n0,1\n0.1,2\n0.2,4\n"
 
@@ -115,13 +115,13 @@ def test_record_that_grows_or_shrinks_while_it_is_read_is_refused(
 ):
     (tmp_path / "r.csv").write_text(ROWS)
     whole = len(ROWS)
-    monkeypatch.setattr(regular, "size", lambda _: whole + change)
+    monkeypatch.setattr(system, "size", lambda _: whole + change)
     assert refusal(tmp_path).startswith("the record changed while it was read")
 
 
 def test_record_that_becomes_a_pipe_between_two_looks_is_refused(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "r.csv")
-    monkeypatch.setattr(regular, "size", lambda _: 100)
+    monkeypatch.setattr(system, "size", lambda _: 100)
     assert refusal(tmp_path) == "the record is a pipe; only a regular file is read"
 
 

@@ -9,14 +9,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from drysim.report.plots import many, scatter
-from drysim.scenario import load
-from drysim.scenario.sweep.axis import columns_of, size
-from drysim.scenario.sweep.spread import by_ratio
-from drysim.study.sweeps.cases import Motions
-from drysim.study.sweeps.plan import Pieces, solve_piece
-from drysim.study.sweeps.quantiles import Quantiles
-from drysim.study.sweeps.sweep import approaches_of, sweep
+from drysim.plots import sweep as sweep_plots
+from drysim.scenario.axes import by_ratio, columns_of, size
+from drysim.scenario.load import load
+from drysim.study.plan import Pieces, approaches_of, solve_piece
+from drysim.study.run import Motions
+from drysim.study.sweep import sweep
+from drysim.study.table import Quantiles
 
 HUGE = """\
 drysim: 1
@@ -95,9 +94,9 @@ def small(huge, **words):
 
 def test_bands_hold_the_cases_that_they_say(huge):
     table = sweep(small(huge))
-    bins = scatter.Bins.of(table.axes[0])
-    found = scatter.Scatter("T_a", bins, scatter.Bins.of(table.axes[1]))
-    scatter.gathered(table.rows.batches, "stick-slip", [found])
+    bins = sweep_plots.Bins.of(table.axes[0])
+    found = sweep_plots.Scatter("T_a", bins, sweep_plots.Bins.of(table.axes[1]))
+    sweep_plots.gathered(table.rows.batches, "stick-slip", [found])
     rows = list(table.of("stick-slip"))
     for at, f in enumerate((1.0, 2.0, 3.0)):
         values = sorted(r.metrics["T_a"] for r in rows if r.point["excitation.frequency"] == f)
@@ -110,8 +109,8 @@ def test_bands_hold_the_cases_that_they_say(huge):
 def test_sample_is_drawn_as_bands(huge):
     over = {"oscillator.mass": {"from": 60, "to": 90}}
     sample = {"kind": "sobol", "count": 16, "seed": 1, "over": over}
-    assert many.scattered(sweep(small(huge, sample=sample)))
-    assert not many.scattered(sweep(small(huge)))
+    assert sweep_plots.scattered(sweep(small(huge, sample=sample)))
+    assert not sweep_plots.scattered(sweep(small(huge)))
 
 
 SEEDS = {

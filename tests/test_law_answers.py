@@ -10,9 +10,18 @@ from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 from scipy.optimize import brentq  # noqa: TID253
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, LEUVEN, STRIBECK, Dynamic, Law, Plant, Slider
-from drysim.core.state import State
+from drysim.core.model import (
+    BRISTLE,
+    LEUVEN,
+    STRIBECK,
+    Dynamic,
+    Law,
+    Plant,
+    Samples,
+    Sines,
+    Slider,
+    State,
+)
 from drysim.metrics import measure
 from law_scenes import PAPER, REST, STEP, noise, sine, solved
 from reference import RTOL, assert_agrees

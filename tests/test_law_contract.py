@@ -11,14 +11,15 @@ import pytest
 
 from drysim.approach import SHELF
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.plant import Law
+from drysim.core.model import Law
 from drysim.errors import ScenarioError
-from drysim.friction import FRICTIONS, Coulomb
+from drysim.friction import FRICTIONS
+from drysim.friction.coulomb import Coulomb
 from drysim.metrics import measure
-from drysim.quantity import Quantity, texts_of
-from drysim.scenario import load
-from drysim.scenario.laws import LAWS
-from drysim.scenario.sweep.numerals import numerals
+from drysim.scenario.axes import numerals
+from drysim.scenario.load import load
+from drysim.scenario.reading import LAWS
+from drysim.units import Quantity, texts_of
 from law_scenes import PAPER, mirrored, noise, sine, solved
 
 ROOT = Path(__file__).parents[1]

@@ -8,17 +8,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from drysim.approach.by_series import follow
-from drysim.approach.marks import first_mark, work
 from drysim.approach.scene import waves_of
-from drysim.approach.settled import find_orbit
+from drysim.approach.steady_state import find_orbit
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.dynamic_laws.memory import COUNT, WAY, forget
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Plant
-from drysim.core.state import Deflected
+from drysim.approach.taylor import first_mark, follow, work
+from drysim.core.dynamic_friction import COUNT, WAY, forget
+from drysim.core.model import BRISTLE, LEUVEN, Deflected, Dynamic, Plant, Samples, Sines
 from drysim.metrics import measure
-from drysim.scenario import load
+from drysim.scenario.load import load
 from drysim.study.case import prepare
 from hysteresis import swing
 from invariants import Invariants

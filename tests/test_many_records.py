@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from drysim.approach.exact import follow
-from drysim.approach.many import Measured, abreast, measurable, measure_many
-from drysim.core.motion import Samples
-from drysim.core.plant import STRIBECK, AnyLaw, Dynamic, Law, Plant
-from drysim.core.state import State
-from drysim.metrics import greatest
-from drysim.peaks import entries, half_cycles, path_of, upcrossings
+from drysim.approach.many_records import Measured, abreast, measurable, measure_many
+from drysim.core.model import STRIBECK, AnyLaw, Dynamic, Law, Plant, Samples, State
+from drysim.metrics import greatest_stroke
+from drysim.metrics.stroke import entries, half_cycles, path_of, upcrossings
 
 DT = 2.5e-3
 LIMIT = 3e-3
@@ -63,7 +61,9 @@ def test_records_in_one_call_come_to_what_each_comes_to_alone(
         for name, value in alone.totals(begin, end)._asdict().items():
             column = np.broadcast_to(getattr(many.totals, name), 3)
             assert column[i] == pytest.approx(value, rel=1e-12, abs=1e-25), name
-        assert many.suffices[i] == pytest.approx(greatest(alone, told, (0.0, end)), rel=1e-13)
+        assert many.suffices[i] == pytest.approx(
+            greatest_stroke(alone, told, (0.0, end)), rel=1e-13
+        )
         way = path_of(alone, told, (begin, end))
         assert np.abs(many.paths[i]).max() == pytest.approx(np.abs(way).max(), rel=1e-13)
         assert upcrossings(many.paths[i]) == upcrossings(way)

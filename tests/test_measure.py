@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drysim.scenario import period
+from drysim.scenario.model import period
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.approach import StickSlip
-from drysim.core.motion import Samples
-from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.approach.stick_slip import StickSlip
+from drysim.core.model import Law, Plant, Pressed, Samples, State
 from drysim.errors import RecordError, ScenarioError
-from drysim.scenario import load
+from drysim.scenario.load import load
 from drysim.study.case import prepare
 from drysim.study.validate import examine
 
@@ -104,11 +101,11 @@ def test_swept_amplitudes_on_both_sides_of_one_agree_with_runs(scene):
 
 
 def test_record_is_read_once_for_all_cases_and_hashed(scene, tmp_path, monkeypatch):
-    from drysim.excitation.record import reading
+    from drysim.records import file, record
 
     scenario = load(scene(more=WINDOW + "sweep: {friction.mu_kinetic: [0.1, 0.2, 0.3]}\n"))
-    calls, read = [], reading.read
-    monkeypatch.setattr(reading, "read", lambda *given: calls.append(given) or read(*given))
+    calls, read = [], file.read
+    monkeypatch.setattr(record, "read", lambda *given: calls.append(given) or read(*given))
     rows = list(drysim.sweep(scenario))
     assert len({row.metrics["T_a"] for row in rows}) == 3
     assert len(calls) == 1

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from drysim.errors import ScenarioError
-from drysim.scenario import load
-from drysim.scenario.sweep.axis import columns_of, points
-from drysim.scenario.sweep.columns import columned
-from drysim.study.sweeps.cases import Job, Motions, row_of
-from drysim.study.sweeps.sweep import sweep
+from drysim.scenario.axes import columns_of, points
+from drysim.scenario.load import load
+from drysim.scenario.warnings import columned
+from drysim.study.run import Job, Motions, row_of
+from drysim.study.sweep import sweep
 
 BASE = """\
 drysim: 1

@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
-from drysim.scenario import load
-from drysim.study.comparisons.compare import compare
-from drysim.study.ensembles import by_seed
-from drysim.study.ensembles.statistics import interval
-from drysim.study.run import run
-from drysim.study.sweeps.cases import Motions
-from drysim.study.sweeps.sweep import sweep
+from drysim.scenario.load import load
+from drysim.study import ensemble
+from drysim.study.compare import compare
+from drysim.study.ensemble import run
+from drysim.study.run import Motions
+from drysim.study.statistics import interval
+from drysim.study.sweep import sweep
 from seat import rows_of
 
 SEAT = """\
@@ -152,7 +152,7 @@ def test_a_case_fails_with_one_of_its_seeds(noisy):
 
 def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monkeypatch):
     assert drysim("sweep", noisy, "--no-plots", "--out", "whole").code == 0
-    one_seed, count = by_seed.row_of_seed, 0
+    one_seed, count = ensemble.row_of_seed, 0
 
     def stopped(*words):
         nonlocal count
@@ -161,7 +161,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monk
             raise KeyboardInterrupt
         return one_seed(*words)
 
-    monkeypatch.setattr(by_seed, "row_of_seed", stopped)
+    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
     answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1)
     assert answer.code == 130
     assert "2 finished cases are kept" in answer.err
@@ -179,8 +179,8 @@ def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_pat
             raise KeyboardInterrupt
         return one_seed(scenario, seed, *words)
 
-    one_seed = by_seed.row_of_seed
-    monkeypatch.setattr(by_seed, "row_of_seed", stopped)
+    one_seed = ensemble.row_of_seed
+    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
     assert drysim("run", noisy, "--no-plots", "--workers", 1).code == 130
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
@@ -194,7 +194,7 @@ def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_pat
 def test_base_motions_are_made_once_for_all_cases(noisy, monkeypatch):
     made = []
     monkeypatch.setattr(
-        "drysim.study.sweeps.cases.base_motion", lambda one: made.append(one) or drawn(one)
+        "drysim.study.run.base_motion", lambda one: made.append(one) or drawn(one)
     )
     from drysim.study.case import base_motion as drawn
 

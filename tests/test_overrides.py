@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from drysim.errors import ScenarioError, UsageError
-from drysim.scenario import load
+from drysim.scenario.load import load
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}

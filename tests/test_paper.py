@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from drysim.scenario import load
-from drysim.study.comparisons.compare import compare
-from drysim.study.run import run
-from drysim.study.sweeps.sweep import sweep
-from drysim.study.sweeps.table import Row
+from drysim.scenario.load import load
+from drysim.study.compare import compare
+from drysim.study.ensemble import run
+from drysim.study.rows import Row
+from drysim.study.sweep import sweep
 
 HARMONIC = """\
 drysim: 1

@@ -5,18 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.approach import march as marching
-from drysim.approach import response as responses
-from drysim.approach.stick_slip import StickSlip
-from drysim.approach.viscous import Viscous
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant
-from drysim.core.samples.march import STRETCH
-from drysim.core.signal import BLOCK
-from drysim.core.state import State
+from drysim.approach import coulomb as marching
+from drysim.approach import scene
+from drysim.approach import solution as responses
+from drysim.approach.stick_slip import StickSlip, Viscous
+from drysim.core.model import BLOCK, Law, Plant, Samples, Sines, State
+from drysim.core.sampled import STRETCH
 from drysim.metrics import measure
-from drysim.report.plots import curves
-from drysim.report.plots.limit import excursions
+from drysim.plots import response
+from drysim.plots.response import excursions
 
 PLANT, START = Plant(75.0, 7500.0, 500.0), State(0.001, 0.02)
 LAWS = {
@@ -55,7 +52,7 @@ def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
             assert np.array_equal(one, other)
         assert np.array_equal(parted.acceleration(part), whole.acceleration(part))
         assert np.array_equal(parted.friction(part), whole.friction(part))
-    assert responses.WHOLE not in parted._kept
+    assert responses.WHOLE_RUN not in parted._kept
     assert np.array_equal(parted.x_r, whole.x_r)
     assert np.array_equal(parted.d, whole.d)
 
@@ -99,7 +96,7 @@ def test_parts_under_sines_are_those_of_the_whole(law, small):
 
 def test_blocks_begin_where_a_march_may_be_handed_over():
     assert BLOCK % STRETCH == 0
-    assert marching.PER_CALL % STRETCH == 0
+    assert scene.PER_CALL % STRETCH == 0
 
 
 def test_any_stretch_of_a_march_can_be_had(motion, small):
@@ -123,10 +120,10 @@ def test_viscous_by_parts_has_nothing_stuck(motion, small):
 def test_excursion_across_parts_is_one(motion, small):
     parted = StickSlip().by_parts(PLANT, LAWS["friction"], motion, START, STEP)
     whole = StickSlip().solve(PLANT, LAWS["friction"], motion, START, STEP)
-    limit = 0.3 * curves.greatest(whole, "x_r").value
+    limit = 0.3 * response.greatest(whole, "x_r").value
     over = np.abs(whole.x_r) >= limit
     begins = np.diff(over, prepend=False) & over
     assert len(excursions(parted, limit)) == np.count_nonzero(begins)
-    assert curves.greatest(parted, "x_r", 70) == (
+    assert response.greatest(parted, "x_r", 70) == (
         np.abs(whole.x_r[70:]).max(), 70 + np.abs(whole.x_r[70:]).argmax()
     )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.peaks import entries, half_cycles, once_an_hour, upcrossings
+from drysim.metrics.stroke import entries, half_cycles, once_an_hour, upcrossings
 
 PATH = np.array([0.0, 1.0, -2.0, -1.5, -3.0, 0.0, 2.0, 1.0, 1.5, -1.0])
 

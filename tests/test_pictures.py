@@ -11,19 +11,20 @@ import numpy as np
 import pytest
 
 from drysim import wording
-from drysim.console.table import show_table
-from drysim.report import plots
-from drysim.report.plots import moment, views
-from drysim.report.plots.comparison import draw as draw_comparison
-from drysim.report.plots.speed_error import draw as draw_bench
-from drysim.report.plots.stroke import draw as draw_stroke
-from drysim.report.plots.transmissibility import draw
-from drysim.scenario import Axis, load
-from drysim.study.bench.scores import Bench, Panel, Score
-from drysim.study.comparisons.compare import compare
-from drysim.study.sweeps.doubts import strokes
-from drysim.study.sweeps.sweep import sweep as solved
-from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, Table
+from drysim.bench.score import Bench, Panel, Score
+from drysim.console.summaries import show_table
+from drysim.plots import comparison as comparison_plot
+from drysim.plots import sweep as sweep_plots
+from drysim.plots.comparison import draw as draw_comparison
+from drysim.plots.speed_error import draw as draw_bench
+from drysim.plots.sweep import draw_stroke, draw_transmissibility
+from drysim.scenario.axes import Axis
+from drysim.scenario.load import load
+from drysim.study.compare import compare
+from drysim.study.rows import FAILED, NOT_SETTLED, NOT_UNIQUE
+from drysim.study.sweep import sweep as solved
+from drysim.study.table import Table
+from drysim.study.warnings import case_strokes
 from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, points, spoil, sweep
 from outcomes import stand_in
 
@@ -76,8 +77,8 @@ SCENES = {
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_sweep_is_drawn_without_a_warning(scene, tmp_path):
     table = scene()
-    plots.transmissibility(table, tmp_path)
-    plots.stroke(table, tmp_path)
+    sweep_plots.transmissibility(table, tmp_path)
+    sweep_plots.stroke(table, tmp_path)
     for name in ("transmissibility.png", "stroke.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
@@ -88,13 +89,13 @@ def test_panel_of_a_metric_that_no_case_knows_says_so():
             "not known" in [text.get_text() for text in panel.texts] for panel in figure.axes
         ]
         for name in ("nothing is known", "one case")
-        for figure in [draw(SCENES[name]())]
+        for figure in [draw_transmissibility(SCENES[name]())]
     }
     assert said == {"nothing is known": [True], "one case": [False, False]}
 
 
 def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_frequency():
-    figure = draw(SCENES["paper"]())
+    figure = draw_transmissibility(SCENES["paper"]())
     left, right = figure.axes
     assert "$T_x$ [–]" in left.get_title("left")
     assert "$T_a$ [–]" in right.get_title("left")
@@ -108,7 +109,7 @@ def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_freq
 
 def test_curve_is_the_transmissibility_of_its_rows():
     table = SCENES["paper"]()
-    _, right = draw(table).axes
+    _, right = draw_transmissibility(table).axes
     (line,) = lines(right, "$a_u$ 1 m/s²")
     rows = [row for row in table.own if row.point[RMS] == 1.0]
     assert list(line.get_xdata()) == [row.point[FREQUENCY] for row in rows]
@@ -117,7 +118,7 @@ def test_curve_is_the_transmissibility_of_its_rows():
 
 def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
     table = SCENES["paper"]()
-    for panel in draw(table).axes:
+    for panel in draw_transmissibility(table).axes:
         assert len(lines(panel, "viscous, no dry friction")) == 1
         curves = [line for line in panel.lines if len(line.get_xdata()) == 5]
         assert [line.get_linestyle() for line in curves] == ["-", "-", "--"]
@@ -134,7 +135,7 @@ def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
 
 
 def test_friction_is_drawn_as_force_and_a_reference_without_it_as_a_level():
-    figure = draw(SCENES["friction"]())
+    figure = draw_transmissibility(SCENES["friction"]())
     _, right = figure.axes
     assert right.get_xlabel() == "kinetic friction force $F_{fk}$ [N]"
     assert right.get_xscale() == "linear"
@@ -145,13 +146,13 @@ def test_friction_is_drawn_as_force_and_a_reference_without_it_as_a_level():
 def test_only_the_acceleration_is_drawn_where_the_base_displacement_is_not_known():
     table = SCENES["paper"]()
     rows = tuple(replace(row, metrics={**row.metrics, "T_x": None}) for row in table.rows)
-    (panel,) = draw(replace(table, rows=rows)).axes
+    (panel,) = draw_transmissibility(replace(table, rows=rows)).axes
     assert "$T_a$" in panel.get_title("left")
 
 
 def test_gap_is_left_and_marked_where_there_is_no_number():
     table = spoil(sweep(*axes(frequency=[1, 2, 3, 4]), reference=None), NOT_SETTLED, 1)
-    figure = draw(spoil(table, NOT_UNIQUE, 3))
+    figure = draw_transmissibility(spoil(table, NOT_UNIQUE, 3))
     for panel in figure.axes:
         line = panel.lines[0]
         assert np.isnan(line.get_ydata()).tolist() == [False, True, False, True]
@@ -164,7 +165,11 @@ def test_gap_is_left_and_marked_where_there_is_no_number():
 
 def test_natural_frequency_is_marked_unless_the_oscillator_is_swept():
     def marks(table):
-        return [text.get_text() for panel in draw(table).axes for text in panel.texts]
+        return [
+            text.get_text()
+            for panel in draw_transmissibility(table).axes
+            for text in panel.texts
+        ]
 
     table = SCENES["paper"]()
     assert marks(table) == ["$f_0$", "$\\sqrt{2}f_0$"] * 2
@@ -194,7 +199,10 @@ def second_key(key, unit, *ends):
 def test_scale_of_colours_with_its_label_lies_within_the_picture(key, unit, low, high):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    for figure in (draw(table := second_key(key, unit, low, high)), draw_stroke(table)):
+    for figure in (
+        draw_transmissibility(table := second_key(key, unit, low, high)),
+        draw_stroke(table),
+    ):
         renderer = FigureCanvasAgg(figure).get_renderer()
         *panels, bar = figure.axes
         box, whole = bar.get_tightbbox(renderer), figure.bbox
@@ -204,12 +212,12 @@ def test_scale_of_colours_with_its_label_lies_within_the_picture(key, unit, low,
 
 
 def test_scale_of_colours_names_what_the_colours_are():
-    *_, bar = draw(second_key("friction.mu_kinetic", "-", 0.05, 0.1)).axes
+    *_, bar = draw_transmissibility(second_key("friction.mu_kinetic", "-", 0.05, 0.1)).axes
     assert bar.get_ylabel() == "mu kinetic $\\mu_k$ [–]"
 
 
 def test_many_lines_are_coloured_by_their_value():
-    figure = draw(SCENES["two axes, many lines"]())
+    figure = draw_transmissibility(SCENES["two axes, many lines"]())
     assert len(figure.axes) == 3
     assert figure.axes[-1].get_ylabel() == "base acceleration $a_u$ RMS [m/s²]"
     assert legend(figure) == ["viscous, no dry friction"]
@@ -219,11 +227,11 @@ def test_many_lines_are_coloured_by_their_value():
 
 def test_third_axis_gets_panels_of_its_own_on_one_scale():
     table = SCENES["three axes"]()
-    view = views.view(table)
+    view = sweep_plots.view(table)
     # The longest of the other axes tells lines apart.
     assert view.line.key == FORCE
     assert [panel.title for panel in view.panels] == ["$a_u$ 1 m/s²", "$a_u$ 2 m/s²"]
-    figure = draw(table)
+    figure = draw_transmissibility(table)
     assert len(figure.axes) == 4
     assert len({panel.get_ylim() for panel in figure.axes[:2]}) == 1
     assert sum(bool(panel.get_xlabel()) for panel in figure.axes) == 2
@@ -241,12 +249,12 @@ def test_panel_of_nothing_but_zeros_has_a_scale_of_one_and_no_other():
 def test_every_curve_lies_within_its_panel_where_a_lower_row_reaches_higher():
     force, rms = [45, 2], [0.5, 0.6, 0.7]
     table = sweep(*axes(frequency=[1, 1.6, 2], force=force, rms=rms), reference=None)
-    for figure in (draw(table), draw_stroke(table)):
+    for figure in (draw_transmissibility(table), draw_stroke(table)):
         for panel in figure.axes:
             top = panel.get_ylim()[1]
             assert all(np.max(line.get_ydata()) <= top for line in panel.lines)
     steep = sweep(*axes(frequency=[1, 10, 400], force=[45, 0], rms=[1, 2, 3]), reference=None)
-    columns = [panel.get_yscale() for panel in draw(steep).axes]
+    columns = [panel.get_yscale() for panel in draw_transmissibility(steep).axes]
     assert columns == ["linear", "linear", "log", "log"]
 
 
@@ -310,7 +318,7 @@ def test_heading_fills_its_lines_and_never_leaves_the_picture():
     about = "mmmm WWWW " * 60
     for words in (about, "iiii llll " * 60, "m" * 500):
         table = replace(sweep(*axes(frequency=[1, 2])), scenario=stand_in("psd", about=words))
-        figure = draw(table)
+        figure = draw_transmissibility(table)
         canvas = FigureCanvasAgg(figure)
         found = [text.get_window_extent(canvas.get_renderer()) for text in figure.texts]
         wide = figure.get_figwidth() * figure.dpi
@@ -323,29 +331,29 @@ def test_number_in_the_heading_keeps_its_unit_on_its_line():
     for key in range(20):
         longer = Axis(f"oscillator.{'x' * key}", "N*s/m", (900.0, 50.0))
         table = replace(sweep(*axes(frequency=[1, 2])), axes=(*swept, longer))
-        told = [text.get_text() for text in draw(table).texts]
+        told = [text.get_text() for text in draw_transmissibility(table).texts]
         assert any("50 N·s/m" in line for line in told)
 
 
 def test_what_is_not_drawn_is_said():
     table = sweep(*axes(frequency=[1, 2], force=range(7), rms=range(1, 7)), reference=None)
-    view = views.view(table)
-    assert len(view.panels) == views.MOST_PANELS
+    view = sweep_plots.view(table)
+    assert len(view.panels) == sweep_plots.MOST_PANELS
     assert view.left_out == 2 * 7
-    words = " ".join(text.get_text() for text in draw(table).texts)
+    words = " ".join(text.get_text() for text in draw_transmissibility(table).texts)
     assert "14 curves are not drawn" in words
 
 
 def test_sweep_is_drawn_over_the_frequency_whatever_varies_fastest():
     table = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2, 3, 4, 5]), reference=None)
-    assert views.view(table).key == FREQUENCY
+    assert sweep_plots.view(table).key == FREQUENCY
     few = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2]), reference=None)
-    assert views.view(few).key == RMS
+    assert sweep_plots.view(few).key == RMS
 
 
 def test_steep_transmissibility_is_drawn_logarithmically():
     table = sweep(*axes(frequency=[1, 10, 100, 400]), force=0.0, reference=None)
-    _, right = draw(table).axes
+    _, right = draw_transmissibility(table).axes
     assert right.get_yscale() == "log"
     right.figure.canvas.draw()
     assert {"1", "0.1", "0.01"} <= {tick.get_text() for tick in right.get_yticklabels()}
@@ -377,10 +385,10 @@ def test_stroke_limit_that_is_too_far_away_to_be_drawn_is_told():
 
 def test_pictures_of_a_sweep_are_quick(tmp_path):
     table = sweep(*axes(frequency=np.linspace(0.5, 10, 96), rms=[0.5, 0.75, 1.0, 1.5]))
-    plots.stroke(sweep(*axes(frequency=[1, 2])), tmp_path)
+    sweep_plots.stroke(sweep(*axes(frequency=[1, 2])), tmp_path)
     began = time.process_time()
-    plots.transmissibility(table, tmp_path)
-    plots.stroke(table, tmp_path)
+    sweep_plots.transmissibility(table, tmp_path)
+    sweep_plots.stroke(table, tmp_path)
     # 0.3 s on an idle machine; the bound leaves room for a busy one.
     assert time.process_time() - began < 2.0
 
@@ -414,7 +422,7 @@ def without(made, name):
 
 @pytest.mark.parametrize("scene", SWEPT.values(), ids=SWEPT)
 def test_comparison_is_drawn_without_a_warning(scene, tmp_path):
-    plots.comparison(scene(), tmp_path)
+    comparison_plot.comparison(scene(), tmp_path)
     assert (tmp_path / "comparison.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -467,15 +475,15 @@ def test_comparison_where_no_deviation_is_known_shows_the_motion_alone_and_says_
 def test_case_that_is_shown_has_its_panel():
     swept = axes(force=[15, 45], rms=[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
     made = comparison(["stick-slip"], *swept, n=300, shown={FORCE: 45.0, RMS: 0.4})
-    titles = [panel.title for panel in views.compared(made).panels]
-    assert len(titles) == views.MOST_COMPARED
+    titles = [panel.title for panel in sweep_plots.compared(made).panels]
+    assert len(titles) == sweep_plots.MOST_COMPARED
     assert "$a_u$ 0.4 m/s²" in titles
 
 
 def test_stretch_that_is_shown_holds_a_stop_of_the_yardstick():
     made = orbits(["signum", "stick-slip"])
     yardstick = made.responses["stick-slip"]
-    begin, end = moment.telling(yardstick, [made.responses["signum"]], 0.4)
+    begin, end = comparison_plot.telling(yardstick, [made.responses["signum"]], 0.4)
     assert 0.4 <= begin < end <= yardstick.track.end
     inside = (yardstick.t >= begin) & (yardstick.t <= end)
     assert 0 < yardstick.stuck[inside].mean() < 1
@@ -484,8 +492,8 @@ def test_stretch_that_is_shown_holds_a_stop_of_the_yardstick():
 def test_stretch_without_a_stop_holds_the_greatest_deviation():
     made = orbits(["smooth", "stick-slip"], force=1.0)
     yardstick, other = made.responses["stick-slip"], made.responses["smooth"]
-    gap = moment.difference(yardstick, other, 0.2)
-    begin, end = moment.telling(yardstick, [other], 0.2)
+    gap = comparison_plot.difference(yardstick, other, 0.2)
+    begin, end = comparison_plot.telling(yardstick, [other], 0.2)
     assert begin <= 0.2 + gap.argmax() * yardstick.dt <= end
 
 
@@ -501,7 +509,10 @@ def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
     )
     made = compare(load(tmp_path / "s.yaml"), "signum coulomb vs stick-slip")
     short = made.responses["signum"]
-    assert (moment.repetition(short), moment.repetition(made.responses["coulomb"])) == (0.5, 1)
+    assert (
+        comparison_plot.repetition(short),
+        comparison_plot.repetition(made.responses["coulomb"]),
+    ) == (0.5, 1)
     motion, loops, *_ = draw_comparison(made).axes
     assert motion.get_xlim()[0] > 0.5
     thin = {line.get_linestyle(): line for line in motion.lines if line.get_linewidth() < 3}[
@@ -517,7 +528,7 @@ def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
 
 def test_lengths_of_a_sweep_have_one_unit_wherever_they_are_told(capsys):
     table = sweep(*axes(frequency=[1.0, 1.6], rms=[800.0]), limit=9.0, reference=None)
-    warnings = tuple(strokes(table.tallies["stick-slip"], table.scenario))
+    warnings = tuple(case_strokes(table.tallies["stick-slip"], table.scenario))
     show_table(replace(table, warnings=warnings))
     figure = draw_stroke(table)
     told = [*capsys.readouterr(), *(text.get_text() for text in figure.texts), *legend(figure)]
@@ -595,7 +606,9 @@ def test_stroke_of_a_sweep_is_drawn_in_the_unit_in_which_its_peak_is_told(
 
 
 def test_numbers_below_a_long_logarithmic_axis_do_not_touch():
-    figure = draw(along("friction.bristle_stiffness", 1e3, 1e4, 1e6, unit="N/m"))
+    figure = draw_transmissibility(
+        along("friction.bristle_stiffness", 1e3, 1e4, 1e6, unit="N/m")
+    )
     figure.draw_without_rendering()
     for panel in figure.axes:
         low, high = panel.get_xlim()

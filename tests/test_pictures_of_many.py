@@ -7,13 +7,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from drysim.report.plots import many, scatter
-from drysim.report.plots.shown import T_A, T_X, peak
-from drysim.report.plots.transmissibility import draw
-from drysim.scenario import load
-from drysim.study.sweeps.rows import batches_of
-from drysim.study.sweeps.sweep import sweep
-from drysim.study.sweeps.table import FAILED
+from drysim.plots import sweep as sweep_plots
+from drysim.plots.style import T_A, T_X, peak
+from drysim.plots.sweep import draw_transmissibility
+from drysim.scenario.load import load
+from drysim.study.rows import FAILED, batches_of
+from drysim.study.sweep import sweep
 from grids import axes as axes_of
 from grids import spoil
 from grids import sweep as stand_in
@@ -73,7 +72,7 @@ def mesh(panel):
 
 
 def test_bands_lie_within_each_other_around_the_median(table):
-    bands, *_ = many.draw(table(GRID), BOTH).axes
+    bands, *_ = sweep_plots.draw_many(table(GRID), BOTH).axes
     outer, inner = band(bands, "90 % of the cases"), band(bands, "half of them")
     x, median = line(bands, "median")
     assert x.tolist() == [1, 2, 4, 8]
@@ -83,7 +82,7 @@ def test_bands_lie_within_each_other_around_the_median(table):
 
 
 def test_axes_of_many_cases_are_named_and_share_their_range(table):
-    figure = many.draw(table(GRID), BOTH)
+    figure = sweep_plots.draw_many(table(GRID), BOTH)
     bands, mapped = figure.axes[0], figure.axes[1]
     assert mapped.get_xlabel() == "frequency $f$ [Hz]"
     assert mapped.get_ylabel() == "kinetic friction force $F_{fk}$ [N]"
@@ -96,7 +95,7 @@ def test_axes_of_many_cases_are_named_and_share_their_range(table):
 
 def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
     swept = table(GRID)
-    figure = many.draw(swept, BOTH)
+    figure = sweep_plots.draw_many(swept, BOTH)
     known = [row.metrics["T_x"] for row in swept.of("stick-slip")]
     found = mesh(figure.axes[1])
     assert found.get_clim() == pytest.approx((min(known), max(known)))
@@ -107,7 +106,7 @@ def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
 def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
     forces = "friction.kinetic: {from: 1, to: 45, count: 10}"
     block = f"{{excitation.frequency: {{from: 0.1, to: 100, count: 7, scale: log}}, {forces}}}"
-    mapped = many.draw(table(block), BOTH).axes[1]
+    mapped = sweep_plots.draw_many(table(block), BOTH).axes[1]
     assert (mapped.get_xscale(), mapped.get_yscale()) == ("log", "log")
     x = mesh(mapped).get_coordinates()[0, :, 0]
     assert np.diff(np.log(x)).tolist() == pytest.approx([np.log(10) / 2] * 7)
@@ -118,20 +117,20 @@ def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
 def test_a_coefficient_of_friction_is_not_called_a_force(table):
     block = "{excitation.frequency: [1, 2], friction.mu_kinetic: [0.01, 0.02]}"
     swept = table(block, SEAT.replace("kinetic: 15", "mu_kinetic: 0.02"))
-    assert many.draw(swept, BOTH).axes[1].get_ylabel() == "mu kinetic $\\mu_k$ [–]"
+    assert sweep_plots.draw_many(swept, BOTH).axes[1].get_ylabel() == "mu kinetic $\\mu_k$ [–]"
 
 
 def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
     swept = table(SAMPLE)
-    figure = draw(swept)
+    figure = draw_transmissibility(swept)
     bands, mapped = figure.axes[0], figure.axes[1]
     assert mapped.get_ylabel() == "mass $m$ [kg]"
     # The picture reaches as far as the sample does, its curves and its cells, too.
     x, median = line(bands, "median")
     assert bands.get_xlim() == mapped.get_xlim() == (x[0], x[-1]) == (0.5, 10)
     assert median[0] == median[1]
-    counts = scatter.Scatter("T_a", scatter.Bins.of(swept.axes[0]), None)
-    scatter.gathered(batches_of(swept.rows), "stick-slip", [counts])
+    counts = sweep_plots.Scatter("T_a", sweep_plots.Bins.of(swept.axes[0]), None)
+    sweep_plots.gathered(batches_of(swept.rows), "stick-slip", [counts])
     assert counts.counts.sum() == 60
     # White where no case is: the map is masked there and nowhere else.
     masked = np.ma.getmaskarray(mesh(mapped).get_array())
@@ -139,7 +138,7 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
 
 
 def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
-    figure = many.draw(table(GRID), [peak(0.01)])
+    figure = sweep_plots.draw_many(table(GRID), [peak(0.01)])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
 
@@ -147,7 +146,7 @@ def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
 def test_numbers_beside_a_map_are_within_the_picture(table):
     small = SEAT.replace("rms: 1.0", "rms: 1e-5").replace("15}", "15e-5}")
     rms = "{excitation.frequency: [1, 1.4, 4, 8], excitation.rms: [0.5e-5, 0.75e-5, 1e-5]}"
-    figure = many.draw(table(rms, small), [peak(2e-7)])
+    figure = sweep_plots.draw_many(table(rms, small), [peak(2e-7)])
     figure.draw_without_rendering()
     _, mapped = figure.axes
     (bar,) = mapped.child_axes
@@ -160,7 +159,7 @@ def test_numbers_beside_a_map_are_within_the_picture(table):
 
 def test_bar_of_a_map_is_no_axis_of_the_next_which_names_and_numbers_its_own(table):
     block = "{excitation.frequency: [1, 2, 4], oscillator.stiffness: [7500, 7600.25, 7700.5]}"
-    figure = many.draw(table(block), BOTH)
+    figure = sweep_plots.draw_many(table(block), BOTH)
     figure.draw_without_rendering()
     left, right = figure.axes[1], figure.axes[3]
     assert left.get_ylabel() == right.get_ylabel() == "stiffness $k_x$ [N/m]"
@@ -174,22 +173,22 @@ def test_bar_of_a_map_is_no_axis_of_the_next_which_names_and_numbers_its_own(tab
 
 
 def test_one_case_and_one_key_make_a_picture(table):
-    single = many.draw(table("{friction.kinetic: [15]}"), BOTH)
+    single = sweep_plots.draw_many(table("{friction.kinetic: [15]}"), BOTH)
     assert line(single.axes[0], "median")[1][0] == pytest.approx(1.3, abs=0.1)
-    assert len(many.draw(table("{friction.kinetic: [5, 15]}"), BOTH).axes) == 2
+    assert len(sweep_plots.draw_many(table("{friction.kinetic: [5, 15]}"), BOTH).axes) == 2
 
 
 def test_cases_without_numbers_leave_an_empty_panel():
     lost = spoil(stand_in(*axes_of(frequency=[1, 2], force=[5, 15])), FAILED, *range(8))
-    figure = many.draw(lost, BOTH)
+    figure = sweep_plots.draw_many(lost, BOTH)
     assert figure.axes[0].get_ylim()[0] == 0
     assert np.isnan(line(figure.axes[0], "median")[1]).all()
 
 
 def test_quantiles_of_a_picture_are_those_of_the_cases():
     values = np.random.Generator(np.random.PCG64(2)).lognormal(size=5000)
-    bins = scatter.Bins.of(axes_of(frequency=[1, 2])[0])
-    one = scatter.Scatter("T_a", bins, None)
+    bins = sweep_plots.Bins.of(axes_of(frequency=[1, 2])[0])
+    one = sweep_plots.Scatter("T_a", bins, None)
 
     class Batch:
         metrics, points = {"T_a": values}, {"excitation.frequency": np.ones(5000)}
@@ -206,7 +205,7 @@ def test_range_that_is_drawn_by_difference_has_even_bins_to_its_end(table):
     mass = "oscillator.mass: {from: 10, to: 500, scale: log}"
     sample = f"{{kind: latin, count: 60, seed: 2, over: {{{force}, {mass}}}}}"
     by_difference, by_ratio = (
-        scatter.Bins.of(axis) for axis in table(f"{{sample: {sample}}}").axes
+        sweep_plots.Bins.of(axis) for axis in table(f"{{sample: {sample}}}").axes
     )
     assert by_difference.fences[[0, -1]].tolist() == pytest.approx([0.5, 60])
     assert np.ptp(np.diff(by_difference.middles)) == pytest.approx(0, abs=1e-9)
@@ -216,14 +215,14 @@ def test_range_that_is_drawn_by_difference_has_even_bins_to_its_end(table):
 
 def test_values_listed_in_any_order_have_bins_from_the_least_to_the_greatest():
     values = np.random.Generator(np.random.PCG64(3)).permutation(np.linspace(1, 6, 151))
-    bins = scatter.Bins.of(axes_of(frequency=values)[0])
+    bins = sweep_plots.Bins.of(axes_of(frequency=values)[0])
     assert bins.fences[[0, -1]].tolist() == [1, 6]
     assert np.all(np.diff(bins.fences) > 0)
 
 
 def test_bins_between_which_a_range_has_no_value_are_one():
     values = np.linspace(0.5, 10, 210)
-    bins = scatter.Bins.of(axes_of(frequency=values)[0])
+    bins = sweep_plots.Bins.of(axes_of(frequency=values)[0])
     assert bins.even_in_ratio
     assert bins.fences[[0, -1]].tolist() == [0.5, 10]
     assert np.bincount(bins.find(values), minlength=len(bins)).min() == 1
@@ -234,7 +233,7 @@ def test_sample_of_a_decade_by_ratio_has_a_logarithmic_axis_with_every_number_in
     over = "excitation.frequency: {from: 1, to: 5}"
     for words, scale in (("", "linear"), (", scale: log", "log")):
         sample = f"{{kind: latin, count: 60, seed: 2, over: {{{over}, {stiffness}{words}}}}}}}"
-        figure = draw(table(f"{{sample: {sample}}}"))
+        figure = draw_transmissibility(table(f"{{sample: {sample}}}"))
         figure.draw_without_rendering()
         mapped = figure.axes[1]
         assert mapped.get_yscale() == scale

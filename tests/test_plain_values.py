@@ -17,8 +17,8 @@ import drysim
 from drysim import errors
 from drysim.approach import SHELF
 from drysim.metrics import measure
-from drysim.scenario.laws import LAWS
-from drysim.study.ensembles.ensemble import Ensemble
+from drysim.scenario.reading import LAWS
+from drysim.study.ensemble import Ensemble
 from seat import SEAT
 
 GALLERY = Path(__file__).parents[1] / "scenarios"

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from drysim.approach import SHELF
-from drysim.core.plant import Law, Plant
+from drysim.core.model import Law, Plant
 from drysim.errors import ScenarioError
-from drysim.scenario import Scenario, load, period
-from drysim.scenario.sweep.axis import points
-from drysim.source import dump
+from drysim.scenario.axes import points
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario, period
+from drysim.yaml_document import dump
 from seat import dotted
 
 WORDS = {

@@ -9,10 +9,7 @@ import pytest
 
 from contacts import at
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import Samples, Sines
-from drysim.core.normal_force.normal import Pressed, Pressure
-from drysim.core.plant import Law
-from drysim.core.state import State
+from drysim.core.model import Law, Pressed, Pressure, Samples, Sines, State
 from invariants import Invariants, TouchingZero
 from law_scenes import PAPER, REST, STEP, doubled, noise, sine, solved
 from pressing import march_pressed

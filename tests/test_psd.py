@@ -12,16 +12,14 @@ from pydantic import ValidationError
 from scipy.integrate import trapezoid  # noqa: TID253
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.motion import sample_squares
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.core.model import Law, Plant, State, sample_squares
 from drysim.errors import ScenarioError
-from drysim.excitation import noise
-from drysim.excitation.psd import Psd, area
-from drysim.quantity import convert
-from drysim.scenario import load
+from drysim.excitation import random
+from drysim.excitation.random import Psd, area
+from drysim.scenario.load import load
 from drysim.study.case import prepare
-from drysim.study.run import run
+from drysim.study.ensemble import run
+from drysim.units import convert
 
 G = 9.80665
 CARRIER = ((10.0, 0.015), (40.0, 0.015), (500.0, 0.00015))
@@ -112,10 +110,10 @@ def test_same_seed_gives_the_same_bits_and_another_seed_another_signal():
 def test_signal_is_the_same_to_the_last_bit_whatever_is_loaded(monkeypatch, samples):
     import scipy.fft  # noqa: F401
 
-    wanted = noise.lines(np.ones_like, (0.5, 10.0), 1.0, samples * 2.5e-3)
-    beside = noise.noise(wanted, 2.5e-3, 3)
+    wanted = random.lines(np.ones_like, (0.5, 10.0), 1.0, samples * 2.5e-3)
+    beside = random.noise(wanted, 2.5e-3, 3)
     monkeypatch.delitem(sys.modules, "scipy.fft")
-    alone = noise.noise(wanted, 2.5e-3, 3)
+    alone = random.noise(wanted, 2.5e-3, 3)
     assert np.array_equal(beside.u_dd, alone.u_dd)
     assert np.array_equal(beside.u, alone.u)
 

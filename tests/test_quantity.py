@@ -9,7 +9,7 @@ from math import pi
 
 import pytest
 
-from drysim.quantity import KINDS, Quantity, convert, factor, near
+from drysim.units import KINDS, Quantity, convert, factor, near
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_a_single_letter_is_no_slip_of_another():
 
 def test_everyday_units_need_no_units_library():
     code = (
-        "import sys; from drysim.quantity import convert\n"
+        "import sys; from drysim.units import convert\n"
         "for text, unit in [('25 mm', 'm'), ('0.05 g', 'm/s²'), ('90 deg', 'rad')]:\n"
         "    convert(text, unit)\n"
         "assert 'pint' not in sys.modules\n"

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from drysim import machine
+from drysim import system
 from drysim.errors import RecordError
-from drysim.excitation.record import Record
-from drysim.excitation.record import cells as cells_module
-from drysim.excitation.record.cells import _careful, _quick
-from drysim.excitation.record.file import read
-from drysim.excitation.record.formats import SUFFIXES
-from drysim.excitation.record.text import columns
+from drysim.excitation.recorded import Record
+from drysim.records import text as cells_module
+from drysim.records.file import read
+from drysim.records.formats import SUFFIXES
+from drysim.records.text import _careful, _quick, text_columns
 
 HERE = Path(__file__).parent
 DATA = HERE / "data"
@@ -183,7 +182,7 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
     lines = [mark.join(map(repr, row)) for row in values.tolist()]
     lines[100:100] = ["# a remark, in between"]
     (tmp_path / "r.csv").write_text("\n".join(lines))
-    table = columns(read(tmp_path / "r.csv", SUFFIXES))
+    table = text_columns(read(tmp_path / "r.csv", SUFFIXES))
     quick = _quick(table, [0, 2], ".")
     assert quick is not None
     assert np.array_equal(quick, _careful(table, [0, 2], "."))
@@ -206,7 +205,7 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
 )
 def test_quick_pass_leaves_every_irregular_row_to_the_careful_one(tmp_path, rows):
     (tmp_path / "r.csv").write_text(rows)
-    assert _quick(columns(read(tmp_path / "r.csv", SUFFIXES)), [1], ".") is None
+    assert _quick(text_columns(read(tmp_path / "r.csv", SUFFIXES)), [1], ".") is None
 
 
 # what is refused
@@ -480,13 +479,13 @@ def test_only_regular_files_of_known_kinds_are_read(tmp_path):
 
 
 def test_record_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(machine, "memory", lambda: 5.0)
+    monkeypatch.setattr(system, "memory", lambda: 5.0)
     sentence = problem_of(tmp_path, ROWS, time="t").sentence
     assert sentence == "the record needs 9e-09 GB of memory, this machine has 5e-09 GB"
 
 
 def test_record_whose_numbers_are_larger_than_the_memory_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(machine, "memory", lambda: 40.0)
+    monkeypatch.setattr(system, "memory", lambda: 40.0)
     sentence = problem_of(tmp_path, ROWS, time="t").sentence
     assert "GB of memory, this machine has 4e-08 GB" in sentence
 
@@ -759,7 +758,8 @@ def test_stated_level_of_em1_follows_from_its_spectrum(script):
 def test_run_on_a_displacement_is_the_run_on_the_second_derivative_of_its_spline(tmp_path):
     from scipy.interpolate import CubicSpline
 
-    from drysim import load, run
+    from drysim.scenario.load import load
+    from drysim.study.ensemble import run
 
     t = np.arange(2000) * 5e-3
     u = 0.01 * np.sin(2 * np.pi * 1.6 * t) + 0.002 * np.sin(2 * np.pi * 5 * t + 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim import machine
+from drysim import system
 from test_record_extras import mdf, tdms, uff
 from test_record_formats import at2, mat, wav
 from test_record_rpc import rpc
@@ -124,7 +124,7 @@ def test_record_that_lies_on_its_side_is_refused(answer, tmp_path, mark):
 @pytest.mark.parametrize("kind", WRITERS)
 def test_record_beyond_the_memory_is_refused(answer, tmp_path, monkeypatch, kind):
     WRITERS[kind](tmp_path / f"r.{kind}")
-    monkeypatch.setattr(machine, "memory", lambda: 2000.0)
+    monkeypatch.setattr(system, "memory", lambda: 2000.0)
     assert "GB of memory, this machine has 2e-06 GB" in answer(kind).err
 
 

@@ -11,12 +11,14 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from drysim import load, run, sweep
 from drysim.errors import RecordError
-from drysim.excitation.record import Record
-from drysim.quantity import Quantity
-from drysim.report.plots.response import draw as draw_response
-from drysim.report.plots.stroke import draw as draw_stroke
+from drysim.excitation.recorded import Record
+from drysim.plots.response import draw as draw_response
+from drysim.plots.sweep import draw_stroke
+from drysim.scenario.load import load
+from drysim.study.ensemble import run
+from drysim.study.sweep import sweep
+from drysim.units import Quantity
 from drysim.wording import clean_up
 
 RATE = 200.0
@@ -232,7 +234,7 @@ def test_hole_among_uneven_times_is_a_gap_and_no_jitter(tmp_path):
 
 
 def test_finer_grid_by_lines_is_the_same_motion(tmp_path):
-    from drysim.core.motion import sample_squares
+    from drysim.core.model import sample_squares
 
     text = rows(T.tolist(), WAVE.tolist())
     coarse = motion_of(tmp_path, text, time="t")
@@ -325,7 +327,7 @@ def column(values, quantity):
 
 def rms(motion):
     """Return the RMS of ü, linear between samples."""
-    from drysim.core.motion import sample_squares
+    from drysim.core.model import sample_squares
 
     end = (len(motion.u_dd) - 1) * motion.dt
     return np.sqrt(sample_squares(motion._replace(u=None), 0, end)[0] / end)
@@ -435,7 +437,7 @@ def test_band_is_removed_on_both_sides_and_told(tmp_path):
 
 @pytest.mark.parametrize("order", [1, 2, 4, 8])
 def test_low_pass_halves_its_own_frequency_and_falls_as_its_order_says(tmp_path, order):
-    from drysim.excitation.record.filters import gain
+    from drysim.records.clean import gain
 
     for frequency in (10.0, 20.0):
         wave = np.sin(2 * np.pi * frequency * T)
@@ -557,9 +559,9 @@ def test_clean_up_says_how_much_hangs_on_the_ends_of_a_high_pass(drifting, drysi
 
 
 def test_record_without_a_high_pass_is_solved_once(tmp_path, monkeypatch):
-    from drysim.study.sweeps import cases
+    from drysim.study import run as one_case
 
-    monkeypatch.setattr(cases, "measured", lambda _: pytest.fail("solved twice"))
+    monkeypatch.setattr(one_case, "measured", lambda _: pytest.fail("solved twice"))
     (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
     (tmp_path / "r.yaml").write_text(SCENE + "  remove: {trend: mean, above: 30 Hz}\n")
     assert run(load(tmp_path / "r.yaml")).warnings == ()

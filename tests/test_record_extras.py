@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drysim.errors import RecordError
-from drysim.excitation.record import Record
+from drysim.excitation.recorded import Record
 
 DT = 0.005
 UNITS = {"acc": "m/s^2", "other": "g"}

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from drysim import load, machine
+from drysim import system
 from drysim.errors import RecordError, ScenarioError
-from drysim.excitation.record import Record
+from drysim.excitation.recorded import Record
+from drysim.scenario.load import load
 
 EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.csv"
 RATE = 400
@@ -324,7 +325,7 @@ def test_mat_whose_numbers_reach_beyond_their_variable_is_refused(tmp_path):
 
 def test_mat_that_unpacks_beyond_the_memory_is_refused(tmp_path, monkeypatch):
     mat(tmp_path / "r.mat", {"acc": np.zeros(10_000)}, do_compression=True)
-    monkeypatch.setattr(machine, "memory", lambda: 20_000.0)
+    monkeypatch.setattr(system, "memory", lambda: 20_000.0)
     sentence = "the record needs 0.00024 GB of memory, this machine has 2e-05 GB"
     assert refused(tmp_path, "r.mat", step=1, unit="g") == sentence
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drysim.errors import RecordError
-from drysim.excitation.record import Record
+from drysim.excitation.recorded import Record
 from test_record_extras import mdf, tdms, uff
 from test_record_rpc import rpc
 

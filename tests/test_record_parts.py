@@ -8,13 +8,13 @@ import wave
 import numpy as np
 import pytest
 
-from drysim.core.signal import blocks, largest
+from drysim.core.model import blocks, largest
 from drysim.errors import RecordError
-from drysim.excitation import Record
-from drysim.excitation.record import cells as cells_module
-from drysim.excitation.record import channels as channels_module
-from drysim.excitation.record import reader as reader_module
-from drysim.excitation.record.stored import Stored
+from drysim.excitation.recorded import Record
+from drysim.records import columns as channels_module
+from drysim.records import file as reader_module
+from drysim.records import text as cells_module
+from drysim.records.columns import Stored
 
 N = 5000
 SAMPLES = np.random.Generator(np.random.PCG64(5)).integers(-30_000, 30_000, (N, 2))

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from drysim.scenario import load
+from drysim.scenario.load import load
 from test_record_extras import motion_of, refused, series
 
 DT = 0.005

@@ -18,18 +18,30 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drysim import report
-from drysim.approach import StickSlip
-from drysim.core.motion import Input, Sines
-from drysim.core.plant import Law, Slider
-from drysim.core.state import State
+import drysim
+from drysim import output
+from drysim.approach.stick_slip import StickSlip
+from drysim.bench import speed_error
+from drysim.core.model import Input, Law, Sines, Slider, State
 from drysim.errors import Caution, OutputError
-from drysim.report import swap, tables
-from drysim.report.plots import curves, heading, panels
-from drysim.report.plots.limit import excursions
-from drysim.report.plots.response import draw
-from drysim.report.sidecar import Ending
-from drysim.study.bench import questions
+from drysim.output import folder, tables
+from drysim.output.folder import RESULTS, finish, mark, written
+from drysim.output.sidecar import Ending
+from drysim.plots import style
+from drysim.plots.response import (
+    BEYOND,
+    CROWDED,
+    MASS,
+    THIN,
+    curve,
+    draw,
+    envelope,
+    excursions,
+    of_mass,
+    response,
+    stuck_stretches,
+    zoom,
+)
 from killing import ended, kills
 from outcomes import PAPER, SINE, STICKY, names, outcome, record
 
@@ -39,7 +51,7 @@ pytestmark = pytest.mark.usefixtures("place")
 def write(folder, made=None, **words):
     options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
     place = Path(folder) if isinstance(folder, str) else folder
-    return report.write(made or outcome(), place, **options | words)
+    return output.write(made or outcome(), place, **options | words)
 
 
 def columns(file):
@@ -126,7 +138,7 @@ def test_long_table_is_quick(tmp_path):
 
 def test_events_stand_upright_in_the_friction_loop():
     made = outcome()
-    drawn = curves.curve(made.response, slice(None))
+    drawn = curve(made.response, slice(None))
     inside = len(made.events) - 1
     assert len(drawn.t) == len(made.response.x_r) + 2 * inside
     assert np.all(np.diff(drawn.t) >= 0)
@@ -138,7 +150,7 @@ def test_events_stand_upright_in_the_friction_loop():
 
 def test_acceleration_before_and_after_an_event_differs_by_the_force():
     made = outcome(Law(15.0, 15.0))
-    drawn = curves.curve(made.response, slice(None))
+    drawn = curve(made.response, slice(None))
     jump = np.abs(np.diff(drawn.x_dd)).max()
     assert jump == pytest.approx(2 * 15.0 / 75.0, rel=1e-9)
 
@@ -159,30 +171,30 @@ def test_motion_is_drawn_to_its_end_where_steps_are_longer_than_all_of_it():
     assert above.get_xlim() == (0.0, 1.0)
     assert len(below.lines[0].get_xdata()) == 1 + 2 * (len(response.events) - 1) > 5
     shaded = {(patch.get_x(), patch.get_width()) for patch in above.patches}
-    assert shaded == {*curves.stuck_stretches(response, 0.0, 1.0)} != set()
+    assert shaded == {*stuck_stretches(response, 0.0, 1.0)} != set()
 
 
 def test_stuck_stretches_end_with_the_next_slip():
     made = outcome()
     end = made.response.t[-1]
-    stretches = curves.stuck_stretches(made.response, 0.0, end)
+    stretches = stuck_stretches(made.response, 0.0, end)
     share = sum(length for _, length in stretches) / end
     assert share == pytest.approx(made.metrics["stuck_share"], rel=1e-9)
-    assert curves.stuck_stretches(outcome(Law(0.0, 0.0)).response, 0.0, 1.0) == []
+    assert stuck_stretches(outcome(Law(0.0, 0.0)).response, 0.0, 1.0) == []
 
 
 def test_zoom_holds_the_largest_stroke_and_fits_the_response():
     made = outcome(Law(15.0, 15.0), record(9_000), None).response
     peak = np.abs(made.x_r)
     for settled in (0, 5_000, 8_999):
-        part = curves.zoom(made, settled * made.dt)
+        part = zoom(made, settled * made.dt)
         assert peak[part].max() >= peak[settled:].max()
         assert 0 <= part.start < part.stop <= len(made.x_r)
 
 
 def test_envelope_holds_every_value():
     series = np.sin(np.arange(30_000) * 0.7)
-    _, low, high = curves.envelope(series.__getitem__, len(series))
+    _, low, high = envelope(series.__getitem__, len(series))
     assert (low.min(), high.max()) == (series.min(), series.max())
     assert np.all(low <= high)
 
@@ -212,7 +224,7 @@ SCENES = {
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_picture_is_drawn_without_a_warning(scene, tmp_path):
-    report.plots.response(outcome(**scene), tmp_path)
+    response(outcome(**scene), tmp_path)
     assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -252,10 +264,10 @@ def test_line_with_very_many_turning_points_is_thin():
     made = outcome(motion=record(2_000)._replace(u_dd=rough), duration=None)
     smooth = outcome()
     widths = [labelled(draw(one).axes[-3], "mass ẍ").get_linewidth() for one in (made, smooth)]
-    assert widths == [panels.THIN, panels.MASS["linewidth"]]
+    assert widths == [THIN, MASS["linewidth"]]
     level = np.where(np.arange(4_000) % 2, 45.0, np.nextafter(45.0, 0.0))
-    assert panels.of_mass(np.append(level, -45.0)) == panels.MASS
-    assert panels.of_mass(level[:1]) == panels.of_mass(np.array([np.nan])) == panels.MASS
+    assert of_mass(np.append(level, -45.0)) == MASS
+    assert of_mass(level[:1]) == of_mass(np.array([np.nan])) == MASS
 
 
 def legend(figure):
@@ -272,7 +284,7 @@ def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
 
 def test_framed_stretch_is_less_than_half_of_the_run():
     made = outcome(Law(15.0, 15.0), record(1_000), None)
-    part = curves.zoom(made.response, 0.0)
+    part = zoom(made.response, 0.0)
     assert 150 < part.stop - part.start < 500
 
 
@@ -281,8 +293,8 @@ def test_crosses_of_many_violations_are_small_enough_to_show_the_peaks():
     crosses = [
         line for axes in figure.axes for line in axes.lines if line.get_label() == "limit met"
     ]
-    sizes = {len(line.get_xdata()) > panels.CROWDED: line.get_markersize() for line in crosses}
-    assert sizes[True] < panels.BEYOND["markersize"]
+    sizes = {len(line.get_xdata()) > CROWDED: line.get_markersize() for line in crosses}
+    assert sizes[True] < BEYOND["markersize"]
 
 
 @pytest.mark.parametrize("name", ["W" * 90, "W" * 3_000, "a long name " * 12, "i" * 85, "seat"])
@@ -301,7 +313,7 @@ def test_words_about_the_base_motion_are_told_to_their_end():
     made = outcome(motion=record(1_000)._replace(realised={"psd_error": 0.00459}))
     files = tuple(Input("a-record-with-a-rather-long-name.csv", "", 1) for _ in range(3))
     motion = made.response.motion._replace(inputs=files)
-    words = heading.lines(replace(made, response=replace(made.response, motion=motion)))[1]
+    words = style.lines(replace(made, response=replace(made.response, motion=motion)))[1]
     assert " ".join(words).endswith("PSD within 0.459 % of its peak")
 
 
@@ -309,10 +321,10 @@ def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):
     import matplotlib
 
     made = outcome()
-    report.plots.response(made, tmp_path)
+    response(made, tmp_path)
     first = (tmp_path / "response.png").read_bytes()
     with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red", "text.usetex": True}):
-        report.plots.response(made, tmp_path)
+        response(made, tmp_path)
     assert (tmp_path / "response.png").read_bytes() == first
 
 
@@ -357,7 +369,7 @@ def test_sidecar_tells_what_made_the_numbers(monkeypatch):
 @pytest.mark.parametrize("epoch", ["", "soon", "-", "9" * 30])
 def test_senseless_source_date_is_the_time_of_day(monkeypatch, epoch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
-    assert report.sidecar(outcome(), Ending("", 0, {}))["created"] > "2024"
+    assert output.of_run(outcome(), Ending("", 0, {}))["created"] > "2024"
 
 
 def test_sidecar_names_no_folder_of_the_user():
@@ -371,7 +383,7 @@ def test_sidecar_names_no_folder_of_the_user():
         },
     )  # fmt: skip
     command = "drysim run '/home/joe smith/seat.yaml' --out=/tmp/joe/x -o ~joe/y --set a=m/s2"
-    told = report.sidecar(made, Ending(command, 0, {}))
+    told = output.of_run(made, Ending(command, 0, {}))
     assert "joe" not in json.dumps(told)
     assert told["command"] == "drysim run seat.yaml --out=x -o y --set a=m/s2"
     assert told["scenario"]["overrides"] == {
@@ -383,7 +395,7 @@ def test_sidecar_names_no_folder_of_the_user():
 def test_sidecar_is_strict_json_whatever_the_numbers():
     made = outcome()
     made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
-    told = json.loads(report.text(report.sidecar(made, Ending("", 3, {}))))
+    told = json.loads(output.json_text(output.of_run(made, Ending("", 3, {}))))
     assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
     assert told["metrics"]["violations"] == 3
     assert told["complete"] is False
@@ -476,7 +488,7 @@ def foreign_replaced():
 def test_what_is_not_ours_is_refused_and_stays(plant, sentence):
     plant()
     before = tree()
-    for attempt in (report.check, write):
+    for attempt in (output.check, write):
         with pytest.raises(OutputError, match=sentence) as fault:
             attempt(Path("out"))
         assert "--out" in fault.value.hint
@@ -500,7 +512,7 @@ def test_folder_that_cannot_be_is_refused_before_any_work(folder, sentence):
     Path("file").write_text("mine")
     before = tree()
     with pytest.raises(OutputError, match=sentence) as fault:
-        report.check(Path(folder))
+        output.check(Path(folder))
     assert fault.value.hint
     assert tree() == before
 
@@ -509,11 +521,11 @@ def test_folder_that_cannot_be_is_refused_before_any_work(folder, sentence):
 def test_folder_without_permission_is_refused():
     Path("locked").mkdir(mode=0o500)
     with pytest.raises(OutputError, match="permission denied"):
-        report.check(Path("locked/out"))
+        output.check(Path("locked/out"))
 
 
 def test_check_leaves_no_trace():
-    report.check(Path("a/b/out"))
+    output.check(Path("a/b/out"))
     assert tree() == {}
     assert names(".") == []
 
@@ -521,9 +533,9 @@ def test_check_leaves_no_trace():
 @contextlib.contextmanager
 def fresh(folder):
     """Give an empty folder that takes its place when the block ends well."""
-    with report.claim_partial(folder) as claim:
+    with output.claim_partial(folder) as claim:
         yield claim.partial
-        report.folder.finish(claim)
+        finish(claim)
 
 
 def fail_half_way(fault):
@@ -552,7 +564,7 @@ def test_two_at_once_do_not_mix():
             fresh(Path("out")),
         ):
             pass
-        report.folder.mark(partial, '{"format": 1, "files": {"response.csv": ""}}')
+        mark(partial, '{"format": 1, "files": {"response.csv": ""}}')
     assert Path("out/response.csv").read_text() == "first"
 
 
@@ -560,12 +572,12 @@ def test_two_at_once_do_not_mix():
 @pytest.mark.parametrize("atomic", [True, False], ids=["exchange", "two renames"])
 def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, atomic):
     if not atomic:
-        monkeypatch.setattr(swap, "_exchange", lambda *_: False)
+        monkeypatch.setattr(folder, "_exchange", lambda *_: False)
 
     def put(word):
         with fresh(Path("out")) as partial:
             (partial / "events.csv").write_text(word)
-            report.folder.mark(partial, '{"format": 1, "files": {"events.csv": ""}}')
+            mark(partial, '{"format": 1, "files": {"events.csv": ""}}')
 
     put("old")
     seen = []
@@ -582,7 +594,7 @@ def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, 
         assert word in {"old", "new", "partial"}
         seen.append(word)
         assert set(names(".")) <= {"out", "out.partial", "out.replaced"}
-        report.check(Path("out"))
+        output.check(Path("out"))
         put("old")
         assert names(".") == ["out"]
         assert Path("out/events.csv").read_text() == "old"
@@ -611,7 +623,7 @@ def test_file_of_the_user_in_the_partial_is_refused_and_stays(name, resume):
     before = tree()
     with (
         pytest.raises(OutputError, match=f"out.partial holds {name}, which drysim did not"),
-        report.claim_partial(Path("out"), resume),
+        output.claim_partial(Path("out"), resume),
     ):
         pass
     assert tree() == before
@@ -620,7 +632,7 @@ def test_file_of_the_user_in_the_partial_is_refused_and_stays(name, resume):
 @pytest.mark.parametrize("name", STRANGERS)
 def test_file_put_into_the_partial_meanwhile_is_never_removed(name):
     def fail():
-        with report.claim_partial(Path("out")) as claim:
+        with output.claim_partial(Path("out")) as claim:
             (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
             (claim.partial / name).write_text("mine")
             raise KeyboardInterrupt
@@ -629,20 +641,20 @@ def test_file_put_into_the_partial_meanwhile_is_never_removed(name):
         fail()
     assert Path("out.partial", name).read_text() == "mine"
     shutil.rmtree("out.partial")
-    with report.claim_partial(Path("out")) as claim:
+    with output.claim_partial(Path("out")) as claim:
         (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
         (claim.partial / name).write_text("mine")
         assert name not in write(claim)["files"]
     assert Path("out", name).read_text() == "mine"
     with pytest.raises(OutputError, match="which drysim did not write"):
-        report.check(Path("out"))
+        output.check(Path("out"))
 
 
 def test_file_put_into_the_old_folder_meanwhile_is_never_removed():
     write("out")
 
     def late():
-        with report.claim_partial(Path("out")) as claim:
+        with output.claim_partial(Path("out")) as claim:
             Path("out/notes.txt").write_text("mine")
             write(claim)
 
@@ -652,18 +664,19 @@ def test_file_put_into_the_old_folder_meanwhile_is_never_removed():
 
 
 def test_every_file_that_drysim_writes_is_known_by_its_name():
-    package = Path(report.__file__).parent
-    words = "".join(file.read_text(encoding="utf-8") for file in package.rglob("*.py"))
+    package = Path(drysim.__file__).parent
+    files = [*package.glob("output/*.py"), *package.glob("plots/*.py")]
+    words = "".join(file.read_text(encoding="utf-8") for file in files)
     named = {*re.findall(r'folder / "([^"]+)"', words), "scenario.yaml"}
-    named |= {f"{name}.yaml" for name, _ in (*questions.GALLERY, *questions.STEADY)}
+    named |= {f"{name}.yaml" for name, _ in (*speed_error.GALLERY, *speed_error.STEADY)}
     assert len(named) > 15
-    assert [name for name in named if not report.claim.RESULTS.fullmatch(name)] == []
+    assert [name for name in named if not RESULTS.fullmatch(name)] == []
 
 
 @pytest.mark.parametrize("again", [False, True], ids=["removed", "of another"])
 def test_partial_that_is_removed_meanwhile_is_told(again):
     def lose():
-        with report.claim_partial(Path("out")) as claim:
+        with output.claim_partial(Path("out")) as claim:
             shutil.rmtree(claim.partial)
             if again:
                 claim.partial.mkdir()
@@ -704,10 +717,8 @@ def fresh_word(word):
         inner.mkdir(parents=True)
         (inner / "000000000000.parquet").write_text(word)
         (partial / "events.csv").write_text(word)
-        files = {
-            path.relative_to(partial).as_posix(): "" for path in report.folder.written(partial)
-        }
-        report.folder.mark(partial, json.dumps({"format": 1, "files": files}))
+        files = {path.relative_to(partial).as_posix(): "" for path in written(partial)}
+        mark(partial, json.dumps({"format": 1, "files": files}))
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

@@ -11,14 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from drysim import report
-from drysim.checks import Check
+from drysim import output
 from drysim.errors import Caution, OutputError
 from drysim.metrics import METRICS
-from drysim.report.rows import transmissibility
-from drysim.report.sidecar import Ending
-from drysim.study.sweeps import survey
-from drysim.study.sweeps.table import FAILED, NOT_SETTLED, Row, Table
+from drysim.metrics.checks import Check
+from drysim.output import folder, many, tables
+from drysim.output.sidecar import Ending
+from drysim.output.tables import transmissibility
+from drysim.study import compare as study_compare
+from drysim.study.rows import FAILED, NOT_SETTLED, Row
+from drysim.study.table import Table
 from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
 from killing import kills
 from outcomes import judgement, names, record
@@ -39,13 +41,13 @@ def small(**words):
 
 def write(table, folder="out", **words):
     options = {"plots": False, "command": "drysim sweep seat.yaml", "exit_code": 0}
-    target = folder if isinstance(folder, report.Claim) else Path(folder)
-    return report.write_table(table, target, **options | words)
+    target = folder if isinstance(folder, output.Claim) else Path(folder)
+    return output.write_table(table, target, **options | words)
 
 
 def compare(made, **words):
     options = {"plots": False, "command": "drysim compare", "exit_code": 0}
-    return report.write_comparison(made, Path("out"), **options | words)
+    return output.write_comparison(made, Path("out"), **options | words)
 
 
 # tables
@@ -138,10 +140,10 @@ def test_yardstick_without_friction_measures_every_case():
 
 def test_deviation_of_an_approach_without_friction_is_known_at_every_case():
     made = comparison(["stick-slip"], *axes(force=[0, 15, 45], rms=[0.33]), n=800)
-    found = survey.deviations(made, "viscous")
+    found = study_compare.deviations(made, "viscous")
     assert [one.row.point[FORCE] for one in found] == [0.0, 15.0, 45.0]
     assert found[0].value == pytest.approx(0.0, abs=1e-12)
-    assert survey.worst(found) is found[2]
+    assert study_compare.worst_of(found) is found[2]
 
 
 def test_comparison_of_one_case_has_no_swept_columns():
@@ -164,8 +166,8 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
     made = replace(orbits(["stick-slip"]), table=table)
     began = time.process_time()
     transmissibility(table, tmp_path)
-    report.rows.comparison(made, tmp_path)
-    report.digest.of_comparison(made, Ending("", 0, {}))
+    tables.comparison(made, tmp_path)
+    many.of_comparison(made, Ending("", 0, {}))
     # 50 µs a case on an idle machine; a scan of all rows for each would take seconds.
     assert (time.process_time() - began) / count < 5e-4
 
@@ -256,22 +258,22 @@ CASES = '{"what": 1}\n{"number": 0}\n'
 
 def interrupted(cases=CASES, table=None):
     """Leave a sweep half done, as Ctrl-C does."""
-    with report.claim_partial(Path("out")) as claim:
+    with output.claim_partial(Path("out")) as claim:
         claim.journal.write_text(cases)
         return write(small() if table is None else table, claim, exit_code=130)
 
 
 def test_claim_is_finished_in_place_of_the_old_folder():
     write(small(), plots=True)
-    with report.claim_partial(Path("out")) as claim:
+    with output.claim_partial(Path("out")) as claim:
         assert claim.partial == Path("out.partial")
         claim.journal.write_text(CASES)
         write(small(limit=0.015), claim)
     assert names(".") == ["out"]
     assert "stroke_violations.csv" in names("out")
     assert "transmissibility.png" not in names("out")
-    assert report.claim.JOURNAL not in names("out")
-    assert report.claim.JOURNAL not in json.loads(Path("out/drysim.json").read_text())["files"]
+    assert folder.JOURNAL not in names("out")
+    assert folder.JOURNAL not in json.loads(Path("out/drysim.json").read_text())["files"]
 
 
 def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
@@ -289,7 +291,7 @@ def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
 
 def test_resume_keeps_the_finished_cases_and_nothing_else():
     interrupted()
-    with report.claim_partial(Path("out"), resume=True) as claim:
+    with output.claim_partial(Path("out"), resume=True) as claim:
         assert names(claim.partial) == ["cases.jsonl", "drysim.json"]
         assert claim.journal.read_text() == CASES
         write(small(), claim)
@@ -298,7 +300,7 @@ def test_resume_keeps_the_finished_cases_and_nothing_else():
 
 def test_without_resume_a_sweep_begins_anew():
     interrupted()
-    with report.claim_partial(Path("out")) as claim:
+    with output.claim_partial(Path("out")) as claim:
         assert names(claim.partial) == ["drysim.json"]
 
 
@@ -314,7 +316,7 @@ def test_nothing_stays_of_a_sweep_without_a_finished_case():
 )
 def test_fault_in_a_sweep_keeps_finished_cases_only(cases, left):
     def fail():
-        with report.claim_partial(Path("out")) as claim:
+        with output.claim_partial(Path("out")) as claim:
             if cases:
                 claim.journal.write_text(cases)
             raise KeyboardInterrupt
@@ -328,10 +330,10 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(report.scenarios, "own", full)
+    monkeypatch.setattr(output, "own", full)
 
     def end():
-        with report.claim_partial(Path("out")) as claim:
+        with output.claim_partial(Path("out")) as claim:
             claim.journal.write_text(CASES)
             write(small(), claim)
 
@@ -345,7 +347,7 @@ def test_foreign_partial_is_refused_and_stays():
     Path("out.partial/cases.jsonl").write_text("mine")
     with (
         pytest.raises(OutputError, match=r"out\.partial was not written by drysim"),
-        report.claim_partial(Path("out"), resume=True),
+        output.claim_partial(Path("out"), resume=True),
     ):
         pass
     assert Path("out.partial/cases.jsonl").read_text() == "mine"
@@ -353,12 +355,12 @@ def test_foreign_partial_is_refused_and_stays():
 
 @pytest.mark.skipif(os.name == "nt", reason="folders cannot be locked there")
 def test_two_sweeps_at_once_do_not_mix():
-    with report.claim_partial(Path("out")) as claim:
+    with output.claim_partial(Path("out")) as claim:
         claim.journal.write_text(CASES)
         for resume in (False, True):
             with (
                 pytest.raises(OutputError, match="another drysim is writing out"),
-                report.claim_partial(Path("out"), resume),
+                output.claim_partial(Path("out"), resume),
             ):
                 pass
         assert claim.journal.read_text() == CASES
@@ -367,21 +369,21 @@ def test_two_sweeps_at_once_do_not_mix():
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_kill_at_any_instant_leaves_what_resumes():
     def act():
-        with report.claim_partial(Path("out"), resume=True) as claim:
+        with output.claim_partial(Path("out"), resume=True) as claim:
             claim.journal.write_text(CASES)
             (claim.partial / "events.csv").write_text("new")
-            report.folder.mark(claim.partial, '{"format": 1, "files": {"events.csv": ""}}')
-            report.folder.finish(claim)
+            folder.mark(claim.partial, '{"format": 1, "files": {"events.csv": ""}}')
+            folder.finish(claim)
 
     at, kept = [], 0
     for passed in kills(act):
         at.append(passed)
-        report.check(Path("out"))
+        output.check(Path("out"))
         assert set(names(".")) <= {"out", "out.partial"}
         if Path("out.partial/cases.jsonl").exists():
             kept += 1
             assert not Path("out").exists()
-            with report.claim_partial(Path("out"), resume=True) as claim:
+            with output.claim_partial(Path("out"), resume=True) as claim:
                 assert claim.journal.read_text() in ("", CASES)
         act()
         assert names("out") == ["drysim.json", "events.csv"]

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from drysim.errors import ScenarioError
-from drysim.excitation.psd import area
-from drysim.excitation.road import Road
-from drysim.scenario import load
+from drysim.excitation.random import Road, area
+from drysim.scenario.load import load
 
 STEP = 1e-3
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from drysim.errors import ScenarioError
-from drysim.quantity import Quantity
-from drysim.scenario import cautions, load, schema
-from drysim.scenario.sweep.axis import columns_of, points, size
-from drysim.scenario.sweep.cautions import extremes
-from drysim.scenario.sweep.design import Design
-from drysim.scenario.sweep.drawn import LogNormal, Normal, Triangular, Uniform
-from drysim.source import dump
-from drysim.study.sweeps.sweep import sweep
+from drysim.scenario import schema
+from drysim.scenario.axes import columns_of, points, size
+from drysim.scenario.load import load
+from drysim.scenario.sampling import Design, LogNormal, Normal, Triangular, Uniform
+from drysim.scenario.warnings import cautions, extremes
+from drysim.study.sweep import sweep
+from drysim.units import Quantity
+from drysim.yaml_document import dump
 
 stats = pytest.importorskip("scipy.stats")
 

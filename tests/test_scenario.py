@@ -10,12 +10,12 @@ import pytest
 from pydantic import BaseModel
 
 from drysim.approach import SHELF
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.core.model import Law, Plant, State
 from drysim.errors import ScenarioError
-from drysim.scenario import Scenario, load, period
 from drysim.scenario.blocks import with_options
-from drysim.source import dump
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario, period
+from drysim.yaml_document import dump
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}

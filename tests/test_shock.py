@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.core.model import Law, Plant, State
 from drysim.errors import ScenarioError
-from drysim.excitation.shock import Shock
-from drysim.scenario import load
-from drysim.study.run import run
+from drysim.excitation.transient import Shock
+from drysim.scenario.load import load
+from drysim.study.ensemble import run
 
 STEP = 1e-4
 PULSES = ("half-sine", "haversine", "sawtooth", "trapezoid")

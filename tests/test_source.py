@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from drysim import yaml_document
 from drysim.errors import Problem, ScenarioError
-from drysim.scenario import load
-from drysim.source import Unreadable, dump, read, tree
+from drysim.scenario.load import load
+from drysim.yaml_document import Unreadable, dump, read
 
 PROBLEMS = Path(__file__).parent / "problems"
 
@@ -57,7 +58,7 @@ def test_faults_stand_at_the_same_place_without_the_fast_parser(file, monkeypatc
         return [(problem.line, problem.column) for problem in fault.value.problems]
 
     fast = places()
-    monkeypatch.setattr(tree, "_LOADER", tree.yaml.SafeLoader)
+    monkeypatch.setattr(yaml_document, "_LOADER", yaml_document.yaml.SafeLoader)
     assert places() == fast
 
 

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.report.plots.spectra import draw
-from drysim.spectra import viscous_transmissibility
-from drysim.study.case import prepare
-from drysim.study.spectral import segment_of
+from drysim.metrics.spectra import viscous_transmissibility
+from drysim.plots.spectra import draw
+from drysim.study.case import prepare, segment_of
 from seat import dotted
 
 FLAT = {"kind": "psd", "points": [[0.5, 1], [20, 1]], "duration": 400, "seed": 3}

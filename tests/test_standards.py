@@ -8,10 +8,10 @@ from math import log2, sqrt
 import numpy as np
 import pytest
 
-from drysim.core.motion import sample_squares
+from drysim.core.model import sample_squares
 from drysim.errors import ScenarioError
-from drysim.excitation.standards import CLASSES, Standard, proof
-from drysim.scenario import load
+from drysim.excitation.random import MACHINE_CLASSES, Standard, proof
+from drysim.scenario.load import load
 from drysim.wording import excitation
 
 STEP = 2.5e-3
@@ -30,17 +30,17 @@ def standard(machine, duration=60.0, **words):
     return Standard.model_validate(words)
 
 
-@pytest.mark.parametrize("machine", CLASSES)
+@pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_integral_is_the_known_one_and_meets_the_stated_rms_within_a_percent(machine):
-    spectrum = CLASSES[machine]
+    spectrum = MACHINE_CLASSES[machine]
     integral = sqrt(spectrum.square())
     assert integral == pytest.approx(INTEGRALS[machine], abs=6e-4)
     assert integral == pytest.approx(spectrum.rms, rel=0.01)
 
 
-@pytest.mark.parametrize("machine", CLASSES)
+@pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_corners_hold_half_the_power(machine):
-    spectrum = CLASSES[machine]
+    spectrum = MACHINE_CLASSES[machine]
     (n, f_h), (p, f_l) = spectrum.high_pass, spectrum.low_pass
     far = np.array([f_h * 1e-3, f_h * 2e-3, f_l * 1e3, f_l * 2e3])
     low, low_2, high, high_2 = spectrum.density(far)
@@ -51,47 +51,47 @@ def test_corners_hold_half_the_power(machine):
     assert at == pytest.approx([spectrum.G0 / 2 * share for share in other])
 
 
-@pytest.mark.parametrize("machine", CLASSES)
+@pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_the_motion_has_the_stated_rms_to_rounding(machine):
     motion = standard(machine).motion(STEP)
     squares, _ = sample_squares(motion, 0.0, 60.0)
-    assert sqrt(squares / 60) == pytest.approx(CLASSES[machine].rms, rel=1e-12)
-    assert motion.realised["rms"] == pytest.approx(CLASSES[machine].rms, rel=1e-12)
+    assert sqrt(squares / 60) == pytest.approx(MACHINE_CLASSES[machine].rms, rel=1e-12)
+    assert motion.realised["rms"] == pytest.approx(MACHINE_CLASSES[machine].rms, rel=1e-12)
 
 
-@pytest.mark.parametrize("machine", CLASSES)
+@pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_without_scaling_the_rms_is_that_of_the_spectrum(machine):
     motion = standard(machine, scale="nothing").motion(1e-3)
     assert motion.u_dd[:-1].std() == pytest.approx(INTEGRALS[machine], abs=6e-4)
     assert motion.realised["scale"] == 1
-    assert motion.realised["rms_asked"] == CLASSES[machine].rms
+    assert motion.realised["rms_asked"] == MACHINE_CLASSES[machine].rms
 
 
-@pytest.mark.parametrize("machine", CLASSES)
+@pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_realised_psd_stands_beside_its_definition(machine):
     realised = standard(machine).motion(STEP).realised
     assert realised["psd_error"] < 0.01
     bands = realised["psd"]
-    assert (bands[0]["from"], bands[-1]["to"]) == pytest.approx(CLASSES[machine].band)
+    assert (bands[0]["from"], bands[-1]["to"]) == pytest.approx(MACHINE_CLASSES[machine].band)
     found = sum(band["found"] * (band["to"] - band["from"]) for band in bands)
-    assert sqrt(found) == pytest.approx(CLASSES[machine].rms, rel=0.02)
+    assert sqrt(found) == pytest.approx(MACHINE_CLASSES[machine].rms, rel=0.02)
 
 
-@pytest.mark.parametrize("machine", CLASSES)
+@pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_welch_is_within_a_tenth_of_the_peak(machine):
     from scipy.signal import welch
 
     motion = standard(machine, duration=4000.0).motion(0.01)
     f, found = welch(motion.u_dd, 100.0, nperseg=1024)
-    low, high = CLASSES[machine].band
+    low, high = MACHINE_CLASSES[machine].band
     inside = (f > low + 0.2) & (f < high - 0.2)
-    asked = CLASSES[machine].density(f[inside])
+    asked = MACHINE_CLASSES[machine].density(f[inside])
     assert np.abs(found[inside] - asked).max() < 0.1 * asked.max()
 
 
 def test_a_false_spectrum_would_be_found_out():
     motion = standard("EM1").motion(STEP)
-    assert max(b["found"] - b["asked"] for b in proof(CLASSES["EM4"], motion)) > 1
+    assert max(b["found"] - b["asked"] for b in proof(MACHINE_CLASSES["EM4"], motion)) > 1
 
 
 def test_recalled_rms_is_said_to_be_recalled():

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.scenario.seeds import SEED
-from drysim.study.ensembles.statistics import interval, statistics
-from drysim.study.sweeps.table import Row
+from drysim.scenario.blocks import SEED
+from drysim.study.rows import Row
+from drysim.study.statistics import interval, statistics
 from drysim.wording import around
 
 

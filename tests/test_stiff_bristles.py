@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp  # noqa: TID253 - the independent solution
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.dynamic_laws.settled import SETTLED
-from drysim.core.plant import BRISTLE, LEUVEN, Dynamic, Law
+from drysim.core.model import BRISTLE, LEUVEN, Dynamic, Law
+from drysim.core.taylor import SETTLED
 from drysim.metrics import measure
 from law_scenes import PAPER, REST, STEP, noise, sine, solved
 from reference import assert_agrees, peak

@@ -9,12 +9,9 @@ import pytest
 
 import drysim
 from contacts import at
-from drysim.approach import settled
-from drysim.approach.stick_slip import StickSlip
-from drysim.approach.viscous import Viscous
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, Stopped
-from drysim.core.state import State
+from drysim.approach import steady_state
+from drysim.approach.stick_slip import StickSlip, Viscous
+from drysim.core.model import Law, Plant, Samples, Sines, State, Stopped
 from drysim.errors import SolverError, UsageError
 from drysim.metrics import measure
 from law_scenes import PAPER, REST, STEP, mirrored, noise, sine, solved
@@ -176,7 +173,7 @@ def test_orbit_between_stops_closes(name):
 def test_mass_that_bounces_without_loss_is_on_one_orbit_of_a_continuum():
     """There and back in a period; a little faster, it is back a little sooner for ever."""
     free, elastic = Plant(75.0, 0.0, 0.0), Stopped(0.0, 0.0, 0.01, e=1.0)
-    orbit = settled.find_orbit(free, elastic, sine(0.0, 1.0), State(0.0, 0.04), 1.0)
+    orbit = steady_state.find_orbit(free, elastic, sine(0.0, 1.0), State(0.0, 0.04), 1.0)
     assert orbit.settled
     assert not orbit.unique
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import drysim as package
-from drysim.report.plots import curves, panels
+from drysim import errors
+from drysim.plots.response import curve, stops_met
 
 SEAT = """\
 name: seat
@@ -36,7 +37,7 @@ def test_stops_go_with_surfaces_that_never_lift_off(tmp_path, stops):
     varied = "{amplitude: %s, frequency: 3 Hz}"
     pressed = loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 0.9))
     assert pressed.stops is not None
-    with pytest.raises(package.errors.ScenarioError) as found:
+    with pytest.raises(errors.ScenarioError) as found:
         loaded(tmp_path, stops, "friction=" + words.replace("VARIED", varied % 1.3))
     assert [problem.sentence for problem in found.value.problems] == [
         "end stops go with a normal force that stays above zero and is no record; mend "
@@ -208,8 +209,8 @@ def test_rigid_stops_of_any_seed_leave_impacts_out(tmp_path):
 
 def test_picture_marks_every_hit(tmp_path):
     response = package.run(loaded(tmp_path, BUMPERS)).response
-    assert [x_r for _, x_r in panels.stops_met(response)] == [-0.015, 0.015]
-    shown = curves.curve(response, slice(None))
+    assert [x_r for _, x_r in stops_met(response)] == [-0.015, 0.015]
+    shown = curve(response, slice(None))
     assert (np.diff(shown.t) >= 0).all()
     jumps = np.abs(np.diff(shown.x_dd))[np.diff(shown.t) < 1e-12]
     assert jumps.max() > 0.5

@@ -14,15 +14,13 @@ from typing import Any
 
 import pytest
 
-from drysim import console
+from drysim.console import terminal
 from drysim.errors import OutputError
-from drysim.scenario import load
-from drysim.study.identity import identity
-from drysim.study.sweeps import store as store_module
-from drysim.study.sweeps.cases import Motions
-from drysim.study.sweeps.plan import Piece, Pieces, solve_piece
-from drysim.study.sweeps.store import CASES, WHAT, Store, Stored
-from drysim.study.sweeps.sweep import approaches_of
+from drysim.scenario.load import load
+from drysim.study import store as store_module
+from drysim.study.plan import Piece, Pieces, approaches_of, solve_piece
+from drysim.study.run import Motions
+from drysim.study.store import CASES, WHAT, Store, Stored, identity
 from fuzz.mutate import damaged
 from seat import SEAT
 
@@ -51,7 +49,7 @@ def interrupted_after(monkeypatch: Any, blocks: int) -> None:
         if left[0] == 0:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(console, "progress", lambda *_: nullcontext(advance))
+    monkeypatch.setattr(terminal, "progress", lambda *_: nullcontext(advance))
 
 
 def resumed(store: Store) -> Store:
@@ -196,7 +194,7 @@ def test_partial_that_is_removed_during_a_sweep_is_named(
     def progress(*_: object) -> Any:
         return nullcontext(lambda n: shutil.rmtree("out/seat.partial", ignore_errors=True))
 
-    monkeypatch.setattr(console, "progress", progress)
+    monkeypatch.setattr(terminal, "progress", progress)
     (tmp_path / "seat.yaml").write_text(MARCHED)
     done = drysim("sweep", "seat.yaml", "--no-plots", "--workers", 1)
     assert done.code == 2

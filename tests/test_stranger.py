@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from drysim import report
+from drysim import output
 from drysim.errors import OutputError
 from seat import SEAT
 
@@ -146,7 +146,7 @@ def test_folder_with_a_strange_marker_is_refused_in_a_sentence(tmp_path, monkeyp
     Path("out/drysim.json").write_text(marker)
     Path("out/mine.txt").write_text("mine")
     with pytest.raises(OutputError, match=r"drysim did not write|not written by drysim"):
-        report.check(Path("out"))
+        output.check(Path("out"))
     assert Path("out/mine.txt").read_text() == "mine"
 
 

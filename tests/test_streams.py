@@ -15,9 +15,9 @@ from functools import partial
 import pytest
 
 from cluster_scenes import blocks_in
-from drysim import console
-from drysim.cli import leave
-from drysim.study.in_order import in_order
+from drysim.cli import process
+from drysim.console import summaries, terminal
+from drysim.system import in_order
 from test_cli import tree
 
 FULL = pytest.mark.skipif(
@@ -126,11 +126,11 @@ def test_sweep_that_is_asked_to_go_says_so_once_and_keeps_its_cases(seat, name):
 
 def test_fault_that_comes_of_an_interruption_is_no_bug(drysim, seat, monkeypatch):
     def cut_short(_):
-        leave.ASKED.set()
+        process.ASKED.set()
         raise AttributeError("partially initialised module")
 
-    monkeypatch.setattr(leave, "ASKED", threading.Event())
-    monkeypatch.setattr("drysim.cli.ASKED", leave.ASKED)
+    monkeypatch.setattr(process, "ASKED", threading.Event())
+    monkeypatch.setattr("drysim.cli.ASKED", process.ASKED)
     monkeypatch.setattr("drysim.study.run.solve", cut_short)
     answer = drysim("run", seat)
     assert answer.code == 130
@@ -155,9 +155,9 @@ def test_interruption_is_told_before_the_summary_of_what_is_finished(
         if next(left, None) is None:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(console, "progress", lambda *_: nullcontext(advance))
+    monkeypatch.setattr(terminal, "progress", lambda *_: nullcontext(advance))
     for name in ("show_interrupted", "show_table", "show_ensemble"):
-        monkeypatch.setattr(console, name, lambda *_, name=name: told.append(name))
+        monkeypatch.setattr(summaries, name, lambda *_, name=name: told.append(name))
     command, *words = MANY[kind]
     quick = ("--workers", 1, "--no-plots", "--set", "checks=[T_a < 1e-3]")
     assert drysim(command, seat, *words, *quick).code == 130
@@ -168,7 +168,7 @@ def test_interruption_in_quiet_is_told_in_one_line(drysim, seat, monkeypatch):
     def advance(number=1):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(console, "progress", lambda *_: nullcontext(advance))
+    monkeypatch.setattr(terminal, "progress", lambda *_: nullcontext(advance))
     quiet = ("-q", "--no-plots", "--set", "checks=[T_a < 1e-3]")
     done = drysim("sweep", seat, *SWEEP, *quiet)
     assert (done.code, done.out) == (130, "")
@@ -203,13 +203,13 @@ def test_system_without_memory_is_told_as_such(drysim, seat, monkeypatch):
 def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monkeypatch, kind):
     class Finalised:
         def __del__(self):
-            leave.ASKED.set()  # and the exception is printed, but goes no further
+            process.ASKED.set()  # and the exception is printed, but goes no further
 
     def progress(*_):
         return nullcontext(lambda number=1: Finalised() and None)
 
-    monkeypatch.setattr(leave, "ASKED", threading.Event())
-    monkeypatch.setattr(console, "progress", progress)
+    monkeypatch.setattr(process, "ASKED", threading.Event())
+    monkeypatch.setattr(terminal, "progress", progress)
     done = drysim(*MANY[kind][:1], seat, *MANY[kind][1:], "--workers", 1, "--no-plots", "-q")
     assert done.code == 130
     assert kind[:-1] in done.err
@@ -218,7 +218,7 @@ def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monk
 
 DEAF = """
 import ctypes, signal
-from drysim.cli.leave import tidy_up_first
+from drysim.cli.process import tidy_up_first
 for name in "SIGINT", "SIGTERM", "SIGHUP":  # which may be ignored here
     signal.signal(getattr(signal, name), signal.default_int_handler)
 tidy_up_first()
@@ -243,9 +243,9 @@ def test_process_deep_in_a_kernel_obeys_a_signal(name):
     while running.poll() is None:
         running.send_signal(getattr(signal, name))
         with suppress(subprocess.TimeoutExpired):
-            running.wait(3.0 * leave.PATIENCE)
+            running.wait(3.0 * process.PATIENCE)
     assert running.returncode == 130
-    assert running.communicate()[1] == leave.GOODBYE.decode()
+    assert running.communicate()[1] == process.GOODBYE.decode()
 
 
 @pytest.mark.parametrize("threads", [2, 3])
@@ -270,7 +270,7 @@ def test_signal_that_is_ignored_stays_so(seat):
     program = (
         "import signal, sys\n"
         "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "from drysim.cli.leave import tidy_up_first\n"
+        "from drysim.cli.process import tidy_up_first\n"
         "tidy_up_first()\n"
         "print(signal.getsignal(signal.SIGHUP) == signal.SIG_IGN,\n"
         "      callable(signal.getsignal(signal.SIGTERM)))\n"

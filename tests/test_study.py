@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 import drysim
-from drysim import machine
+from drysim import system
 from drysim.errors import Caution
-from drysim.study import gallery, memory
-from drysim.study.cautions import found
+from drysim.study import case, gallery
 from drysim.study.validate import examine
+from drysim.study.warnings import found
 from seat import dotted
 
 LOUD = {"excitation.rms": 2.0}
@@ -164,21 +164,21 @@ def test_stated_error_that_a_picture_would_show_is_a_warning(seat, error, said):
 
 
 def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(monkeypatch):
-    monkeypatch.setattr(machine, "memory", lambda: 8e9)
-    assert memory.shortage(int(8e9 / memory.BYTES_PER_STEP)) == ""
-    said = memory.shortage(int(16e9 / memory.BYTES_PER_STEP))
+    monkeypatch.setattr(system, "memory", lambda: 8e9)
+    assert case.shortage_of(int(8e9 / case.BYTES_PER_STEP)) == ""
+    said = case.shortage_of(int(16e9 / case.BYTES_PER_STEP))
     assert "need 16 GB of memory, this machine has 8 GB" in said
 
 
 def test_response_by_parts_needs_a_fraction_of_the_memory_unless_it_is_weighed(monkeypatch):
-    monkeypatch.setattr(machine, "memory", lambda: 8e9)
-    assert memory.shortage(10**9, by_parts=True) == ""
-    assert memory.shortage(10**9, weighed=True, by_parts=True)
-    assert memory.shortage(2 * 10**9, by_parts=True)
+    monkeypatch.setattr(system, "memory", lambda: 8e9)
+    assert case.shortage_of(10**9, by_parts=True) == ""
+    assert case.shortage_of(10**9, weighed=True, by_parts=True)
+    assert case.shortage_of(2 * 10**9, by_parts=True)
 
 
 def test_machine_has_some_memory():
-    assert machine.memory() > 1e8
+    assert system.memory() > 1e8
 
 
 @pytest.mark.parametrize(

@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 
 from drysim.errors import ScenarioError
-from drysim.scenario import load
-from drysim.scenario.sweep.axis import points, size
+from drysim.scenario.axes import points, size
+from drysim.scenario.load import load
 from drysim.study.case import prepare
-from drysim.study.identity import identity
-from drysim.study.sweeps.cases import Motions, count
-from drysim.study.sweeps.plan import Pieces, solve_piece
-from drysim.study.sweeps.store import Store
-from drysim.study.sweeps.sweep import approaches_of, leftover, solve, sweep
-from drysim.study.sweeps.table import Row, Table
+from drysim.study.plan import Pieces, approaches_of, solve_piece
+from drysim.study.rows import Row
+from drysim.study.run import Motions, count
+from drysim.study.store import Store, identity
+from drysim.study.sweep import leftover, solve, sweep
+from drysim.study.table import Table
 
 GRID = """\
 drysim: 1
@@ -64,7 +64,7 @@ def test_first_key_varies_fastest_and_the_reference_comes_last(grid: Path) -> No
 
 
 def test_case_of_a_sweep_is_what_a_run_of_it_gives(grid: Path) -> None:
-    from drysim.study.run import run
+    from drysim.study.ensemble import run
 
     row = list(sweep(load(grid)).of("stick-slip"))[6]
     overrides = {"excitation.frequency": 3, "friction.kinetic": 45}

@@ -8,8 +8,12 @@ from math import pi, prod
 import pytest
 
 from drysim.errors import ScenarioError
-from drysim.scenario import Axis, Scenario, cautions, load, schema
-from drysim.source import dump
+from drysim.scenario import schema
+from drysim.scenario.axes import Axis
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario
+from drysim.scenario.warnings import cautions
+from drysim.yaml_document import dump
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from drysim import console, load, sweep
-from drysim.report.plots.stroke import draw
+from drysim.console import summaries
+from drysim.plots.sweep import draw_stroke
+from drysim.scenario.load import load
+from drysim.study.sweep import sweep
 
 SEAT = """\
 name: seat
@@ -32,7 +34,7 @@ def swept(tmp_path):
 
 def said(table, capsys):
     """Give the summary of a table, every run of blanks as one."""
-    console.show_table(table)
+    summaries.show_table(table)
     return " ".join(capsys.readouterr().out.split())
 
 
@@ -76,13 +78,13 @@ def test_limit_with_one_value_is_not_told_as_that_of_the_file(swept, capsys):
 
 
 def test_picture_draws_a_swept_limit_as_the_curve_that_it_is(swept):
-    figure = draw(swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 500 mm]}"))
+    figure = draw_stroke(swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 500 mm]}"))
     assert limits(figure) == [pytest.approx([10.0, 20.0, 50.0])]
 
 
 def test_picture_draws_the_own_limit_of_every_line(swept):
     words = "{excitation.frequency: [1, 1.5, 2, 3, 4], stroke.limit: [10 mm, 30 mm]}"
-    figure = draw(swept(words))
+    figure = draw_stroke(swept(words))
     assert [set(line) for line in limits(figure)] == [{10.0}, {30.0}]
     many = ", ".join(f"{limit} mm" for limit in range(10, 20))
-    assert not limits(draw(swept(words.replace("10 mm, 30 mm", many))))
+    assert not limits(draw_stroke(swept(words.replace("10 mm, 30 mm", many))))

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drysim import report
-from drysim.checks import Check
-from drysim.scenario import load
+from drysim import output
+from drysim.metrics.checks import Check
+from drysim.output import tables
+from drysim.scenario.load import load
+from drysim.study import plan as study_plan
+from drysim.study import rows, sweep
 from drysim.study.case import prepare
-from drysim.study.identity import identity
-from drysim.study.sweeps import gathering, rows, sweep
-from drysim.study.sweeps.batch import Batch
-from drysim.study.sweeps.plan import Pieces, Plan
-from drysim.study.sweeps.store import Store
-from drysim.study.sweeps.table import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
-from drysim.study.sweeps.tally import Tally
+from drysim.study.plan import Pieces, Plan
+from drysim.study.rows import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, Row
+from drysim.study.store import Store, identity
+from drysim.study.table import Tally
 from seat import rows_of
 
 GRID = """\
@@ -118,9 +118,9 @@ def test_row_of_a_block_is_that_of_its_iteration(many):
 
 def test_large_table_is_written_as_a_small_one(many, tmp_path, monkeypatch):
     table = sweep.sweep(many)
-    kept = report.write_table(table, tmp_path / "a", plots=False, command="", exit_code=0)
-    monkeypatch.setattr(report.rows, "HELD", 10)
-    other = report.write_table(table, tmp_path / "b", plots=False, command="", exit_code=0)
+    kept = output.write_table(table, tmp_path / "a", plots=False, command="", exit_code=0)
+    monkeypatch.setattr(tables, "HELD", 10)
+    other = output.write_table(table, tmp_path / "b", plots=False, command="", exit_code=0)
     assert kept["files"] == other["files"]
     cells = rows_of(tmp_path / "a/transmissibility.csv")
     assert cells[-1]["friction.kinetic [N]"] == ""
@@ -130,7 +130,7 @@ def test_large_table_is_written_as_a_small_one(many, tmp_path, monkeypatch):
 def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
     many, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(gathering, "HELD", 0)
+    monkeypatch.setattr(sweep, "HELD", 0)
     monkeypatch.setattr(rows, "HELD", 0)
     store = Store(tmp_path / "cases", identity(many), resume=False)
     table = sweep.solve(prepare(many), store=store)
@@ -140,7 +140,7 @@ def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
 
 def test_numbers_of_a_block_read_back_to_the_last_bit(many, tmp_path):
     store = Store(tmp_path / "cases", identity(many), resume=False)
-    plan = Plan(Pieces(sweep.approaches_of(many)))
+    plan = Plan(Pieces(study_plan.approaches_of(many)))
     piece, batch = plan.pieces[0], plan.block(0)
     store.write(piece, batch)
     again = store.read(piece)

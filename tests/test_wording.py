@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from drysim import wording
-from drysim.core.motion import Input, Samples, Sines
-from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import Law, Plant, Slider
-from drysim.wording.scenes import oscillator
+from drysim.core.model import Input, Law, Plant, Pressed, Samples, Sines, Slider
+from drysim.wording import oscillator
 
 
 @pytest.mark.parametrize(

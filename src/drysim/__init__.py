@@ -1,32 +1,46 @@
-"""Vibration isolation with viscous and dry-friction damping, solved without a time-step error.
-
-The public names are loaded when first asked for, so that importing drysim stays light.
-"""
+"""Public names, lazy."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
 
-from drysim.late import late
+# Names of a package that are loaded when first asked for, so that importing it stays light.
 
-if TYPE_CHECKING:
-    from drysim.approach.simulate import simulate
-    from drysim.errors import (
-        DrysimError,
-        OutputError,
-        RecordError,
-        ScenarioError,
-        SolverError,
-        UsageError,
-    )
-    from drysim.scenario import Scenario, load
-    from drysim.study.comparisons.compare import compare
-    from drysim.study.comparisons.comparison import Comparison
-    from drysim.study.ensembles.ensemble import Ensemble
-    from drysim.study.outcome import Outcome
-    from drysim.study.run import run
-    from drysim.study.sweeps.sweep import sweep
-    from drysim.study.sweeps.table import Table
+
+def late(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+    """Give the `__getattr__` of a package.
+
+    Parameters
+    ----------
+    package : str
+        Its `__name__`.
+    modules : mapping
+        The names that each module holds, separated by blanks.
+
+    Returns
+    -------
+    callable
+        Loads the module of a name, and keeps the name in the package.
+    """
+    homes = {name: module for module, names in modules.items() for name in names.split()}
+
+    def load(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(homes[name]), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return load
+
+
+# Vibration isolation with viscous and dry-friction damping, solved without a time-step error.
+#
+# The public names are loaded when first asked for, so that importing drysim stays light.
+
 
 __version__ = "0.1.0"
 
@@ -58,13 +72,11 @@ __getattr__ = late(
             "DrysimError OutputError RecordError ScenarioError SolverError UsageError"
         ),
         "drysim.scenario": "Scenario load",
-        "drysim.study.comparisons.compare": "compare",
-        "drysim.study.comparisons.comparison": "Comparison",
-        "drysim.study.ensembles.ensemble": "Ensemble",
+        "drysim.study.compare": "Comparison compare",
+        "drysim.study.ensemble": "Ensemble run",
         "drysim.study.outcome": "Outcome",
-        "drysim.study.run": "run",
-        "drysim.study.sweeps.sweep": "sweep",
-        "drysim.study.sweeps.table": "Table",
+        "drysim.study.sweep": "sweep",
+        "drysim.study.table": "Table",
     },
 )
 

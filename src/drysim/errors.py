@@ -1,4 +1,4 @@
-"""What can go wrong, as a tree; the exit codes; and warnings and faults as values."""
+"""Exception tree, Problem, Warning."""
 
 from __future__ import annotations
 

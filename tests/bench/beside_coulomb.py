@@ -17,13 +17,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from many import medians
 
+from drysim.approach.solution import Track
 from drysim.approach.stick_slip import StickSlip
-from drysim.approach.track import Track
-from drysim.core.compiled import PLAIN_STEPS, settle
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import Law, Plant, Slider
-from drysim.core.state import State
-from drysim.excitation.noise import lines, noise
+from drysim.core.compile import PLAIN_STEPS, settle
+from drysim.core.model import Law, Plant, Samples, Sines, Slider, State
+from drysim.excitation.random import lines, noise
 from drysim.metrics import measure
 
 PLANT, REST, DT = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0), 2.5e-3

@@ -18,16 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from drysim.approach.many import Abreast, abreast, measure_many
-from drysim.approach.under_sines import solve_orbits
-from drysim.core.motion import Samples
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
-from drysim.excitation.noise import lines, noise
-from drysim.scenario import load
-from drysim.scenario.sweep.axis import columns_of, size
-from drysim.study.ensembles.blocks import MOST
-from drysim.study.sweeps import orbits
+from drysim.approach.coulomb import solve_orbits
+from drysim.approach.many_records import Abreast, abreast, measure_many
+from drysim.core.model import Law, Plant, Samples, State
+from drysim.excitation.random import lines, noise
+from drysim.scenario.axes import columns_of, size
+from drysim.scenario.load import load
+from drysim.study import plan
+from drysim.study.ensemble import MOST
 
 DT = 2.5e-3
 PLANT, REST = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0)
@@ -92,7 +90,7 @@ def figures(repeats: int) -> None:
     parts.append((asked[0].with_approach("viscous"), curve))  # one curve serves both figures
     scenes = []
     for scenario, count in parts:
-        found, _ = orbits.scenes_of(scenario, columns_of(scenario.sweep, 0, count), count)
+        found, _ = plan.scenes_of(scenario, columns_of(scenario.sweep, 0, count), count)
         scenes += [found[: count // 2], found[count // 2 :]]
     hands = ThreadPoolExecutor(2)
     cases = sum(map(len, scenes))

@@ -8,23 +8,22 @@ from __future__ import annotations
 
 import pytest
 
-from drysim.core.compiled import PLAIN_STEPS, settle
-from drysim.study.bench import peers, questions, shelf
-from drysim.study.bench.attempt import Runner
-from drysim.study.bench.judge import Yardstick
-from drysim.study.bench.speed_error import judged
-from drysim.study.bench.timing import lfilter
-from drysim.study.bench.work import work_of
+from drysim.bench import peers, score, speed_error
+from drysim.bench.score import Yardstick
+from drysim.bench.speed_error import judged
+from drysim.bench.timing import Runner, lfilter
+from drysim.bench.work import work_of
+from drysim.core.compile import PLAIN_STEPS, settle
 
 SAMPLES = 4_000
 """Samples of the work: the slowest entry takes some seconds on them."""
 
 settle(PLAIN_STEPS + 1)
-WORKS = [work_of(one, SAMPLES) for one in questions.scenarios(None, [], swept=False)]
+WORKS = [work_of(one, SAMPLES) for one in speed_error.scenarios(None, [], swept=False)]
 CASES = [
     pytest.param(work, entry, id=f"{work.scenario.name}-{entry.approach}-{entry.setting}")
     for work in WORKS
-    for entry in (*shelf.entries(work), *peers.entries(work))
+    for entry in (*score.entries(work), *peers.entries(work))
     if entry.points <= 20
 ]
 

@@ -9,19 +9,23 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 PARTS = (
-    "plant", "state", "motion", "compiled", "flow", "wave", "events", "waves", "fade",
-    "table", "grid", "integrals", "means", "turns", "forms", "recursion", "law", "stepping",
-    "stretches", "trail", "samples.series", "samples.longer", "samples.steps", "samples.stop",
-    "samples.within", "samples.parts", "samples.glide", "samples.eventful", "samples.march",
-    "samples.foresight", "sines.scene", "sines.slide", "sines.cease", "sines.leave",
-    "sines.leap", "sines.stretch", "sines.blend", "sines.vanish", "sines.period_map",
-    "sines.orbit", "sines.orbits", "text.decimal", "text.digits", "text.cells", "many.lanes",
-    "many.trapezia", "many.stride", "many.queue", "many.settle", "many.records", "many.abreast",
-    "contacts.contact", "contacts.hit", "contacts.holding", "contacts.joint", "contacts.ring",
-    "contacts.step_turns", "contacts.telling", "contacts.whole", "stops.bumper",
-    "stops.bounded", "stops.rest",
-    "dynamic_laws.jet", "dynamic_laws.locate", "dynamic_laws.memory", "dynamic_laws.trace",
-)  # fmt: skip
+    "compile",
+    "digits",
+    "dynamic_friction",
+    "events",
+    "fixed_step",
+    "forcing",
+    "lanes",
+    "march",
+    "model",
+    "modes",
+    "orbit",
+    "oscillator",
+    "roots",
+    "sampled",
+    "taylor",
+    "trajectory",
+)
 
 
 def core_under(engine: str) -> SimpleNamespace:
@@ -30,7 +34,7 @@ def core_under(engine: str) -> SimpleNamespace:
     Kernels of a private copy are compiled anew in every session: the cache on the disk knows
     their parameters as those of the session's own core.
     """
-    own = importlib.import_module("drysim.core.compiled")
+    own = importlib.import_module("drysim.core.compile")
     found = parts() if own.is_plain() == (engine == "plain") else private_parts(engine)
     named = {module.__name__.rpartition(".")[2]: module for module in found}
     return SimpleNamespace(engine=engine, **named)

@@ -27,14 +27,14 @@ def march(
     start: tuple[float, float] = (0.0, 0.0),
 ) -> SimpleNamespace:
     """March over samples from a start; gives x_r, v_r, d and the events."""
-    core_plant, law = kernel.plant.Plant(*plant), kernel.plant.Law(*F)
+    core_plant, law = kernel.model.Plant(*plant), kernel.model.Law(*F)
     n = len(u_dd)
     # What the march leaves unwritten shows.
     x_r, v_r, d = np.full(n, np.nan), np.full(n, np.nan), np.full(n, 9, dtype=np.int64)
     mode = kernel.events.first_mode(core_plant, law, *start, u_dd[0])
     x_r[0], v_r[0], d[0] = *start, mode
     log = log_of(kernel)
-    out = kernel.march.march(
+    out = kernel.sampled.march(
         core_plant, law, u_dd, dt, 0, n - 1, *start, mode, math.nan, x_r, v_r, d, log, 0,
         len(log.n),
     )  # fmt: skip
@@ -48,10 +48,10 @@ def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], l
     rows = list(sines)
     if law.variation:
         rows.append((0.0, law.omega / (2 * math.pi), law.phase))
-    values = np.zeros(kernel.waves.STRIDE * len(rows))
+    values = np.zeros(kernel.forcing.STRIDE * len(rows))
     for i, row in enumerate(rows):
-        kernel.waves.set_wave(values, i, *row)
-    return kernel.waves.Waves(values, len(rows), len(sines))
+        kernel.forcing.set_wave(values, i, *row)
+    return kernel.forcing.Waves(values, len(rows), len(sines))
 
 
 def leap(
@@ -64,12 +64,12 @@ def leap(
     d: int | None = None,
 ) -> SimpleNamespace:
     """Leap under sines from a start; gives the end state and the events."""
-    core_plant, core_law = kernel.plant.Plant(*plant), kernel.plant.Law(*law)
+    core_plant, core_law = kernel.model.Plant(*plant), kernel.model.Law(*law)
     u_dd = sum(A * math.sin(phase) for A, _, phase in sines)
     mode = kernel.events.first_mode(core_plant, core_law, *start, u_dd) if d is None else d
     log = log_of(kernel)
     waves = waves_of(kernel, sines, core_law)
-    t, x_r, v_r, d_end, count, closest = kernel.leap.leap(
+    t, x_r, v_r, d_end, count, closest = kernel.march.leap(
         core_plant, core_law, waves, 0.0, 0.0, 0, 0.0, duration, 0.0, *start, mode,
         log, 0, len(log.n),
     )  # fmt: skip

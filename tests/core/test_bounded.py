@@ -16,18 +16,18 @@ LAWS = {
 
 def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05)):
     """March from sample to sample; gives what was written of the trail and of the log."""
-    core, room = kernel.bounded, 20 * len(u_dd)
-    plant, law = kernel.plant.Plant(*plant), kernel.plant.Stopped(*law)
-    waves = kernel.waves.Waves(np.zeros(0), 0, 0)
-    trail = kernel.trail.Trail(
+    core, room = kernel.march, 20 * len(u_dd)
+    plant, law = kernel.model.Plant(*plant), kernel.model.Stopped(*law)
+    waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
+    trail = kernel.events.Trail(
         *(np.zeros(room, int if name in ("n", "d", "terms") else float)
-          for name in kernel.trail.Trail._fields)
+          for name in kernel.events.Trail._fields)
     )  # fmt: skip
     log = kernel.events.Log(
         *(np.zeros(room, int if name in ("n", "kind") else float)
           for name in kernel.events.Log._fields)
     )  # fmt: skip
-    state = kernel.rest.first_bounds(plant, law, *start, u_dd[0], 1.0)
+    state = kernel.modes.first_bounds(plant, law, *start, u_dd[0], 1.0)
     last = len(u_dd) - 2
     *_, at, count = core.bound(
         plant, law, waves, u_dd, DT, 0, 0.0, DT, last, *state, trail, 0, log, 0, room
@@ -46,7 +46,7 @@ def test_engines_agree_bit_for_bit(plain, fast, law):
 
 
 def test_mode_is_one_number_that_tells_all_three(kernel):
-    core = kernel.bumper
+    core = kernel.modes
     for touch in (-core.AWAY, -core.TOUCHING, core.APART, core.TOUCHING, core.AWAY):
         for d in (-1, 0, 1):
             for fresh in (core.STEADY, core.BROKE, core.POISED):
@@ -61,8 +61,8 @@ def test_mode_is_one_number_that_tells_all_three(kernel):
     [(0.003, 9.0, 0), (0.004, 1.0, 0), (-0.005, 0.0, -1), (0.005, -1.0, 2), (0.005, 1.0, 1)],
 )
 def test_place_tells_how_a_mass_is_to_a_bumper(kernel, x_r, v_r, touch):
-    law = kernel.plant.Stopped(*LAWS["dead bumper"])._replace(x_rM=0.004)
-    z, xi, found = kernel.bumper.place(law, x_r, v_r)
+    law = kernel.model.Stopped(*LAWS["dead bumper"])._replace(x_rM=0.004)
+    z, xi, found = kernel.modes.place(law, x_r, v_r)
     assert z + xi == x_r
     assert found == touch
 

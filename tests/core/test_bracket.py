@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from drysim.core.bracket import kept_between
+from drysim.core.roots import kept_between
 
 
 @pytest.mark.parametrize("guess", [1.0, 3.0, -7.0, math.inf, math.nan])

@@ -15,7 +15,7 @@ import drysim
 
 ARCTAN = 1
 PROGRAM = (
-    "from drysim.core.law import sliding_share as share\n"
+    "from drysim.core.fixed_step import sliding_share as share\n"
     f"print(share({ARCTAN}, 1.0, 1.0), len(share.stats.cache_hits))\n"
 )
 HALF = 0.5

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from drysim.core import compiled
-from drysim.core.kept import cache_class
+from drysim.core import compile
+from drysim.core.compile import cache_class
 from drysim.errors import DrysimError
 
 
@@ -22,27 +22,27 @@ from drysim.errors import DrysimError
 def test_environment_names_the_engine(
     monkeypatch: pytest.MonkeyPatch, word: str, engine: str
 ) -> None:
-    monkeypatch.setenv(compiled.VARIABLE, word)
-    assert compiled.engine() == engine
+    monkeypatch.setenv(compile.VARIABLE, word)
+    assert compile.engine() == engine
 
 
 def test_another_word_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(compiled.VARIABLE, "turbo")
+    monkeypatch.setenv(compile.VARIABLE, "turbo")
     with pytest.raises(ValueError, match="plain, compiled or auto, not 'turbo'"):
-        compiled.engine()
+        compile.engine()
 
 
 def test_kernels_are_kept_in_the_users_cache_under_a_name_of_their_source(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    compiled.cache_folder.cache_clear()
+    compile.cache_folder.cache_clear()
     try:
-        folder = compiled.cache_folder()
-        assert folder == tmp_path / "drysim" / f"kernels-{compiled.source_key()}"
+        folder = compile.cache_folder()
+        assert folder == tmp_path / "drysim" / f"kernels-{compile.source_key()}"
         assert folder.is_dir()
     finally:
-        compiled.cache_folder.cache_clear()
+        compile.cache_folder.cache_clear()
 
 
 def test_cache_that_cannot_be_made_falls_back_to_the_temporary_folder(
@@ -52,13 +52,13 @@ def test_cache_that_cannot_be_made_falls_back_to_the_temporary_folder(
     blocked.write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    compiled.cache_folder.cache_clear()
+    compile.cache_folder.cache_clear()
     try:
-        folder = compiled.cache_folder()
+        folder = compile.cache_folder()
         assert folder is not None
         assert folder.is_relative_to(tmp_path)
     finally:
-        compiled.cache_folder.cache_clear()
+        compile.cache_folder.cache_clear()
 
 
 def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
@@ -68,7 +68,7 @@ def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
     with pytest.raises(
         DrysimError, match=r"the compiler \(numba\) cannot be loaded: "
     ) as fault:
-        compiled.compiler()
+        compile.compiler()
     assert "DRYSIM_ENGINE=plain" in fault.value.hint
 
 
@@ -79,15 +79,15 @@ def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
     (tmp_path / "tmp").mkdir()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
-    compiled.cache_folder.cache_clear()
+    compile.cache_folder.cache_clear()
     yield tmp_path / "tmp"
-    compiled.cache_folder.cache_clear()
+    compile.cache_folder.cache_clear()
 
 
 def folders_of(place: Path) -> list[Path]:
     """Give the folders on the way to the kernels below a temporary folder."""
     own = place / f"cache-{os.getuid()}"
-    return [own, own / "drysim", own / "drysim" / f"kernels-{compiled.source_key()}"]
+    return [own, own / "drysim", own / "drysim" / f"kernels-{compile.source_key()}"]
 
 
 OWNED = pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no owner there")
@@ -98,7 +98,7 @@ OWNED = pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no ow
 def test_folders_of_kernels_are_for_the_user_alone(nowhere: Path, mask: int) -> None:
     before = os.umask(mask)
     try:
-        assert compiled.cache_folder() == folders_of(nowhere)[-1]
+        assert compile.cache_folder() == folders_of(nowhere)[-1]
     finally:
         os.umask(before)
     assert {folder.stat().st_mode & 0o777 for folder in folders_of(nowhere)} == {0o700}
@@ -125,7 +125,7 @@ def test_temporary_folder_that_somebody_has_prepared_is_not_used(
         monkeypatch.setattr(
             Path, "lstat", lambda path: theirs if path == folder else lstat(path)
         )
-    assert compiled.cache_folder() is None
+    assert compile.cache_folder() is None
 
 
 @pytest.mark.parametrize("home", ["XDG_CACHE_HOME", "HOME"])
@@ -138,11 +138,11 @@ def test_relative_cache_folder_is_ignored(
     monkeypatch.setenv(home, "here")
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
     (tmp_path / "tmp").mkdir()
-    compiled.cache_folder.cache_clear()
+    compile.cache_folder.cache_clear()
     try:
-        folder = compiled.cache_folder()
+        folder = compile.cache_folder()
     finally:
-        compiled.cache_folder.cache_clear()
+        compile.cache_folder.cache_clear()
     assert folder is not None
     assert folder.is_relative_to(tmp_path / ("home/.cache" if home != "HOME" else "tmp"))
     assert not (tmp_path / "here").exists()
@@ -163,7 +163,7 @@ def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    found = cache_class()(compiled.source_key)
+    found = cache_class()(compile.source_key)
     files, data = found._cache_file, {"numbers": [1.0, 2.0]}
     files.save("key", data)
     assert files.load("key") == data
@@ -186,33 +186,33 @@ def settled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callabl
     """Give the engine that `auto` settles on in a process that has loaded no kernel yet."""
 
     def engine(steps: int, *kernels: str) -> str:
-        monkeypatch.setenv(compiled.VARIABLE, compiled.AUTO)
-        monkeypatch.delitem(sys.modules, "drysim.core.flow", raising=False)
-        compiled.settle(steps, *kernels)
-        return os.environ[compiled.VARIABLE]
+        monkeypatch.setenv(compile.VARIABLE, compile.AUTO)
+        monkeypatch.delitem(sys.modules, "drysim.core.oscillator", raising=False)
+        compile.settle(steps, *kernels)
+        return os.environ[compile.VARIABLE]
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    compiled.cache_folder.cache_clear()
+    compile.cache_folder.cache_clear()
     yield engine
-    compiled.cache_folder.cache_clear()
+    compile.cache_folder.cache_clear()
 
 
 def test_short_job_stays_plain_and_a_long_one_is_compiled(
     settled: Callable[..., str],
 ) -> None:
-    assert settled(compiled.PLAIN_STEPS) == compiled.PLAIN
-    assert settled(compiled.PLAIN_STEPS + 1) == compiled.COMPILED
+    assert settled(compile.PLAIN_STEPS) == compile.PLAIN
+    assert settled(compile.PLAIN_STEPS + 1) == compile.COMPILED
 
 
 def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
     settled: Callable[..., str],
 ) -> None:
-    middling, much = 2 * compiled.PLAIN_STEPS, 11 * compiled.PLAIN_STEPS
-    assert settled(middling, "dynamic_laws") == compiled.PLAIN
-    assert settled(much, "dynamic_laws") == compiled.COMPILED
-    folder = compiled.cache_folder()
+    middling, much = 2 * compile.PLAIN_STEPS, 11 * compile.PLAIN_STEPS
+    assert settled(middling, "taylor.trace") == compile.PLAIN
+    assert settled(much, "taylor.trace") == compile.COMPILED
+    folder = compile.cache_folder()
     assert folder is not None
-    (folder / "dynamic_laws_0").mkdir()
-    (folder / "dynamic_laws_0" / "trace.nbi").touch()
-    assert settled(middling, "dynamic_laws") == compiled.COMPILED
-    assert settled(middling, "contacts") == compiled.PLAIN
+    (folder / "core_0").mkdir()
+    (folder / "core_0" / "taylor.trace-1.py311.nbi").touch()
+    assert settled(middling, "taylor.trace") == compile.COMPILED
+    assert settled(middling, "march.touch sampled.march_joint") == compile.PLAIN

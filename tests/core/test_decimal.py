@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drysim.report import cells
+from drysim.output import tables
 
 RANDOM = np.random.Generator(np.random.PCG64(7))
 BITS = RANDOM.integers(0, 2**64, 100_000, dtype=np.uint64, endpoint=False)
@@ -64,8 +64,7 @@ def test_cases_are_written_as_plain_python_writes_them(
     numbers[:2, ::7] = np.nan
     numbers[0, ~np.isfinite(numbers[0])] = np.nan
     status = np.arange(900, dtype=np.int8) % 3
-    block = cells.Cases("stick-slip", numbers, (False, False, True), status)
-    for name in ("cells", "digits"):
-        monkeypatch.setitem(sys.modules, f"drysim.core.text.{name}", getattr(fast, name))
+    block = tables.Cases("stick-slip", numbers, (False, False, True), status)
+    monkeypatch.setitem(sys.modules, "drysim.core.digits", fast.digits)
     words = ("ok", "not settled", "")
-    assert bytes(cells._put(words, place, block)) == cells._listed(words, place, block)
+    assert bytes(tables._put(words, place, block)) == tables._listed(words, place, block)

@@ -44,8 +44,8 @@ def test_flow_and_wave_are_right_to_rounding_in_every_regime(
     if (c + math.sqrt(w)) * s > 2e3:
         pytest.skip("the reference itself would take minutes")
     omega = math.sqrt(w) or 3.0  # at resonance where there is one
-    y, y_d, Y, YY = kernel.flow.flow(c, w, s)
-    R, P, _, sine, cosine = kernel.wave.wave(c, w, omega, s, y, y_d)
+    y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
+    R, P, _, sine, cosine = kernel.oscillator.wave(c, w, omega, s, y, y_d)
     want = reference(c, w, omega, s)
     turns = max(1.0, (c + math.sqrt(w) + omega) * s)
     # A value that crosses zero is measured against its swing: a tenth of that is enough.
@@ -59,8 +59,8 @@ def test_flow_and_wave_are_right_to_rounding_in_every_regime(
 
 def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
     c, w, s = 6.7, 100.0, 0.37
-    y, y_d, Y, _ = kernel.flow.flow(c, w, s)
-    y_2, y_d_2, _, _ = kernel.flow.flow(c, w, 2 * s)
+    y, y_d, Y, _ = kernel.oscillator.flow(c, w, s)
+    y_2, y_d_2, _, _ = kernel.oscillator.flow(c, w, 2 * s)
     assert y_2 == pytest.approx(y * (1 - w * Y + y_d), rel=1e-13)
     assert y_d_2 == pytest.approx(y_d * y_d - w * y * y, rel=1e-13)
 
@@ -82,7 +82,7 @@ def test_flow_keeps_its_digits_however_strong_the_damper(
         YY = (1 - y - mp.mpf(c) * Y) / mp.mpf(w)
         want = [float(exact) for exact in (y, y_d, Y, YY)]
     digits = 1e-14 * max(1.0, float(slow))
-    assert kernel.flow.flow(c, w, 1.0) == pytest.approx(want, rel=digits, abs=0.0)
+    assert kernel.oscillator.flow(c, w, 1.0) == pytest.approx(want, rel=digits, abs=0.0)
 
 
 @pytest.mark.parametrize("turns", [1e2, 1e4, 1e6])
@@ -90,7 +90,9 @@ def test_long_slide_without_spring_and_damper_keeps_its_digits(
     kernel: SimpleNamespace, turns: float
 ) -> None:
     omega, s = 10.0, turns / 10.0
-    found = kernel.wave.wave(0.0, 0.0, omega, s, *kernel.flow.flow(0.0, 0.0, s)[:2])[:3]
+    found = kernel.oscillator.wave(
+        0.0, 0.0, omega, s, *kernel.oscillator.flow(0.0, 0.0, s)[:2]
+    )[:3]
     want = (
         (s - math.sin(turns) / omega) / omega**2,
         (1.0 - math.cos(turns)) / omega**2,

@@ -12,7 +12,7 @@ STEP = 2.5e-3
 def march(kernel, u_dd, k_t, cuts=()):
     """March over samples, in several calls where `cuts` says so."""
     listed = kernel.engine == "plain"
-    plant, law = kernel.plant.Plant(75.0, 7500.0, 500.0), kernel.plant.Slider(30.0, k_t)
+    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.Slider(30.0, k_t)
     n = len(u_dd)
 
     def room(size, kind=float):
@@ -22,12 +22,12 @@ def march(kernel, u_dd, k_t, cuts=()):
     x_r, v_r, d = room(n), room(n), room(n, np.int8)
     size = 2 * kernel.events.ROOM
     kinds = (int, float, float, float, float, int)
-    trail = kernel.trail.Pieces(*(room(size, kind) for kind in kinds))
+    trail = kernel.events.Pieces(*(room(size, kind) for kind in kinds))
     log = kernel.events.Log(*(room(size, kind) for kind in (int, float, int, float, float)))
     state, at, used, count = (0.0, 0.0, 0.0, 0), 0, 0, 0
     given = u_dd.tolist() if listed else u_dd
     for end in (*cuts, n - 1):
-        at, *state, used, count = kernel.joint.march_joint(
+        at, *state, used, count = kernel.sampled.march_joint(
             plant, law, given, STEP, at, end, *state, x_r, v_r, d, trail, used, log, count
         )
     return np.array(x_r), np.array(v_r), np.array(log.s[:count]), np.array(log.kind[:count])
@@ -52,11 +52,11 @@ def test_march_that_is_handed_over_goes_on_as_if_never_stopped(kernel):
 @pytest.mark.parametrize("share", [1e-9, 0.3, 0.999])
 def test_way_is_gone_at_the_same_time_by_series_and_by_closed_form(kernel, c, w, share):
     # The series is what every step takes; the closed form is there for what it cannot settle.
-    hit, v, a, r, h = kernel.hit, 0.2, -1.0, 3.0, 2.5e-3
-    y, _, Y, YY = kernel.flow.flow(c, w, h)
+    hit, v, a, r, h = kernel.roots, 0.2, -1.0, 3.0, 2.5e-3
+    y, _, Y, YY = kernel.oscillator.flow(c, w, h)
     gap = share * (v * y + (a + c * v) * Y + r * YY)
     s = hit.cross(c, w, v, a, r, gap, h)
-    y, _, Y, YY = kernel.flow.flow(c, w, s)
+    y, _, Y, YY = kernel.oscillator.flow(c, w, s)
     assert 0.0 < s < h
     assert v * y + (a + c * v) * Y + r * YY == pytest.approx(gap, rel=1e-14)
     assert hit.cross(c, w, v, a, r, gap / share * 1.01, h) == np.inf
@@ -66,10 +66,10 @@ def test_way_is_gone_at_the_same_time_by_series_and_by_closed_form(kernel, c, w,
 @pytest.mark.parametrize("share", [0.3, 0.97])
 def test_part_of_a_fine_step_is_the_flow_to_the_last_digits(kernel, c, root, share):
     # Rates are in radians, or decays, of a whole step, of which a fine one holds one in all.
-    plant = kernel.plant.Plant(1.0, (root / STEP) ** 2, c / STEP)
-    steps, s = kernel.whole.whole_steps(plant, STEP), share * STEP
+    plant = kernel.model.Plant(1.0, (root / STEP) ** 2, c / STEP)
+    steps, s = kernel.oscillator.whole_steps(plant, STEP), share * STEP
     assert steps.fine
-    found = kernel.whole.part_flow(steps, s)
+    found = kernel.oscillator.part_flow(steps, s)
     with mp.workdps(40):
         half, w, s = mp.mpf(plant.b) / 2, mp.mpf(plant.k_x), mp.mpf(s)
         one, two = (-half + sign * mp.sqrt(half * half - w) for sign in (1, -1))

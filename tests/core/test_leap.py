@@ -131,12 +131,12 @@ def test_events_follow_each_other_by_the_rules(
 
 
 def test_solution_restarted_at_any_time_goes_on_as_before(kernel: SimpleNamespace) -> None:
-    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(30.0, 36.0)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(30.0, 36.0)
     whole = leap(kernel, PAIR, (30.0, 36.0), 10.0)
     state, begin, events = (0.0, 0.0, whole.mode), 0.0, []
     for end in (0.3, 3.1, 3.1000001, 10.0):
         log = log_of(kernel)
-        out = kernel.leap.leap(
+        out = kernel.march.leap(
             plant, law, waves_of(kernel, PAIR, law), 0.0, 0.0, 0, 0.0, end, begin, *state,
             log, 0, len(log.n),
         )  # fmt: skip
@@ -149,12 +149,12 @@ def test_solution_restarted_at_any_time_goes_on_as_before(kernel: SimpleNamespac
 
 def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNamespace) -> None:
     # A base at rest, sampled or not, under limits that vary: both roads lead to one answer.
-    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(30.0, 40.0, 0.5, 20.0, 0.3)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(30.0, 40.0, 0.5, 20.0, 0.3)
     whole = leap(kernel, [], tuple(law), 2.0, start=(0.05, 0.2))
     n = 401
     columns = [np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)]
     log = log_of(kernel)
-    out = kernel.leap.leap_steps(
+    out = kernel.march.leap_steps(
         plant, law, waves_of(kernel, [], law), 0, np.zeros(n), 5e-3, 0, n - 1, 0.05, 0.2, 1,
         *columns, log, 0, len(log.n),
     )  # fmt: skip
@@ -168,9 +168,9 @@ def test_block_without_spring_and_damper_breaks_away_under_a_ramp(
     kernel: SimpleNamespace,
 ) -> None:
     # Nothing bounds the third rate of its motion: it is zero.
-    plant, law = kernel.plant.Plant(2.0, 0.0, 0.0), kernel.plant.Law(1.0, 1.0)
+    plant, law = kernel.model.Plant(2.0, 0.0, 0.0), kernel.model.Law(1.0, 1.0)
     log = log_of(kernel)
-    out = kernel.leap.leap(
+    out = kernel.march.leap(
         plant, law, waves_of(kernel, [], law), 0.0, 1.0, 0, 0.0, 2.0, 0.0, 0.0, 0.0, 0,
         log, 0, len(log.n),
     )  # fmt: skip
@@ -182,12 +182,12 @@ def test_block_without_spring_and_damper_breaks_away_under_a_ramp(
 def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(kernel):
     found = []
     for scale in (1.0, 2.0**-40, 2.0**40):
-        plant = kernel.plant.Plant(scale, scale, 0.0)
-        law = kernel.plant.Law(scale, scale, 0.5, 3.0)
+        plant = kernel.model.Plant(scale, scale, 0.0)
+        law = kernel.model.Law(scale, scale, 0.5, 3.0)
         waves = waves_of(kernel, [], law)
-        kernel.waves.anchor(waves, plant, law, 0.0, 0)
+        kernel.forcing.anchor(waves, plant, law, 0.0, 0)
         at = [0.99, *(0.5 + n * 2.0**-53 for n in range(24))]
-        ask = kernel.leave.leave_stick
+        ask = kernel.roots.leave_stick
         found.append([ask(plant, law, waves, x_r, 0.0, 0.0, 1, 0.0, 9.0) for x_r in at])
     assert found[0] == found[1] == found[2]
     assert found[0][0] == pytest.approx((math.pi + math.asin(0.02)) / 3.0, rel=1e-9)
@@ -203,11 +203,11 @@ def test_strong_damper_does_not_make_steps_tiny(plain, monkeypatch):
         steps.append(stretch[-1])
         return slide_and_snap(*stretch)
 
-    slide_and_snap = plain.cease.slide_and_snap
-    monkeypatch.setattr(plain.cease, "slide_and_snap", counted)
-    plant, law = plain.plant.Plant(0.04, 7500.0, 1e8), plain.plant.Law(5.0, 5.0)
+    slide_and_snap = plain.forcing.slide_and_snap
+    monkeypatch.setattr(plain.roots, "slide_and_snap", counted)
+    plant, law = plain.model.Plant(0.04, 7500.0, 1e8), plain.model.Law(5.0, 5.0)
     waves, log = waves_of(plain, [(1.0, 0.33, 0.0)], law), log_of(plain)
-    out = plain.leap.leap(
+    out = plain.march.leap(
         plant, law, waves, 0.0, 0.0, 0, 0.0, 1 / 0.33, 0.0, 0.038, 0.0, -1, log, 0, len(log.n)
     )  # fmt: skip
     assert out[4] == 0
@@ -229,8 +229,8 @@ def test_side_that_never_breaks_away_is_not_followed_to_the_end_each_time(
         looks.append(given[-1])
         return margin(*given)
 
-    margin = plain.leave.margin
-    monkeypatch.setattr(plain.leave, "margin", counted)
+    margin = plain.forcing.margin
+    monkeypatch.setattr(plain.roots, "margin", counted)
     sines = [(side * 1.0, 1.0, 0.0), (side * 0.9, 2.0, 0.7)]
     found = leap(plain, sines, (1.5, 1.5), 200.0, plant=(1.0, 0.0, 1.0))
     assert 390 < len(found.t) < 410
@@ -245,7 +245,7 @@ def test_safe_step_takes_a_good_part_of_what_its_bound_allows(
     # A wave of 1e-6 Hz drags the mass along for days: steps of half a second had each been
     # proven, where the bound allows thousands.
     v, a, j, snap, cap = 1.0, -bend, -bend, 1e-3 * growth, 1e9
-    step = kernel.cease.safe_slip(v, a, j, snap, growth, cap)
+    step = kernel.roots.safe_slip(v, a, j, snap, growth, cap)
 
     def lowest(h: float) -> float:
         return v + a * h + j * h**2 / 2 - snap * h**3 / 6 - growth * h**4 / 24

@@ -42,12 +42,12 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
     fast: SimpleNamespace, xi: float, radians: float
 ) -> None:
     c, w, h = 2.0 * xi * OMEGA, OMEGA**2, radians / OMEGA
-    plant, law = fast.plant.Plant(1.0, w, c), fast.plant.Law(0.0, 0.0)
-    steps = fast.steps.steps_of(plant, law, h)
-    parts = fast.parts.parts_of(steps)
+    plant, law = fast.model.Plant(1.0, w, c), fast.model.Law(0.0, 0.0)
+    steps = fast.oscillator.steps_of(plant, law, h)
+    parts = fast.sampled.parts_of(steps)
     stops = 0
     for start in starts(3, 60, max(OMEGA, 4.0 / h)):
-        stop, way, v_end, _ = fast.parts.slide_on(steps, parts, *start, h)
+        stop, way, v_end, _ = fast.sampled.slide_on(steps, parts, *start, h)
         end = min(stop, h)
         s = np.linspace(0.0, end, GRID)
         x, v, _ = motions(c, w, start, s)
@@ -66,7 +66,7 @@ def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: floa
     c, w, s = 2.0 * xi * OMEGA, OMEGA**2, np.linspace(0.0, 12.0 / OMEGA, 200)
     told = {True: 0, False: 0}
     for start in starts(5, 100):
-        never = kernel.parts.never_stops(c, w, *start)
+        never = kernel.roots.never_stops(c, w, *start)
         least = motions(c, w, start, s)[1][1:].min()
         told[bool(never)] += 1
         assert least > 0.0 or not never
@@ -76,14 +76,14 @@ def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: floa
 
 
 def test_both_ways_through_a_short_step_find_one_stop(kernel: SimpleNamespace) -> None:
-    plant, law = kernel.plant.Plant(1.0, OMEGA**2, 20.0), kernel.plant.Law(0.0, 0.0)
-    steps = kernel.steps.steps_of(plant, law, 0.3 / OMEGA)
+    plant, law = kernel.model.Plant(1.0, OMEGA**2, 20.0), kernel.model.Law(0.0, 0.0)
+    steps = kernel.oscillator.steps_of(plant, law, 0.3 / OMEGA)
     assert steps.short
-    parts = kernel.parts.parts_of(steps)
+    parts = kernel.sampled.parts_of(steps)
     for v, a, r in starts(9, 200, 4.0 / steps.dt):
-        v_end = kernel.within.coast(steps, v, a, r, steps.dt)[1]
-        stop, way = kernel.within.stop_within(steps, v, a, r, v_end, steps.dt)
-        other, far, _, _ = kernel.parts.slide_on(steps, parts, v, a, r, steps.dt)
+        v_end = kernel.sampled.coast(steps, v, a, r, steps.dt)[1]
+        stop, way = kernel.sampled.stop_within(steps, v, a, r, v_end, steps.dt)
+        other, far, _, _ = kernel.sampled.slide_on(steps, parts, v, a, r, steps.dt)
         assert (stop == math.inf) == (other == math.inf)
         if stop < math.inf:
             assert other == pytest.approx(stop, rel=1e-12)
@@ -95,11 +95,13 @@ def test_stop_of_a_creep_far_beyond_the_parts_that_are_walked_is_found(
 ) -> None:
     # What a strong damper leaves falls as exp(-w s/c) from 1 towards -1/2.
     c, w, h = 1000.0, 1.0, 2000.0
-    plant, law = kernel.plant.Plant(1.0, w, c), kernel.plant.Law(0.0, 0.0)
-    steps = kernel.steps.steps_of(plant, law, h)
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(0.0, 0.0)
+    steps = kernel.oscillator.steps_of(plant, law, h)
     slow = 2.0 * w / (c + math.sqrt(c * c - 4.0 * w))
     start = 1.0, -1.5 * slow, -0.5 * w
-    stop, way, v_end, _ = kernel.parts.slide_on(steps, kernel.parts.parts_of(steps), *start, h)
+    stop, way, v_end, _ = kernel.sampled.slide_on(
+        steps, kernel.sampled.parts_of(steps), *start, h
+    )
     # The flow over two million decays is doubled up from half of one.
     assert stop == pytest.approx(math.log(3.0) / slow, rel=1e-10)
     assert way == pytest.approx(1.0 / slow - 0.5 * stop, rel=1e-9)

@@ -66,13 +66,13 @@ def test_plain_and_compiled_agree_bit_for_bit(
 
 def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -> np.ndarray:
     """March from one end to the next; gives x_r and v_r."""
-    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(45.0, 54.0)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(45.0, 54.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
     columns[2][0] = kernel.events.first_mode(plant, law, 0.0, 0.0, u_dd[0])
     state = (0, 0.0, 0.0, int(columns[2][0]), math.nan)
     for end in ends:
         log = log_of(kernel)
-        out = kernel.march.march(
+        out = kernel.sampled.march(
             plant, law, u_dd, DT, state[0], end, *state[1:], *columns, log, 0, len(log.n)
         )
         state = out[:5]
@@ -82,7 +82,7 @@ def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -
 def test_march_handed_over_between_stretches_goes_on_to_the_last_bit(
     kernel: SimpleNamespace,
 ) -> None:
-    u_dd, stretch = noise(3000), kernel.march.STRETCH
+    u_dd, stretch = noise(3000), kernel.sampled.STRETCH
     whole = in_parts(kernel, u_dd, (2999,))
     parts = in_parts(kernel, u_dd, (stretch, 4 * stretch, 9 * stretch, 2999))
     assert np.array_equal(parts, whole)
@@ -101,12 +101,12 @@ def test_march_interrupted_by_a_full_log_goes_on_to_the_last_bit(
 ) -> None:
     u_dd = noise(3000)
     whole = march(kernel, u_dd, DT, (30.0, 36.0))
-    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(30.0, 36.0)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(30.0, 36.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
     state, handed = (0, 0.0, 0.0, int(whole.d[0]), math.nan), 0
     while state[0] < 2999:
         log = log_of(kernel, kernel.events.ROOM + 2)
-        out = kernel.march.march(
+        out = kernel.sampled.march(
             plant, law, u_dd, DT, state[0], 2999, *state[1:], *columns, log, 0, len(log.n)
         )
         state, handed = out[:5], handed + 1
@@ -175,7 +175,7 @@ def test_recursion_without_friction_is_the_march_without_friction(
 ) -> None:
     u_dd = noise(4000)
     x_r, v_r = np.zeros(4000), np.zeros(4000)
-    kernel.recursion.recursion(kernel.plant.Plant(*PAPER), u_dd, DT, 0.001, 0.02, x_r, v_r)
+    kernel.oscillator.recursion(kernel.model.Plant(*PAPER), u_dd, DT, 0.001, 0.02, x_r, v_r)
     found = march(kernel, u_dd, DT, (0.0, 0.0), start=(0.001, 0.02))
     assert np.abs(x_r - found.x_r).max() <= 1e-14 * np.abs(x_r).max()
 

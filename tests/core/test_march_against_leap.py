@@ -34,12 +34,12 @@ def leap(
     kernel: SimpleNamespace, u_dd: np.ndarray, dt: float, F: Any, plant: Any, start: Any
 ) -> SimpleNamespace:
     """Leap over samples, step by step; gives x_r, v_r and the events."""
-    core_plant, law = kernel.plant.Plant(*plant), kernel.plant.Law(*F)
+    core_plant, law = kernel.model.Plant(*plant), kernel.model.Law(*F)
     x_r, v_r, d = np.zeros(len(u_dd)), np.zeros(len(u_dd)), np.zeros(len(u_dd), dtype=np.int64)
     mode = kernel.events.first_mode(core_plant, law, *start, u_dd[0])
     x_r[0], v_r[0] = start
     log = log_of(kernel)
-    out = kernel.leap.leap_steps(
+    out = kernel.march.leap_steps(
         core_plant, law, waves_of(kernel, [], law), 0, u_dd, dt, 0, len(u_dd) - 1, *start, mode,
         x_r, v_r, d, log, 0, len(log.n),
     )  # fmt: skip

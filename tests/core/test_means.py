@@ -44,6 +44,6 @@ def test_mean_square_is_right_over_windows_of_any_length(
             for _ in range(dice.choice((1, 2, 3)))
         ]
         end = begin + 10.0 ** dice.uniform(-9, 2)
-        waves = waves_of(kernel, sines, kernel.plant.Law(0.0, 0.0))
-        found, _ = kernel.means.mean_squares(waves, begin, end)
+        waves = waves_of(kernel, sines, kernel.model.Law(0.0, 0.0))
+        found, _ = kernel.forcing.mean_squares(waves, begin, end)
         assert found == pytest.approx(exact(sines, begin, end), rel=AGREES), number

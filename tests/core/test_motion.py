@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from drysim.core.motion import Samples, displacement_between, sample_squares
+from drysim.core.model import Samples, displacement_between, sample_squares
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 """Exact for the square of a cubic."""

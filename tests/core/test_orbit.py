@@ -18,8 +18,8 @@ def orbit(
 ) -> SimpleNamespace:  # fmt: skip
     """Settle the scene at frequency ratio β, damping ratio ζ and F_fk/(m A) = φ, with A = 1."""
     omega = beta * math.sqrt(K / M)
-    plant = kernel.plant.Plant(M, K, 2 * zeta * math.sqrt(K * M))
-    law = kernel.plant.Law(phi * M, ratio * phi * M)
+    plant = kernel.model.Plant(M, K, 2 * zeta * math.sqrt(K * M))
+    law = kernel.model.Law(phi * M, ratio * phi * M)
     waves = waves_of(kernel, [(1.0, omega / (2 * math.pi), 0.0)], law)
     log = log_of(kernel)
     d = kernel.events.first_mode(plant, law, *start, 0.0)
@@ -94,12 +94,12 @@ def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) 
     # Without spring and damper the onset is 1/sqrt(1 + π²/4); the phase makes it symmetric.
     onset = 1 / math.sqrt(1 + math.pi**2 / 4)
     for phi, stops in ((onset - 1e-9, False), (onset + 1e-9, True)):
-        plant, law = kernel.plant.Plant(1.0, 0.0, 0.0), kernel.plant.Law(phi, phi)
+        plant, law = kernel.model.Plant(1.0, 0.0, 0.0), kernel.model.Law(phi, phi)
         # v turns where cos(t) = π φ/2; slide one cycle from there.
         phase = math.acos(math.pi * phi / 2)
         log = log_of(kernel)
         waves = waves_of(kernel, [(1.0, 1 / (2 * math.pi), phase)], law)
-        found = kernel.leap.leap(
+        found = kernel.march.leap(
             plant, law, waves, 0.0, 0.0, 0, 0.0, 20.0, 0.0, 0.0, 0.0, -1, log, 0, len(log.n)
         )
         assert (0 in log.kind[: found[4]].tolist()) == stops
@@ -142,17 +142,15 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
     beta, zeta, phi, ratio, start = 6.751, 20.0, 0.9, 1.2, (-0.0152, 0.03)
     found = orbit(fast, beta, zeta, phi, ratio, start=start)
     plant, law = (
-        fast.plant.Plant(M, K, 2 * zeta * math.sqrt(K * M)),
-        fast.plant.Law(phi, ratio * phi),
+        fast.model.Plant(M, K, 2 * zeta * math.sqrt(K * M)),
+        fast.model.Law(phi, ratio * phi),
     )
     period = 2 * math.pi / (beta * math.sqrt(K / M))
     waves, log = waves_of(fast, [(1.0, 1 / period, 0.0)], law), log_of(fast)
     state, before = (*start, 1), None
     while state != before:
         before = state
-        state = fast.period_map.one_period(plant, law, waves, period, *state, log, len(log.n))[
-            :3
-        ]
+        state = fast.orbit.one_period(plant, law, waves, period, *state, log, len(log.n))[:3]
     assert state[1:] == (0.0, 0)
     assert found.state == state[:2]
 
@@ -160,7 +158,7 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
 def test_steady_start_without_friction_is_the_impedance_of_every_sine(
     kernel: SimpleNamespace,
 ) -> None:
-    plant, law = kernel.plant.Plant(75.0, 7500.0, 500.0), kernel.plant.Law(0.0, 0.0)
+    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.Law(0.0, 0.0)
     sines = [(1.2, 0.7, 0.3), (0.4, 2.1, -1.1), (2.0, 1.6, 2.0)]
     x_r, v_r = kernel.orbit.steady_start(plant, waves_of(kernel, sines, law))
     omega = 2 * math.pi * np.array([f for _, f, _ in sines])
@@ -186,14 +184,14 @@ def found_for(
     kernel: SimpleNamespace, plant: tuple[float, float, float], f: float, F_fk: float
 ) -> SimpleNamespace:
     """Find the orbit from rest under a sine of 1 m/s² and frequency f."""
-    plant, law = kernel.plant.Plant(*plant), kernel.plant.Law(F_fk, F_fk)
+    plant, law = kernel.model.Plant(*plant), kernel.model.Law(F_fk, F_fk)
     waves, log = waves_of(kernel, [(1.0, f, 0.0)], law), log_of(kernel)
     past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
     x_r, v_r, multiple, closure, _, _, unique = kernel.orbit.find(
         plant, law, waves, 1.0 / f, 0.0, 0.0, 300, *past, log, len(log.n)
     )
     d = kernel.events.first_mode(plant, law, x_r, v_r, 0.0)
-    one = kernel.period_map.one_period(plant, law, waves, 1.0 / f, x_r, v_r, d, log, len(log.n))
+    one = kernel.orbit.one_period(plant, law, waves, 1.0 / f, x_r, v_r, d, log, len(log.n))
     return SimpleNamespace(multiple=multiple, unique=unique, closure=closure, peak=one[4])
 
 
@@ -238,19 +236,17 @@ def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> Simple
     """Take a step of Newton's method from beside an orbit at β = 1/2 or 0.8."""
     beta = 0.8 if zeta else 0.5
     found, omega = orbit(kernel, beta, zeta, 0.3), beta * math.sqrt(K / M)
-    plant = kernel.plant.Plant(M, K, 2 * zeta * math.sqrt(K * M))
-    law, log = kernel.plant.Law(0.3 * M, 0.3 * M), log_of(kernel)
+    plant = kernel.model.Plant(M, K, 2 * zeta * math.sqrt(K * M))
+    law, log = kernel.model.Law(0.3 * M, 0.3 * M), log_of(kernel)
     waves, period = (
         waves_of(kernel, [(1.0, omega / (2 * math.pi), 0.0)], law),
         2 * math.pi / omega,
     )
     x_r, v_r = found.state[0] + dx, found.state[1] + dv
     d = 1 if v_r > 0 else -1
-    image = kernel.period_map.one_period(
-        plant, law, waves, period, x_r, v_r, d, log, len(log.n)
-    )
+    image = kernel.orbit.one_period(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
     rate = kernel.orbit.rate_of(plant, period)
-    step = kernel.period_map.refine(plant, law, waves, period, rate, x_r, v_r, d, image, log)
+    step = kernel.orbit.refine(plant, law, waves, period, rate, x_r, v_r, d, image, log)
     return SimpleNamespace(good=step[0], state=step[1:], image=image[:2], orbit=found.state)
 
 
@@ -277,12 +273,12 @@ def test_mass_that_only_creeps_is_not_followed_for_thousands_of_periods(
     kernel: SimpleNamespace, k_x: float, b: float, most: int
 ) -> None:
     # At ξ = 1e10 its spring takes decades: 5000 periods had taken a minute in plain Python.
-    assert kernel.orbit.patience(kernel.plant.Plant(M, k_x, b), 0.6, 5000) == most
+    assert kernel.orbit.patience(kernel.model.Plant(M, k_x, b), 0.6, 5000) == most
 
 
 def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespace) -> None:
     F_fk, f, phase = 0.11999109888519495, 0.07957747154594767, 0.6791759369443524
-    plant, law = kernel.plant.Plant(1.0, 1.0, 0.002), kernel.plant.Law(F_fk, 5.0 * F_fk)
+    plant, law = kernel.model.Plant(1.0, 1.0, 0.002), kernel.model.Law(F_fk, 5.0 * F_fk)
     waves, log = waves_of(kernel, [(1.0, f, phase)], law), log_of(kernel)
     past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
     x_r, v_r, multiple, closure, periods, _, unique = kernel.orbit.find(
@@ -294,9 +290,7 @@ def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespac
     d = kernel.orbit.first_direction(plant, law, waves, x_r, v_r)
     state, seen = (x_r, v_r, d), []
     for _ in range(10):
-        state = kernel.period_map.one_period(plant, law, waves, 1 / f, *state, log, len(log.n))[
-            :3
-        ]
+        state = kernel.orbit.one_period(plant, law, waves, 1 / f, *state, log, len(log.n))[:3]
         seen.append(state[0])
     assert seen[-1] == pytest.approx(x_r, abs=1e-9)
     assert min(abs(x - x_r) for x in seen[:-1]) > 1e-3
@@ -306,7 +300,7 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     fast: SimpleNamespace,
 ) -> None:
     # 5e-4 of its way in a period, at ξ = 1000: it is there after 320, Newton's steps included.
-    plant, law = fast.plant.Plant(M, 1.0, 2000.0), fast.plant.Law(0.1, 0.1)
+    plant, law = fast.model.Plant(M, 1.0, 2000.0), fast.model.Law(0.1, 0.1)
     waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
     x_r, _, multiple, _, periods, _, unique = fast.orbit.find(
         plant, law, waves, 1.0, 1.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)
@@ -317,7 +311,7 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
 
 
 def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamespace) -> None:
-    plant, law = fast.plant.Plant(M, K, 2e10 * math.sqrt(K * M)), fast.plant.Law(0.3, 0.3)
+    plant, law = fast.model.Plant(M, K, 2e10 * math.sqrt(K * M)), fast.model.Law(0.3, 0.3)
     waves, log = waves_of(fast, [(1.0, 1.6, 0.0)], law), log_of(fast)
     *_, multiple, _, periods, _, _ = fast.orbit.find(
         plant, law, waves, 1 / 1.6, 0.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)

@@ -14,11 +14,11 @@ FEW = 5000
 
 def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> np.ndarray:
     """Give the answers of a block of scenes."""
-    answers = np.full((len(scenes), kernel.orbits.FOUND), np.nan)
-    room = (scenes.shape[1] - kernel.orbits.SINES) // 3 + 1
+    answers = np.full((len(scenes), kernel.orbit.FOUND), np.nan)
+    room = (scenes.shape[1] - kernel.orbit.SINES) // 3 + 1
     past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
-    values = np.zeros(kernel.waves.STRIDE * room)
-    kernel.orbits.solve_orbits(
+    values = np.zeros(kernel.forcing.STRIDE * room)
+    kernel.orbit.solve_orbits(
         scenes, answers, values, *past, FEW, log_of(kernel, capacity), capacity
     )
     return answers
@@ -39,11 +39,11 @@ def test_block_is_what_its_scenes_are_alone(fast: SimpleNamespace) -> None:
     whole = solve(fast, scenes)
     alone = [solve(fast, scenes[i : i + 1])[0] for i in range(len(scenes))]
     assert np.array_equal(whole, np.array(alone), equal_nan=True)
-    assert (whole[:, fast.orbits.STATUS] == fast.orbits.SETTLED).all()
+    assert (whole[:, fast.orbit.STATUS] == fast.orbit.SETTLED).all()
 
 
 def test_energy_of_every_orbit_balances(kernel: SimpleNamespace) -> None:
-    o, s = kernel.orbits, kernel.scene
+    o, s = kernel.orbit, kernel.forcing
     scenes = np.array([scene(f, F, ratio=1.2) for F in (0.0, 15.0, 45.0) for f in (0.6, 3.0)])
     for row, found in zip(scenes, solve(kernel, scenes), strict=True):
         work = -row[s.M] * found[o.POWER]
@@ -52,7 +52,7 @@ def test_energy_of_every_orbit_balances(kernel: SimpleNamespace) -> None:
 
 
 def test_limit_that_varies_takes_one_wave_more(kernel: SimpleNamespace) -> None:
-    o = kernel.orbits
+    o = kernel.orbit
     varied = scene(2.0, 30.0, variation=0.4, omega=2 * math.pi * 2.0)
     found = solve(kernel, np.array([varied, scene(2.0, 30.0), varied]))
     assert found[0].tolist() == found[2].tolist()
@@ -60,7 +60,7 @@ def test_limit_that_varies_takes_one_wave_more(kernel: SimpleNamespace) -> None:
 
 
 def test_excursions_are_where_the_displacement_says(fast: SimpleNamespace) -> None:
-    o = fast.orbits
+    o = fast.orbit
     free = solve(fast, np.array([scene(1.6, 15.0)]))[0]
     found = solve(fast, np.array([scene(1.6, 15.0, limit=0.8 * free[o.PEAK])]))[0]
     assert (found[o.TIMES], found[o.ENTRIES]) == (2, 2)
@@ -70,7 +70,7 @@ def test_excursions_are_where_the_displacement_says(fast: SimpleNamespace) -> No
 
 def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> None:
     found = solve(kernel, np.array([scene(0.5, 15.0)]), capacity=4)
-    assert found[0, kernel.orbits.STATUS] == kernel.orbits.CROWDED
+    assert found[0, kernel.orbit.STATUS] == kernel.orbit.CROWDED
 
 
 @pytest.mark.parametrize("law", [(15.0, 15.0), (30.0, 38.0), (30.0, 38.0, 0.3, 12.0, 0.2)])
@@ -78,22 +78,20 @@ def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> 
 def test_slopes_of_the_period_map_are_those_of_its_neighbours(
     kernel: SimpleNamespace, law: tuple[float, ...], start: tuple[float, float]
 ) -> None:
-    plant, law = kernel.plant.Plant(*PAPER), kernel.plant.Law(*law)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(*law)
     waves, log = waves_of(kernel, [(1.0, 1.1, 0.4), (0.9, 2.2, 1.0)], law), log_of(kernel)
     period, rate, h = 1 / 1.1, 10.0, 1e-7
     d = kernel.orbit.first_direction(plant, law, waves, *start)
 
     def image(x_r: float, v_r: float) -> np.ndarray:
-        found = kernel.period_map.one_period(
-            plant, law, waves, period, x_r, v_r, d, log, len(log.n)
-        )
+        found = kernel.orbit.one_period(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
         return np.array([found[0], found[1] / rate, found[3]])
 
     (x_r, v_r), moving = start, d != 0
     by_x = (image(x_r + h, v_r) - image(x_r - h, v_r)) / (2 * h)
     by_v = (image(x_r, v_r + h * rate) - image(x_r, v_r - h * rate)) / (2 * h)
     events = int(image(x_r, v_r)[2])
-    a, b, c, e = kernel.period_map.slopes(plant, law, waves, period, rate, d, events, log)
+    a, b, c, e = kernel.orbit.slopes(plant, law, waves, period, rate, d, events, log)
     assert (a, c) == pytest.approx(by_x[:2], abs=1e-6)
     if moving and v_r:
         assert (b, e) == pytest.approx(by_v[:2], abs=1e-6)

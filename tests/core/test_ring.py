@@ -8,11 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from drysim.core.contacts.ring import ringing
-from drysim.core.plant import Plant, Slider
-from drysim.core.sines.slide import slide
-from drysim.core.sines.stretch import starting
-from drysim.core.waves import Waves, anchor, set_wave
+from drysim.core.forcing import Waves, anchor, set_wave, slide, starting
+from drysim.core.model import Plant, Slider
+from drysim.core.modes import ringing
 
 SINES = (1.0, 1.6, 0.2), (0.1, 0.9, 1.0)
 LAW = Slider(1500.0, 1e6)

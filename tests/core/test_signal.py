@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drysim.core.signal import blocks, largest
+from drysim.core.model import blocks, largest
 
 
 @pytest.mark.parametrize("length", [1, 7, 8, 9, 24])

@@ -18,8 +18,8 @@ MIDDLES = 0.5 * (BASE[:-1] + BASE[1:])
 def stepped(kernel: SimpleNamespace, form: int, method: int) -> np.ndarray:
     """March with a function of velocity; gives x_r and v_r."""
     x_r, v_r = np.zeros(len(BASE)), np.zeros(len(BASE))
-    plant = kernel.plant.Plant(*PAPER)
-    kernel.stepping.step_march(plant, 15.0, form, 100.0, method, BASE, MIDDLES, DT, x_r, v_r)
+    plant = kernel.model.Plant(*PAPER)
+    kernel.fixed_step.step_march(plant, 15.0, form, 100.0, method, BASE, MIDDLES, DT, x_r, v_r)
     return np.array([x_r, v_r])
 
 
@@ -27,11 +27,11 @@ def banded(kernel: SimpleNamespace, march: str) -> np.ndarray:
     """March with stick; gives x_r, v_r, F_f and direction."""
     x_r, v_r, F_f = np.zeros((3, len(BASE)))
     d = np.zeros(len(BASE), dtype=np.int64)
-    plant, rest = kernel.plant.Plant(*PAPER), (BASE, DT, x_r, v_r, F_f, d)
+    plant, rest = kernel.model.Plant(*PAPER), (BASE, DT, x_r, v_r, F_f, d)
     if march == "switch":
-        kernel.stepping.switch_march(plant, 15.0, 18.0, 6e-4, *rest)
+        kernel.fixed_step.switch_march(plant, 15.0, 18.0, 6e-4, *rest)
     else:
-        kernel.stepping.moreau_march(plant, 15.0, *rest)
+        kernel.fixed_step.moreau_march(plant, 15.0, *rest)
     return np.array([x_r, v_r, F_f, d])
 
 
@@ -39,17 +39,17 @@ def banded(kernel: SimpleNamespace, march: str) -> np.ndarray:
 def test_twins_agree_bit_for_bit_on_the_bare_sign(
     plain: SimpleNamespace, fast: SimpleNamespace, method: int
 ) -> None:
-    found = stepped(plain, plain.law.SIGN, method)
+    found = stepped(plain, plain.fixed_step.SIGN, method)
     assert np.abs(found[0]).max() > 1e-5
-    assert np.array_equal(found, stepped(fast, fast.law.SIGN, method))
+    assert np.array_equal(found, stepped(fast, fast.fixed_step.SIGN, method))
 
 
 @pytest.mark.parametrize("form", range(1, 5))
 def test_twins_agree_on_smooth_signs_to_the_rounding_of_their_functions(
     plain: SimpleNamespace, fast: SimpleNamespace, form: int
 ) -> None:
-    found = stepped(plain, form, plain.stepping.RK4)
-    assert found == pytest.approx(stepped(fast, form, fast.stepping.RK4), rel=1e-9, abs=1e-15)
+    found = stepped(plain, form, plain.fixed_step.RK4)
+    assert found == pytest.approx(stepped(fast, form, fast.fixed_step.RK4), rel=1e-9, abs=1e-15)
 
 
 @pytest.mark.parametrize("march", ["switch", "moreau"])
@@ -68,9 +68,9 @@ def test_method_is_of_its_order_without_friction(
     def error(dt: float) -> float:
         n = round(0.5 / dt)
         x_r, v_r = np.zeros(n + 1), np.zeros(n + 1)
-        u_dd, plant = np.ones(n + 1), kernel.plant.Plant(*PAPER)
-        kernel.stepping.step_march(plant, 0.0, 0, 0.0, method, u_dd, u_dd, dt, x_r, v_r)
-        _, _, Y, _ = kernel.flow.flow(plant.b / plant.m, plant.k_x / plant.m, 0.5)
+        u_dd, plant = np.ones(n + 1), kernel.model.Plant(*PAPER)
+        kernel.fixed_step.step_march(plant, 0.0, 0, 0.0, method, u_dd, u_dd, dt, x_r, v_r)
+        _, _, Y, _ = kernel.oscillator.flow(plant.b / plant.m, plant.k_x / plant.m, 0.5)
         return abs(x_r[-1] + Y)
 
     assert math.log2(error(5e-3) / error(2.5e-3)) == pytest.approx(order, abs=0.3)
@@ -78,14 +78,14 @@ def test_method_is_of_its_order_without_friction(
 
 @pytest.mark.parametrize("form", range(1, 5))
 def test_smooth_sign_is_odd_steep_and_at_most_one(kernel: SimpleNamespace, form: int) -> None:
-    share = kernel.law.sliding_share
+    share = kernel.fixed_step.sliding_share
     assert share(form, 1e3, 0.0) == 0.0
     assert share(form, 1e3, -0.02) == -share(form, 1e3, 0.02)
     assert 0.0 < share(form, 1e3, 1e-4) < share(form, 1e3, 1e-3) < share(form, 1e3, 10.0) <= 1.0
 
 
 def test_every_form_of_the_sign_is_its_formula(kernel: SimpleNamespace) -> None:
-    law, c = kernel.law, 3.0
+    law, c = kernel.fixed_step, 3.0
     for v in (-2.0, -1e-3, 0.0, 0.4):
         forms = {
             law.SIGN: float(np.sign(v)), law.TANH: math.tanh(c * v), law.ERF: math.erf(c * v),
@@ -102,6 +102,6 @@ def test_moreau_begins_in_the_direction_of_its_start(
 ) -> None:
     x_r, v_r, F_f = np.zeros((3, len(BASE)))
     v_r[0], way = v, np.full(len(BASE), 9, dtype=np.int64)
-    plant = kernel.plant.Plant(*PAPER)
-    kernel.stepping.moreau_march(plant, 15.0, BASE, DT, x_r, v_r, F_f, way)
+    plant = kernel.model.Plant(*PAPER)
+    kernel.fixed_step.moreau_march(plant, 15.0, BASE, DT, x_r, v_r, F_f, way)
     assert (way[0], F_f[0]) == (d, 15.0 * d)

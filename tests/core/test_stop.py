@@ -14,7 +14,7 @@ def first_zero_by_scan(
 ) -> float:
     """Find the first zero on a grid of 20,000 points."""
     s = np.linspace(0.0, h, 20_001)[1:]
-    values = np.array([kernel.stop.velocity(c, w, v, a, j, each)[0] for each in s])
+    values = np.array([kernel.roots.velocity(c, w, v, a, j, each)[0] for each in s])
     below = np.flatnonzero(values <= 0.0)
     return float(s[below[0]]) if len(below) else math.inf
 
@@ -36,37 +36,37 @@ def test_stop_agrees_with_a_fine_scan(plain: SimpleNamespace, c: float, w: float
     h = 20.0 / (1.0 + math.sqrt(w) + c)
     for _ in range(4):
         v, a, j = abs(rng.normal()), rng.normal() * 3, rng.normal() * 9
-        found = plain.stop.locate_stop(c, w, v, a, j, h)
+        found = plain.roots.locate_stop(c, w, v, a, j, h)
         scanned = first_zero_by_scan(plain, c, w, v, a, j, h)
         assert (found == scanned == math.inf) or abs(found - scanned) <= h / 20_000
 
 
 def test_dip_below_zero_between_two_positive_ends_is_a_stop(kernel: SimpleNamespace) -> None:
     # v = 1 - 3 s + 2 s² without spring and damper: positive at both ends of [0, 2].
-    assert kernel.stop.locate_stop(0.0, 0.0, 1.0, -3.0, 4.0, 2.0) == pytest.approx(
+    assert kernel.roots.locate_stop(0.0, 0.0, 1.0, -3.0, 4.0, 2.0) == pytest.approx(
         0.5, rel=1e-15
     )
 
 
 def test_near_miss_is_not_a_stop_and_a_touch_is(kernel: SimpleNamespace) -> None:
     # v = d² + (s - 1)²: the least speed is d².
-    assert kernel.stop.locate_stop(0.0, 0.0, 1.0 + 1e-12, -2.0, 2.0, 3.0) == math.inf
-    assert kernel.stop.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(
+    assert kernel.roots.locate_stop(0.0, 0.0, 1.0 + 1e-12, -2.0, 2.0, 3.0) == math.inf
+    assert kernel.roots.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(
         1.0, rel=1e-7
     )
 
 
 def test_start_at_rest_that_accelerates_is_not_a_stop_at_zero(kernel: SimpleNamespace) -> None:
-    assert kernel.stop.locate_stop(0.0, 0.0, 0.0, 0.0, 1.0, 5.0) == math.inf
-    assert kernel.stop.locate_stop(0.0, 0.0, 0.0, 1.0, -1.0, 5.0) == pytest.approx(2.0)
+    assert kernel.roots.locate_stop(0.0, 0.0, 0.0, 0.0, 1.0, 5.0) == math.inf
+    assert kernel.roots.locate_stop(0.0, 0.0, 0.0, 1.0, -1.0, 5.0) == pytest.approx(2.0)
 
 
 def test_swing_that_starts_at_its_top_is_followed_down(kernel: SimpleNamespace) -> None:
     w = (2 * math.pi) ** 2
     v, a, j = 3.0, 0.0, -w
-    found = kernel.stop.locate_stop(0.0, w, v, a, j + w * v, 40.0)
+    found = kernel.roots.locate_stop(0.0, w, v, a, j + w * v, 40.0)
     assert found == math.inf  # v = 3 - (1 - cos) stays above 1
-    assert kernel.stop.locate_stop(0.0, w, 1.9, a, j + w * 1.9, 40.0) == pytest.approx(
+    assert kernel.roots.locate_stop(0.0, w, 1.9, a, j + w * 1.9, 40.0) == pytest.approx(
         math.acos(-0.9) / (2 * math.pi), rel=1e-14
     )
 
@@ -77,12 +77,12 @@ def test_first_extremum_is_smooth_through_critical_damping(
 ) -> None:
     c = 20.0
     w = 0.25 * c * c + square
-    s = kernel.stop.first_extremum(c, w, -1.0, 30.0)
-    y, y_d, _, _ = kernel.flow.flow(c, w, s)
+    s = kernel.roots.first_extremum(c, w, -1.0, 30.0)
+    y, y_d, _, _ = kernel.oscillator.flow(c, w, s)
     assert -1.0 * (y_d + c * y) + 30.0 * y == pytest.approx(0.0, abs=1e-15)
 
 
 def test_velocity_a_rounding_below_zero_is_not_taken_for_one_that_never_stops(
     kernel: SimpleNamespace,
 ) -> None:
-    assert kernel.stop.locate_stop(0.1, 1.0, -1e-18, 1e-10, -1.0, 1e-2) <= 1e-9
+    assert kernel.roots.locate_stop(0.1, 1.0, -1e-18, 1e-10, -1.0, 1e-2) <= 1e-9

@@ -42,19 +42,19 @@ def noise(count: int) -> np.ndarray:
 
 def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> SimpleNamespace:
     """Follow a motion from rest by one engine; gives its steps, events, end and memory."""
-    plant = kernel.plant.Plant(*PAPER)
-    kind = getattr(kernel.plant, words["kind"])
-    law = kernel.plant.Dynamic(**{**words, "kind": kind})
+    plant = kernel.model.Plant(*PAPER)
+    kind = getattr(kernel.model, words["kind"])
+    law = kernel.model.Dynamic(**{**words, "kind": kind})
     waves = waves_of(
-        kernel, [(1.4, 1.6, 0.3), (0.6, 3.9, 0.0)] if sines else [], kernel.plant.Law(0.0, 0.0)
+        kernel, [(1.4, 1.6, 0.3), (0.6, 3.9, 0.0)] if sines else [], kernel.model.Law(0.0, 0.0)
     )
     u_dd, dt, end = (np.zeros(2), STEP * COUNT, 0) if sines else (noise(COUNT), STEP, COUNT - 2)
     jet, trail = work(kernel, law), trail_of(kernel)
-    d = kernel.trace.first_heading(plant, law, waves, jet, u_dd[0], 0.0, 0.0, 0.0, 0.0, 0.0)
-    if kind == kernel.plant.LEUVEN:
-        kernel.memory.head(law, jet, d or 1, 0.0, 0.0)
+    d = kernel.taylor.first_heading(plant, law, waves, jet, u_dd[0], 0.0, 0.0, 0.0, 0.0, 0.0)
+    if kind == kernel.model.LEUVEN:
+        kernel.dynamic_friction.head(law, jet, d or 1, 0.0, 0.0)
     log = log_of(kernel)
-    *state, steps, events = kernel.trace.trace(
+    *state, steps, events = kernel.taylor.trace(
         plant, law, waves, u_dd, dt, 0, 0.0, dt, end, 0.0, 0.0, 0.0, d, jet, trail, 0, log, 0,
         len(log.n),
     )  # fmt: skip
@@ -62,13 +62,13 @@ def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> Sim
         state=state,
         trail=[column[:steps] for column in trail[:7]],
         log=[column[:events] for column in log],
-        turned=jet.turned[: jet.branch[kernel.memory.COUNT]],
+        turned=jet.turned[: jet.branch[kernel.dynamic_friction.COUNT]],
     )
 
 
 def work(kernel: SimpleNamespace, law: Any) -> Any:
     """Give what a kernel works in, measured by a speed of 0.1 m/s."""
-    jet = kernel.jet
+    jet = kernel.taylor
     sizes = {"scale": 1, "slope": 2, "turned": law.depth}
     rows = {name: np.zeros(sizes.get(name, jet.ORDER + 2)) for name in jet.Jet._fields}
     rows["scale"][0] = 0.1
@@ -78,9 +78,9 @@ def work(kernel: SimpleNamespace, law: Any) -> Any:
 def trail_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
     """Give an empty trail."""
     whole = ("n", "d", "terms")
-    return kernel.trail.Trail(
+    return kernel.events.Trail(
         *(np.zeros(length, np.int64 if name in whole else float)
-          for name in kernel.trail.Trail._fields)
+          for name in kernel.events.Trail._fields)
     )  # fmt: skip
 
 
@@ -95,28 +95,28 @@ def test_engines_agree_step_by_step_and_remember_the_same(plain, fast, words, si
 
 
 def test_bristles_at_their_limit_to_the_last_bit_keep_their_way(kernel):
-    law = kernel.plant.Dynamic(
-        32.0, 32.0, kernel.plant.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
+    law = kernel.model.Dynamic(
+        32.0, 32.0, kernel.model.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
     )
     jet, z = work(kernel, law), 32.0 / 1024.0
     for z_now, way in ((0.5 * z, 1), (z, 1), (2.0 * z, -1)):
-        kernel.memory.head(law, jet, 1, 0.1, z_now)
-        assert jet.branch[kernel.memory.WAY] == way
+        kernel.dynamic_friction.head(law, jet, 1, 0.1, z_now)
+        assert jet.branch[kernel.dynamic_friction.WAY] == way
 
 
 def test_two_turns_whose_neighbours_are_most_like_them_are_forgotten(kernel):
-    law = kernel.plant.Dynamic(
-        32.0, 32.0, kernel.plant.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
+    law = kernel.model.Dynamic(
+        32.0, 32.0, kernel.model.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
     )
     jet, turns = work(kernel, law), [10.0, -9.0, 9.9, -3.0, 2.0, -2.9]
-    jet.turned[:6], jet.branch[kernel.memory.COUNT] = turns, 6
-    kernel.memory.forget(jet)
+    jet.turned[:6], jet.branch[kernel.dynamic_friction.COUNT] = turns, 6
+    kernel.dynamic_friction.forget(jet)
     # Without -9 and 9.9 the force errs by 0.1 and 6; any other two would let it err by more.
-    assert jet.branch[kernel.memory.COUNT] == 4
+    assert jet.branch[kernel.dynamic_friction.COUNT] == 4
     assert jet.turned[:4].tolist() == [10.0, -3.0, 2.0, -2.9]
 
 
 def test_series_that_holds_for_no_time_has_no_zero_in_it(kernel):
     # One had ended in a division by zero: bristles and a force at the end of double precision.
-    series = kernel.compiled.held(np.array([0.5, -1.0, 0.3, 0.1]))
-    assert kernel.foresight.first_zero(series, 3, 1, 0.0) == np.inf
+    series = kernel.compile.held(np.array([0.5, -1.0, 0.3, 0.1]))
+    assert kernel.taylor.first_zero(series, 3, 1, 0.0) == np.inf

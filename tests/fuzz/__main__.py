@@ -18,7 +18,7 @@ import traceback
 from collections import Counter
 from pathlib import Path
 
-from drysim import console
+from drysim.console import problems
 from drysim.errors import DrysimError
 from fuzz.mutate import damaged
 from fuzz.targets import Target, targets
@@ -51,7 +51,7 @@ def finds_in(fault: DrysimError, show: bool) -> list[str]:
         wrong.append("a sentence is empty or endless")
     if show:
         with contextlib.redirect_stderr(io.StringIO()) as said:
-            console.show_fault(fault)
+            problems.show_fault(fault)
         if not all(sign.isprintable() or sign == "\n" for sign in said.getvalue()):
             wrong.append("a sentence drives the terminal")
     return wrong

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drysim.checks import Check
 from drysim.errors import UsageError
-from drysim.excitation.record import Record
+from drysim.excitation.recorded import Record
 from drysim.metrics import METRICS
-from drysim.quantity import KINDS, convert
-from drysim.scenario import load
+from drysim.metrics.checks import Check
+from drysim.scenario.load import load
+from drysim.units import KINDS, convert
 from seat import SEAT
 from test_record_formats import at2, mat, wav
 

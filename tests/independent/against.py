@@ -10,7 +10,7 @@ import numpy as np
 from taylor import Solution, solve
 
 from drawn import Scene
-from drysim.approach.track import Track
+from drysim.approach.solution import Track
 
 ULP = 2.0**-52
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import drysim
-from drysim.study.sweeps.sweep import sweep
+from drysim.study.sweep import sweep
 
 HARD = Path(__file__).parents[2] / "scenarios" / "hard"
 CASES = sorted(HARD.glob("*.yaml"))

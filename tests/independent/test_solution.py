@@ -14,7 +14,7 @@ from taylor import DIGITS, solve
 
 import drysim
 from drawn import Scene, scenes
-from drysim.core.motion import Samples
+from drysim.core.model import Samples
 from drysim.study.case import prepare
 
 HARD = Path(__file__).parents[2] / "scenarios" / "hard"

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import note
 
 from drawn import Scene
-from drysim.approach.track import Track
+from drysim.approach.solution import Track
 from drysim.core.events import direction
 from drysim.metrics import measure
 

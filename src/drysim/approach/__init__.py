@@ -1,18 +1,9 @@
-"""Shelf 3: how the motion is computed. An approach is one file and one name here.
+"""APPROACHES."""
 
-Those that follow a motion exactly hand it to `exact`, which knows the module for its law and
-its base: `under_sines` and `over_samples` for Coulomb's friction, `over_joints` and `touched`
-for spring contacts, `by_series` for laws with a rate or a state, `traced` for normal forces
-that may vanish, `bounded` for end stops. Each gives a Track, known at any instant, and with a
-grid a Response. All others march by fixed steps and share `stepped`.
-"""
+from __future__ import annotations
 
-from drysim.approach.moreau import Moreau
-from drysim.approach.signum import Signum
-from drysim.approach.smooth import Smooth
-from drysim.approach.stick_slip import StickSlip
-from drysim.approach.switch import Switch
-from drysim.approach.viscous import Viscous
+from drysim.approach.fixed_step import Moreau, Signum, Smooth, Switch
+from drysim.approach.stick_slip import StickSlip, Viscous
 
 APPROACHES = (StickSlip, Switch, Moreau, Signum, Smooth, Viscous)
 

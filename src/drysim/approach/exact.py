@@ -1,25 +1,23 @@
-"""The exact solution of a scene, with the core that fits its base motion."""
+"""Exact solution of a scene, by the module that fits its law."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
-from typing import Any
+from collections.abc import Callable
+from typing import NamedTuple
 
-import numpy as np
-
-from drysim.approach import under_sines
-from drysim.approach.events import Events
-from drysim.approach.numerics import Numerics
-from drysim.approach.orbit import Orbit
-from drysim.approach.points import Sliding
-from drysim.approach.response import Response
-from drysim.approach.spans import run_length
-from drysim.approach.track import Track
-from drysim.approach.under_sines import follow_sines, on_grid
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, Dynamic, Law, Plant, Slider, Stopped
-from drysim.core.state import AnyState
+from drysim.approach import coulomb
+from drysim.approach.solution import Response, Track
+from drysim.core.model import (
+    AnyLaw,
+    AnyState,
+    Dynamic,
+    Law,
+    Plant,
+    Samples,
+    Sines,
+    Slider,
+    Stopped,
+)
 
 
 def solve(
@@ -31,24 +29,19 @@ def solve(
     duration: float | None,
     whole: bool,
 ) -> Response:
-    """Solve a scene with the core that fits its base motion, to be had on its grid.
+    """Solve a scene with the core that fits its law, to be had on its grid.
 
     `whole` keeps the motion over samples at hand, however long it is.
     """
-    scene = (plant, law, motion, start, step, duration)
+    scene = (motion, start, step, duration)
+    if isinstance(law, Law):
+        return coulomb.solve(plant, law, *scene, whole)
     if isinstance(law, Stopped):
-        bounded: Response = home_of(law, motion).solve(*scene, whole)
-        return bounded
-    if not isinstance(law, Law):
-        response = home_of(law, motion).solve(*scene)
-    elif isinstance(motion, Sines):
-        length = run_length(motion, duration)
-        response = on_grid(follow_sines(plant, law, motion, start, length), step)
-    else:
-        from drysim.approach.over_samples import solve_samples
+        from drysim.approach import stops
 
-        response = solve_samples(plant, law, motion, start, duration, whole)
-    return response if law.F_fs > 0.0 else frictionless(response)
+        return stops.solve(plant, law, *scene, whole)
+    response = core_of(law, motion).solve(plant, law, *scene)
+    return response if law.F_fs > 0.0 else coulomb.frictionless(response)
 
 
 def follow(
@@ -58,71 +51,40 @@ def follow(
     start: AnyState,
     duration: float | None,
 ) -> Track:
-    """Solve a scene with the core that fits its base motion, without a grid where it can."""
-    if not isinstance(law, Law):
-        track: Track = home_of(law, motion).follow(plant, law, motion, start, duration)
-        return track
-    if isinstance(motion, Sines):
-        return follow_sines(plant, law, motion, start, run_length(motion, duration))
-    from drysim.approach.over_samples import solve_samples
+    """Solve a scene with the core that fits its law, without a grid where it can."""
+    if isinstance(law, Law):
+        return coulomb.follow(plant, law, motion, start, duration)
+    if isinstance(law, Stopped):
+        from drysim.approach import stops
 
-    response = solve_samples(plant, law, motion, start, duration, whole=False)
-    assert response.track is not None, "samples are solved with their track"
-    return response.track
+        return stops.follow(plant, law, motion, start, duration)
+    return core_of(law, motion).follow(plant, law, motion, start, duration)
 
 
-def home_of(law: AnyLaw, motion: Sines | Samples) -> Any:
-    """Give the module that solves scenes of a law other than Coulomb's, or between end stops.
+class Core(NamedTuple):
+    """What solves the scenes of some laws: `solve` on a grid, `follow` without one."""
 
-    Each has `solve` and `follow`, and is loaded with its kernels when first needed.
+    solve: Callable[..., Response]
+    follow: Callable[..., Track]
+
+
+def core_of(law: AnyLaw, motion: Sines | Samples) -> Core:
+    """Give what solves scenes of a law other than Coulomb's.
+
+    Each module is loaded with its kernels when first needed.
     """
-    if isinstance(law, Stopped):
-        from drysim.approach import bounded
-
-        return bounded
     if isinstance(law, Dynamic):
-        from drysim.approach import by_series
+        from drysim.approach import taylor
 
-        return by_series
+        return Core(taylor.solve, taylor.follow)
     if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
-        from drysim.approach import over_joints
+        from drysim.approach import elastic
 
-        return over_joints
+        return Core(elastic.solve_joints, elastic.follow_joints)
     if isinstance(law, Slider):
-        from drysim.approach import touched
+        from drysim.approach import elastic
 
-        return touched
-    from drysim.approach import traced
+        return Core(elastic.solve_contact, elastic.follow_contact)
+    from drysim.approach import piecewise
 
-    return traced
-
-
-def frictionless(response: Response) -> Response:
-    """Give the response of a scene without dry friction: turning points are not events then."""
-    events = response.events
-    begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
-    grid, how = Sliding(response.grid), partial(viscous_numerics, response)
-    return replace(response, grid=grid, events=begin, how=how)
-
-
-def viscous_numerics(response: Response) -> Numerics:
-    """Give how the numbers of a response were made, where there is no dry friction."""
-    why = "no dry friction: the same flow, with turning points for the peaks only"
-    return replace(
-        response.numerics, approach="viscous", why=why, events=1, closest_decision=None
-    )
-
-
-def find_orbit(
-    plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
-) -> Orbit:
-    """Follow a start to its periodic orbit with the core that fits the law."""
-    if isinstance(law, Stopped):
-        from drysim.approach import bounded
-
-        return bounded.find_orbit(plant, law, motion, start, period)
-    if not isinstance(law, Law):
-        from drysim.approach import settled
-
-        return settled.find_orbit(plant, law, motion, start, period)
-    return under_sines.find_orbit(plant, law, motion, start, period)
+    return Core(piecewise.solve, piecewise.follow)

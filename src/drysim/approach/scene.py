@@ -1,22 +1,38 @@
-"""What both exact solvers share: waves, the mode at the start, and the log of events."""
+"""What all exact solutions share: the span of a run, its buffers, its numerics."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from drysim.approach.events import Events
-from drysim.approach.numerics import Numerics
-from drysim.core.compiled import engine, held
-from drysim.core.events import ROOM, Log, opening
-from drysim.core.motion import Samples, Sines
-from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import LEUVEN, AnyLaw, Dynamic, Law, Plant, Slider, Stopped
-from drysim.core.state import AnyState
-from drysim.core.waves import STRIDE, UNSET, Waves
-from drysim.errors import SolverError
+from drysim.approach.solution import Events, Floats, Numerics
+from drysim.core.compile import engine, held
+from drysim.core.events import ROOM, Log, Trail, opening
+from drysim.core.forcing import STRIDE, UNSET, Waves, mean_squares
+from drysim.core.model import (
+    LEUVEN,
+    AnyLaw,
+    AnyState,
+    Dynamic,
+    Law,
+    Plant,
+    Pressed,
+    Samples,
+    Sines,
+    Slider,
+    Stopped,
+    base_acceleration,
+    largest,
+    sample_squares,
+)
+from drysim.core.trajectory import room, sample_base
+from drysim.errors import SolverError, UsageError
+
+# What both exact solvers share: waves, the mode at the start, and the log of events.
+
 
 CONSTANT = Law(0.0, 0.0)
 """Friction without a wave of its own."""
@@ -164,3 +180,127 @@ def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     if law.variation:
         return "leap", "samples with friction limits that vary: one leap a step"
     return "march", "samples are linear in between: one affine map a step, events located"
+
+
+# What is asked of a base motion before a scene is followed: how long, how fast.
+
+
+ROUNDING = 1e-12
+"""What an instant may be beyond a sample and still be that sample's, relative to it."""
+
+FAINT = 1e-9
+"""Share of the speed that the scene may give, from which on a motion is measured."""
+
+
+def run_length(motion: Sines | Samples, duration: float | None) -> float:
+    """Give how long to run [s]: as long as is said, or to the end of the samples."""
+    if duration is not None:
+        return duration
+    if isinstance(motion, Sines):
+        raise UsageError("base motion by sines has no end of its own", "say how long to run")
+    return (len(motion.u_dd) - 1) * motion.dt
+
+
+def times(first: int, last: int, dt: float) -> Floats:
+    """Give the times [s] of points of a grid, from number `first` to the one before `last`."""
+    return np.arange(first, last, dtype=np.float64) * dt
+
+
+def base_on_grid(motion: Sines | Samples, first: int, last: int, dt: float) -> Floats:
+    """Give ü [m/s²] at these points; samples own their grid."""
+    if isinstance(motion, Samples):
+        return motion.u_dd[first:last]
+    return base_acceleration(motion, times(first, last, dt))
+
+
+def base_of_waves(waves: Waves, first: int, last: int, dt: float) -> Floats:
+    """Give ü [m/s²] at these points from a table of its sines: a long grid in less time."""
+    u_dd, table = held(np.empty(last - first)), held(np.empty(room(waves.size)))
+    sample_base(waves, first, dt, table, u_dd)
+    return np.asarray(u_dd)
+
+
+def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int, float]:
+    """Give the intervals of ü [s], the number of the last one and its length [s]."""
+    if isinstance(motion, Sines):
+        return duration, 0, duration
+    dt = motion.dt
+    last = min(grid_points(duration, dt), len(motion.u_dd)) - 2
+    beyond = duration - (last + 1) * dt
+    if beyond > dt * ON_GRID and last + 2 < len(motion.u_dd):
+        return dt, last + 1, beyond
+    return dt, last, dt
+
+
+def last_needed(motion: Samples, end: float) -> tuple[int, int]:
+    """Give the last sample up to an instant [s], and the last that the way there needs."""
+    last = len(motion.u_dd) - 1
+    point = min(last, grid_points(end, motion.dt) - 1)
+    return point, min(last, point + (end > point * motion.dt * (1.0 + ROUNDING)))
+
+
+def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
+    """Give a speed [m/s] far below what the scene will show, but above nothing."""
+    if isinstance(motion, Sines):
+        swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
+        base = max(swings, default=0.0)
+    else:
+        base = largest(motion.u_dd) * motion.dt
+    free = math.sqrt(plant.k_x / plant.m) * abs(start.x_r)
+    return max(FAINT * base, FAINT * free, abs(start.v_r), np.finfo(float).tiny)
+
+
+def squares_of_base(
+    motion: Sines | Samples, waves: Waves, begin: float, end: float
+) -> tuple[float, float | None]:
+    """Give the integrals of ü² and of u² over a window [s]; None where u is not known."""
+    if isinstance(motion, Samples):
+        return sample_squares(motion, begin, end)
+    u_dd2, u2 = mean_squares(waves, begin, end)
+    return u_dd2 * (end - begin), u2 * (end - begin)
+
+
+# Room that kernels write trails and events into.
+
+
+WHOLE_NUMBERS = ("n", "d", "terms")
+"""Columns of whole numbers."""
+
+
+def empty(kind: Any, size: int) -> Any:
+    """Give room for a trail or for pieces."""
+    kinds = (np.int64 if name in WHOLE_NUMBERS else np.float64 for name in kind._fields)
+    return kind(*[held(np.empty(size, numbers)) for numbers in kinds])
+
+
+def empty_trail(size: int) -> Trail:
+    """Give room for a trail."""
+    trail: Trail = empty(Trail, size)
+    return trail
+
+
+def empty_log(size: int) -> Log:
+    """Give room for events."""
+    n, kind = held(np.empty(size, np.int64)), held(np.empty(size, np.int8))
+    s, x_r, F_L = held(np.empty((3, size)))
+    return Log(n, s, kind, x_r, F_L)
+
+
+def put_first(room: Any, values: Iterable[Any]) -> None:
+    """Put a value into the first place of every column."""
+    for column, value in zip(room, values, strict=True):
+        column[0] = value
+
+
+def larger(room: Any, size: int) -> Any:
+    """Give the same values with more room."""
+    return type(room)(*(longer(column, size) for column in room))
+
+
+def longer(column: Any, size: int) -> Any:
+    """Give a column with more room behind its values."""
+    if isinstance(column, list):
+        return column + [0] * (size - len(column))
+    wider = np.empty(size, column.dtype)
+    wider[: len(column)] = column
+    return wider

@@ -1,17 +1,15 @@
-"""Stick-slip: switches exactly between sticking and sliding (Eqs. 4, 7, 9)."""
+"""StickSlip and Viscous: the members solved exactly."""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import Any, ClassVar, Literal
 
-from drysim.approach.member import Member
-from drysim.approach.orbit import Orbit
-from drysim.approach.response import Response
-from drysim.approach.track import Track
-from drysim.core.motion import Samples, Sines
-from drysim.core.plant import AnyLaw, Plant
-from drysim.core.state import AnyState
+from drysim.approach.base import Member
+from drysim.approach.solution import Orbit, Response, Track
+from drysim.core.model import AnyLaw, AnyState, Law, Plant, Samples, Sines, Stopped
+
+# Stick-slip: switches exactly between sticking and sliding (Eqs. 4, 7, 9).
 
 
 @cache
@@ -98,8 +96,9 @@ class Exact(Member):
         self, plant: Plant, law: AnyLaw, motion: Sines, start: AnyState, period: float
     ) -> Orbit:
         """Give the periodic orbit that the start leads to; period of the excitation in s."""
-        orbit: Orbit = core().find_orbit(plant, self.acting(law), motion, start, period)
-        return orbit
+        from drysim.approach.steady_state import find_orbit
+
+        return find_orbit(plant, self.acting(law), motion, start, period)
 
 
 class StickSlip(Exact):
@@ -113,3 +112,24 @@ class StickSlip(Exact):
     use_variation: ClassVar[bool] = True
 
     approach: Literal["stick-slip"] = "stick-slip"
+
+
+# Viscous: the same plant without dry friction, the reference curve.
+
+
+NO_FRICTION = Law(0.0, 0.0)
+
+
+class Viscous(Exact):
+    """Spring and damper alone; what the friction of the scene would be is left out.
+
+    Not to be confused with an equivalent viscous damping: nothing stands in for the friction.
+    """
+
+    use_friction: ClassVar[bool] = False
+
+    approach: Literal["viscous"] = "viscous"
+
+    def acting(self, law: AnyLaw) -> AnyLaw:
+        """Give no dry friction, between the same end stops."""
+        return law._replace(F_fk=0.0, F_fs=0.0) if isinstance(law, Stopped) else NO_FRICTION

@@ -1,4 +1,4 @@
-"""The command line: where a fault becomes a sentence and an exit code."""
+"""App, main, exit codes."""
 
 from __future__ import annotations
 
@@ -7,17 +7,34 @@ import gc
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from copy import copy
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
-from drysim.cli import plugins
-from drysim.cli.leave import ASKED, tidy_up_first
-from drysim.cli.shelf import app
-from drysim.cli.streams import REFUSALS, open_closed_streams, reader_may_leave, unheard
+from drysim.cli import options, process
+from drysim.cli.commands import (
+    bench,
+    compare,
+    doctor,
+    init,
+    run,
+    schema,
+    summarise,
+    sweep,
+    validate,
+)
+from drysim.cli.process import (
+    ASKED,
+    REFUSALS,
+    open_closed_streams,
+    reader_may_leave,
+    tidy_up_first,
+    unheard,
+)
 from drysim.errors import (
     EXIT_BUG,
     EXIT_INTERRUPTED,
@@ -25,6 +42,55 @@ from drysim.errors import (
     DrysimError,
     UsageError,
 )
+
+# The commands on one shelf: a command is a function of a module here, and its name below.
+
+
+COMMANDS: tuple[Callable[..., int], ...] = (
+    init, run, sweep, compare, validate, summarise, bench, schema, doctor
+)  # fmt: skip
+"""As somebody new may need them, and as the help lists them."""
+
+
+class Interruptible(TyperGroup):
+    """The commands; one that is interrupted without a word of its own gets one here."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            from drysim.console import terminal
+
+            terminal.remark("interrupted; no file is left half-written")
+            raise
+
+
+app = typer.Typer(
+    cls=Interruptible,
+    help="Vibration isolation with viscous and dry-friction damping, from a YAML scenario.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+@app.callback(invoke_without_command=True)
+def no_command(context: typer.Context, version: options.Version = False) -> int:
+    """Show the help when no command is named."""
+    if context.invoked_subcommand is None:
+        from drysim.console import terminal
+
+        terminal.remark(context.get_help())
+    return EXIT_NOTHING_COMPUTED
+
+
+for each in COMMANDS:
+    app.command()(each)
+
+
+# The command line: where a fault becomes a sentence and an exit code.
+
 
 SELDOM = 1_000_000
 """New objects between two collections: a hundred megabytes, were they all garbage."""
@@ -102,7 +168,7 @@ def command() -> NoReturn:
     not take that apart in order at its end: together these are a fifth of a small sweep.
     """
     gc.set_threshold(SELDOM, 20, 20)
-    plugins.forgo()
+    process.forgo()
     load_numpy_first(sys.argv[1:])
     tidy_up_first()
     code = main()
@@ -145,8 +211,8 @@ def unforeseen(fault: Exception) -> int:
 
 def dressed(fault: DrysimError) -> int:
     """Show a fault with its places and its hint, and give its exit code."""
-    from drysim import console
+    from drysim.console import problems
 
     with suppress(SystemExit):  # rich leaves with SystemExit on a broken pipe
-        console.show_fault(fault)
+        problems.show_fault(fault)
     return fault.exit_code

@@ -1,4 +1,4 @@
-"""The words that the commands take, each with its help."""
+"""Options with their help."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def approach_names() -> list[str]:
 def compared_names() -> list[str]:
     """Give the shelves of approaches and friction laws to the completion of the shell."""
     from drysim.approach import SHELF
-    from drysim.scenario.laws import LAWS
+    from drysim.scenario.reading import LAWS
 
     return [*SHELF, *LAWS]
 
@@ -146,6 +146,6 @@ def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
     words = changes or []
     if approach is None:
         return words
-    from drysim.source import Option
+    from drysim.yaml_document import Option
 
     return [*words, Option(f"solver.approach={approach}", f"--approach {approach}")]

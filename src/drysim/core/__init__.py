@@ -1,1 +1,1 @@
-"""Numbers only: closed-form physics that may be compiled. Knows no file and no terminal."""
+"""The numeric core: knows numbers only, and runs compiled or as plain Python."""

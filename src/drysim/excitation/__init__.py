@@ -1,13 +1,11 @@
-"""Shelf 1: how the base moves. An excitation is one file and one name here."""
+"""EXCITATIONS."""
 
-from drysim.excitation.chirp import Chirp
-from drysim.excitation.harmonic import Harmonic, SineSum
-from drysim.excitation.psd import Psd
-from drysim.excitation.record import Record
-from drysim.excitation.rest import Rest
-from drysim.excitation.road import Road
-from drysim.excitation.shock import Shock
-from drysim.excitation.standards import Standard
+from __future__ import annotations
+
+from drysim.excitation.harmonic import Harmonic, Rest, SineSum
+from drysim.excitation.random import Psd, Road, Standard
+from drysim.excitation.recorded import Record
+from drysim.excitation.transient import Chirp, Shock
 
 EXCITATIONS = (Rest, Harmonic, SineSum, Chirp, Shock, Psd, Standard, Road, Record)
 

@@ -1,4 +1,4 @@
-"""Harmonic: a sine of given acceleration; and sums of sines."""
+"""Rest, sine, sum of sines."""
 
 from __future__ import annotations
 
@@ -7,9 +7,29 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from drysim.core.motion import Sines
-from drysim.excitation.member import Member
-from drysim.quantity import Angle, Block, Frequency, Quantity
+from drysim.core.model import Sines
+from drysim.excitation.base import Member
+from drysim.units import Angle, Block, Frequency, Quantity
+
+# Rest: the base stands still.
+
+
+class Rest(Member):
+    """A base that stands still: the free motion from `start`.
+
+    Not to be confused with a mass at rest: it may be let go from anywhere, at any speed.
+    """
+
+    kind: Literal["rest"]
+    """The base stands still."""
+
+    def motion(self, step: float | None = None, end: float | None = None) -> Sines:
+        """Give the base acceleration: no sine at all."""
+        return Sines((), (), ())
+
+
+# Harmonic: a sine of given acceleration; and sums of sines.
+
 
 Level = Annotated[float, Quantity("m/s²", at_least=0)]
 

@@ -4,14 +4,57 @@ What else belongs to one: its formula with its branch in the core, its scenario 
 (`friction-<law>`, with the picture of its loop) and its row in the README.
 """
 
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from itertools import chain
+from typing import get_args
+
+from pydantic.fields import FieldInfo
+
 from drysim.friction.coulomb import Coulomb
-from drysim.friction.dahl import Dahl
-from drysim.friction.jenkins import Jenkins
-from drysim.friction.leuven import Leuven
-from drysim.friction.lugre import Lugre
-from drysim.friction.petrov_ewins import PetrovEwins
-from drysim.friction.stribeck import Stribeck
+from drysim.friction.dynamic import Dahl, Leuven, Lugre, Stribeck
+from drysim.friction.elastic import Jenkins, PetrovEwins
+from drysim.units import Quantity
+from drysim.wording import number
+
+# Shelf 2: what the surfaces do. A friction law is one file and one name here.
+#
+# What else belongs to one: its formula with its branch in the core, its scenario in the gallery
+# (`friction-<law>`, with the picture of its loop) and its row in the README.
+
 
 FRICTIONS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
 
 Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre | Leuven
+
+
+# What a friction law is besides its two forces, in words: its name and the keys of its own.
+
+
+UNTOLD = frozenset({*Coulomb.model_fields, "tolerance"})
+"""Keys that are told as forces, and the tolerance, which is no part of a law."""
+
+
+def terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
+    """Give the name of a law, then its own keys as `v_s 0.005 m/s`; nothing for Coulomb's.
+
+    Defaults are left out, and keys that are swept.
+    """
+    if isinstance(friction, Coulomb):
+        return
+    yield f"law {friction.law}"
+    for key, field in type(friction).model_fields.items():
+        value = getattr(friction, key)
+        if key in UNTOLD or f"friction.{key}" in swept or value == field.default:
+            continue
+        if isinstance(value, int | float):
+            symbol = friction.symbols.get(key, key.replace("_", " "))
+            yield f"{symbol} {number(value, _unit(field))}"
+
+
+def _unit(field: FieldInfo) -> str:
+    """Give the unit of a key, also where it may be left out."""
+    inner = (getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation))
+    every = chain(field.metadata, *inner)
+    return next((part.unit for part in every if isinstance(part, Quantity)), "")

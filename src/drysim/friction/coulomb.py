@@ -1,15 +1,74 @@
-"""Coulomb: a force that does not depend on the speed, and a limit for sticking."""
+"""Coulomb, normal force variation."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from contextlib import suppress
+from functools import lru_cache
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal
 
-from drysim.core.normal_force.normal import Pressed
-from drysim.core.plant import Law
-from drysim.friction.forces import Limits
-from drysim.friction.normal_record import NormalRecord
-from drysim.quantity import Angle, Block, Frequency, Quantity
+from drysim import system
+from drysim.core.model import Law, Pressed, Pressure
+from drysim.friction.base import Limits
+from drysim.records.columns import SI
+from drysim.records.options import Recorded
+from drysim.units import Angle, Block, Frequency, Quantity
+
+# A recorded normal force: read like a record of base motion.
+
+
+KEPT = 4
+"""Records of forces that are kept: neighbouring cases of a sweep share theirs."""
+
+
+class NormalRecord(Recorded):
+    """The normal force as it was measured: evenly spaced samples of a file, linear in between.
+
+    Where it is zero or below, the surfaces have parted and there is no friction.
+    """
+
+    @property
+    def measured(self) -> str:
+        """What the samples are."""
+        return "force"
+
+    @classmethod
+    def si_of(cls, words: Mapping[str, Any]) -> str | None:
+        """Give the SI unit of the samples."""
+        return SI["force"]
+
+    def pressure(self) -> Pressure:
+        """Read the record, once while its file stays what it is.
+
+        Raises
+        ------
+        RecordError
+            When the record cannot be used, or its mean is not above zero.
+        """
+        stamp = None
+        with suppress(OSError):
+            stamp = system.stamp_of(self.path)
+        return _pressure(self, stamp)
+
+
+@lru_cache(maxsize=KEPT)
+def _pressure(record: NormalRecord, stamp: system.Stamp | None) -> Pressure:
+    from drysim.records.file import fault
+    from drysim.records.record import force_of
+
+    values, dt, source, cautions, clean_up = force_of(record)
+    mean = float(values.mean())
+    if not mean > 0.0:
+        sentence = (
+            f"the mean of the normal force is {mean:.6g} N; of surfaces that are pressed "
+            "together it is above 0 N: check its sign (`scale: -1` turns it)"
+        )
+        raise fault(str(record.path), sentence)
+    return Pressure(values / mean, dt, mean, (source,), cautions, clean_up)
+
+
+# Coulomb: a force that does not depend on the speed, and a limit for sticking.
 
 
 class NormalVariation(Block):

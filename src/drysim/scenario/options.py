@@ -1,7 +1,4 @@
-"""Options of friction laws beside the one of the file: blocks of their own in its block.
-
-Their models are made when a file has such blocks, and no other file pays for them.
-"""
+"""Options of friction laws beside the one of the file: blocks of their own in its block."""
 
 from __future__ import annotations
 
@@ -12,10 +9,10 @@ from typing import Annotated, Any, Literal, cast
 from pydantic import Field, create_model
 from pydantic.fields import FieldInfo
 
-from drysim.quantity import Block
 from drysim.scenario import model
-from drysim.scenario.fields import shelf
-from drysim.scenario.laws import BY_NAME, DEFAULT, LAWS
+from drysim.scenario.model import shelf
+from drysim.scenario.reading import BY_NAME, DEFAULT_LAW, LAWS
+from drysim.units import Block
 
 ABOUT = "Options of {name}, any of its keys: they count where a comparison names it."
 
@@ -26,7 +23,7 @@ def model_for(words: Mapping[str, Any]) -> type[model.Scenario]:
     A key that the law of the file has not got is an option of another law, or nearly so.
     """
     friction = words.get("friction")
-    law = friction.get(BY_NAME, DEFAULT) if isinstance(friction, Mapping) else None
+    law = friction.get(BY_NAME, DEFAULT_LAW) if isinstance(friction, Mapping) else None
     if not isinstance(friction, Mapping) or not isinstance(law, str) or law not in LAWS:
         return model.Scenario
     plain = friction.keys() <= LAWS[law].model_fields.keys()

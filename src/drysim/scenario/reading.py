@@ -1,31 +1,174 @@
-"""What is written, held against what a scenario may say: unknown, missing and clashing keys.
-
-One slip is one fault: a mistyped key is read on as the key that was meant, and a block of an
-unknown kind is left alone.
-"""
+"""What keys a scenario may have, and the words of a file read against them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
+from pydantic import ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
 from drysim.errors import Problem
-from drysim.quantity import meant, near, short, shown, texts_of
-from drysim.scenario.laws import BY_NAME, excluded, of_other_laws
-from drysim.scenario.shape import (
-    Model,
-    homes,
-    is_default,
-    keys_of,
-    may_list,
-    member_meant,
-    models_in,
-    tag_of,
-)
-from drysim.source import LOST, Document, Keys
+from drysim.friction import FRICTIONS
+from drysim.friction.coulomb import Coulomb
+from drysim.units import Block, Misfit, meant, near, short, shown, texts_of
+from drysim.wording import listed
+from drysim.yaml_document import LOST, Document, Keys
+
+if TYPE_CHECKING:
+    from drysim.friction import Friction
+
+
+# What a model's fields look like from outside: keys, blocks within, tags.
+
+
+Model = type[Block]
+
+
+def keys_of(model: Model) -> dict[str, FieldInfo]:
+    """Give the fields of a model by the key that a file uses."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def models_in(annotation: Any) -> list[Model]:
+    """Give the blocks that a field may hold, alone, in a list or as one of several."""
+    if isinstance(annotation, type) and issubclass(annotation, Block):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in models_in(part)]
+
+
+def may_list(annotation: Any) -> bool:
+    """Tell whether a field may hold a list."""
+    return get_origin(annotation) in (list, tuple) or any(map(may_list, get_args(annotation)))
+
+
+def tag_of(model: Model) -> tuple[str, str] | None:
+    """Give the key by which a shelf tells its members apart, and this member's word."""
+    for key, field in keys_of(model).items():
+        if field.is_required() and get_origin(field.annotation) is Literal:
+            words = get_args(field.annotation)
+            if len(words) == 1:
+                return key, words[0]
+    return None
+
+
+def is_default(model: Model) -> bool:
+    """Tell whether a block that names no member of the shelf is this one."""
+    return bool(getattr(model, "by_default", False))
+
+
+def member_meant(word: str, tags: Mapping[str, Model]) -> str | None:
+    """Give the member of a shelf that a word means: by another name of it, or by a slip."""
+    for tag, model in tags.items():
+        if word.lower() in getattr(model, "also_called", ()):
+            return tag
+    return near(word, tags)
+
+
+def homes(model: Model, key: str) -> Iterator[str]:
+    """Give the names of the blocks that know a key."""
+    for name, entry in keys_of(model).items():
+        if any(key in keys_of(block) for block in models_in(entry.annotation)):
+            yield name
+
+
+def block_in(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """Give a block of the words of a file, empty where there is none."""
+    block = words.get(name)
+    return block if isinstance(block, Mapping) else {}
+
+
+# Friction laws by name, and what each of them is by the words of another.
+
+
+LAWS: dict[str, type[Friction]] = {
+    tag[1]: member for member in FRICTIONS if (tag := tag_of(member))
+}
+"""The friction laws by name."""
+
+BY_NAME = "law"
+"""The key by which a block says of which law it is."""
+
+DEFAULT_LAW = next(name for name, law in LAWS.items() if is_default(law))
+"""The law of a block that names none."""
+
+
+def of_other_laws(key: str) -> str:
+    """Say which laws know a key that another law has not got; empty where none does."""
+    names = [name for name, law in LAWS.items() if key in law.model_fields]
+    if not names:
+        return ""
+    one = "such a" if len(names) > 1 else "that"
+    hint = f"; it belongs to law {listed(names, 'or')}: choose {one} law"
+    if key in Coulomb.model_fields:  # a force, which the block has in other words
+        return hint
+    return f"{hint}, or for comparisons write `{names[0]}: {{{key}: ...}}`"
+
+
+def together(name: str, block: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the words of a law: its own options, and what it shares with a block.
+
+    An option stands for every key of the block that it excludes, such as `mu_kinetic` for
+    `kinetic`; what is left there without the key that it needs is left out.
+    """
+    law = LAWS[name]
+    known = law.model_fields.keys() - excluded(name, own) - {BY_NAME}
+    words = {key: value for key, value in block.items() if key in known} | dict(own)
+    for key, other in law.needs.items():
+        if key in words and key not in own and other not in words:
+            del words[key]
+    return words
+
+
+def excluded(name: str, own: Collection[str]) -> set[str]:
+    """Give the keys of a law that do not go together with some of its keys, these included."""
+    groups = [{*group} for group in LAWS[name].exclusive()]
+    return set(own).union(*(group for group in groups if group & {*own}))
+
+
+def words_for(friction: Friction, name: str) -> dict[str, Any]:
+    """Give the words of a law as a block of any law has them, in SI."""
+    return together(name, given(friction), own_options(friction, name))
+
+
+def friction_uses(friction: Friction, name: str, key: str) -> bool:
+    """Whether a law would use a key of the block of another, whoever gives it there."""
+    own = own_options(friction, name)
+    return key not in own and key in together(name, given(friction) | {key: None}, own)
+
+
+def own_options(friction: Friction, name: str) -> dict[str, Any]:
+    """Give the options of a law in the block of another, in SI."""
+    options = getattr(friction, name, None)
+    return {} if options is None else given(options)
+
+
+def given(block: Block) -> dict[str, Any]:
+    """Give what a block says."""
+    return {key: value for key, value in block if value is not None and key != BY_NAME}
+
+
+def acting(friction: Friction, name: str) -> Friction:
+    """Give the friction of a law as a block of any law has it, which `faults` has checked.
+
+    Nothing is checked anew, so columns of values may stand in place of numbers.
+    """
+    if friction.law == name:
+        return friction
+    words: dict[str, Any] = words_for(friction, name) | {BY_NAME: name}
+    record = getattr(friction, "normal_record", None)
+    if record is not None and "mu_kinetic" in words and "normal" in LAWS[name].model_fields:
+        words.setdefault("normal", record.pressure().mean)
+    return LAWS[name].model_construct(**words)
+
+
+# What is written, held against what a scenario may say: unknown, missing and clashing keys.
+#
+# One slip is one fault: a mistyped key is read on as the key that was meant, and a block of an
+# unknown kind is left alone.
+
 
 MOST_PROBLEMS = 100
 """Problems of a file that are told; whoever has more mends these first."""
@@ -162,9 +305,9 @@ class Reading:
 
     def _missing(self, model: Model, words: Mapping[str, Any], at: Keys) -> None:
         """Note the keys that a block needs."""
-        for name, field in keys_of(model).items():
-            if field.is_required() and name not in words:
-                sentence = f"{dotted((*at, name))} is required{_about(model, field)}"
+        for name, entry in keys_of(model).items():
+            if entry.is_required() and name not in words:
+                sentence = f"{dotted((*at, name))} is required{_about(model, entry)}"
                 self.fault(sentence, (*at, name), at_key=True)
         for group in (*model.one_of, *model.any_of):
             if not words.keys() & set(group):
@@ -212,3 +355,87 @@ def _about(model: Model, field: FieldInfo) -> str:
     name = next(name for name, known in model.model_fields.items() if known is field)
     clause = " ".join(re.split(r"[;.](?:\s|$)", texts_of(model).get(name, ""))[0].split())
     return f": {clause[0].lower()}{clause[1:]}" if clause else ""
+
+
+# What the validation of a model complains about, in sentences.
+
+
+READ_BEFORE = {"missing", "extra_forbidden", "union_tag_invalid", "union_tag_not_found"}
+"""Complaints about keys, which the reading of the file has made already."""
+
+_VERBS = ("must ", "needs ", "has ", "is ", "asks ", "gives ", "stands ")
+
+_WORDED = {
+    "string_type": "must be text, not {given}; put it in quotes",
+    "string_too_short": "must not be empty",
+    "bool_type": "must be true or false, not {given}",
+    "int_type": "must be a whole number, not {given}",
+    "int_parsing": "must be a whole number, not {given}",
+    "int_from_float": "must be a whole number, not {given}",
+    "float_type": "must be a number, not {given}",
+    "float_parsing": "must be a number, not {given}",
+    "tuple_type": "must be a list, not {given}",
+    "list_type": "must be a list, not {given}",
+    "model_type": "must be a block of keys, not {given}",
+    "model_attributes_type": "must be a block of keys, not {given}",
+    "dict_type": "must be a block of keys, not {given}",
+    "too_short": "must have {min_length} entry at least",
+    "greater_than": "must be above {gt}, not {given}",
+    "greater_than_equal": "must be at least {ge}, not {given}",
+    "less_than": "must be below {lt}, not {given}",
+    "less_than_equal": "must be at most {le}, not {given}",
+}
+
+
+def sentences(
+    fault: ValidationError, words: Mapping[str, Any], at: Keys = ()
+) -> Iterator[tuple[Keys, str]]:
+    """Give the keys to blame and the sentence for every complaint.
+
+    `at` are the keys of the block that was validated, if it was not the whole scenario.
+    """
+    for error in fault.errors(include_url=False):
+        if error["type"] in READ_BEFORE:
+            continue
+        keys = _keys((*at, *error["loc"]), words)
+        cause = error.get("ctx", {}).get("error")
+        if isinstance(cause, Misfit):
+            keys = (*keys, *cause.at)
+        text = str(cause) if cause is not None else worded(error)
+        yield keys, about(keys, text)
+
+
+def refuse(reading: Reading, sentence: str, keys: Keys, at_key: bool = False) -> None:
+    """Note a problem of a value, whose name begins the sentence."""
+    reading.fault(about(keys, sentence), keys, at_key)
+
+
+def about(keys: Keys, text: str) -> str:
+    """Give the sentence about a value from its key and what is said of it."""
+    return f"{dotted(keys)}{' ' if text.startswith(_VERBS) else ': '}{text}"
+
+
+def _keys(loc: Keys, words: Any) -> Keys:
+    """Give a location without the tags of shelves that stand in it."""
+    keys: list[str | int] = [*loc[:1]]
+    words = words.get(loc[0])
+    for step in loc[1:]:
+        inside = isinstance(words, dict) and step in words
+        if inside or (isinstance(words, list) and isinstance(step, int)):
+            keys.append(step)
+            words = words[step]
+    return tuple(keys)
+
+
+def worded(error: ErrorDetails) -> str:
+    """Give the sentence for a complaint of the validation library, without its subject."""
+    given, context = error["input"], error.get("ctx", {})
+    if error["type"] == "literal_error":
+        expected = str(context["expected"]).replace("'", "")
+        words = expected.replace(" or ", ", ").split(", ")
+        hint = meant(near(given, words)) if isinstance(given, str) else ""
+        return f"must be {expected}, not {shown(given)}{hint}"
+    form = _WORDED.get(error["type"])
+    if form and isinstance(given, list | dict):
+        form = form.removesuffix("; put it in quotes")  # which makes text of a number only
+    return form.format(given=shown(given), **context) if form else error["msg"]

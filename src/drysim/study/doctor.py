@@ -11,9 +11,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from math import pi
 
 import drysim
-from drysim.core.motion import Sines
-from drysim.core.plant import Law, Plant
-from drysim.core.state import State
+from drysim.core.model import Law, Plant, Sines, State
 from drysim.errors import DrysimError
 
 PARTS = ("numpy", "scipy", "numba", "pydantic", "pyyaml", "typer", "rich", "matplotlib", "pint")
@@ -40,7 +38,7 @@ class Finding:
     sentence: str
 
 
-def examine() -> list[Finding]:
+def examine_installation() -> list[Finding]:
     """Give everything that the doctor knows about this installation."""
     answers = (free_decay, den_hartog, standstill)
     return [*versions(), *engine(), *(known(answer) for answer in answers)]
@@ -105,17 +103,17 @@ def engine() -> list[Finding]:
     The known answers are short, so `auto` settles on the plain engine, as it does for any short
     job; DRYSIM_ENGINE=compiled lets the doctor look at the compiled one.
     """
-    from drysim.core import compiled
+    from drysim.core import compile
 
-    word = os.environ.get(compiled.VARIABLE, compiled.AUTO)
+    word = os.environ.get(compile.VARIABLE, compile.AUTO)
     try:
-        compiled.engine()
+        compile.engine()
     except ValueError as fault:
         return [Finding("engine", False, str(fault))]
-    if word == compiled.AUTO:
-        word += f": plain up to {compiled.PLAIN_STEPS} steps, compiled above"
-        compiled.settle(0)
-    cache = compiled.cache_folder()
+    if word == compile.AUTO:
+        word += f": plain up to {compile.PLAIN_STEPS} steps, compiled above"
+        compile.settle(0)
+    cache = compile.cache_folder()
     if cache is None:
         state = "no folder can be written: every process compiles anew; set XDG_CACHE_HOME"
     else:

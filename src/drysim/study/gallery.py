@@ -1,4 +1,4 @@
-"""The gallery of scenarios that come with drysim, and how one is copied out of it."""
+"""Scenarios shipped with drysim."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 
 import drysim
 from drysim.errors import OutputError, UsageError
-from drysim.quantity import meant, near
-from drysim.source import read
+from drysim.units import meant, near
+from drysim.yaml_document import read
 
 SUFFIX = ".yaml"
 

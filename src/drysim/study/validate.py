@@ -1,12 +1,12 @@
-"""Validate: every problem and warning of a scenario file, without computing anything."""
+"""Validate, doctor."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError
-from drysim.excitation.record import Record
-from drysim.scenario import load
+from drysim.excitation.recorded import Record
+from drysim.scenario.load import load
 from drysim.study.case import prepare
 from drysim.wording import clean_up, excitation
 

@@ -1,0 +1,256 @@
+"""Switch, moreau, signum, smooth."""
+
+from __future__ import annotations
+
+from math import ceil
+from sys import float_info
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from drysim.approach.base import Member
+from drysim.approach.solution import Response
+from drysim.core.model import AnyLaw, AnyState, Plant, Samples, Sines
+from drysim.units import Quantity
+
+if TYPE_CHECKING:
+    from drysim.approach.solution import Floats
+
+
+# Moreau: set-valued implicit time stepping (Moreau and Jean; Acary and Brogliato 2008).
+
+
+class Moreau(Member):
+    """The sign is a set at zero velocity, and every step picks the point that fits.
+
+    Not to be confused with signum: the mass truly sticks, without chatter and without a band;
+    nor with stick-slip: stops fall on the grid, and no static friction above kinetic is known.
+    """
+
+    approach: Literal["moreau"] = "moreau"
+
+    def solve(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        from drysim.approach.stepping import grid_of, sticking
+        from drysim.core.fixed_step import moreau_march
+
+        u_dd, _, dt = grid_of(motion, step, duration)
+        scene, limits = (plant, law, motion), (law.F_fk,)
+        how = (self.approach, "the sign as a set, solved implicitly at every fixed step")
+        return sticking(moreau_march, limits, scene, start, (u_dd, dt), how)
+
+
+# Signum: the bare sign of the velocity in a fixed-step march (Eqs. 3, 7).
+
+
+METHODS = ("euler", "semi-implicit", "heun", "rk4")
+
+
+class Signum(Member):
+    """Friction against the sign of the velocity at every step, with sign(0) = 0.
+
+    Not to be confused with stick-slip: there is no stick. Where the mass should stand still its
+    acceleration on the grid is about ±F_fk/m, however small the step. Under `euler` and
+    `semi-implicit` the mass chatters with period 2Δt; under `heun` and mostly under `rk4` the
+    sign changes between the stages of a step, and v_r on the grid hardly does.
+    """
+
+    approach: Literal["signum"] = "signum"
+    method: Literal["euler", "semi-implicit", "heun", "rk4"] = "semi-implicit"
+    """Integrator: euler, semi-implicit, heun or rk4."""
+
+    def solve(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        import numpy as np
+
+        from drysim.approach.stepping import from_start, grid_of, respond
+        from drysim.core.compile import held
+        from drysim.core.fixed_step import SIGN, step_march
+
+        u_dd, u_mid, dt = grid_of(motion, step, duration)
+        x_r, v_r = from_start(start, len(u_dd))
+        method = METHODS.index(self.method)
+        step_march(plant, law.F_fk, SIGN, 0.0, method, held(u_dd), held(u_mid), dt, x_r, v_r)
+        x, v = np.asarray(x_r), np.asarray(v_r)
+        # A mass that happens to have v_r = 0 at a grid point is not stuck: nothing holds it.
+        mode = np.where(v < 0.0, -1, 1).astype(np.int8)
+        how = (self.approach, f"the sign of v_r at every step, by {self.method}")
+        return respond(plant, law, motion, (u_dd, dt), (x, v, law.F_fk * np.sign(v), mode), how)
+
+
+# Smooth: continuous functions in place of the sign of the velocity (Eq. 8).
+
+
+FORMS = ("sign", "arctan", "tanh", "erf", "rational")
+STIFFNESS = 0.15
+"""Largest F_fk c Δt/m of a substep: rk4 is stable to 2.8, and at this its error is gone."""
+
+LEAST_PIECES = 4
+"""Substeps in a step at least, so that sums over them stand for integrals."""
+
+RELATIVE = 1e-9
+"""Relative tolerance of the adaptive method; the sharpness errs by far more."""
+
+
+class Smooth(Member):
+    """Friction as a steep but continuous function of velocity.
+
+    Not to be confused with stick-slip: where the mass should stand still it creeps, and the
+    sharper the function, the stiffer the equation.
+    """
+
+    approach: Literal["smooth"] = "smooth"
+    form: Literal["arctan", "tanh", "erf", "rational"] = "tanh"
+    """Function in place of the sign: arctan, tanh, erf or rational."""
+    sharpness: Annotated[float, Quantity("s/m", above=0)] = 1e3
+    """Sharpness c [s/m] of the function, above 0."""
+    method: Literal["substeps", "rk4", "adaptive"] = "substeps"
+    """Integrator: substeps (rk4 with as many steps within solver.step as the sharpness asks,
+    so that what is left is the error of the function), rk4 with solver.step, or adaptive (an
+    implicit one, slow, for reference)."""
+
+    def pieces(self, plant: Plant, law: AnyLaw, dt: float) -> int:
+        """Give how many; the sharper the function, the more."""
+        if self.method == "rk4":
+            return 1
+        return max(LEAST_PIECES, ceil(law.F_fk * self.sharpness * dt / (plant.m * STIFFNESS)))
+
+    def solve(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        from drysim.approach.stepping import finer, thinned
+
+        if self.method == "rk4":
+            return self._march(plant, law, motion, start, step, duration)
+        dt = motion.dt if isinstance(motion, Samples) else step
+        pieces = self.pieces(plant, law, dt)
+        fine = self._march(plant, law, finer(motion, pieces), start, step / pieces, duration)
+        return thinned(fine, motion, pieces)
+
+    def _march(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        step: float,
+        duration: float | None,
+    ) -> Response:
+        """Give the response with one step from each grid point to the next."""
+        import numpy as np
+
+        from drysim.approach.stepping import from_start, grid_of, respond
+        from drysim.core.compile import held
+        from drysim.core.fixed_step import RK4, sliding_shares, step_march
+
+        u_dd, u_mid, dt = grid_of(motion, step, duration)
+        form = FORMS.index(self.form)
+        if self.method == "adaptive":
+            x, v = self._adaptive(plant, law, motion, start, (u_dd, dt))
+        else:
+            x_r, v_r = from_start(start, len(u_dd))
+            base = (held(u_dd), held(u_mid), dt)
+            step_march(plant, law.F_fk, form, self.sharpness, RK4, *base, x_r, v_r)
+            x, v = np.asarray(x_r), np.asarray(v_r)
+        share = held(v.copy())
+        sliding_shares(form, self.sharpness, share)
+        mode = np.where(v < 0.0, -1, 1).astype(np.int8)
+        why = f"{self.form} with sharpness {self.sharpness:g} s/m for the sign, {self.method}"
+        state = (x, v, law.F_fk * np.asarray(share), mode)
+        return respond(plant, law, motion, (u_dd, dt), state, (self.approach, why))
+
+    def _adaptive(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        grid: tuple[Floats, float],
+    ) -> tuple[Floats, Floats]:
+        """Give x_r and v_r on the grid by scipy's LSODA."""
+        import numpy as np
+        from scipy.integrate import solve_ivp
+
+        from drysim.core.fixed_step import sliding_share
+        from drysim.core.model import base_acceleration
+        from drysim.errors import SolverError
+
+        u_dd, dt = grid
+        t = np.arange(len(u_dd)) * dt
+        form, (m, k_x, b) = FORMS.index(self.form), plant
+
+        def base(now: float) -> float:
+            if isinstance(motion, Samples):
+                return float(np.interp(now, t, u_dd))
+            return float(base_acceleration(motion, np.array([now]))[0])
+
+        def rates(now: float, state: Floats) -> list[float]:
+            F_f = law.F_fk * sliding_share(form, self.sharpness, state[1])
+            return [state[1], -base(now) - (b * state[1] + k_x * state[0] + F_f) / m]
+
+        swing = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
+        found = solve_ivp(
+            rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=RELATIVE,
+            atol=RELATIVE * 1e-3 * (swing or 1.0), max_step=10 * dt,
+        )  # fmt: skip
+        if not found.success:
+            raise SolverError(f"smooth, adaptive: {found.message}", "take a smaller sharpness")
+        return found.y[0], found.y[1]
+
+
+# Switch: the paper's fixed-step march with a velocity band (Eq. 10; Karnopp 1985).
+
+
+class Switch(Member):
+    """Within a band of small velocities the mass may stick; outside it slides.
+
+    Not to be confused with stick-slip, which locates the stop: here the band is wide enough for
+    a step to fall into it, and the answer is right to first order in step and band.
+    """
+
+    use_static: ClassVar[bool] = True
+
+    approach: Literal["switch"] = "switch"
+    band: Annotated[float, Quantity("m/s", above=0)] | None = None
+    """Half width ε of the band [m/s]; default: what friction takes in one step, F_fs/m times
+    the step."""
+
+    def solve(
+        self,
+        plant: Plant,
+        law: AnyLaw,
+        motion: Sines | Samples,
+        start: AnyState,
+        step: float,
+        duration: float | None = None,
+    ) -> Response:
+        """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
+        from drysim.approach.stepping import grid_of, sticking
+        from drysim.core.fixed_step import switch_march
+
+        u_dd, _, dt = grid_of(motion, step, duration)
+        band = self.band or dt * law.F_fs / plant.m or float_info.min
+        scene, limits = (plant, law, motion), (law.F_fk, law.F_fs, band)
+        how = (self.approach, f"fixed step, sticks within a band of {band:.3g} m/s")
+        return sticking(switch_march, limits, scene, start, (u_dd, dt), how)

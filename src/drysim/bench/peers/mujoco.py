@@ -1,0 +1,83 @@
+"""MuJoCo: dry friction as a soft constraint of a slide joint, fixed steps, all of it in C."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drysim.bench.scipy_ivp import lacks
+from drysim.bench.work import Answer, Entry, Run, Work
+
+if TYPE_CHECKING:
+    from drysim.approach.solution import Floats
+
+
+PACKAGE = "mujoco"
+
+FINER = (1, 8)
+"""Pieces of a sample that are one step of MuJoCo."""
+
+WORLD = """
+<mujoco>
+  <option timestep="{step}" gravity="0 0 0" integrator="implicitfast" tolerance="0">
+    <flag contact="disable"/>
+  </option>
+  <worldbody><body>
+    <joint name="slide" type="slide" axis="1 0 0" stiffness="{k_x}" damping="{b}"
+      frictionloss="{F_fk}" solreffriction="{softness} 1"/>
+    <geom type="sphere" size="0.1" mass="{m}"/>
+  </body></worldbody>
+  <actuator><motor joint="slide"/></actuator>
+</mujoco>
+"""
+"""The oscillator in the frame of its base, which pushes the mass by -m ü."""
+
+SOFTNESS = 2.0
+"""Time constant of the friction constraint in steps: the hardest that MuJoCo takes."""
+
+
+def entries(work: Work) -> Iterator[Entry]:
+    """Give MuJoCo at several steps."""
+    for pieces in FINER:
+        step = work.step / pieces
+        yield Entry(
+            "MuJoCo", "implicitfast", with_step(pieces), step, pieces, lacks=lacks(work)
+        )
+
+
+def with_step(pieces: int) -> Callable[[Work], Run]:
+    """Give an entry that takes so many steps a sample."""
+
+    def ready(work: Work) -> Run:
+        import mujoco
+        from mujoco.rollout import rollout
+
+        (m, k_x, b), F_fk, step = work.plant, work.law.F_fk, work.step / pieces
+        words = WORLD.format(
+            m=m, k_x=k_x, b=b, F_fk=F_fk, step=step, softness=SOFTNESS * step
+        )  # fmt: skip
+        model = mujoco.MjModel.from_xml_string(words)
+        scene = mujoco.MjData(model)
+        at = np.arange(work.samples * pieces) / pieces
+        push = -m * np.interp(at, np.arange(work.samples + 1), work.u_dd)
+        begin = np.array([[0.0, *work.start]])
+
+        def run() -> Answer:
+            passed, _ = rollout(model, scene, begin, push[None, :, None])
+            state = np.vstack((begin, passed[0]))[::pieces]
+            x_r, v_r = state[:, 1], state[:, 2]
+            return Answer(x_r, v_r, lambda: acting(work, x_r, v_r))
+
+        return run
+
+    return ready
+
+
+def acting(work: Work, x_r: Floats, v_r: Floats) -> Floats:
+    """Give F_f [N] that the motion shows: MuJoCo keeps no force of its own for every sample."""
+    m, k_x, b = work.plant
+    v_d = np.gradient(v_r, work.step)
+    friction: Floats = -m * (v_d + work.u_dd) - k_x * x_r - b * v_r
+    return friction

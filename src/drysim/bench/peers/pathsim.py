@@ -1,0 +1,59 @@
+"""PathSim: a block diagram, stepped in Python, on the smoothed law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import tanh
+from typing import Any
+
+import numpy as np
+
+from drysim.bench.scipy_ivp import lacks, smoothed, swing
+from drysim.bench.work import Answer, Entry, Run, Work
+from drysim.wording import number
+
+PACKAGE = "pathsim"
+
+SETTINGS = ((1e-6, 1e3),)
+"""Relative tolerance and sharpness [s/m]."""
+
+
+def entries(work: Work) -> Iterator[Entry]:
+    """Give PathSim with its adaptive Runge-Kutta method."""
+    for tolerance, c in SETTINGS:
+        words = f"RKCK54, {number(tolerance)}, tanh c {number(c)}"
+        yield Entry("PathSim tanh", words, on_smoothed_law(tolerance, c), lacks=lacks(work))
+
+
+def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
+    """Give an entry on tanh(c v) in place of the sign."""
+
+    def ready(work: Work) -> Run:
+        from pathsim import Connection, Simulation
+        from pathsim.blocks import ODE, Scope
+        from pathsim.solvers import RKCK54
+
+        m, k_x, b = work.plant
+        F_fk, base = work.law.F_fk, work.base
+        grid = work.grid
+
+        def rates(y: Any, u: Any, t: float) -> Any:
+            x_r, v_r = y
+            F_f = F_fk * tanh(c * v_r)
+            return np.array([v_r, -base(t) - (k_x * x_r + b * v_r + F_f) / m])
+
+        def run() -> Answer:
+            plant, scope = ODE(rates, initial_value=np.array(work.start)), Scope()
+            wires = [Connection(plant[at], scope[at]) for at in (0, 1)]
+            simulation = Simulation(
+                [plant, scope], wires, dt=work.step, Solver=RKCK54, log=False,
+                dt_max=work.step, tolerance_lte_rel=tolerance,
+                tolerance_lte_abs=tolerance * float(swing(work).min()),
+            )  # fmt: skip
+            simulation.run(work.end)
+            t, (x_r, v_r) = scope.read()
+            return smoothed(work, np.interp(grid, t, x_r), np.interp(grid, t, v_r), c)
+
+        return run
+
+    return ready

@@ -1,0 +1,63 @@
+"""CVODE of SUNDIALS, by scikit-sundae: implicit multistep, on the smoothed law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import tanh
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drysim.bench.scipy_ivp import lacks, smoothed, swing
+from drysim.bench.work import Answer, Entry, Run, Work
+from drysim.errors import SolverError
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from drysim.approach.solution import Floats
+
+
+PACKAGE = "sksundae"
+
+SETTINGS = ((1e-6, 1e4), (1e-9, 1e6))
+"""Relative tolerances and sharpnesses [s/m]."""
+
+MOST_STEPS = 100_000
+"""Steps between two samples after which CVODE counts as stuck."""
+
+
+def entries(work: Work) -> Iterator[Entry]:
+    """Give CVODE at several tolerances."""
+    for tolerance, c in SETTINGS:
+        words = f"BDF, {number(tolerance)}, tanh c {number(c)}"
+        yield Entry("CVODE tanh", words, on_smoothed_law(tolerance, c), lacks=lacks(work))
+
+
+def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
+    """Give an entry on tanh(c v) in place of the sign, in one call."""
+
+    def ready(work: Work) -> Run:
+        from sksundae.cvode import CVODE
+
+        m, k_x, b = work.plant
+        F_fk, base, grid = work.law.F_fk, work.base, work.grid
+
+        def rates(t: float, y: Floats, y_d: Floats) -> None:
+            x_r, v_r = y.tolist()
+            y_d[0] = v_r
+            y_d[1] = -base(t) - (k_x * x_r + b * v_r + F_fk * tanh(c * v_r)) / m
+
+        solver = CVODE(
+            rates, rtol=tolerance, atol=tolerance * swing(work),
+            max_step=10 * work.step, max_num_steps=MOST_STEPS,
+        )  # fmt: skip
+
+        def run() -> Answer:
+            found = solver.solve(grid, np.array(work.start))
+            if not found.success:
+                raise SolverError(f"CVODE: {found.message}")
+            return smoothed(work, found.y[:, 0].copy(), found.y[:, 1].copy(), c)
+
+        return run
+
+    return ready

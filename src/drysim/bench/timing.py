@@ -1,0 +1,233 @@
+"""Interleaved medians, time limits."""
+
+from __future__ import annotations
+
+import gc
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from statistics import median
+from time import get_clock_info, perf_counter, process_time
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from drysim.bench.score import Score
+from drysim.bench.work import Answer, Entry, Run, Work
+from drysim.core.compile import compiling
+from drysim.errors import DrysimError, SolverError
+from drysim.wording import number
+
+# The clock: medians of interleaved repeats, so that all entries meet the same machine.
+#
+# It counts the time of the processor, which other work on the machine disturbs little; where
+# the system counts that too coarsely, the time that passes.
+
+
+Job = Callable[[], Any]
+
+FINE = 1e-6
+"""Resolution [s] that a clock must have: the quickest jobs take some hundred of it."""
+
+QUICKEST = 1e-9
+"""What a job is taken to last at least [s], where the clock says nothing."""
+
+FEWEST = 3
+"""Repeats of the slowest jobs: the least that has a median."""
+
+seconds = process_time if get_clock_info("process_time").resolution <= FINE else perf_counter
+"""Gives the time of the processor [s], counted from anywhere. How fine that is, is asked once:
+the question would fall into the time of the job, some hundredths of the quickest."""
+
+
+def timed(job: Job) -> tuple[Any, float]:
+    """Run a job once; give what it gives, and the time it took [s]."""
+    begin = seconds()
+    made = job()
+    return made, seconds() - begin
+
+
+def interleaved(jobs: Sequence[Job], times: Sequence[int]) -> list[float]:
+    """Give the median time of every job [s], each run so many times, in turns."""
+    found: list[list[float]] = [[] for _ in jobs]
+    with undisturbed():
+        for turn in range(max(times, default=0)):
+            for job, wanted, kept in zip(jobs, times, found, strict=True):
+                if turn < wanted:
+                    kept.append(timed(job)[1])
+    return [median(kept) for kept in found]
+
+
+def repeats(once: float, most: int, patience: float) -> int:
+    """Give how often a job is run that takes so long [s]: slow ones fewer times."""
+    return max(min(FEWEST, most), min(most, int(patience / once) if once > 0.0 else most))
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Keep the collection of garbage from falling into the time of a job."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
+# Patience: an end to work that does not come to one by itself.
+
+
+Given = TypeVar("Given")
+
+
+def tried(work: Callable[[], Given], seconds: float) -> Given | str:
+    """Give what some work gives within a time, or say how it fails: that is its verdict."""
+    try:
+        with at_most(seconds):
+            return work()
+    except DrysimError as fault:
+        return reason(fault)
+    except Exception as fault:  # whatever another program raises
+        return f"{type(fault).__name__}: {fault}"
+
+
+def reason(fault: DrysimError) -> str:
+    """Give why numbers cannot be had: the fault itself, or the problem behind it."""
+    problems = getattr(fault, "problems", ())
+    return problems[0].sentence if problems else fault.message
+
+
+@contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """Give up what lasts longer, as soon as a kernel hands over.
+
+    Compiling is no part of the work and is never interrupted: the time begins afresh behind it.
+    Where the system has no alarm, or outside the main thread, it is waited for to the end.
+
+    Raises
+    ------
+    SolverError
+        When the time is over.
+    """
+    here = threading.current_thread() is threading.main_thread()
+    if not (here and hasattr(signal, "setitimer")):
+        yield
+        return
+
+    def over(*_: object) -> None:
+        if compiling():
+            signal.setitimer(signal.ITIMER_REAL, seconds)
+            return
+        raise SolverError(f"given up after {number(seconds, 's')}")
+
+    before = signal.signal(signal.SIGALRM, over)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+# An attempt: an entry made ready on as much of the work as patience allows.
+
+
+MOST_POINTS = 2_000_000
+"""Points that an entry with several a sample may compute in one run: some hundred megabytes."""
+
+TASTE = 200
+"""Samples of the stretch that tells how long a whole run would take."""
+
+HOPELESS = 30.0
+"""Time [s] after which an entry has failed that was to run for the patience only."""
+
+
+class Terms(NamedTuple):
+    """How a bench is held.
+
+    Attributes
+    ----------
+    samples : int
+        Samples of the work, at most.
+    repeats : int
+        Runs of an entry, at most.
+    patience : float
+        Time that one run may take [s]; slower entries run on a shorter stretch.
+    peers : bool
+        Whether the peers take part; the reference always does.
+    """
+
+    samples: int = 24_000
+    repeats: int = 15
+    patience: float = 0.2
+    peers: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Runner:
+    """A stretch of the work, what an entry runs on it, and its first answer, timed [s]."""
+
+    work: Work
+    run: Run
+    answer: Answer
+    once: float
+
+
+def attempt(entry: Entry, work: Work, terms: Terms) -> Runner | str:
+    """Make an entry ready on as much of the work as patience allows; or say how it fails."""
+    seconds = HOPELESS + 3.0 * terms.patience
+    return tried(lambda: made_ready(entry, work, terms), seconds)
+
+
+def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:
+    """Make an entry ready, and let it run once in full."""
+    most = MOST_POINTS // entry.points if entry.points > 1 else work.samples
+    taste = work.first(max(1, min(TASTE, most)))
+    run = entry.ready(taste)
+    run()
+    _, once = timed(run)
+    within = int(terms.patience / max(once, QUICKEST) * taste.samples)
+    part = work.first(max(min(within, most), taste.samples))
+    run = entry.ready(part)
+    answer, once = timed(run)
+    return Runner(part, run, answer, once)
+
+
+# What entries take beside a filter that everybody has: medians, all of them in turns.
+
+
+RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
+"""The filter that is timed: a stable one of second order, as the oscillator is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """What is to be timed, what it took once [s], and the score of its answer."""
+
+    run: Job
+    once: float
+    score: Score
+
+
+def clocked(work: Work, tried: Sequence[Tried], terms: Terms) -> tuple[float, list[Score]]:
+    """Give the time a sample of the filter [ns], and every score with its own time."""
+    counts = [repeats(one.once, terms.repeats, terms.patience) for one in tried]
+    jobs = [lfilter(work), *(one.run for one in tried)]
+    plain, *took = interleaved(jobs, [terms.repeats, *counts])
+    plain *= 1e9 / (work.samples + 1)
+    scores = []
+    for one, count, seconds in zip(tried, counts, took, strict=True):
+        time = 1e9 * seconds / one.score.samples
+        scores.append(replace(one.score, repeats=count, time=time, ratio=time / plain))
+    return plain, scores
+
+
+def lfilter(work: Work) -> Job:
+    """Give the filter that all times are compared with, on a record of this length."""
+    from scipy.signal import lfilter as filtered
+
+    record = np.ascontiguousarray(work.u_dd)
+    return lambda: filtered(*RECURSION, record)

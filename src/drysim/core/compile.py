@@ -1,0 +1,310 @@
+"""Numba or plain Python; kernel cache."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import pickle
+import stat
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from drysim.errors import DrysimError
+
+# Compiled kernels as they are kept on disk: what cannot be read is compiled again.
+
+
+CHECKSUM = 32
+"""Bytes at the beginning of a file: the SHA-256 of all behind them."""
+
+
+def keep(kernel: Any) -> None:
+    """Make a kernel live on in the cache folder that numba is set to."""
+    kernel._cache = cache_class()(kernel.py_func)
+
+
+def sealed(words: bytes) -> bytes:
+    """Return bytes with their checksum before them."""
+    return hashlib.sha256(words).digest() + words
+
+
+def unsealed(words: bytes) -> bytes:
+    """Return what was sealed.
+
+    Raises
+    ------
+    ValueError
+        When it is not what was written.
+    """
+    if hashlib.sha256(words[CHECKSUM:]).digest() != words[:CHECKSUM]:
+        raise ValueError("a kernel on disk is not what was written")
+    return words[CHECKSUM:]
+
+
+@cache
+def cache_class() -> Any:
+    """Give the class of numba's caches that hold what is whole, and else nothing.
+
+    Notes
+    -----
+    A power loss may leave a file that is cut short or ends in zeros. Numba would fail on the
+    first in every process, and run the second: so each file is kept with its checksum, which is
+    verified before a byte is unpickled, and one that is not whole counts as not there. Nor is a
+    full disk an error. The folder is named for the version of numba and belongs to the user
+    alone: see `compiled.cache_folder`.
+    """
+    from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+    class Sealed(IndexDataCacheFile):
+        """The index of a function's kernels, and the kernels, in files with a checksum."""
+
+        def _load_index(self) -> Any:
+            try:
+                stamp, overloads = self._read(self._index_path)
+            except FileNotFoundError:
+                return {}
+            return overloads if stamp == self._source_stamp else {}
+
+        def _save_index(self, overloads: Any) -> None:
+            self._write(self._index_path, (self._source_stamp, overloads))
+
+        def _load_data(self, name: str) -> Any:
+            return self._read(self._data_path(name))
+
+        def _save_data(self, name: str, data: Any) -> None:
+            self._write(self._data_path(name), data)
+
+        def _read(self, path: str) -> Any:
+            with open(path, "rb") as stream:
+                return pickle.loads(unsealed(stream.read()))
+
+        def _write(self, path: str, data: Any) -> None:
+            with self._open_for_write(path) as stream:
+                stream.write(sealed(self._dump(data)))
+
+    class Sound(FunctionCache):
+        """The kernels of one function that can be read."""
+
+        def __init__(self, py_func: Any) -> None:
+            super().__init__(py_func)
+            stamp = self._impl.locator.get_source_stamp()
+            self._cache_file = Sealed(self._cache_path, self._impl.filename_base, stamp)
+
+        def load_overload(self, sig: Any, target_context: Any) -> Any:
+            """Give a kernel, or None where there is none that is whole."""
+            try:
+                return super().load_overload(sig, target_context)
+            except Exception:  # what numba makes of a file of another machine may be anything
+                with contextlib.suppress(OSError):
+                    self.flush()
+                return None
+
+        def save_overload(self, sig: Any, data: Any) -> None:
+            """Keep a kernel, if there is room for it."""
+            with contextlib.suppress(OSError):
+                super().save_overload(sig, data)
+
+    return Sound
+
+
+# The two engines of the kernels: compiled by numba, or the same source as plain Python.
+#
+# The engine is settled once, before the first kernel is imported. Compiled kernels are kept in
+# the user's cache folder under a name made from the core's source, so that they are never
+# stale.
+
+
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+
+VARIABLE = "DRYSIM_ENGINE"
+PLAIN, COMPILED, AUTO = "plain", "compiled", "auto"
+
+PLAIN_STEPS = 200_000
+"""Up to this many steps plain Python ends before the compiler is loaded (2 µs a step)."""
+
+FIRST_TIMES = 10
+"""So many times as much work is worth it to compile what a law has of its own: 20 s, once."""
+
+
+def engine() -> str:
+    """Give the engine in force: `plain` or `compiled`.
+
+    Raises
+    ------
+    ValueError
+        When the environment variable DRYSIM_ENGINE holds another word.
+    """
+    word = os.environ.get(VARIABLE, AUTO)
+    if word not in (PLAIN, COMPILED, AUTO):
+        raise ValueError(f"{VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}")
+    return COMPILED if word == AUTO else word
+
+
+def settle(steps: int, kernels: str = "") -> None:
+    """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded.
+
+    Parameters
+    ----------
+    steps : int
+        In steps of sampled motion under Coulomb's law.
+    kernels : str
+        What the job needs besides, as `module.function`, any of them, separated by blanks.
+    """
+    loaded = "drysim.core.oscillator" in sys.modules
+    if loaded or os.environ.get(VARIABLE, AUTO) != AUTO:
+        return
+    plain = steps <= PLAIN_STEPS or (steps <= FIRST_TIMES * PLAIN_STEPS and not kept(kernels))
+    os.environ[VARIABLE] = PLAIN if plain else COMPILED
+
+
+def kept(kernels: str) -> bool:
+    """Tell whether one of these kernels is on disk already, named as in `settle`."""
+    folder = cache_folder()
+    return not kernels or any(
+        folder is not None and any(folder.glob(f"*/{name}-*.nbi")) for name in kernels.split()
+    )
+
+
+def compiled(function: Kernel) -> Kernel:
+    """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine.
+
+    A kernel may not allocate: arrays come from its caller and are not counted as references,
+    which would cost more than a step at each call. One that serves small scenes takes few
+    arguments and no tuples: numba looks at each of them, and longest at those.
+    """
+    return function if is_plain() else jit(function, forceinline=False)
+
+
+def inlined(function: Kernel) -> Kernel:
+    """Compile a kernel like `compiled`, into its callers: for what a hot loop calls often."""
+    return function if is_plain() else jit(function, forceinline=True)
+
+
+def fused(function: Kernel) -> Kernel:
+    """Compile a kernel like `inlined`, with the sum of a product rounded once, not twice.
+
+    That is less work where all lanes of a register are busy. What is mirrored stays so; plain
+    Python rounds twice and agrees to rounding. A kernel that others share may be given too: it
+    stays what it is for them.
+    """
+    if is_plain():
+        return function
+    plain = cast(Kernel, getattr(function, "py_func", function))
+    return jit(plain, "fused", forceinline=True, fastmath={"contract"})
+
+
+def jit(function: Kernel, beneath: str = "", **options: Any) -> Kernel:
+    """Compile a kernel, with the cache folder of exactly this source, or one beneath it."""
+    numba = compiler()
+    make: Any = numba.njit
+    kernel = make(nogil=True, error_model="numpy", _nrt=False, **options)(function)
+    settings: Any = numba.config
+    before, folder = settings.CACHE_DIR, cache_folder()
+    if folder is not None:
+        settings.CACHE_DIR = str(folder / beneath)
+        try:
+            keep(kernel)
+        finally:
+            settings.CACHE_DIR = before
+    return cast(Kernel, kernel)
+
+
+def compiler() -> Any:
+    """Return numba.
+
+    Raises
+    ------
+    DrysimError
+        When it cannot be loaded: a part of it may be missing, or the memory for it.
+    """
+    try:
+        import numba
+    except (ImportError, OSError) as fault:
+        reason, *_ = str(fault).partition(". ")
+        raise DrysimError(
+            f"the compiler (numba) cannot be loaded: {reason}",
+            f"it takes some 0.5 GB of address space (ulimit -v); {VARIABLE}={PLAIN} does "
+            "without it, more slowly",
+        ) from fault
+    return numba
+
+
+def compiling() -> bool:
+    """Tell whether a kernel is being compiled at this moment, which nothing may interrupt."""
+    lock = sys.modules.get("numba.core.compiler_lock")
+    return lock is not None and bool(lock.global_compiler_lock.is_locked())
+
+
+def held(values: Any) -> Any:
+    """Give an array as the engine reads it fastest: plain Python indexes lists, not arrays."""
+    return values.tolist() if is_plain() and hasattr(values, "tolist") else values
+
+
+@cache
+def is_plain() -> bool:
+    """Tell whether the kernels are plain; the first kernel settles it for all of them."""
+    return engine() == PLAIN
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Give a folder for compiled kernels of exactly this source that the user alone may write.
+
+    It lies in the user's cache folder, else below the temporary folder, where anybody may have
+    made one before: there each folder on the way must be the user's own. None without either.
+    """
+    name, own = f"kernels-{source_key()}", f"cache-{_user()}"
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    if not os.path.isabs(home):  # which the specification says to ignore
+        home = os.path.join(os.path.expanduser("~"), ".cache")
+    cache, temporary = Path(home, "drysim"), Path(tempfile.gettempdir())
+    below = temporary / own
+    ways = (
+        (cache, (cache / name,)),
+        (temporary, (below, below / "drysim", below / "drysim" / name)),
+    )
+    for above, folders in ways:
+        try:
+            if not above.is_absolute():
+                continue
+            above.mkdir(parents=True, exist_ok=True, mode=0o700)
+            for folder in folders:
+                folder.mkdir(exist_ok=True, mode=0o700)
+        except OSError:
+            continue
+        if all(map(_is_private, folders)) and os.access(folders[-1], os.W_OK):
+            return folders[-1]
+    return None
+
+
+def _user() -> int:
+    """Return the number of the user; 0 where the system knows none."""
+    return os.getuid() if hasattr(os, "getuid") else 0
+
+
+def _is_private(folder: Path) -> bool:
+    """Return whether a folder, no link, is the user's own, and nobody else may write there."""
+    about = folder.lstat()
+    if not stat.S_ISDIR(about.st_mode) or about.st_uid != _user():
+        return False
+    return not hasattr(os, "getuid") or not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def source_key() -> str:
+    """Give a short name that changes with any line of the core, with Python and with numba."""
+    numba = compiler()
+    words = f"{sys.version}{numba.__version__}{source_digest()}"
+    return hashlib.sha256(words.encode()).hexdigest()[:16]
+
+
+def source_digest() -> str:
+    """Give the SHA-256 of the core's source (hex): what makes two tables of numbers alike."""
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,184 @@
+"""Karnopp, Moreau-Jean, signum and smooth marches."""
+
+from __future__ import annotations
+
+import math
+
+from drysim.core.compile import compiled
+
+# What stands in for the sign of the velocity in approaches that know no stick.
+
+
+SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, 4
+"""Forms of the sliding force; all but the first are Eq. (8)."""
+
+
+@compiled
+def sliding_share(form, c, v_r):
+    """Give the sliding force relative to F_fk [-].
+
+    Parameters
+    ----------
+    form : int
+        `SIGN` (sign(0) = 0) or one of the smooth forms.
+    c : float
+        Sharpness of the smooth forms [s/m].
+    v_r : float
+        Relative velocity [m/s].
+    """
+    if form == SIGN:
+        return 1.0 if v_r > 0.0 else (-1.0 if v_r < 0.0 else 0.0)
+    if form == TANH:
+        return math.tanh(c * v_r)
+    if form == ARCTAN:
+        return 2.0 / math.pi * math.atan(c * v_r)
+    if form == ERF:
+        return math.erf(c * v_r)
+    return c * v_r / (1.0 + c * abs(v_r))
+
+
+@compiled
+def sliding_shares(form, c, values):
+    """Replace velocities [m/s] by their sliding force relative to F_fk, in place."""
+    for n in range(len(values)):
+        values[n] = sliding_share(form, c, values[n])
+
+
+# Fixed-step marches: what most programs do, kept here to be measured against.
+#
+# Each writes the state at the end of every step; none locates an event.
+
+
+EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
+"""Integrators of `step_march`."""
+
+
+@compiled
+def rate(c, w, f, form, sharpness, u_dd, x_r, v_r):
+    """Give the relative acceleration [m/s²], Eq. (7) with a function in place of the sign."""
+    return -(u_dd + c * v_r + w * x_r + f * sliding_share(form, sharpness, v_r))
+
+
+@compiled
+def step_march(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_out):
+    """March with a sliding force that is a function of velocity.
+
+    Parameters
+    ----------
+    plant : Plant
+    F_fk : float
+        Kinetic friction force [N].
+    form, sharpness
+        As in `sliding_share`.
+    method : int
+        `EULER`, `SEMI_IMPLICIT`, `HEUN` or `RK4`.
+    u_dd : array, shape (n,)
+        Base acceleration at the grid points [m/s²].
+    u_mid : array, shape (n - 1,)
+        Base acceleration halfway between them [m/s²].
+    dt : float
+        Step [s].
+    x_out, v_out : array, shape (n,)
+        The first values are the start [m, m/s]; the rest is written.
+    """
+    m, k_x, b = plant
+    c = b / m
+    w = k_x / m
+    f = F_fk / m
+    x = x_out[0]
+    v = v_out[0]
+    for n in range(len(u_dd) - 1):
+        a = rate(c, w, f, form, sharpness, u_dd[n], x, v)
+        if method == EULER:
+            x, v = x + dt * v, v + dt * a
+        elif method == SEMI_IMPLICIT:
+            v += dt * a
+            x += dt * v
+        elif method == HEUN:
+            a_end = rate(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v, v + dt * a)
+            x, v = x + dt * (v + 0.5 * dt * a), v + 0.5 * dt * (a + a_end)
+        else:
+            h = 0.5 * dt
+            v_2 = v + h * a
+            a_2 = rate(c, w, f, form, sharpness, u_mid[n], x + h * v, v_2)
+            v_3 = v + h * a_2
+            a_3 = rate(c, w, f, form, sharpness, u_mid[n], x + h * v_2, v_3)
+            v_4 = v + dt * a_3
+            a_4 = rate(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v_3, v_4)
+            x += dt / 6.0 * (v + 2.0 * v_2 + 2.0 * v_3 + v_4)
+            v += dt / 6.0 * (a + 2.0 * a_2 + 2.0 * a_3 + a_4)
+        x_out[n + 1] = x
+        v_out[n + 1] = v
+
+
+@compiled
+def switch_march(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
+    """March with the paper's velocity band: within it the mass may stick, Eq. (10).
+
+    Parameters
+    ----------
+    F_fk, F_fs : float
+        Kinetic friction force and static limit [N].
+    eps : float
+        Half width of the band [m/s], above 0.
+    F_out : array, shape (n,)
+        Friction force at the grid points [N]; written.
+    d_out : array of int, shape (n,)
+        Direction of sliding, 0 where stuck; written.
+    """
+    m, k_x, b = plant
+    x = x_out[0]
+    v = v_out[0]
+    for n in range(len(u_dd)):
+        F_L = m * u_dd[n] + k_x * x
+        if abs(v) >= eps:
+            d = 1 if v > 0.0 else -1
+        elif abs(F_L) > F_fs:
+            d = -1 if F_L > 0.0 else 1
+        else:
+            d = 0
+            v = 0.0
+        F = d * F_fk if d != 0 else -F_L
+        x_out[n] = x
+        v_out[n] = v
+        F_out[n] = F
+        d_out[n] = d
+        if d != 0:
+            v -= dt * (u_dd[n] + (b * v + k_x * x + F) / m)
+            x += dt * v
+
+
+@compiled
+def moreau_march(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
+    """March by Moreau and Jean's time stepping, θ = 1/2: the sign as a set, solved each step.
+
+    Notes
+    -----
+    The friction impulse of a step is the point of [-F_fk dt, F_fk dt] that leaves the least
+    speed; the mass sticks where it can leave none. Acary and Brogliato (2008). Parameters as in
+    `switch_march`.
+    """
+    m, k_x, b = plant
+    c = b / m
+    w = k_x / m
+    weight = 1.0 + 0.5 * dt * c + 0.25 * dt * dt * w
+    reach = dt * F_fk / (m * weight)
+    x = x_out[0]
+    v = v_out[0]
+    F_out[0] = F_fk if v > 0.0 else (-F_fk if v < 0.0 else 0.0)
+    d_out[0] = 1 if v > 0.0 else (-1 if v < 0.0 else 0)
+    for n in range(len(u_dd) - 1):
+        push = 0.5 * (u_dd[n] + u_dd[n + 1])
+        free = ((2.0 - weight) * v - dt * (w * x + push)) / weight
+        if free > reach:
+            after = free - reach
+        elif free < -reach:
+            after = free + reach
+        else:
+            after = 0.0
+        x += 0.5 * dt * (v + after)
+        v = after
+        x_out[n + 1] = x
+        v_out[n + 1] = v
+        F_out[n + 1] = (free - after) * m * weight / dt
+        d_out[n + 1] = 1 if v > 0.0 else (-1 if v < 0.0 else 0)

@@ -1,0 +1,398 @@
+"""Base acceleration and normal force within a segment."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from drysim.core.compile import compiled, inlined
+from drysim.core.events import ROUNDING
+from drysim.core.model import Law, Plant
+from drysim.core.oscillator import SHORT, fade, flow, wave
+
+# The sines of a scene as kernels read them, and where each is as a stretch starts.
+
+
+STRIDE = 12
+"""Columns of a wave in the flat table: one array is quicker to hand on than one a column."""
+
+A, FREQUENCY, OMEGA, PHASE = 0, 1, 2, 3
+"""Amplitude of ü [m/s²], frequency [Hz], angular frequency [rad/s], phase at t = 0 [rad]."""
+
+THETA, SINE, COSINE = 4, 5, 6
+"""Phase at the start of the stretch [rad], its sine and cosine."""
+
+ALONG, ACROSS, X_START, V_START, STEADY = 7, 8, 9, 10, 11
+"""Steady response to the wave: ALONG sin + ACROSS cos [m], its state as the stretch starts
+[m, m/s], and whether it may be set off against the motion (1 or 0)."""
+
+UNSET = (0.0,) * (STRIDE - THETA)
+"""What `anchor` sets."""
+
+MOST_SWING = 16.0
+"""Square of the greatest swing, relative to that of an oscillator free or stiff, up to which
+the steady response may be set off against the motion: two bits are lost at most."""
+
+
+class Waves(NamedTuple):
+    """The sines of a scene.
+
+    Attributes
+    ----------
+    values : array (or list) of float, shape (STRIDE size,)
+        Wave by wave the columns named above; from THETA on they are set by `anchor`.
+    size : int
+        Number of waves.
+    base : int
+        How many of them move the base; one more may stand for friction limits that vary, whose
+        amplitude `anchor` sets for the direction of sliding.
+    """
+
+    values: Any
+    size: int
+    base: int
+
+
+@compiled
+def set_wave(values, i, amplitude, frequency, phase):
+    """Write a wave into the table."""
+    at = STRIDE * i
+    values[at + A] = amplitude
+    values[at + FREQUENCY] = frequency
+    values[at + OMEGA] = 2.0 * math.pi * frequency
+    values[at + PHASE] = phase
+
+
+@inlined
+def anchor(waves, plant, law, t, d):
+    """Start a stretch at time t [s] in direction d: set the phases, and friction's wave."""
+    c = plant.b / plant.m
+    w = plant.k_x / plant.m
+    values = waves.values
+    if waves.size > waves.base:
+        values[STRIDE * waves.base + A] = d * law.F_fk * law.variation / plant.m
+    for i in range(waves.size):
+        at = STRIDE * i
+        theta = 2.0 * math.pi * ((values[at + FREQUENCY] * t) % 1.0) + values[at + PHASE]
+        sine, cosine = math.sin(theta), math.cos(theta)
+        values[at + THETA] = theta
+        values[at + SINE] = sine
+        values[at + COSINE] = cosine
+        omega = values[at + OMEGA]
+        spring = w - omega * omega
+        size = spring * spring + (c * omega) ** 2
+        values[at + STEADY] = 0.0
+        if size > 0.0 and MOST_SWING * size >= (w + omega * omega) ** 2:
+            along = -values[at + A] * spring / size
+            across = values[at + A] * c * omega / size
+            values[at + STEADY] = 1.0
+            values[at + ALONG] = along
+            values[at + ACROSS] = across
+            values[at + X_START] = along * sine + across * cosine
+            values[at + V_START] = omega * (along * cosine - across * sine)
+
+
+@inlined
+def base_motion(waves, u_0, slope, s):
+    """Give ü [m/s²] and its first two rates at time s of a stretch."""
+    u_dd = u_0 + slope * s
+    rate = slope
+    bend = 0.0
+    values = waves.values
+    for i in range(waves.base):
+        at = STRIDE * i
+        omega = values[at + OMEGA]
+        sine, cosine = values[at + SINE], values[at + COSINE]
+        if s != 0.0:
+            angle = omega * s + values[at + THETA]
+            sine, cosine = math.sin(angle), math.cos(angle)
+        value = values[at + A] * sine
+        u_dd += value
+        rate += values[at + A] * omega * cosine
+        bend -= value * omega * omega
+    return u_dd, rate, bend
+
+
+@inlined
+def normal_force(law, waves, s):
+    """Give the normal force relative to its mean [-], and its first two rates, at time s."""
+    if waves.size == waves.base:
+        return 1.0, 0.0, 0.0
+    at = STRIDE * waves.base
+    sine, cosine = waves.values[at + SINE], waves.values[at + COSINE]
+    if s != 0.0:
+        angle = law.omega * s + waves.values[at + THETA]
+        sine, cosine = math.sin(angle), math.cos(angle)
+    swing = law.variation * sine
+    return 1.0 + swing, law.variation * law.omega * cosine, -swing * law.omega**2
+
+
+# Mean squares of a base that moves by sines, in closed form.
+
+
+SMALL = 0.5
+"""Angle up to which six terms of a series exhaust double precision: 0.5^14·6/15! is 3e-16 of
+the first."""
+
+
+@compiled
+def mean_squares(waves, begin, end):
+    """Give the mean squares of ü [m²/s⁴] and of u [m²] over a window [s].
+
+    u is the displacement without offset and drift, -Σ A/(2π f)² sin(2π f t + phase).
+    """
+    length, middle = end - begin, 0.5 * (begin + end)
+    u_dd2, u2 = 0.0, 0.0
+    values = waves.values
+    for i in range(waves.base):
+        for j in range(waves.base):
+            p, q = STRIDE * i, STRIDE * j
+            at_i = angle(values[p + FREQUENCY], values[p + PHASE], middle)
+            at_j = angle(values[q + FREQUENCY], values[q + PHASE], middle)
+            # About the middle of the window, sines and cosines of what is left do not mix.
+            half_i = math.pi * values[p + FREQUENCY] * length
+            half_j = math.pi * values[q + FREQUENCY] * length
+            apart, along = lack(half_i - half_j), lack(half_i + half_j)
+            product = values[p + A] * values[q + A] * (
+                math.sin(at_i) * math.sin(at_j) * (1.0 - 0.5 * (apart + along))
+                + math.cos(at_i) * math.cos(at_j) * 0.5 * (along - apart)
+            )  # fmt: skip
+            both = values[p + OMEGA] * values[q + OMEGA]
+            u_dd2 += product
+            u2 += product / (both * both)
+    return u_dd2, u2
+
+
+@compiled
+def angle(f, phase, t):
+    """Give the angle of a wave at time t [rad]."""
+    return 2.0 * math.pi * ((f * t) % 1.0) + phase
+
+
+@compiled
+def lack(x):
+    """Give 1 - sin(x)/x, to its last digits however small x is."""
+    if abs(x) > SMALL:
+        return 1.0 - math.sin(x) / x
+    s = x * x
+    tail = 1.0 - s / 72.0 * (1.0 - s / 110.0 * (1.0 - s / 156.0))
+    return s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * tail))
+
+
+# A stretch of one mode under waves, as it starts, and how fast the force on it may change.
+
+
+class Stretch(NamedTuple):
+    """A stretch of one mode, as it starts.
+
+    Attributes
+    ----------
+    c, w, x_r, v_r, g, r : float
+        As in `slide`.
+    a, j, k : float
+        Acceleration [m/s²], jerk [m/s³] and its rate [m/s⁴] at the start.
+    """
+
+    c: float
+    w: float
+    x_r: float
+    v_r: float
+    a: float
+    j: float
+    k: float
+    g: float
+    r: float
+
+
+@inlined
+def starting(c, w, waves, x_r, v_r, g, r):
+    """Give the stretch that starts now, waves anchored; parameters as in `slide`."""
+    push, push_d, push_dd = g, r, 0.0
+    for i in range(waves.size):
+        at = STRIDE * i
+        omega = waves.values[at + OMEGA]
+        swing = waves.values[at + A] * waves.values[at + SINE]
+        push -= swing
+        push_d -= waves.values[at + A] * omega * waves.values[at + COSINE]
+        push_dd += omega * omega * swing
+    a = push - c * v_r - w * x_r
+    j = push_d - c * a - w * v_r
+    return Stretch(c, w, x_r, v_r, a, j, push_dd - c * j - w * a, g, r)
+
+
+@compiled
+def force_rates(waves, r):
+    """Give bounds of the first three rates of the force per mass, and the greatest omega.
+
+    Parameters
+    ----------
+    waves : Waves
+        Anchored.
+    r : float
+        Rate of the force per mass besides the waves [m/s³].
+    """
+    first, second, third, fastest = abs(r), 0.0, 0.0, 0.0
+    for i in range(waves.size):
+        omega = waves.values[STRIDE * i + OMEGA]
+        rate = abs(waves.values[STRIDE * i + A]) * omega
+        first += rate
+        second += rate * omega
+        third += rate * omega * omega
+        fastest = max(fastest, omega)
+    return first, second, third, fastest
+
+
+# A scene under sines as a row of numbers: quicker to hand on than tuples.
+
+
+M, K_X, B, F_FK, F_FS, VARIATION, OMEGA_N, PHASE_N, X_R, V_R, REST = range(11)
+"""Columns of a scene: plant, law and start; from REST on what its waves hold, or what else a
+kernel asks for."""
+
+
+@inlined
+def plant_and_law(scene):
+    """Give the plant and the law of a scene."""
+    law = Law(scene[F_FK], scene[F_FS], scene[VARIATION], scene[OMEGA_N], scene[PHASE_N])
+    return Plant(scene[M], scene[K_X], scene[B]), law
+
+
+@inlined
+def unpacked(scene):
+    """Give plant, law and waves of a scene; the last wave is friction's, where that varies."""
+    plant, law = plant_and_law(scene)
+    values = scene[REST:]
+    size = len(values) // STRIDE
+    return plant, law, Waves(values, size, size - 1 if law.variation != 0.0 else size)
+
+
+# Sliding and sticking under waves: the motion, and the margin to break-away.
+#
+# A stretch is driven by ü = u_0 + slope s + Σ A sin(omega s + theta); friction limits that vary
+# are one more wave.
+
+
+FADED = 40.0
+"""Decays after which a strong damper has left nothing of what the start lacked in velocity."""
+
+
+@compiled
+def slide(c, w, waves, x_r, v_r, g, r, s):
+    """Give x_r, v_r, a and j as `slide_and_snap` does."""
+    return slide_and_snap(c, w, waves, x_r, v_r, g, r, s)[:4]
+
+
+@inlined
+def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
+    """Give the motion at time s of a stretch of sliding.
+
+    Parameters
+    ----------
+    c, w : float
+        As in `flow`.
+    waves : Waves
+        Anchored at the start of the stretch.
+    x_r, v_r : float
+        State at the start [m, m/s].
+    g, r : float
+        Force per mass at the start without the waves [m/s²], and its rate [m/s³].
+    s : float
+        Time since the start [s].
+
+    Returns
+    -------
+    x_r, v_r, a, j, k : float
+        Relative displacement [m], velocity [m/s], acceleration [m/s²], jerk [m/s³] and its
+        rate [m/s⁴].
+    """
+    YY = 0.0
+    if r == 0.0:
+        y, y_d, Y = fade(c, w, s)
+    else:
+        y, y_d, Y, YY = flow(c, w, s)
+    x, v, a, j, k = 0.0, 0.0, 0.0, 0.0, 0.0
+    values = waves.values
+    for i in range(waves.size):
+        at = STRIDE * i
+        if values[at + A] == 0.0:
+            continue
+        omega = values[at + OMEGA]
+        steady = values[at + STEADY]
+        lasts = (
+            omega * s > SHORT or c * s > FADED or (steady > 1.0 and w * s * s > SHORT * SHORT)
+        )
+        if steady > 0.0 and lasts:
+            swing, rate, push, push_d, push_dd = steady_response(values, at, s)
+            # What the start lacks of the steady response dies out with it.
+            x_r -= values[at + X_START]
+            v_r -= values[at + V_START]
+        else:
+            swing, rate, push, push_d, push_dd = from_rest(c, w, values, at, s, y, y_d)
+        x += swing
+        v += rate
+        a += push
+        j += push_d
+        k += push_dd
+    # What the waves do and what is left of the start are added up apart: a motion that dies out
+    # under a steady force keeps the sign of its velocity and acceleration.
+    p = g - w * x_r
+    a_start = (p - c * v_r) * y_d + (r - w * v_r) * y
+    v_start = v_r * y_d + p * y + r * Y
+    x += x_r + v_r * y + p * Y + r * YY
+    j_start = r - c * a_start - w * v_start
+    return x, v + v_start, a + a_start, j + j_start, k - c * j_start - w * a_start
+
+
+@inlined
+def steady_response(values, at, s):
+    """Give x_r, v_r, a, j and k of the steady response to a wave at time s."""
+    omega = values[at + OMEGA]
+    angle = omega * s + values[at + THETA]
+    sine, cosine = math.sin(angle), math.cos(angle)
+    swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
+    rate = omega * (values[at + ALONG] * cosine - values[at + ACROSS] * sine)
+    push, push_d = -omega * omega * swing, -omega * omega * rate
+    return swing, rate, push, push_d, -omega * omega * push
+
+
+@inlined
+def from_rest(c, w, values, at, s, y, y_d):
+    """Give x_r, v_r, a, j and k that a wave alone has made from rest by time s."""
+    omega = values[at + OMEGA]
+    from_sine = -values[at + A] * values[at + COSINE]
+    from_cosine = -values[at + A] * values[at + SINE]
+    R, P, P_d, sine, cosine = wave(c, w, omega, s, y, y_d)
+    x = from_sine * omega * R + from_cosine * P
+    v = from_sine * omega * P + from_cosine * P_d
+    push = from_sine * omega * sine + from_cosine * cosine
+    a = push - c * v - w * x
+    j = omega * (from_sine * cosine - from_cosine * omega * sine) - c * a - w * v
+    return x, v, a, j, -omega * omega * push - c * j - w * a
+
+
+@inlined
+def margin(plant, law, waves, x_r, u_0, slope, side, s):
+    """Give the force still missing for break-away on one side, with its first two rates.
+
+    Parameters
+    ----------
+    side : int
+        +1 where F_L would break the contact by rising, -1 by falling.
+    s : float
+        Time since the start of the stretch [s].
+
+    Returns
+    -------
+    G, G_d, G_dd : float
+        F_fs - side·F_L [N], [N/s], [N/s²], roundings allowed for; below zero the mass has
+        broken away.
+    """
+    u_dd, rate, bend = base_motion(waves, u_0, slope, s)
+    load, load_d, load_dd = normal_force(law, waves, s)
+    F_k = plant.k_x * x_r
+    hold = law.F_fs * load
+    return (
+        hold + ROUNDING * (hold + abs(F_k)) - side * (plant.m * u_dd + F_k),
+        law.F_fs * load_d - side * plant.m * rate,
+        law.F_fs * load_dd - side * plant.m * bend,
+    )

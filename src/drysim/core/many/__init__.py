@@ -1,1 +1,0 @@
-"""Many: records of one length side by side in the lanes of a vector register."""

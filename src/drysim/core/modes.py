@@ -1,0 +1,888 @@
+"""Mode automaton of every piecewise-linear law: flow, exits, resets."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from drysim.core.compile import compiled, inlined
+from drysim.core.events import (
+    CONTACT,
+    IMPACT,
+    RELEASE,
+    REVERSAL,
+    ROUNDING,
+    STICK,
+    note,
+    onset,
+    sign,
+)
+from drysim.core.forcing import (
+    ACROSS,
+    ALONG,
+    OMEGA,
+    STEADY,
+    STRIDE,
+    V_START,
+    X_START,
+    A,
+    anchor,
+    force_rates,
+    normal_force,
+    slide,
+    starting,
+    steady_response,
+)
+from drysim.core.model import Plant
+from drysim.core.roots import (
+    BISECTIONS,
+    NEVER,
+    RESOLUTION,
+    WINDOW,
+    Blend,
+    above_zero,
+    blended,
+    bound_of,
+    break_away,
+    far_from_zero,
+    instant,
+    kept_between,
+    leave_slip,
+    leave_stick,
+    most_twist,
+    seek,
+    vanish,
+)
+
+# A spring contact: its modes, and the oscillator and the force in each of them.
+
+
+HOLD, FREE, POISED = 0, 2, 4
+"""Modes of the contact besides yielding in direction +1 or -1: it holds, it is lifted off, or,
+with the sign of the direction, it has just ceased to yield and holds at its very limit."""
+
+SLOW = 16.0
+"""Square of how many times as fast as a wave a spring is that follows it at once."""
+
+SLACK = 1e-14
+"""Relative distance from its limit at which a contact that goes on is at its limit."""
+
+
+@compiled
+def holds(mode):
+    """Tell whether the contact holds."""
+    return mode == HOLD or abs(mode) == POISED
+
+
+@compiled
+def spring(plant, law, mode):
+    """Give the oscillator as it is in a mode: a holding contact is one more spring."""
+    return Plant(plant.m, plant.k_x + (law.k_t if holds(mode) else 0.0), plant.b)
+
+
+@compiled
+def steady_force(law, mode, x_0):
+    """Give the part of the contact force that is constant in a mode [N]."""
+    if holds(mode):
+        return -law.k_t * x_0
+    return 0.0 if mode == FREE else mode * law.F_fk
+
+
+@compiled
+def contact_force(law, mode, x_r, x_0, load):
+    """Give the contact force [N]; `load` is the normal force relative to its mean."""
+    if holds(mode):
+        return law.k_t * (x_r - x_0)
+    return 0.0 if mode == FREE else mode * law.F_fk * load
+
+
+@compiled
+def begin_stretch(plant, law, waves, mode, x_0, t):
+    """Set the waves for a stretch from time t [s]; gives b/m, k/m and steady force/m."""
+    effective = spring(plant, law, mode)
+    anchor(waves, effective, law, t, mode if abs(mode) == 1 else 0)
+    m = plant.m
+    w = effective.k_x / m
+    for i in range(waves.size):
+        at = STRIDE * i
+        if waves.values[at + STEADY] > 0.0 and SLOW * waves.values[at + OMEGA] ** 2 <= w:
+            waves.values[at + STEADY] = 2.0
+    return effective.b / m, w, steady_force(law, mode, x_0) / m
+
+
+@inlined
+def just_met(law, v_r, rate):
+    """Give the mode of surfaces that carry nothing yet: what outruns their limit yields.
+
+    `rate` is that of the limit [N/s].
+    """
+    return sign(v_r) if law.k_t * abs(v_r) > rate else HOLD
+
+
+@compiled
+def first_contact(law, x_r, v_r, x_0):
+    """Give mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
+
+    One that is bent to its limit, and bent on, yields already: its next event is not at once.
+    One that would be bent beyond, as what an orbit is summed up to may tell, has given way.
+    """
+    load = 1.0 + law.variation * math.sin(law.phase)
+    rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
+    if load <= 0.0:
+        # A force that only touches zero parts no surfaces; they carry nothing just then.
+        parted = load < 0.0 or (law.variation > 1.0 and rate <= 0.0)
+        return FREE if parted else just_met(law, v_r, rate), x_r
+    way = sign(x_r - x_0)
+    reach = law.F_fk * load / law.k_t
+    far = abs(x_r - x_0)
+    if far > reach:
+        x_0 = x_r - way * reach
+    bent = far >= reach - SLACK * (reach + abs(x_r))
+    return (way if bent and law.k_t * way * v_r > rate else HOLD), x_0
+
+
+# How far a contact that holds may ring: what bounds the motion, whatever its turns are.
+#
+# What a stiff contact has of its own swings fast about the slow response to the base, and
+# fades: the motion is within an envelope, and comes near it once a swing only.
+
+
+SWINGS = 0.5
+"""Radians of its own swing below which a contact is no longer led on by its envelope."""
+
+
+class Ringing(NamedTuple):
+    """What a stretch has besides the steady response to its force.
+
+    Attributes
+    ----------
+    side : int
+        Of the swing that is at its peak at about the start: 1 or -1, 0 where it is not known.
+    size, fade : float
+        The motion is side·size·exp(-fade s)·cos(omega s - phase) at time s [m, 1/s].
+    omega, phase : float
+        As above [rad/s, rad]; the phase is within a quarter of a swing.
+    half, grows : float
+        Half a swing [s], and by what share it was more half a swing before.
+    bend : float
+        Greatest acceleration of the steady response [m/s²].
+    """
+
+    side: int
+    size: float
+    fade: float
+    omega: float
+    phase: float
+    half: float
+    grows: float
+    bend: float
+
+
+@compiled
+def ringing(stretch, waves):
+    """Give what a stretch has of its own, waves anchored at its start."""
+    c, w, x_r, v_r, _, _, _, g, r = stretch
+    fade, square = 0.5 * c, w - 0.25 * c * c
+    none = Ringing(0, 0.0, fade, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if square < 0.5 * w or w == 0.0:
+        return none
+    lag, rate, bend = x_r - (g - c * r / w) / w, v_r - r / w, 0.0
+    for i in range(waves.size):
+        at = STRIDE * i
+        if waves.values[at + A] == 0.0:
+            continue
+        if waves.values[at + STEADY] == 0.0:
+            return none
+        lag -= waves.values[at + X_START]
+        rate -= waves.values[at + V_START]
+        swing = math.hypot(waves.values[at + ALONG], waves.values[at + ACROSS])
+        bend += waves.values[at + OMEGA] ** 2 * swing
+    omega = math.sqrt(square)
+    across = (rate + fade * lag) / omega
+    side = sign(lag) if lag != 0.0 else sign(across)
+    phase = math.atan2(side * across, side * lag)
+    half = math.pi / omega
+    grows = math.exp(fade * half) - 1.0
+    return Ringing(side, math.hypot(lag, across), fade, omega, phase, half, grows, bend)
+
+
+@inlined
+def slow(stretch, waves, s):
+    """Give the steady response at time s of a stretch: x_r and v_r."""
+    c, w, _, _, _, _, _, g, r = stretch
+    x, v = (g + r * (s - c / w)) / w, r / w
+    for i in range(waves.size):
+        at = STRIDE * i
+        if waves.values[at + A] != 0.0:
+            swing, rate, _, _, _ = steady_response(waves.values, at, s)
+            x += swing
+            v += rate
+    return x, v
+
+
+@compiled
+def stays_within(own, stretch, waves, law, middle, reach, loaded, begin, h):
+    """Give until when x_r surely stays nearer to a middle than some reach, or h.
+
+    Parameters
+    ----------
+    own : Ringing
+        Of the stretch, known.
+    stretch, waves, law
+        Waves anchored at its start.
+    middle, reach : float
+        Middle and reach [m].
+    loaded : bool
+        Whether the reach varies as the normal force does.
+    begin, h : float
+        Time of the stretch to begin at, and its length [s].
+
+    Notes
+    -----
+    The room between envelope and reach bends by no more than the steady response, the load and
+    the fading do, the last most of all now: a parabola is below it. Where the envelope comes to
+    the reach the motion itself need not.
+    """
+    bend = own.bend + (reach * law.variation * law.omega**2 if loaded else 0.0)
+    s = begin
+    while s < h:
+        x, v = slow(stretch, waves, s)
+        left = own.size * math.exp(-own.fade * s)
+        room, gain = reach - left, own.fade * left
+        if loaded:
+            load, load_d, _ = normal_force(law, waves, s)
+            room, gain = reach * load - left, gain + reach * load_d
+        if room <= abs(x - middle):
+            break
+        most = bend + own.fade * own.fade * left
+        up = above_zero(room - (x - middle), gain - v, most)
+        down = above_zero(room + (x - middle), gain + v, most)
+        s += min(up, down)
+        if min(up, down) * own.omega < SWINGS:
+            break
+    return min(s, h)
+
+
+@compiled
+def clear_of(own, stretch, waves, law, x_0, side, peak):
+    """Give how long before a peak of the swing a contact surely holds on one side [s].
+
+    Parameters
+    ----------
+    own, stretch, waves, law
+        As in `stays_within`.
+    x_0 : float
+        Where the contact carries no force [m].
+    side, peak : int, float
+        Side of the peak, and its time [s].
+
+    Returns
+    -------
+    float
+        Below 0 where the contact holds for half a swing on either side of the peak; half a
+        swing at most.
+
+    Notes
+    -----
+    Within half a swing h, cos(omega t) <= 1 - 2 (t/h)², and fading may add no more than
+    2 (exp(fade h) - 1) |t|/h; the rest has moved by no more than its rate and bend allow.
+    """
+    half, reach = own.half, law.F_fk / law.k_t
+    x, v = slow(stretch, waves, peak)
+    load, load_d, _ = normal_force(law, waves, peak)
+    left = own.size * math.exp(-own.fade * peak)
+    room = reach * load - side * (x - x_0) - left
+    loses = abs(reach * load_d - side * v)
+    loses += 0.5 * half * (own.bend + reach * law.variation * law.omega**2)
+    loses += 2.0 * left * own.grows / half
+    recedes = 2.0 * left / (half * half)
+    square = loses * loses - 4.0 * recedes * room
+    if square < 0.0:
+        return -1.0
+    before = loses + math.sqrt(square)
+    return before / (2.0 * recedes) if before < 2.0 * recedes * half else half
+
+
+# When a spring contact that holds yields.
+
+
+HALF_SWING = 3.2
+"""Radians of the oscillator within which a contact that its swing makes yield does so."""
+
+
+@compiled
+def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
+    """Give the first time at which a holding contact yields to one side, and how.
+
+    Parameters
+    ----------
+    stretch, waves
+        As in `vanish`, with the spring of the contact in the stretch.
+    law : Slider
+    x_0 : float
+        Where the contact carries no force [m].
+    side : int
+        +1 where x_r yields upwards, -1 downwards.
+    poised : bool
+        Whether at the start it holds at this very limit, and just so: value and rate are zero
+        exactly.
+    begin, until : float
+        Times of the stretch [s].
+
+    Returns
+    -------
+    s, x_r, v_r
+        As `vanish` gives them, of what the contact may still bear.
+    """
+    room = Blend(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
+    if begin == 0.0:
+        return vanish(stretch, waves, law, room, 2 if poised else 0, until)
+    bound = bound_of(waves, law, room, stretch.r, until)
+    now = instant(stretch, waves, begin)
+    course = blended(law, waves, room, now)
+    if course.value <= 0.0:
+        return now.s, now.x_r, now.v_r
+    if far_from_zero(course, most_twist(room, stretch.w, now, bound), bound, until - begin):
+        return NEVER, now.x_r, now.v_r
+    return seek(stretch, waves, law, room, bound, now, course, until)
+
+
+@compiled
+def or_before(stretch, waves, law, x_0, side, poised, begin, until, s, x, v):
+    """Give time, side and state of a contact that yields, unless it yields before.
+
+    Parameters
+    ----------
+    stretch, waves, law, x_0, side, poised, begin, until
+        As in `leave_hold`: what may be before.
+    s, x, v
+        When it yields to the other side, as `leave_hold` gives it.
+    """
+    if begin < until:
+        t, x_t, v_t = leave_hold(stretch, waves, law, x_0, side, poised, begin, until)
+        if t < s:
+            return t, side, x_t, v_t
+    return s, -side, x, v
+
+
+@compiled
+def swings_to(stretch, way, gap):
+    """Guess whether the oscillator, left alone, goes so far [m] in its direction."""
+    lean = way * stretch.a / stretch.w
+    return lean + math.sqrt(lean * lean + stretch.v_r * stretch.v_r / stretch.w) >= gap
+
+
+@compiled
+def end_of_hold(stretch, waves, law, x_0, poised, h):
+    """Give when within h [s] a contact that holds yields.
+
+    Parameters
+    ----------
+    stretch, waves, law, x_0
+        As in `leave_hold`.
+    poised : int
+        The side at whose limit it holds just so, 0 for none.
+    h : float
+        Length of the stretch [s].
+
+    Returns
+    -------
+    s, side, x_r, v_r
+        Time [s], infinite for never, direction of yielding, and the state then.
+
+    Notes
+    -----
+    A contact that swings within the stretch is looked at swing by swing, and only where its
+    envelope does not show that it holds. A peak stands for half a swing on either side, so
+    that the one before has told of the other side up to this peak.
+    """
+    reach, way = law.F_fk / law.k_t, onset(stretch.v_r, stretch.a, stretch.j)
+    gap = reach * normal_force(law, waves, 0.0)[0] - way * (stretch.x_r - x_0)
+    if way * poised <= 0 and swings_to(stretch, way, gap):
+        looked = min(HALF_SWING / math.sqrt(stretch.w), h)
+        s, x, v = leave_hold(stretch, waves, law, x_0, way, False, 0.0, looked)
+        if s < NEVER:
+            other = -way, poised == -way, 0.0, s
+            return or_before(stretch, waves, law, x_0, *other, s, x, v)
+    own = ringing(stretch, waves)
+    if own.side == 0 or h <= own.half:
+        side = way if way != 0 else 1
+        # Window by window: a side that never yields is not followed to the end each time.
+        fastest = force_rates(waves, stretch.r)[3]
+        begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
+        while True:
+            s, x, v = leave_hold(
+                stretch, waves, law, x_0, side, begin == 0.0 and poised == side, begin, until
+            )
+            other = -side, begin == 0.0 and poised == -side, begin, min(s, until)
+            s, side, x, v = or_before(stretch, waves, law, x_0, *other, s, x, v)
+            if s < NEVER or until >= h:
+                return s, side, x, v
+            begin, until = until, min(3.0 * until, h)
+    number, clear = -1 if own.phase > 0.0 else 0, 0.0
+    while clear < h:
+        side = own.side if number % 2 == 0 else -own.side
+        peak = own.phase / own.omega + number * own.half
+        before = own.half
+        if clear > 0.0 or side != poised:
+            before = clear_of(own, stretch, waves, law, x_0, side, peak)
+        begin, until = max(clear, peak - before), min(peak + own.half, h)
+        if before >= 0.0 and begin < until:
+            s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
+            if s < NEVER:
+                other = -side, poised == -side, max(clear, peak), s
+                return or_before(stretch, waves, law, x_0, *other, s, x, v)
+        number += 1
+        if peak >= clear:
+            clear = stays_within(own, stretch, waves, law, x_0, reach, True, peak, h)
+            number = max(number, math.floor((own.omega * clear - own.phase) / math.pi))
+    return NEVER, 0, stretch.x_r, stretch.v_r
+
+
+# When a spring contact that yields holds again.
+
+
+@compiled
+def end_of_yield(stretch, waves, law, d, h):
+    """Give when within h [s] a contact that yields in direction d holds again, and how.
+
+    It does when the mass no longer outruns the limit of its spring, which with a constant
+    normal force is when it stops. Parameters and result as in `leave_hold`.
+    """
+    c, w, x_r, v_r, a, j, _, g, r = stretch
+    if law.variation > 0.0:
+        faster = Blend(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
+        return vanish(stretch, waves, law, faster, 0, h)
+    if onset(stretch.v_r, stretch.a, stretch.j) != d:
+        return 0.0, x_r, v_r
+    stop, x = leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h)
+    return stop, x, 0.0
+
+
+# End stops: the modes of a mass between them, the force of a bumper, and when it ends.
+#
+# Beside a stop the mass is placed by xi, how far x_r is beyond z = ±x_rM: so a contact or a
+# rebound of any size keeps all its digits, next to a limit however far from zero.
+
+
+APART, TOUCHING, AWAY = 0, 1, 2
+"""How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
+apart, as a bumper that only pushes cannot follow what leaves fast; times the side."""
+
+BUMPER_STEADY, BROKE, BUMPER_POISED, CHATTERS = 0, 1, 2, 3
+"""How a stretch begins: on its way, breaking away just then, with a bumper's force that is
+zero just then; or it is the rest of a chatter against a rigid stop, with v_r that of the first
+rebound."""
+
+MEET = 1000
+"""Mode of a mark that tells with which velocity the mass comes to a stop."""
+
+
+@compiled
+def mode_of(touch, d, fresh):
+    """Give one number for how the mass is to the stops, its direction, and its beginning."""
+    return d + 4 * touch + 64 * fresh
+
+
+@compiled
+def fresh_of(mode):
+    """Give how a stretch in this mode begins."""
+    return (mode + 32) // 64
+
+
+@compiled
+def touch_of(mode):
+    """Give how the mass is to the stops: one of the constants times the side."""
+    return (mode - 64 * fresh_of(mode) + 1) // 4
+
+
+@compiled
+def way_of(mode):
+    """Give the direction of sliding, 0 where stuck."""
+    return mode - 64 * fresh_of(mode) - 4 * touch_of(mode)
+
+
+@compiled
+def pushes(law, touch):
+    """Tell whether a bumper acts."""
+    return law.k_s > 0.0 and abs(touch) == TOUCHING
+
+
+@compiled
+def bumper_force(law, touch, xi, v_r):
+    """Give the force of a bumper against the mass [N], positive at the positive stop.
+
+    Notes
+    -----
+    F = k_s xi + b_s v_r while xi is beyond the limit and the bumper presses, else 0: it cannot
+    pull. Where the mass leaves faster than the bumper relaxes, contact is lost beyond the
+    limit already; if the mass slows down there enough, the bumper touches it again.
+    """
+    return law.k_s * xi + law.b_s * v_r if pushes(law, touch) else 0.0
+
+
+@compiled
+def steady_pull(plant, law, touch, z, xi):
+    """Give what springs pull the mass back with [N], that of a bumper included."""
+    return plant.k_x * (z + xi) + bumper_force(law, touch, xi, 0.0)
+
+
+@compiled
+def wall_of(law, z, xi):
+    """Give the side of the rigid stop that the mass is at, 0 for none."""
+    if law.k_s > 0.0 or xi != 0.0 or abs(z) != law.x_rM:
+        return 0
+    return 1 if z > 0.0 else -1
+
+
+@compiled
+def place(law, x_r, v_r):
+    """Give z, xi and how the mass is to the stops at a state."""
+    if abs(x_r) < law.x_rM:
+        return 0.0, x_r, APART
+    side = 1 if x_r > 0.0 else -1
+    z = side * law.x_rM
+    xi = x_r - z
+    if law.k_s == 0.0 or xi == 0.0:
+        return z, xi, APART
+    presses = side * (law.k_s * xi + law.b_s * v_r) > 0.0
+    return z, xi, side * (TOUCHING if presses else AWAY)
+
+
+@compiled
+def meet(c, w, waves, xi, v_r, g, r, d, far, until):
+    """Give the first time in [0, until] at which xi, moving in direction d, is at d·far.
+
+    Parameters
+    ----------
+    c, w, waves, v_r, g, r
+        As in `slide`; xi stands for x_r. The velocity does not change its sign up to `until`.
+    far : float
+        Where to, seen in the direction of motion [m].
+
+    Returns
+    -------
+    float
+        Time [s]; infinity when it does not come so far.
+    """
+    gap = far - d * xi
+    if gap <= 0.0:
+        return 0.0
+    rest = far - d * slide(c, w, waves, xi, v_r, g, r, until)[0]
+    if rest > 0.0:
+        return NEVER
+    low, high = 0.0, until
+    s = until * (gap / (gap - rest))
+    for _ in range(BISECTIONS):
+        x, v, _, _ = slide(c, w, waves, xi, v_r, g, r, s)
+        gap = far - d * x
+        low, high = (s, high) if gap > 0.0 else (low, s)
+        step = gap / (d * v) if d * v > 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s = kept_between(low, high, s + step)
+        if not low < s < high:
+            return high
+    return s
+
+
+@compiled
+def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
+    """Give the first time in [0, h] at which side·(k_s xi + b_s v_r) is no longer above zero.
+
+    With the stop's own side that is where contact is lost, with the other one where it is
+    found again.
+
+    Parameters
+    ----------
+    c, w, waves, v_r, g, r
+        As in `slide`; xi stands for x_r.
+    law : Stopped
+    side : int
+        +1 or -1.
+    poised : bool
+        Whether the value is zero exactly at the start.
+    h : float
+        Length of the stretch [s].
+    """
+    if not poised and side * (law.k_s * xi + law.b_s * v_r) <= 0.0:
+        return 0.0
+    push = Blend(0.0, side * law.k_s, side * law.b_s, 0.0, 0.0)
+    stretch = starting(c, w, waves, xi, v_r, g, r)
+    return vanish(stretch, waves, law, push, 1 if poised else 0, h)[0]
+
+
+# Rigid end stops: the rebound, and how a chatter of ever smaller rebounds ends in rest.
+#
+# The flights that no number for x_r can show are not followed one by one: what they take of the
+# time and of x"² is summed in closed form. Their v_r² is below rounding.
+
+
+@compiled
+def pressures(plant, law, side, F_L, load):
+    """Return what presses the mass to a rigid stop on the way away from it and back [m/s²]."""
+    friction = law.F_fk * load
+    return (-side * F_L + friction) / plant.m, (-side * F_L - friction) / plant.m
+
+
+@compiled
+def chatter_time(law, p, q, v):
+    """Return how long all flights after a rebound at speed v last together, and the first [s].
+
+    Parameters
+    ----------
+    p, q : float
+        As in `pressures`, p above 0.
+
+    Notes
+    -----
+    The mass flies v²/(2 p) high for v (1/p + 1/√(p q)) and is at the stop again with v √(q/p):
+    the times are a geometric series. Without q friction holds the mass where it turns.
+    """
+    if q <= 0.0:
+        return v / p, v / p
+    flight = v * (1.0 / p + 1.0 / math.sqrt(p * q))
+    keeps = law.e * math.sqrt(q / p)
+    return flight / (1.0 - keeps) if keeps < 1.0 else math.inf, flight
+
+
+@compiled
+def chatter_acceleration(plant, law, p, q, z, load):
+    """Return the mean square of x" [m²/s⁴] over all flights of a chatter at z [m].
+
+    Friction has its sign on the way away for √q/(√p + √q) of the time: 1/p of 1/p + 1/√(p q).
+    """
+    pull, friction = plant.k_x * abs(z) / plant.m, law.F_fk * load / plant.m
+    away = math.sqrt(q) / (math.sqrt(p) + math.sqrt(q)) if q > 0.0 else 1.0
+    return away * (pull - friction) ** 2 + (1.0 - away) * (pull + friction) ** 2
+
+
+@compiled
+def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
+    """Tell whether a chatter is such that no number for x_r can show it.
+
+    Parameters
+    ----------
+    plant, law, waves
+        Waves anchored at the impact.
+    slope : float
+        Rate of ü besides the waves [m/s³].
+    side : int
+        Of the stop.
+    F_L : float
+        Limit force at the impact [N].
+    load : float
+        Normal force relative to its mean [-].
+    t : float
+        Time of the impact [s].
+    v : float
+        Speed of the rebound [m/s].
+
+    Notes
+    -----
+    That is so when the next flight is so low that x_r and the limit are one number, or so
+    short that t and its end are, and when the force provably presses until the last of all
+    flights is over, see `chatter_time`. The motion after them is then the same to the last
+    bit, and what they take of the time is a closed form.
+    """
+    p, q = pressures(plant, law, side, F_L, load)
+    if p <= 0.0:
+        return False
+    whole, flight = chatter_time(law, p, q, v)
+    if not low_or_short(law, v * v / (2.0 * p), t, flight):
+        return False
+    return q <= 0.0 or force_rates(waves, slope)[0] * whole < q
+
+
+@compiled
+def low_or_short(law, high, t, flight):
+    """Tell whether a flight leaves no trace in the numbers for x_r or for t."""
+    return law.x_rM - high == law.x_rM or t + flight == t
+
+
+@compiled
+def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count):
+    """Throw the mass back from a rigid stop, or let it chatter to rest; gives v_r and mode.
+
+    Parameters
+    ----------
+    n, s, t : int, float, float
+        Interval, time in it [s]; and time since the start of the motion [s].
+    v_r, d : float, int
+        Velocity [m/s] before the impact, and its direction: the side of the stop.
+    z : float
+        Where the stop is [m].
+    u_dd, load : float
+        ü [m/s²] and the relative normal force then.
+    """
+    F_L = plant.m * u_dd + plant.k_x * z
+    count = note(log, count, n, s, -d * IMPACT, z, F_L)
+    speed = law.e * max(d * v_r, 0.0)
+    if speed == 0.0:
+        return 0.0, mode_of(APART, -d, BUMPER_STEADY), count
+    if comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed):
+        return -d * speed, mode_of(APART, 0, CHATTERS), count
+    return -d * speed, mode_of(APART, -d, BUMPER_STEADY), count
+
+
+# Between end stops: what a mass without velocity does, and what a bumper leaves it to do.
+
+
+@compiled
+def at_rest(plant, law, touch, z, xi, u_dd, load):
+    """Give the direction in which a mass with v_r = 0 slides on, 0 where it sticks, and F_L.
+
+    Eq. (9) with the force of a bumper. A rigid stop bears what presses the mass against it.
+    """
+    pull = steady_pull(plant, law, touch, z, xi)
+    F_L = plant.m * u_dd + pull
+    hold = law.F_fs * load
+    d = -sign(F_L) if abs(F_L) > hold + ROUNDING * (hold + abs(pull)) else 0
+    return (0 if d != 0 and d == wall_of(law, z, xi) else d), F_L
+
+
+@compiled
+def first_bounds(plant, law, x_r, v_r, u_dd, load):
+    """Give xi, v_r, z and the mode at t = 0."""
+    z, xi, touch = place(law, x_r, v_r)
+    d = sign(v_r)
+    if d == 0:
+        d, _ = at_rest(plant, law, touch, z, xi, u_dd, load)
+    return xi, v_r, z, mode_of(touch, d, BUMPER_STEADY)
+
+
+@compiled
+def leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left):
+    """Give when a stuck mass breaks away, or infinity, and in which direction."""
+    # What springs pull with is constant: one spring of 1 N/m that is so many metres long.
+    pull = steady_pull(plant, law, touch, z, xi)
+    wall = wall_of(law, z, xi)
+    one = Plant(plant.m, 1.0, 0.0)
+    if wall == 0:
+        return break_away(one, law, waves, pull, u_0, slope, slope, left)
+    return leave_stick(one, law, waves, pull, u_0, slope, wall, 0.0, left), -wall
+
+
+@compiled
+def let_go(touch, after, d, n, s, z, xi, F_L, log, count):
+    """Change how the mass is to a bumper on its way inwards; gives xi and mode."""
+    if abs(after) == AWAY and d * xi >= 0.0:
+        after = APART
+    if abs(touch) == TOUCHING:
+        count = note(log, count, n, s, d * RELEASE, z + xi, F_L)
+    elif after != APART:
+        count = note(log, count, n, s, d * CONTACT, z + xi, F_L)
+    if after == APART:
+        return 0.0, mode_of(APART, d, BUMPER_STEADY), count
+    return xi, mode_of(after, d, BUMPER_POISED), count
+
+
+@compiled
+def stand(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
+    """Decide what a mass does whose velocity is zero: stick, or slide on; gives its mode."""
+    touch = touch_of(mode)
+    if abs(touch) == AWAY:
+        touch = touch // AWAY
+    d, F_L = at_rest(plant, law, touch, z, xi, u_dd, load)
+    count = note(log, count, n, s, d * REVERSAL if d != 0 else STICK, z + xi, F_L)
+    return mode_of(touch, d, BUMPER_STEADY), count
+
+
+# A normal force that varies, as kernels read it: its course, and when it vanishes.
+
+
+class Limits(NamedTuple):
+    """A law as kernels read it.
+
+    Attributes
+    ----------
+    F_fk, F_fs, variation, omega, phase : float
+        As in `Pressed`.
+    load : array of float, shape (n,)
+        Recorded normal force relative to its mean [-].
+    step : float
+        Distance of its samples [s]; 0 where there is no record.
+    """
+
+    F_fk: float
+    F_fs: float
+    variation: float
+    omega: float
+    phase: float
+    load: Any
+    step: float
+
+
+class Span(NamedTuple):
+    """The normal force of a stretch without its wave, relative to its mean.
+
+    Attributes
+    ----------
+    load, rate : float
+        At its start [-], and its rate [1/s].
+    left : float
+        Time to the next sample of the force [s], or infinity.
+    """
+
+    load: float
+    rate: float
+    left: float
+
+
+@compiled
+def span_at(law, t):
+    """Give the span of the normal force from time t [s] on."""
+    if law.step == 0.0:
+        return Span(1.0, 0.0, NEVER)
+    last = len(law.load) - 2
+    k = min(int(t / law.step), last)
+    while k < last and (k + 1) * law.step <= t:
+        k += 1
+    while k * law.step > t:
+        k -= 1
+    rate = (law.load[k + 1] - law.load[k]) / law.step
+    left = (k + 1) * law.step - t if k < last else NEVER
+    return Span(law.load[k] + rate * (t - k * law.step), rate, left)
+
+
+@compiled
+def load_within(law, waves, span, s):
+    """Give the normal force relative to its mean [-] at time s of a stretch, and its rate."""
+    swing, swing_d, _ = normal_force(law, waves, s)
+    return span.load * swing + span.rate * s, swing_d + span.rate
+
+
+@compiled
+def next_zero_load(law, waves, t, falling):
+    """Give how long after t [s] the normal force is zero next, falling or rising; or infinity.
+
+    The stretch starts at t; the force is 1 + variation·sin(omega t + phase) of its mean.
+    """
+    if law.variation <= 1.0:
+        return NEVER
+    load, load_d, _ = normal_force(law, waves, 0.0)
+    if falling and load <= 0.0 and load_d < 0.0:
+        return 0.0
+    if not falling and load >= 0.0 and load_d > 0.0:
+        return 0.0
+    dip = math.asin(1.0 / law.variation)
+    angle = math.pi + dip if falling else 2.0 * math.pi - dip
+    return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega
+
+
+@compiled
+def parts_at(law, waves, span, t):
+    """Give how long after t [s] the surfaces part, or infinity."""
+    if law.step == 0.0:
+        return next_zero_load(law, waves, t, True)
+    if span.rate < 0.0:
+        return max(span.load / -span.rate, 0.0)
+    return 0.0 if span.load <= 0.0 and span.rate == 0.0 else NEVER
+
+
+@compiled
+def meets_at(law, waves, span, t):
+    """Give how long after t [s] surfaces that are apart meet, or infinity."""
+    if law.step == 0.0:
+        return next_zero_load(law, waves, t, False)
+    return max(-span.load / span.rate, 0.0) if span.rate > 0.0 else NEVER

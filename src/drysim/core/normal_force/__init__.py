@@ -1,1 +1,0 @@
-"""Normal force: Coulomb's friction where what presses the surfaces together varies."""

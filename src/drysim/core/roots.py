@@ -1,0 +1,980 @@
+"""First root of a linear observable of the motion, guaranteed."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from drysim.core.compile import compiled, inlined
+from drysim.core.events import ROUNDING
+from drysim.core.forcing import (
+    COSINE,
+    OMEGA,
+    SINE,
+    STRIDE,
+    THETA,
+    A,
+    force_rates,
+    margin,
+    normal_force,
+    slide_and_snap,
+)
+from drysim.core.oscillator import flow, part_flow
+
+# Where a stretch of sliding under linearly changing force comes to a stop, rigorously.
+#
+# Within such a stretch the relative acceleration obeys the free equation, so its zeros - the
+# extrema of the velocity - are known in closed form. Between neighbouring extrema the velocity
+# is monotone.
+
+
+NEVER = math.inf
+
+STOP_NEWTON_CAP = 100
+"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
+
+RESOLUTION = 4e-16
+"""Relative step below which a root is as sharp as double precision makes it."""
+
+
+@compiled
+def spacing_of_extrema(c, w):
+    """Give the distance of neighbouring extrema of v_r [s]: π/ω_d, or infinity at ξ >= 1."""
+    square = w - 0.25 * c * c
+    return math.pi / math.sqrt(square) if square > 0.0 else NEVER
+
+
+@compiled
+def first_extremum(c, w, a, j):
+    """Give the first time after 0 at which the relative acceleration vanishes.
+
+    Parameters
+    ----------
+    c, w : float
+        As in `flow`.
+    a, j : float
+        Relative acceleration [m/s²] and jerk [m/s³] at time 0.
+
+    Returns
+    -------
+    float
+        Time [s], above 0; infinity when there is none.
+    """
+    square = w - 0.25 * c * c
+    lean = j + 0.5 * c * a
+    if square > 0.0:
+        omega_d = math.sqrt(square)
+        # a cos + (lean/omega_d) sin = 0; both arguments turn together, so angles are mod π.
+        angle = math.atan2(-a * omega_d, lean) if a != 0.0 else math.pi
+        return (angle if angle > 0.0 else angle + math.pi) / omega_d
+    if a == 0.0 or a * lean >= 0.0:
+        return NEVER
+    kappa = math.sqrt(-square)
+    reach = -a * kappa / lean
+    if reach >= 1.0:
+        return NEVER
+    return math.atanh(reach) / kappa if reach > 0.0 else -a / lean
+
+
+@compiled
+def velocity(c, w, v, a, r, s):
+    """Give the velocity and acceleration at time s from those at time 0.
+
+    Written so that a motion that dies away keeps its sign: where r = 0 nothing is subtracted
+    from what is left of it.
+    """
+    y, y_d, Y, _ = flow(c, w, s)
+    return v * y_d + (a + c * v) * y + r * Y, a * y_d + (r - w * v) * y
+
+
+@compiled
+def polish(c, w, v, a, r, lo, hi):
+    """Give the zero of a velocity that falls once through it from lo to hi: guarded Newton."""
+    s = hi
+    if lo == 0.0 and a < 0.0:
+        # Where the parabola through the start meets zero.
+        square = a * a - 2.0 * v * (r - c * a - w * v)
+        if square >= 0.0:
+            s = min(2.0 * v / (-a + math.sqrt(square)), hi)
+    for _ in range(STOP_NEWTON_CAP):
+        value, slope = velocity(c, w, v, a, r, s)
+        if value > 0.0:
+            lo = s
+        elif value < 0.0:
+            hi = s
+        else:
+            return s
+        step = -value / slope if slope < 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s += step
+        if not lo < s < hi:
+            s = 0.5 * (lo + hi)
+            if s <= lo or s >= hi:
+                return hi
+    return s
+
+
+@inlined
+def never_stops(c, w, v, a, r):
+    """Return whether a velocity that is not below zero provably stays so under this force.
+
+    Parameters as in `locate_stop`.
+
+    Notes
+    -----
+    The velocity is an oscillator of its own under the steady force r, whose energy
+    a² + w v² - 2 r v, counted from rest, only falls; it has to be at least 0 where v = 0.
+    At and beyond critical damping v = A exp(-s_1 t) + B exp(-s_2 t) with s_2 >= s_1 has no zero
+    if a + s_2 v >= 0, and a force r >= 0 only adds to it.
+    """
+    if v < 0.0:
+        return False
+    if a * a < v * (2.0 * r - w * v):
+        return True
+    square = 0.25 * c * c - w
+    return square >= 0.0 and r >= 0.0 and a + (0.5 * c + math.sqrt(square)) * v >= 0.0
+
+
+@compiled
+def locate_stop(c, w, v, a, r, h):
+    """Give the first time in (0, h] at which a velocity above zero is zero again.
+
+    Parameters
+    ----------
+    c, w : float
+        As in `flow`.
+    v, a, r : float
+        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0;
+        rate of the force per mass [m/s³].
+    h : float
+        Length of the stretch [s].
+
+    Returns
+    -------
+    float
+        Time [s], or infinity when the velocity stays above zero.
+
+    Notes
+    -----
+    No stop is missed: every falling stretch between extrema is looked at in turn. A velocity
+    that just touches zero has stopped. One that decays for so long that it underflows has not.
+    """
+    if (v > 0.0 or a > 0.0) and never_stops(c, w, v, a, r):
+        return NEVER
+    j = r - c * a - w * v
+    end = first_extremum(c, w, a, j)
+    gap = spacing_of_extrema(c, w)
+    begin = 0.0
+    if a > 0.0 or (a == 0.0 and j > 0.0):
+        begin = end
+        end = begin + gap
+    while begin < h:
+        until = min(end, h)
+        if velocity(c, w, v, a, r, until)[0] <= 0.0:
+            return polish(c, w, v, a, r, begin, until)
+        begin = end + gap
+        end = begin + gap
+    return NEVER
+
+
+# A root between two bounds: where Newton's method may go, and bisection where it may not.
+
+
+BISECTIONS = 100
+"""Newton needs about 4 rounds; a halved bracket is down to one float after 60."""
+
+
+@inlined
+def kept_between(low, high, s):
+    """Give a guess of a root that lies between two bounds, else the middle of them.
+
+    What is not between them then, either, is next to `high`: one float is left.
+    """
+    return s if low < s < high else 0.5 * (low + high)
+
+
+# When a stretch of sliding under waves ceases, rigorously.
+#
+# The zero of v_r is approached from below by steps that a bound on its third rate proves safe,
+# so none is skipped and a near miss is passed at its own distance. Where the bound proves that
+# v_r only falls until it is below zero, Newton's method has nothing to miss.
+
+
+FALLS = 3.0
+"""A slope this many times what it may lose up to 1.5 times the zero of its parabola leads below
+zero on the way."""
+
+NEWTON_CAP = 20
+"""The cubic errs in the fourth order: 2 rounds do, as none is allowed to turn back."""
+
+REACH = 2.0
+"""Radians of the fastest wave that are tried at once: the bound never proves more."""
+
+SMALL = 0.01
+"""Share of the longest step below which a step is tried without the jerk, too."""
+
+HALVINGS = 60
+"""Of the longest step at most: where a slow wave drags the mass along, the bound may leave a
+millionth of it."""
+
+
+@inlined
+def to_zero(v, a, j):
+    """Give the smaller time at which v + a h + j h²/2, falling, is zero; infinity for none."""
+    square = a * a - 2.0 * v * j
+    return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
+
+
+@inlined
+def to_zero_of_cubic(v, a, j, k):
+    """Give what `to_zero` does with k h³/6 besides, but for what a round of Newton's leaves."""
+    h = to_zero(v, a, j)
+    return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
+
+
+@inlined
+def is_sharp(h, a, fourth, s):
+    """Tell whether the zero at time s is, as the cubic errs after h by fourth h⁴/24 at most."""
+    return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
+
+
+@inlined
+def falls_surely(v, a, j, snap, growth):
+    """Tell whether a velocity only falls until it is below zero, at 1.5 times its parabola's.
+
+    Parameters
+    ----------
+    v, a, j, snap, growth : float
+        As in `safe_slip`; the velocity may be below zero.
+    """
+    if not a < 0.0 < v:
+        return False
+    far = 1.5 * to_zero(v, a, j)
+    return -a >= FALLS * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
+
+
+@inlined
+def above_zero(v, a, bend):
+    """Give the largest h up to which v + a h - bend h²/2, not below zero, stays so."""
+    square = a * a + 2.0 * bend * v
+    if square < 0.0:
+        return NEVER
+    root = math.sqrt(square)
+    if a > 0.0:
+        return (a + root) / bend if bend > 0.0 else NEVER
+    if root > a:
+        return 2.0 * v / (root - a)
+    return 0.0 if bend > 0.0 else NEVER
+
+
+@inlined
+def safe_slip(v, a, j, snap, growth, cap):
+    """Give a step within which a velocity provably stays above zero.
+
+    Parameters
+    ----------
+    v, a, j : float
+        Velocity, at least 0, acceleration and jerk now.
+    snap, growth : float
+        The rate of the jerk is at most snap + growth·h in magnitude after any h.
+    cap : float
+        Longest step that is tried.
+
+    Notes
+    -----
+    v stays above P = v + a h + j h²/2 - snap h³/6 - growth h⁴/24. Where the jerk is not above
+    zero P bends downwards: a chord from before its zero to behind it ends before it.
+    """
+    third, twelfth = snap * (1.0 / 3.0), growth * (1.0 / 12.0)
+    if j > 0.0:
+        # Up to here P is above v + a h.
+        divisor = third + math.sqrt(third * third + 4.0 * twelfth * j)
+        rises = min(2.0 * j / divisor, cap) if divisor > 0.0 else cap
+        return rises if a >= 0.0 else min(rises, -v / a)
+    behind = min(above_zero(v, a, -j), cap)
+    low = below_slip(v, a, j, third, twelfth, behind)
+    if low > 0.0:
+        return behind
+    for _ in range(HALVINGS):
+        before = 0.5 * behind
+        high = below_slip(v, a, j, third, twelfth, before)
+        if high > 0.0:
+            return before + (behind - before) * high / (high - min(low, 0.0))
+        behind, low = before, high
+    return min(behind, above_zero(v, a, (third + twelfth * behind) * behind - j))
+
+
+@inlined
+def below_slip(v, a, j, third, twelfth, h):
+    """Give what a velocity is above after a time h, see `safe_slip`."""
+    return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
+
+
+@inlined
+def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
+    """Give the first time in (0, h] at which sliding in direction d stops, and where it does.
+
+    The snap and its rate obey the oscillator's equation driven by the third rate of ü, so
+    |snap|(s) <= sqrt(snap² + w jerk²) + s·max|third rate|: the bound that makes every step
+    safe. The time is infinite where nothing stops.
+    """
+    moves = d * v_r > 0.0 or d * a > 0.0
+    if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
+        return NEVER, x_r
+    growth = 0.0
+    fastest = 0.0
+    k = -c * j - w * a
+    for i in range(waves.size):
+        at = STRIDE * i
+        omega = waves.values[at + OMEGA]
+        bend = waves.values[at + A] * omega * omega
+        growth += abs(bend) * omega
+        k += bend * waves.values[at + SINE]
+        fastest = max(fastest, omega)
+    cap = min(REACH / fastest, h) if fastest > 0.0 else h
+    s, x = 0.0, x_r
+    v, a, j, k = d * v_r, d * a, d * j, d * k
+    while True:
+        snap = math.sqrt(k * k + w * j * j)
+        if falls_surely(v, a, j, snap, growth):
+            s, x = sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth)
+            return (s, x) if s < h else (NEVER, x)
+        step = safe_slip(v, a, j, snap, growth, cap)
+        if j > 0.0 and step < SMALL * cap:
+            # A jerk that is next to nothing proves less than one that is left out: what is
+            # strongly damped would take a million steps.
+            step = max(step, safe_slip(v, a, 0.0, snap, growth, cap))
+        if s + step >= h:
+            # The end of the stretch lies within the safe step.
+            return NEVER, x
+        if step <= RESOLUTION * s:
+            return s, x
+        s += step
+        x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
+        v, a, j, k = d * v, d * a, d * j, d * k
+        if v <= 0.0:
+            return s, x
+
+
+@inlined
+def sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth):
+    """Give the zero of a velocity that only falls, and x_r there, from what is at time s."""
+    for _ in range(NEWTON_CAP):
+        h = to_zero_of_cubic(v, a, j, k)
+        snap = math.sqrt(k * k + w * j * j) + growth * abs(h)
+        fourth = (c + math.sqrt(w)) * snap + growth
+        s += h
+        if is_sharp(h, a, fourth, s):
+            return s, x + d * h * (v + h * (0.5 * a + h * (j / 6.0 + h * k / 24.0)))
+        x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
+        v, a, j, k = d * v, d * a, d * j, d * k
+    return s, x
+
+
+# A blend of the motion and of the normal force, and what bounds it within a stretch.
+
+
+class Blend(NamedTuple):
+    """The sum x (x_r - x_0) + v v_r + load N + rate N', N the normal force and N' its rate.
+
+    Attributes
+    ----------
+    x_0 : float
+        Where x_r counts from [m].
+    x, v : float
+        Shares of x_r and v_r.
+    load, rate : float
+        Shares of the normal force relative to its mean, and of its rate.
+    """
+
+    x_0: float
+    x: float
+    v: float
+    load: float
+    rate: float
+
+
+class Instant(NamedTuple):
+    """A time of a stretch [s], and the motion then as `slide_and_snap` gives it."""
+
+    s: float
+    x_r: float
+    v_r: float
+    a: float
+    j: float
+    k: float
+
+
+class Course(NamedTuple):
+    """A blend at an instant, and its first three rates."""
+
+    value: float
+    rate: float
+    bend: float
+    twist: float
+
+
+class Bound(NamedTuple):
+    """What bounds the third rate of a blend within a stretch.
+
+    Attributes
+    ----------
+    growth : float
+        How fast it may grow at most.
+    swing : float
+        Share of the normal force in it at most.
+    cap : float
+        Longest step that is tried [s].
+    """
+
+    growth: float
+    swing: float
+    cap: float
+
+
+@inlined
+def instant(stretch, waves, s):
+    """Give the motion at time s of a stretch."""
+    c, w, x_r, v_r, _, _, _, g, r = stretch
+    x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
+    return Instant(s, x, v, a, j, k)
+
+
+@inlined
+def blended(law, waves, blend, now):
+    """Give a blend at an instant of a stretch."""
+    s, x, v, a, j, k = now
+    value, rate = blend.x * (x - blend.x_0) + blend.v * v, blend.x * v + blend.v * a
+    bend, twist = blend.x * a + blend.v * j, blend.x * j + blend.v * k
+    if blend.load != 0.0 or blend.rate != 0.0:
+        load, load_d, load_dd = normal_force(law, waves, s)
+        square = law.omega * law.omega
+        value += blend.load * load + blend.rate * load_d
+        rate += blend.load * load_d + blend.rate * load_dd
+        bend += blend.load * load_dd - blend.rate * square * load_d
+        twist -= square * (blend.load * load_d + blend.rate * load_dd)
+    return Course(value, rate, bend, twist)
+
+
+@inlined
+def starting_course(law, waves, blend, now, zeros):
+    """Give a blend as a stretch starts; `zeros` as in `vanish`."""
+    value, rate, bend, twist = blended(law, waves, blend, now)
+    value = 0.0 if zeros > 0 else max(value, 0.0)
+    return Course(value, 0.0 if zeros > 1 else rate, bend, twist)
+
+
+@inlined
+def most_twist(blend, w, now, bound):
+    """Give a bound of the third rate of a blend, up to what its growth adds."""
+    a, j, k = now.a, now.j, now.k
+    most = bound.swing + abs(blend.x) * math.sqrt(j * j + w * a * a)
+    return most + abs(blend.v) * math.sqrt(k * k + w * j * j)
+
+
+@inlined
+def bound_of(waves, law, blend, r, h):
+    """Give the bound of a blend; r and h as in `slide` and `vanish`."""
+    _, second, third, fastest = force_rates(waves, r)
+    growth = abs(blend.x) * second + abs(blend.v) * third
+    swing = law.variation * (abs(blend.load) + abs(blend.rate) * law.omega) * law.omega**3
+    return Bound(growth, swing, min(REACH / fastest, h) if fastest > 0.0 else h)
+
+
+@inlined
+def far_from_zero(course, most, bound, h):
+    """Tell whether a blend is above zero for h [s] to come, as in most steps of a record."""
+    loses = max(-course.bend, 0.0) + h * (most + h * bound.growth)
+    return course.value > h * (max(-course.rate, 0.0) + h * loses)
+
+
+@inlined
+def safe_blend(course, most, bound):
+    """Give a step within which a blend provably stays above zero."""
+    value, rate, bend, _ = course
+    step = safe_slip(value, rate, bend, most, bound.growth, bound.cap)
+    if value > 0.0 and bend > 0.0 and step < bound.cap:
+        # Where it hardly bends upwards, what it bends is better left out.
+        step = max(step, safe_slip(value, rate, 0.0, most, bound.growth, bound.cap))
+    return step
+
+
+# When a blend of the motion and of the normal force vanishes, rigorously.
+#
+# What a contact may still bear, how fast it yields, the force of a bumper: each is a sum of
+# x_r, v_r and the normal force, whose rates a stretch knows. Steps that a bound on the third
+# rate proves safe lead to the zero from below; where the bound proves that the blend only falls
+# until it is below zero, Newton's method does.
+
+
+@compiled
+def vanish(stretch, waves, law, blend, zeros, h):
+    """Give the first time in [0, h] at which a blend is no longer above zero, and the motion.
+
+    Parameters
+    ----------
+    stretch : Stretch
+    waves : Waves
+        Anchored at its start.
+    law
+        Whose normal force it is.
+    blend : Blend
+        What is at least zero at the start, roundings apart.
+    zeros : int
+        What is zero exactly at the start: 1 the blend, 2 its rate as well.
+    h : float
+        Length of the stretch [s].
+
+    Returns
+    -------
+    s, x_r, v_r : float
+        Time [s], infinite where the blend stays above zero, and the state then.
+
+    Notes
+    -----
+    Jerk and its rate obey the oscillator's equation driven by rates of the force, so that
+    |jerk|(s) <= sqrt(jerk² + w a²) + s·max|second rate|, and likewise the next one.
+    """
+    bound = bound_of(waves, law, blend, stretch.r, h)
+    now = Instant(0.0, stretch.x_r, stretch.v_r, stretch.a, stretch.j, stretch.k)
+    course = starting_course(law, waves, blend, now, zeros)
+    if far_from_zero(course, most_twist(blend, stretch.w, now, bound), bound, h):
+        return NEVER, now.x_r, now.v_r
+    return seek(stretch, waves, law, blend, bound, now, course, h)
+
+
+@compiled
+def seek(stretch, waves, law, blend, bound, now, course, h):
+    """Give what `vanish` gives, from some time of the stretch on.
+
+    Parameters
+    ----------
+    stretch, waves, law, blend, h
+        As in `vanish`.
+    bound : Bound
+    now, course : Instant, Course
+        Where to begin.
+    """
+    w = stretch.w
+    while True:
+        most = most_twist(blend, w, now, bound)
+        if falls_surely(course.value, course.rate, course.bend, most, bound.growth):
+            break
+        step = safe_blend(course, most, bound)
+        if step == 0.0:
+            return now.s, now.x_r, now.v_r
+        if now.s + step >= h:
+            return NEVER, now.x_r, now.v_r
+        if step <= RESOLUTION * now.s:
+            return now.s, now.x_r, now.v_r
+        now = instant(stretch, waves, now.s + step)
+        course = blended(law, waves, blend, now)
+        if course.value <= 0.0:
+            return now.s, now.x_r, now.v_r
+    s, x, v, a, j, k = now
+    for _ in range(NEWTON_CAP):
+        value, rate, bend, twist = course
+        step = to_zero_of_cubic(value, rate, bend, twist)
+        most += bound.growth * abs(step)
+        fourth = (stretch.c + math.sqrt(w)) * most + bound.growth + bound.swing * law.omega
+        s += step
+        if is_sharp(step, rate, fourth, s):
+            x += step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
+            v += step * (a + step * (0.5 * j + step * k / 6.0))
+            break
+        now = instant(stretch, waves, s)
+        s, x, v, a, j, k = now
+        course = blended(law, waves, blend, now)
+        most = most_twist(blend, w, now, bound)
+    return (s, x, v) if s < h else (NEVER, x, v)
+
+
+# When a stretch of sticking under waves ends, rigorously.
+#
+# The next zero is approached from below by steps that a bound on the curvature proves safe, so
+# none is skipped and a near miss is passed at its own distance.
+
+
+TOUCH = 1e-6
+"""A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
+
+WINDOW = 32.0
+"""Radians of the fastest wave within which either side is looked at first."""
+
+FAINT = 1e-140
+"""Below this, squares lose digits to the end of double precision."""
+
+
+@compiled
+def parabola(value, rate, bend):
+    """Give the largest h up to which value + rate h - bend h²/2 stays above zero."""
+    root = math.sqrt(rate * rate + 2.0 * bend * value)
+    if root < FAINT and value > 0.0:
+        root = math.hypot(rate, math.sqrt(2.0 * bend) * math.sqrt(value))
+    if rate <= 0.0:
+        return 2.0 * value / (root - rate) if root > rate else NEVER
+    return (rate + root) / bend if bend > 0.0 else NEVER
+
+
+@compiled
+def first_step(rate, bend, bend_bound, third_bound):
+    """Give a step that provably leaves zero upwards; 0 or less where the function falls."""
+    by_rate = rate / bend_bound if rate > 0.0 else 0.0
+    by_bend = 0.0
+    if rate >= 0.0 and bend > 0.0:
+        by_bend = 1.5 * bend / third_bound if third_bound > 0.0 else NEVER
+    return max(by_rate, by_bend)
+
+
+@inlined
+def break_away(plant, law, waves, x_r, u_0, rise, fall, h):
+    """Return when within h [s] a stuck mass breaks away, or infinity, and which way it slips.
+
+    Parameters
+    ----------
+    u_0 : float
+        Part of ü that is not waves at the start [m/s²].
+    rise, fall : float
+        Its rate as the side sees it where F_L breaks the contact by rising and by falling
+        [m/s³].
+
+    Notes
+    -----
+    Both sides are looked at window by window: one that never breaks away must not be followed
+    to the end each time that the other does.
+    """
+    fastest = 0.0
+    if not is_one_sine(waves, u_0, rise) or fall != 0.0:
+        for i in range(waves.size):
+            fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
+    begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
+    while True:
+        up = leave_stick(plant, law, waves, x_r, u_0, rise, 1, begin, until)
+        down = leave_stick(plant, law, waves, x_r, u_0, fall, -1, begin, min(up, until))
+        if up < NEVER or down < NEVER or until >= h:
+            return (down, 1) if down < up else (up, -1)
+        begin, until = until, min(3.0 * until, h)
+
+
+@inlined
+def is_one_sine(waves, u_0, slope):
+    """Tell whether one sine alone moves the base."""
+    return waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0
+
+
+@inlined
+def leave_stick(plant, law, waves, x_r, u_0, slope, side, begin, h):
+    """Return the first time in [begin, h] when |F_L| exceeds F_fs on one side, or infinity.
+
+    A margin that only touches zero does not break away: equality sticks.
+    """
+    if begin == 0.0 and is_one_sine(waves, u_0, slope):
+        return leave_one_sine(plant, law, waves, x_r, side, h)
+    bend = 0.0
+    third = 0.0
+    fastest = 0.0
+    for i in range(waves.size):
+        A_i = abs(waves.values[STRIDE * i + A])
+        force = plant.m * A_i if i < waves.base else law.F_fs * law.variation
+        omega = waves.values[STRIDE * i + OMEGA]
+        bend += force * omega**2
+        third += force * omega**3
+        fastest = max(fastest, omega)
+    s = begin
+    while True:
+        G, G_d, G_dd = margin(plant, law, waves, x_r, u_0, slope, side, s)
+        if G < 0.0:
+            return s
+        if G > 0.0:
+            step = parabola(G, G_d, bend)
+        elif bend == 0.0:
+            step = NEVER if G_d >= 0.0 else 0.0
+        else:
+            step = first_step(G_d, G_dd, bend, third)
+        if s + step > h:
+            return NEVER
+        if step <= RESOLUTION * s:
+            if G_dd <= 0.0 or -G_d * fastest > TOUCH * G_dd:
+                return s
+            step = -G_d / G_dd
+            if margin(plant, law, waves, x_r, u_0, slope, side, s + step)[0] < 0.0:
+                return s
+            step += first_step(0.0, G_dd, bend, third)
+        s += step
+
+
+@inlined
+def leave_one_sine(plant, law, waves, x_r, side, h):
+    """Give what `leave_stick` gives where one sine moves the base: its inverse."""
+    values = waves.values
+    F_k, force = plant.k_x * x_r, side * plant.m * values[A]
+    level = law.F_fs + ROUNDING * (law.F_fs + abs(F_k)) - side * F_k
+    if force * values[SINE] > level:
+        return 0.0
+    if abs(force) <= level:
+        return NEVER
+    theta = values[THETA] if force > 0.0 else values[THETA] + math.pi
+    turn = (math.asin(level / abs(force)) - theta) % (2.0 * math.pi)
+    # Rising, and beyond the limit by less than the rounding of an angle.
+    if force * values[COSINE] > 0.0 and turn > math.pi:
+        turn = 0.0
+    s = turn / values[OMEGA]
+    return s if s <= h else NEVER
+
+
+# Where a step over a spring contact holds a stop or the limit: a guess, made exact at once.
+#
+# The cubic through both ends of a stretch guesses; the closed form at the guess, and the series
+# about that point, leave rounding only. What they do not settle takes the general way.
+
+
+NEAR = 2e-4
+"""Radians from a point within which four terms of the series about it are exact: the next is
+below 1e-16."""
+
+ROUNDS = 6
+"""One round does mostly; what has not settled after some takes the general way."""
+
+
+@compiled
+def cross(c, w, v, a, r, gap, h):
+    """Give the time in (0, h] at which a mass has gone the way `gap` [m], or infinity.
+
+    Parameters
+    ----------
+    c, w, v, a, r
+        As in `locate_stop`; the velocity does not change its sign up to h.
+    """
+    y, _, Y, YY = flow(c, w, h)
+    p = a + c * v
+    if v * y + p * Y + r * YY <= gap:
+        return NEVER
+    low, high = 0.0, h
+    s = gap / v if 0.0 < gap < v * h else 0.5 * h
+    for _ in range(BISECTIONS):
+        y, y_d, Y, YY = flow(c, w, s)
+        beyond = v * y + p * Y + r * YY - gap
+        low, high = (low, s) if beyond > 0.0 else (s, high)
+        speed = v * y_d + p * y + r * Y
+        step = -beyond / speed if speed > 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s = kept_between(low, high, s + step)
+        if not low < s < high:
+            return high
+    return s
+
+
+@inlined
+def guess(value, rate, value_end, rate_end, h):
+    """Give where the cubic through both ends of a stretch, falling from above zero, is zero."""
+    per_h = 1.0 / h
+    bend = (value_end - value - rate * h) * per_h * per_h
+    root = math.sqrt(max(rate * rate - 4.0 * bend * value, 0.0))
+    s = 2.0 * value / (root - rate) if rate < 0.0 else -0.5 * (rate + root) / bend
+    twist = (rate_end - rate - 2.0 * bend * h) * per_h * per_h
+    slope = rate + 2.0 * bend * s + twist * s * (3.0 * s - 2.0 * h)
+    return s - twist * s * s * (s - h) / slope if slope < 0.0 else s
+
+
+@inlined
+def sharpened(steps, v, a, r, gap, crossing, s):
+    """Give a time, and the way and velocity then, of which s is a good guess.
+
+    Parameters
+    ----------
+    steps, v, a, r
+        As in `locate_stop`.
+    gap : float
+        The way that is looked for [m], where it is `crossing`; else it is a stop.
+
+    Returns
+    -------
+    s, way, v
+        s is negative where the guess was not good.
+    """
+    c, w = steps.c, steps.w
+    p = a + c * v
+    for _ in range(ROUNDS):
+        y, y_d, Y, YY = part_flow(steps, s)
+        way = v * y + p * Y + r * YY
+        v_s = v * y_d + p * y + r * Y
+        a_s = a * y_d + (r - w * v) * y
+        j_s = r - c * a_s - w * v_s
+        k_s = -(c * j_s + w * a_s)
+        value, rate, bend, twist = v_s, a_s, j_s, k_s
+        if crossing:
+            value, rate, bend, twist = way - gap, v_s, a_s, j_s
+        step = -value / rate
+        step -= step * step * (0.5 * bend + twist * step / 6.0) / (rate + bend * step)
+        if abs(step) * steps.rate <= NEAR and abs(bend * step) <= NEAR * abs(rate):
+            way += step * (v_s + step * (0.5 * a_s + step * j_s / 6.0))
+            return s + step, way, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / 6.0))
+        s += step
+        if not 0.0 < s <= steps.dt:
+            break
+    return -1.0, 0.0, 0.0
+
+
+@inlined
+def moved(steps, v, a, r, s):
+    """Give way and velocity at time s of a stretch."""
+    y, y_d, Y, YY = part_flow(steps, s)
+    p = a + steps.c * v
+    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+
+
+@inlined
+def turn_of(steps, v, a, r, v_end, a_end, h):
+    """Give when a velocity above zero that does not end above it is zero, and the way then.
+
+    Parameters
+    ----------
+    steps : Whole
+        Of fine steps.
+    v, a, r : float
+        As in `locate_stop`.
+    v_end, a_end : float
+        Velocity [m/s] and its rate [m/s²] at the end.
+    h : float
+        Length [s], a step at most.
+
+    Returns
+    -------
+    s, way
+        s is negative where the guess was not good.
+    """
+    s, way, _ = sharpened(steps, v, a, r, 0.0, False, guess(v, a, v_end, a_end, h))
+    return (s, way) if 0.0 < s <= h else (-1.0, 0.0)
+
+
+@inlined
+def next_stop(steps, v, a, r, h):
+    """Give the first stop within h, or infinity, and the way until then or the end.
+
+    Parameters
+    ----------
+    steps : Whole
+    v, a, r, h : float
+        As in `locate_stop`; h is a step at most.
+
+    Returns
+    -------
+    stop, way, v_end : float
+        Time [s]; distance [m] and velocity [m/s] then, or at the end.
+    """
+    y, y_d, _, _ = part_flow(steps, h)
+    way, v_end = moved(steps, v, a, r, h)
+    a_end = a * y_d + (r - steps.w * v) * y
+    if steps.fine:
+        if v_end > 0.0 and (a >= 0.0 or a_end <= 0.0):
+            return NEVER, way, v_end
+        if v_end <= 0.0:
+            stop, far = turn_of(steps, v, a, r, v_end, a_end, h)
+            if stop > 0.0:
+                return stop, far, 0.0
+    stop = locate_stop(steps.c, steps.w, v, a, r, h)
+    if stop == NEVER:
+        return NEVER, way, max(v_end, 0.0)
+    return stop, moved(steps, v, a, r, stop)[0], 0.0
+
+
+@inlined
+def next_crossing(steps, v, a, r, gap, way, v_end, h):
+    """Give when a mass that does not stop before h [s] has gone the way `gap` [m], and v then.
+
+    `way` and `v_end` are those at h, and `way` is not less than `gap`.
+    """
+    s = guess(gap, -v, gap - way, -v_end, h)
+    s, _, v_s = sharpened(steps, v, a, r, gap, True, s)
+    if not 0.0 < s <= h:
+        s = min(cross(steps.c, steps.w, v, a, r, gap, h), h)
+        v_s = moved(steps, v, a, r, s)[1]
+    return s, max(v_s, 0.0)
+
+
+# Where a series that begins above zero comes down to it first, however near it passes.
+
+
+SHORTER = 6
+"""Times at most that the stretch over which the curvature is bounded is made shorter, before
+the series is moved."""
+
+
+@compiled
+def locate(c, n, h):
+    """Give the first time in [0, h] at which a series comes down to zero, or infinity.
+
+    A bound on the curvature gives a step that is surely above zero; after it the series is
+    moved there, so that its bounds are those of what is left. A zero at the beginning itself is
+    divided out.
+
+    Parameters
+    ----------
+    c : array of float
+        Terms up to n; lost.
+    n : int
+        Last term.
+    h : float
+        Length looked at, above 0 [s].
+    """
+    n, zeros = lowered(c, n)
+    if zeros < 0:
+        return NEVER
+    rest, power = 0.0, h
+    for k in range(1, n + 1):
+        c[k] *= power
+        rest += abs(c[k])
+        power *= h
+    s = 0.0
+    while c[0] <= rest:
+        if c[0] <= 0.0:
+            return s * h
+        step = stride(c, n, 1.0 - s)
+        if s + step >= 1.0:
+            return NEVER
+        if step <= RESOLUTION * s:
+            return s * h
+        s += step
+        move(c, n, step)
+    return NEVER
+
+
+@inlined
+def lowered(c, n):
+    """Divide out zeros at the beginning; gives the last term and how many, -1 for all."""
+    zeros = 0
+    while zeros <= n and c[zeros] == 0.0:
+        zeros += 1
+    if zeros > 0 and zeros <= n:
+        for k in range(n - zeros + 1):
+            c[k] = c[k + zeros]
+    return n - zeros, (zeros if zeros <= n else -1)
+
+
+@inlined
+def stride(c, n, left):
+    """Give a step of a scaled series within which it surely stays above zero."""
+    best = 0.0
+    for _ in range(SHORTER):
+        bend = 0.0
+        power = 1.0
+        for k in range(2, n + 1):
+            bend += k * (k - 1) * abs(c[k]) * power
+            power *= left
+        step = min(parabola(c[0], c[1] if n > 0 else 0.0, bend), left)
+        best = max(best, step)
+        if step >= 0.5 * left:
+            return best
+        # Where the zero is nearer by many powers of ten, halves would never come to it.
+        left = min(0.5 * left, math.sqrt(step) * math.sqrt(left))
+    return best
+
+
+@inlined
+def move(c, n, step):
+    """Move a series to `step` after its beginning."""
+    for i in range(n):
+        for k in range(n - 1, i - 1, -1):
+            c[k] += step * c[k + 1]

@@ -1,1 +1,0 @@
-"""Samples: one scene whose base moves by straight pieces, from step to step."""

@@ -1,1 +1,0 @@
-"""Stops: the end of the stroke, by bumpers or by rigid impacts."""

@@ -1,0 +1,201 @@
+"""Grid, duration, seed of generated motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable
+from typing import Annotated, ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field
+
+from drysim import system
+from drysim.core.model import KEPT, Samples
+from drysim.units import Block, Misfit, Quantity
+
+# What every excitation on the shelf says of itself. Knows none of them.
+
+
+class Member(Block):
+    """An excitation with its keys."""
+
+    also_called: ClassVar[tuple[str, ...]] = ()
+    """Words that somebody may have for it."""
+    own_step: ClassVar[bool] = False
+    """Whether its samples have a distance of their own, so that solver.step has no use."""
+    own_end: ClassVar[bool] = False
+    """Whether a run ends with it unless the scenario says otherwise."""
+    periodic: ClassVar[bool] = False
+    """Whether it is made of sines, which are used analytically and may repeat."""
+    steady_by_default: ClassVar[bool] = False
+    """Whether it is measured over the periodic orbit unless the scenario says otherwise."""
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """What repeats [Hz]; none unless it is periodic."""
+        return ()
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give what it is by its keys, behind its kind, without those that a sweep varies.
+
+        Parameters
+        ----------
+        varied : collection of str
+            Keys of the block, such as `speed`.
+
+        Returns
+        -------
+        str
+            E.g. `C at 10 m/s` of a road; nothing where its motion tells it all.
+        """
+        return ""
+
+
+# What base motions that are generated share: their grid, their end, and how they are drawn.
+
+
+WHOLE = 1e-9
+"""A time this close to a whole number of steps, relative to it, is that number."""
+
+Span = Annotated[float, Quantity("s", above=0)]
+
+
+def as_whole(given: object) -> object:
+    """Give 1e3 as the whole number that it is."""
+    return int(given) if isinstance(given, float) and given.is_integer() else given
+
+
+Whole = Annotated[int, BeforeValidator(as_whole), Field(strict=True)]
+
+MOST_SEEDS = 400
+"""Seeds at which `until` gives up by default: then the interval is no wider than a tenth of
+what a single seed scatters."""
+
+
+class Generated(Member):
+    """Base motion that is computed on the grid of solver.step, linear between its points."""
+
+    @property
+    def highest(self) -> float:
+        """Highest frequency of the base motion [Hz], which the step must be able to carry."""
+        return 0.0
+
+    @property
+    def spans(self) -> dict[str, float]:
+        """Times of the base motion [s] that must be whole numbers of steps, by key."""
+        return {}
+
+    def check_step(self, step: float) -> None:
+        """Make sure that a grid of this step [s] can hold the base motion.
+
+        Raises
+        ------
+        Misfit
+            When a span is no whole number of steps, or half a period of the highest frequency
+            is not longer than a step.
+        """
+        for key, span in self.spans.items():
+            steps = round(span / step)
+            if abs(span / step - steps) > WHOLE * steps:
+                raise Misfit(
+                    f"must divide excitation.{key}, {span:.12g} s, into whole steps; "
+                    f"{step:.12g} s does so with {max(steps, 1) * step:.12g} s",
+                    "step",
+                )
+        if 2 * self.highest * step >= 1:
+            raise Misfit(
+                f"must be below {1 / (2 * self.highest):.4g} s, half a period of the highest "
+                f"frequency of the excitation, {self.highest:.6g} Hz; not {step:.12g} s",
+                "step",
+            )
+
+
+class Ending(Generated):
+    """Base motion that is generated and has a length of its own."""
+
+    duration: Span
+    """Length of the base motion [s], a whole number of steps."""
+
+    own_end: ClassVar[bool] = True
+
+    @property
+    def spans(self) -> dict[str, float]:
+        """The whole of it."""
+        return {"duration": self.duration}
+
+    def drawn(self, step: float) -> Samples:
+        """Give the samples from 0 to `duration` at a step [s] that suits."""
+        raise NotImplementedError
+
+    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
+        """Give the base acceleration on a grid, and what else is known of the motion.
+
+        Parameters
+        ----------
+        step : float
+            Distance of the samples [s].
+        end : float, optional
+            Not used: the motion has a length of its own.
+
+        Raises
+        ------
+        Misfit
+            When the step does not suit.
+        """
+        assert step is not None, "a generated signal needs a step"
+        self.check_step(step)
+        return self.drawn(step)
+
+
+class Until(Block):
+    """How narrow the confidence interval of a mean over seeds is to become."""
+
+    metric: str
+    """Name of a metric, from `a_u` to `energy_residual` in their table."""
+    half_width: Annotated[float, Quantity("", above=0)]
+    """Half of its 95 % confidence interval over its mean [-], such as `1 %`."""
+
+
+# Periods: signals that repeat, from their spectra. Knows no noise.
+
+
+Floats = NDArray[np.float64]
+
+IN_PLACE = np.lib.NumpyVersion(np.__version__) >= "2.0.0"
+"""Whether numpy can transform into memory at hand: the memory of a long signal costs time."""
+
+MOST_THREADS = 4
+"""Threads for a long signal: memory is no faster with more."""
+
+Job = TypeVar("Job")
+Done = TypeVar("Done")
+
+
+def share(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
+    """Give what is done to every job; for a signal of many samples [n] in threads."""
+    if n <= KEPT:
+        return [do(job) for job in jobs]
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(min(system.processors(), MOST_THREADS)) as pool:
+        return list(pool.map(do, jobs))
+
+
+def periods(spectra: NDArray[np.complex128], n: int) -> Iterable[Floats]:
+    """Give one period of two signals [n], each with its first sample again.
+
+    Other libraries transform two real signals faster, but round otherwise in some releases: a
+    seed would not be the same signal to the last bit alone and among others.
+    """
+    return share(lambda spectrum: _closed(spectrum, n), spectra, n)
+
+
+def _closed(spectrum: NDArray[np.complex128], n: int) -> Floats:
+    """Give one period of a signal [n] and its first sample again, which closes it."""
+    signal = np.empty(n + 1)
+    if IN_PLACE:
+        np.fft.irfft(spectrum, n, norm="forward", out=signal[:n])
+    else:
+        signal[:n] = np.fft.irfft(spectrum, n, norm="forward")
+    signal[n] = signal[0]
+    return signal

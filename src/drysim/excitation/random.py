@@ -1,0 +1,595 @@
+"""PSD, standard classes, road."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from functools import cache
+from itertools import pairwise
+from math import ceil, expm1, floor, log, pi, sqrt
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from drysim.core.model import BLOCK, Samples
+from drysim.errors import Caution
+from drysim.excitation.base import MOST_SEEDS, Ending, Until, Whole, periods, share
+from drysim.units import Block, Frequency, Misfit, Quantity, meant, near, shown
+from drysim.wording import number
+
+# Noise: a random signal of given spectrum, as lines of random phase. Knows no scenario.
+
+
+Floats = NDArray[np.float64]
+Density = Callable[[Floats], Floats]
+
+ON_LINE = 1e-9
+"""A corner of the spectrum this close to a line, relative to it, lies on the line."""
+
+PHASES = 1 << 16
+"""Phases that a line may have, evenly spread: a table in place of a sine and cosine a line."""
+
+FEW = 30
+"""Sums of fewer equal lines than this [-] are seen to be no Gaussian noise: the excess
+kurtosis is -1.5 over their number."""
+
+LOST = 0.01
+"""Share of the RMS that straight lines between samples may take before it is said [-]."""
+
+
+class Lines(NamedTuple):
+    """Lines at k/T of a signal with period T: number of the first, mean squares [m²/s⁴]."""
+
+    first: int
+    squares: Floats
+    T: float
+
+
+def numbers(low: float, high: float, T: float) -> tuple[int, int]:
+    """Give the first and the last line k/T within a band [Hz]; none if the first is above."""
+    return ceil(low * T * (1 - ON_LINE)), floor(high * T * (1 + ON_LINE))
+
+
+def lines(G: Density, band: tuple[float, float], square: float, T: float) -> Lines:
+    """Give the lines of a one-sided PSD in a band.
+
+    Parameters
+    ----------
+    G : callable
+        PSD [(m/s²)²/Hz] at frequencies [Hz].
+    band : tuple of float
+        First and last frequency [Hz]; the PSD is zero outside.
+    square : float
+        Integral of the PSD over the band [m²/s⁴], which the lines share.
+    T : float
+        Period of the signal [s].
+    """
+    first, last = numbers(*band, T)
+    squares = np.empty(last + 1 - first)
+
+    def fill(part: slice) -> None:
+        squares[part] = G(np.clip(np.arange(first + part.start, first + part.stop) / T, *band))
+
+    share(fill, _parts(len(squares)), len(squares))
+    squares *= square / squares.sum()
+    return Lines(first, squares, T)
+
+
+def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Samples:
+    """Give samples of one signal with these lines, over exactly one period.
+
+    Parameters
+    ----------
+    wanted : Lines
+        All below half of 1/step.
+    step : float
+        Distance of the samples [s]; a whole number of them makes the period.
+    seed : int
+    rms : float, optional
+        RMS value [m/s²] to which ü is scaled, as it is: linear between its samples.
+
+    Notes
+    -----
+    Only the phases are random: the amplitude of each line is that of the PSD. Line k takes
+    number k of `PCG64(seed)`, so neither a finer step nor another band changes its phase. The
+    displacement has no mean and no drift, and is that of ü as it is: linear between samples.
+    """
+    first, squares, T = wanted
+    n, turn, weights = round(T / step), pi / T * step, np.empty(len(squares))
+
+    def weigh(part: slice) -> None:
+        weights[part] = 1 - 2 / 3 * _bend(turn, first, part)
+
+    share(weigh, _parts(len(squares)), n)
+    kept = float(squares @ weights)  # mean square, straight lines between samples
+    scale = 1.0 if rms is None else rms / sqrt(kept)
+    codes, table = _codes(first, len(squares), seed), _turns()
+    spectra = np.zeros((2, n // 2 + 1), dtype=complex)
+
+    def fill(part: slice) -> None:
+        u_dd, u = spectra[:, first + part.start : first + part.stop]
+        np.multiply(np.sqrt(squares[part] / 2) * scale, table[codes[part]], out=u_dd)
+        bend = _bend(turn, first, part)
+        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² for no step
+
+    share(fill, _parts(len(squares)), n)
+    u_dd, u = periods(spectra, n)
+    asked = float(squares.sum())
+    realised: dict[str, object] = {
+        "rms_asked": sqrt(asked) if rms is None else rms,
+        "rms": sqrt(kept) * scale,
+        "scale": scale,
+        "lines": len(squares),
+    }
+    cautions = (*_few(squares), *coarse(sqrt(kept / asked), step, "RMS than its spectrum"))
+    return Samples(u_dd, step, u, (), cautions, realised)
+
+
+def _parts(count: int) -> Iterator[slice]:
+    """Cut so many lines into parts that stay near the processor."""
+    return (slice(at, min(at + BLOCK, count)) for at in range(0, count, BLOCK))
+
+
+def _bend(turn: float, first: int, part: slice) -> Floats:
+    """Give sin² of half the turn that some lines make in a step."""
+    return np.square(np.sin(turn * np.arange(first + part.start, first + part.stop)))
+
+
+def _codes(first: int, count: int, seed: int) -> NDArray[np.uint16]:
+    """Give a random phase for every line, by its number."""
+    random = np.random.Generator(np.random.PCG64(seed))
+    return random.integers(PHASES, size=first + count, dtype=np.uint16)[first:]
+
+
+@cache
+def _turns() -> NDArray[np.complex128]:
+    """Give e^(jφ) of every phase that a line may have, made once: each seed wants it."""
+    turns: NDArray[np.complex128] = np.exp(2j * pi / PHASES * np.arange(PHASES))
+    turns.flags.writeable = False
+    return turns
+
+
+def _few(squares: Floats) -> Iterator[Caution]:
+    """Say when so few lines are no noise."""
+    effective = float(squares.sum() ** 2 / (squares @ squares))
+    if effective < FEW:
+        sentence = (
+            f"the random signal is a sum of {effective:.3g} lines in effect, too few for "
+            f"Gaussian noise; {FEW / effective:.2g} times its duration would give {FEW}"
+        )
+        yield Caution("few-lines", sentence, {"lines": effective})
+
+
+def coarse(kept: float, step: float, what: str) -> Iterator[Caution]:
+    """Say when the samples are too far apart to be joined by straight lines.
+
+    `kept` is the share of `what` that is left; the loss goes with the step squared.
+    """
+    if kept < 1 - LOST:
+        fine = 0.9 * step * sqrt(LOST / (1 - kept))
+        sentence = (
+            f"solver.step is coarse: joined by straight lines, the samples of the base have "
+            f"{(1 - kept) * 100:.2g} % less {what}; {fine:.2g} s would be fine"
+        )
+        yield Caution("coarse-step", sentence, {"solver.step": step, "kept": kept})
+
+
+class Drawn(Ending):
+    """Random base motion: the same seed gives the same motion, whose last sample is the first.
+
+    With `seeds` or `until` it stands for many motions, one for each seed from `seed` on.
+    """
+
+    seed: Annotated[Whole, Field(ge=0)] = 1
+    """Seed of the random numbers [-], a whole number; another seed, another signal. The first
+    one where there are many."""
+    seeds: Annotated[Whole, Field(le=1_000_000_000)] | None = None
+    """How many seeds [-], 2 or more: `seed`, `seed` + 1 and so on, each a run of its own. The
+    metrics are means over them, with confidence intervals. Beside `until` the most there may
+    be; 400 when it is not given."""
+    until: Until | None = None
+    """Draws seeds until the confidence interval of a metric is as narrow as asked; looked at
+    after every tenth seed."""
+
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("seed", "seeds", "until"),)
+
+    @property
+    def most_seeds(self) -> int:
+        """How many seeds it stands for at most [-]; 1 where neither key asks for more."""
+        return (self.seeds or MOST_SEEDS) if self.until else (self.seeds or 1)
+
+    def of_seed(self, seed: int) -> Self:
+        """Give the motion of one seed alone."""
+        return self.model_copy(update={"seed": seed, "seeds": None, "until": None})
+
+    @field_validator("seeds")
+    @classmethod
+    def _several(cls, seeds: int | None) -> int | None:
+        if seeds is not None and seeds < 2:
+            sentence = "must be at least 2, as one seed has no confidence interval"
+            raise ValueError(f"{sentence}; not {shown(seeds)}")
+        return seeds
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """First and last frequency of the spectrum [Hz]."""
+        raise NotImplementedError
+
+    @property
+    def highest(self) -> float:
+        """Last frequency of the spectrum [Hz]."""
+        return self.band[1]
+
+    @model_validator(mode="after")
+    def _long_enough(self) -> Self:
+        low, high = self.band
+        first, last = numbers(low, high, self.duration)
+        if first > last:
+            raise Misfit(
+                f"must be at least {1 / (high - low):.4g} s: the lines of the spectrum are "
+                f"1/duration apart, and none would be from {low:g} to {high:g} Hz",
+                "duration",
+            )
+        return self
+
+
+# Psd: random base motion of a given power spectral density, joined log-log.
+
+
+PsdValue = Annotated[float, Quantity("(m/s²)²/Hz", above=0)]
+
+
+def _pair(given: object) -> object:
+    if not isinstance(given, list | tuple) or len(given) != 2:
+        raise ValueError(f"must be a pair [frequency, PSD], not {shown(given)}")
+    return given
+
+
+Point = Annotated[tuple[Frequency, PsdValue], BeforeValidator(_pair)]
+"""A corner of a spectrum: frequency [Hz] and one-sided PSD [(m/s²)²/Hz]."""
+
+
+class Psd(Drawn):
+    """A shaker table that follows a random profile, given by the PSD of its acceleration.
+
+    Not to be confused with a record: the signal is drawn, by its seed, as a sum of lines at
+    whole multiples of 1/duration. Only their phases are random; it repeats after `duration`.
+    """
+
+    kind: Literal["psd"]
+    """Random base motion of a given PSD."""
+    also_called: ClassVar[tuple[str, ...]] = ("random", "noise", "spectrum")
+    points: Annotated[tuple[Point, ...], Field(json_schema_extra={"minItems": 2})]
+    """Corners [frequency, PSD] of the one-sided PSD of ü, in Hz and (m/s²)²/Hz (or `g²/Hz`),
+    frequencies ascending. Straight lines in log-log axes join them; zero outside."""
+    rms: Annotated[float, Quantity("m/s²", above=0)] | None = None
+    """RMS value a_u of the base acceleration [m/s²]. When it is given the PSD is a shape only,
+    and the signal is scaled to exactly this RMS over its whole duration."""
+
+    @field_validator("points")
+    @classmethod
+    def _ascending(cls, points: tuple[Point, ...]) -> tuple[Point, ...]:
+        if len(points) < 2:
+            raise ValueError("must have two points at least, [frequency, PSD] each")
+        for i, ((low, _), (high, _)) in enumerate(pairwise(points)):
+            if not low < high:
+                sentence = f"must be above the frequency before it, {low:g} Hz; not {high:g}"
+                raise Misfit(sentence, i + 1, 0)
+        return points
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """First and last frequency of the PSD [Hz]."""
+        return self.points[0][0], self.points[-1][0]
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give its band."""
+        if any(key.startswith("points") for key in varied):
+            return ""
+        low, high = self.band
+        return f"{number(low)} to {number(high, 'Hz')}"
+
+    def drawn(self, step: float) -> Samples:
+        """Draw the base acceleration on a grid, and the displacement that goes with it."""
+        return noise(lines_of(self.points, self.duration), step, self.seed, self.rms)
+
+
+def lines_of(points: tuple[tuple[float, float], ...], T: float) -> Lines:
+    """Give the lines of a log-log polygon in a signal with period T [s]."""
+    f, G = (np.array(column) for column in zip(*points, strict=True))
+    band = points[0][0], points[-1][0]
+    return lines(lambda at: density(f, G, at), band, area(points), T)
+
+
+def density(f: Floats, G: Floats, at: Floats) -> Floats:
+    """Give the PSD at ascending frequencies within a log-log polygon of corners f, G."""
+    found = np.empty(len(at))
+    edges = np.searchsorted(at, f)
+    edges[-1] = len(at)
+    for i in range(len(f) - 1):
+        part = slice(edges[i], edges[i + 1])
+        p = log(G[i + 1] / G[i]) / log(f[i + 1] / f[i])
+        found[part] = G[i] * (at[part] / f[i]) ** p
+    return found
+
+
+def area(points: tuple[tuple[float, float], ...]) -> float:
+    """Give the integral of a log-log polygon, the mean square of the signal [m²/s⁴].
+
+    Notes
+    -----
+    Of a segment: P1 f1/(p+1) [(f2/f1)^(p+1) - 1], and P1 f1 ln(f2/f1) at p = -1.
+    """
+    total = 0.0
+    for (f_1, P_1), (f_2, P_2) in pairwise(points):
+        octaves = log(f_2 / f_1)
+        rise = log(P_2 / P_1) + octaves  # (p + 1) ln(f2/f1)
+        total += P_1 * f_1 * octaves * (expm1(rise) / rise if rise else 1.0)
+    return total
+
+
+# Standard: the input spectra of laboratory tests of vehicle seats, by their class.
+
+
+FINE = 100_000
+"""Points of the midpoint rule for the integral of a spectrum: nine digits."""
+
+RESOLUTION = 0.5
+"""Width [Hz] of the bands over which the realised PSD is told."""
+
+A = (0.89, 11.22)
+B = (0.89, 17.78)
+"""The bands of the stated RMS values [Hz]: third octaves from 1 Hz to 10 and to 16 Hz."""
+
+
+class Spectrum(NamedTuple):
+    """G0 |HP|² |LP|² of Butterworth filters: order and corner [Hz], G0, stated RMS [m/s²]."""
+
+    high_pass: tuple[int, float]
+    low_pass: tuple[int, float]
+    G0: float
+    rms: float
+    band: tuple[float, float]
+    recalled: bool = False
+    """Whether the stated RMS is recalled, not checked against the text of the standard."""
+
+    def density(self, f: Floats) -> Floats:
+        """Give the PSD of ü [(m/s²)²/Hz]."""
+        (n, f_h), (p, f_l) = self.high_pass, self.low_pass
+        high = (f / f_h) ** (2 * n)
+        return self.G0 * high / (1 + high) / (1 + (f / f_l) ** (2 * p))
+
+    def square(self) -> float:
+        """Give the integral of the PSD over the band [m²/s⁴]."""
+        low, high = self.band
+        share = (np.arange(FINE, dtype=np.float64) + 0.5) / FINE
+        return float(self.density(low + share * (high - low)).mean() * (high - low))
+
+
+MACHINE_CLASSES = {
+    "EM1": Spectrum((4, 1.5), (4, 2.5), 2.82, 1.71, A),
+    "EM2": Spectrum((4, 1.5), (4, 3.0), 2.72, 2.05, A),
+    "EM3": Spectrum((4, 1.5), (4, 3.0), 1.93, 1.73, A),
+    "EM4": Spectrum((4, 1.5), (4, 3.0), 0.60, 0.96, A),
+    "EM5": Spectrum((4, 1.5), (1, 3.5), 1.11, 1.94, B),
+    "EM6": Spectrum((2, 6.5), (2, 9.0), 0.79, 1.65, B),
+    "EM7": Spectrum((8, 3.0), (8, 3.5), 9.25, 2.25, A, recalled=True),
+    "EM8": Spectrum((4, 3.0), (2, 3.0), 1.45, 1.05, B),
+    "EM9": Spectrum((4, 3.5), (2, 4.0), 2.10, 1.63, B),
+    "IT1": Spectrum((4, 4.5), (2, 5.0), 1.66, 1.58, B),
+    "IT2": Spectrum((4, 3.0), (2, 3.0), 1.45, 1.05, B),
+    "IT3": Spectrum((4, 1.5), (4, 3.0), 0.60, 0.96, A),
+    "IT4": Spectrum((4, 1.5), (4, 3.0), 1.64, 1.59, B),
+    "AG1": Spectrum((8, 3.0), (8, 3.5), 9.25, 2.26, A),
+    "AG2": Spectrum((8, 2.1), (8, 2.6), 7.22, 1.94, A),
+    "AG3": Spectrum((8, 1.95), (8, 2.45), 5.85, 1.74, A),
+}
+"""EM: earth-moving machines, EN ISO 7096. IT: industrial trucks, EN 13490. AG: agricultural
+tractors, ISO 5007."""
+
+
+class Standard(Drawn):
+    """The vertical base motion of a seat test, by the class of its machine.
+
+    Not to be confused with a record of the machine: the spectrum is the standard's, and the
+    signal is drawn from it, between the limits of the class's band and nowhere else.
+    """
+
+    kind: Literal["standard"]
+    """The base motion of a seat test."""
+    machine: Annotated[
+        str, Field(alias="class", json_schema_extra={"enum": list(MACHINE_CLASSES)})
+    ]
+    """Class: EM1 to EM9 (earth-moving machines), IT1 to IT4 (industrial trucks), AG1 to AG3
+    (agricultural tractors)."""
+    scale: Literal["to definition", "nothing"] = "to definition"
+    """Whether the signal is scaled to exactly the RMS value that the standard states, or left
+    with that of its spectrum, which differs by up to 1 %."""
+
+    @field_validator("machine")
+    @classmethod
+    def _known(cls, name: str) -> str:
+        if name not in MACHINE_CLASSES:
+            hint = meant(near(name, MACHINE_CLASSES))
+            raise ValueError(
+                f"must be EM1 to EM9, IT1 to IT4 or AG1 to AG3, not {shown(name)}{hint}"
+            )
+        return name
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give its class."""
+        return self.machine
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """The band of the stated RMS [Hz]."""
+        spectrum = MACHINE_CLASSES.get(self.machine)
+        return spectrum.band if spectrum else A
+
+    def drawn(self, step: float) -> Samples:
+        """Draw the base acceleration on a grid, and prove it against its definition."""
+        spectrum = MACHINE_CLASSES[self.machine]
+        wanted = lines(spectrum.density, spectrum.band, spectrum.square(), self.duration)
+        scaled = self.scale == "to definition"
+        motion = noise(wanted, step, self.seed, spectrum.rms if scaled else None)
+        bands = proof(spectrum, motion)
+        worst = max(abs(band["found"] - band["asked"]) for band in bands)
+        peak = float(spectrum.density(np.linspace(*spectrum.band, 1000)).max())
+        realised: dict[str, object] = {"class": self.machine, "rms_asked": spectrum.rms}
+        realised |= {"psd_error": worst / peak, "psd": bands}
+        cautions = (
+            *motion.cautions,
+            *([recalled_machine(self.machine)] if spectrum.recalled else []),
+        )
+        return motion._replace(realised={**motion.realised, **realised}, cautions=cautions)
+
+
+def proof(spectrum: Spectrum, motion: Samples) -> tuple[dict[str, float], ...]:
+    """Give the PSD of the samples beside its definition, in bands.
+
+    Returns
+    -------
+    tuple of dict
+        `from` and `to` of a band [Hz]; `asked` and `found`, the means of both PSDs at the lines
+        in it [(m/s²)²/Hz].
+    """
+    n = len(motion.u_dd) - 1
+    f = np.arange(n // 2 + 1) / (n * motion.dt)
+    found = 2 * n * motion.dt * np.square(np.abs(np.fft.rfft(motion.u_dd[:-1], norm="forward")))
+    asked = spectrum.density(f)
+    low, high = spectrum.band
+    edges = np.linspace(low, high, round((high - low) / RESOLUTION) + 1)
+    bands = []
+    for left, right in pairwise(edges.tolist()):
+        at = (f >= left) & (f < right)
+        if at.any():
+            means = {"asked": float(asked[at].mean()), "found": float(found[at].mean())}
+            bands.append({"from": left, "to": right, **means})
+    return tuple(bands)
+
+
+def recalled_machine(machine: str) -> Caution:
+    """Say that a stated value is recalled."""
+    sentence = (
+        f"the RMS that the standard states for {machine}, "
+        f"{MACHINE_CLASSES[machine].rms:g} m/s², is recalled and was not checked against its "
+        "text; `scale: nothing` does without it"
+    )
+    return Caution("recalled", sentence, {"rms": MACHINE_CLASSES[machine].rms})
+
+
+# Road: the vertical profile of a road of ISO 8608 under a wheel at constant speed.
+
+
+N_0 = 0.1
+"""Reference wave number n0 [cycle/m]."""
+
+OMEGA_0 = 1.0
+"""Reference angular wave number Ω0 [rad/m]."""
+
+ROAD_CLASSES = {name: 16e-6 * 4.0**i for i, name in enumerate("ABCDEFGH")}
+"""Geometric means G_d(n0) of the classes [m³]; their limits are half and twice that."""
+
+RECALLED = "EFGH"
+"""Classes whose value is recalled, not checked against the text of the standard."""
+
+WaveNumber = Annotated[float, Quantity("1/m", above=0)]
+
+
+class Band(Block):
+    """The wave numbers that a road has."""
+
+    low: Annotated[WaveNumber, Field(alias="from")] = 0.011
+    """Lowest wave number [1/m], cycles a metre."""
+    high: Annotated[WaveNumber, Field(alias="to")] = 2.83
+    """Highest wave number [1/m], cycles a metre."""
+
+    @model_validator(mode="after")
+    def _upwards(self) -> Self:
+        if not self.low < self.high:
+            raise Misfit(f"must be above `from`, {self.low:g} 1/m; not {self.high:g} 1/m", "to")
+        return self
+
+
+class Road(Drawn):
+    """A wheel that follows a rough road at constant speed, without losing contact.
+
+    Not to be confused with the floor of a vehicle: nothing of tyre and suspension is in it. Of
+    two public readings of a roughness one is 16 times the other: the reference is named.
+    """
+
+    kind: Literal["road"]
+    """The profile of a road, driven over."""
+    grade: Annotated[
+        Literal["A", "B", "C", "D", "E", "F", "G", "H"] | None, Field(alias="class")
+    ] = None
+    """Class of ISO 8608, A (smooth) to H; its geometric mean, G_d(n0) = 16e-6 m³ for A and four
+    times as much a class."""
+    reference: Literal["n0", "Omega0"] | None = None
+    """What `roughness` refers to: n0, per cycle/m at 0.1 cycle/m; Omega0, per rad/m at 1 rad/m.
+    """
+    roughness: Annotated[float, Quantity("m³", above=0)] | None = None
+    """PSD of the profile's height at the reference [m³], in place of `class`."""
+    speed: Annotated[float, Quantity("m/s", above=0)]
+    """Speed V [m/s]."""
+    wave_numbers: Band = Field({}, validate_default=True)
+    """The road's wave numbers [1/m]; none outside. Default: where the standard is valid."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("class", "roughness"),)
+    needs: ClassVar[dict[str, str]] = {"reference": "roughness"}
+
+    @field_validator("roughness")
+    @classmethod
+    def _refers(cls, roughness: float | None, info: ValidationInfo) -> float | None:
+        said = {"grade", "reference"} & {key for key, word in info.data.items() if word}
+        if roughness is not None and not said and "reference" in info.data:
+            raise ValueError(
+                "needs its reference: `reference: n0` for a PSD per cycle/m at 0.1 cycle/m, "
+                "`reference: Omega0` for one per rad/m at 1 rad/m, 16 times as much road"
+            )
+        return roughness
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give how rough it is, and the speed."""
+        words: str = self.grade or ""
+        if self.roughness is not None and "roughness" not in varied:
+            words = f"of {number(self.roughness, 'm³')} ({self.reference})"
+        speed = "" if "speed" in varied else f"at {number(self.speed, 'm/s')}"
+        return f"{words} {speed}".strip()
+
+    @property
+    def G_d(self) -> float:
+        """PSD of the height at n0 [m³]."""
+        if self.roughness is None:
+            return ROAD_CLASSES[self.grade or "A"]
+        if self.reference == "n0":
+            return self.roughness
+        # Per cycle there is 2π times as much as per radian, and it falls with n².
+        return self.roughness * 2 * pi * (OMEGA_0 / (2 * pi * N_0)) ** 2
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """First and last frequency [Hz]."""
+        return self.speed * self.wave_numbers.low, self.speed * self.wave_numbers.high
+
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Give the PSD of ü by its ends [Hz, (m/s²)²/Hz]: 16 π⁴ n0² G_d(n0) V f²."""
+        rise = 16 * pi**4 * N_0**2 * self.G_d * self.speed
+        return tuple((f, rise * f**2) for f in self.band)
+
+    def drawn(self, step: float) -> Samples:
+        """Draw the base acceleration on a grid, and the height of the road at its points."""
+        motion = noise(lines_of(self.corners(), self.duration), step, self.seed)
+        told = [recalled_class(self.grade)] if self.grade and self.grade in RECALLED else []
+        return motion._replace(cautions=(*motion.cautions, *told))
+
+
+def recalled_class(grade: str) -> Caution:
+    """Say that the value of a class is recalled."""
+    sentence = (
+        f"the roughness of class {grade}, {ROAD_CLASSES[grade]:g} m³ at 0.1 cycle/m, is "
+        "recalled and was not checked against the text of ISO 8608; `roughness` takes another "
+        "value"
+    )
+    return Caution("recalled", sentence, {"roughness": ROAD_CLASSES[grade]})

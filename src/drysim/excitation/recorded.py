@@ -1,0 +1,58 @@
+"""Measured base motion, from a column or channel of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal
+
+from drysim.core.model import Samples
+from drysim.excitation.base import Member
+from drysim.records.columns import SI
+from drysim.records.options import Recorded as Recorded
+from drysim.records.options import RecordedMotion
+
+
+class Motion(Member):
+    """The kind of base motion that is a record."""
+
+    kind: Literal["record"]
+    """Measured base motion."""
+
+
+class Record(RecordedMotion, Motion):
+    """Base motion as it was measured: evenly spaced samples in a column or channel of a file.
+
+    Not to be confused with a random excitation made from a spectrum: nothing is drawn here, and
+    the motion ends at the record's last sample.
+    """
+
+    own_step: ClassVar[bool] = True
+    own_end: ClassVar[bool] = True
+
+    @property
+    def measured(self) -> str:
+        """What the samples are."""
+        return self.quantity
+
+    @classmethod
+    def si_of(cls, words: Mapping[str, Any]) -> str | None:
+        """Give the SI unit of the samples from the words read so far; None where unknown."""
+        return SI.get(words.get("quantity", ""))
+
+    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
+        """Read the record and give its base acceleration.
+
+        Returns
+        -------
+        Samples
+            On the grid of the record; of a velocity record on half its step, where the spline's
+            derivative bends.
+
+        Raises
+        ------
+        RecordError
+            When the record cannot be used; names the file, the row and the column.
+        """
+        from drysim.records.record import motion_of
+
+        return motion_of(self)

@@ -1,0 +1,246 @@
+"""ISO 2631-1."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.approach.solution import Floats, Response
+from drysim.core.model import Samples, Sines, base_acceleration
+from drysim.metrics.stroke import Values
+
+# Frequency weightings of whole-body vibration, ISO 2631-1 in the filter form of ISO 8041.
+
+
+Complexes = NDArray[np.complex128]
+
+HIGH_PASS, LOW_PASS = 0.4, 100.0
+"""Corners of the band limits that all weightings share, both Butterworth of order two [Hz]."""
+
+
+class Filter(NamedTuple):
+    """A weighting inside its band limits.
+
+    Attributes
+    ----------
+    f_3, Q_4 : float
+        Corner [Hz] and resonance [-] of the transition from acceleration to velocity; f4 = f3.
+    step : tuple of float, or None
+        f5 [Hz], Q5, f6 [Hz], Q6 of the upward step; None for none.
+    """
+
+    f_3: float
+    Q_4: float
+    step: tuple[float, float, float, float] | None = None
+
+
+WEIGHTINGS = {
+    "Wk": Filter(12.5, 0.63, (2.37, 0.91, 3.35, 0.91)),
+    "Wd": Filter(2.0, 0.63),
+    "Wc": Filter(8.0, 0.63),
+}
+"""Wk: a seat, vertical. Wd: a seat, horizontal. Wc: a backrest, fore and aft."""
+
+DIRECTIONS = {"vertical": ("Wk", 1.0), "horizontal": ("Wd", 1.4)}
+"""Weighting and multiplying factor k [-] of a seat's directions."""
+
+RECALLED = ("horizontal",)
+"""Directions whose k is recalled and was not checked against the text of ISO 2631-1."""
+
+
+def gain(name: str, f: Floats) -> Complexes:
+    """Give the complex gain W of a weighting at frequencies.
+
+    Parameters
+    ----------
+    name : str
+        One of `WEIGHTINGS`.
+    f : ndarray
+        Frequencies [Hz]; 0 has gain 0.
+
+    Returns
+    -------
+    ndarray of complex
+        W = H_hp H_lp H_t H_s [-], shape of `f`.
+
+    Notes
+    -----
+    The analogue formula itself. Not to be confused with the rounded tables of the standard, or
+    with a digital filter, which departs from both towards half of its sampling rate.
+    """
+    f_3, Q_4, step = WEIGHTINGS[name]
+    j: Complexes = (1j * f).astype(np.complex128)  # s/2π
+    W = j * j / _second_order(j, HIGH_PASS, 0.5**0.5)
+    W *= LOW_PASS**2 / _second_order(j, LOW_PASS, 0.5**0.5)
+    W *= (1 + j / f_3) * f_3**2 / _second_order(j, f_3, Q_4)
+    if step is not None:
+        W *= _second_order(j, *step[:2]) / _second_order(j, *step[2:])
+    return np.asarray(W, dtype=np.complex128)
+
+
+def _second_order(j: Complexes, f_i: float, Q: float) -> Complexes:
+    """Give s² + s ω/Q + ω², all divided by 4π²."""
+    return j * j + j * (f_i / Q) + f_i**2
+
+
+# Accelerations as means over every step of a response: what spectra and weightings sample.
+
+
+ON_GRID = 1e-6
+"""A time this close to a grid point, in steps, is on it."""
+
+
+def step_means(response: Response) -> tuple[Floats, Floats]:
+    """Give the mean accelerations of base and mass over every step.
+
+    Parameters
+    ----------
+    response : Response
+        On a grid of n points.
+
+    Returns
+    -------
+    u_dd, x_dd : ndarray, shape (n - 1,)
+        Means over the steps [m/s²].
+
+    Notes
+    -----
+    ẍ = ü + dv_r/dt, so the mean over a step follows exactly from v_r at its ends, wherever in
+    it ẍ jumps. A point sample would miss up to half a step of each jump by 2 F_fk/m; what
+    remains here is aliasing, which a mean over the step keeps small. A mean has the gain
+    sin(π f dt)/(π f dt), which `faded` gives so that it can be taken back.
+    """
+    dt, motion = response.dt, response.motion
+    if isinstance(motion, Samples):
+        u_dd = 0.5 * (response.u_dd[:-1] + response.u_dd[1:])
+    else:
+        A = tuple(A * float(np.sinc(f * dt)) for A, f in zip(motion.A, motion.f, strict=True))
+        middles = (np.arange(len(response) - 1, dtype=np.float64) + 0.5) * dt
+        u_dd = base_acceleration(Sines(A, motion.f, motion.phase), middles)
+    return u_dd, u_dd + np.diff(response.v_r) / dt
+
+
+def faded(f: Floats, dt: float) -> Floats:
+    """Give the gain of a mean over a step [s] at frequencies [Hz]: sin(π f dt)/(π f dt)."""
+    return np.asarray(np.sinc(f * dt), dtype=np.float64)
+
+
+def steps_within(response: Response, window: tuple[float, float]) -> slice:
+    """Give the steps that lie in a window [s] as a whole."""
+    first = int(np.ceil(window[0] / response.dt - ON_GRID))
+    last = int(np.floor(window[1] / response.dt + ON_GRID))
+    return slice(first, max(first, min(last, len(response) - 1)))
+
+
+# Comfort: what a person on the mass feels of its vibration, by ISO 2631-1.
+
+
+FADE = 20.0
+"""Time [s] after which the weightings have forgotten: their slowest pole, in the high-pass,
+decays by exp(-1.78/s t), to 4e-16."""
+
+TAU = 1.0
+"""Integration time of the running RMS [s]."""
+
+
+def comfort(
+    response: Response, window: tuple[float, float], name: str, k: float, periodic: bool
+) -> Values:
+    """Give a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor of a response; None where unknown.
+
+    Parameters
+    ----------
+    response : Response
+        From t = 0 on. When it is periodic, its grid divides the repetition.
+    window : tuple of float
+        Begin and end of the window [s]; the steps that lie in it as a whole count.
+    name : str
+        Weighting, one of `drysim.weighting.WEIGHTINGS`.
+    k : float
+        Multiplying factor of the direction [-].
+    periodic : bool
+        Whether the response is one repetition of a periodic motion.
+
+    Notes
+    -----
+    ISO 2631-1: a_w is the RMS of the weighted acceleration of the mass times k; VDV is
+    (∫ a_w⁴ dt)^(1/4), so it grows with the window; MTVV is the greatest running RMS, here with
+    the linear integration of 1 s (not the exponential one), wholly within the window; the
+    crest factor is the greatest |a_w(t)| over a_w. SEAT and SEAT_VDV are a_w and VDV on the
+    mass over those of the base.
+
+    A motion that is not periodic is weighted as an instrument would that is switched on at
+    t = 0, before which nothing moved: `settle` passes over the transients of both.
+    """
+    part, dt = steps_within(response, window), response.dt
+    base, mass = (weighted(series, dt, name, periodic)[part] for series in step_means(response))
+    if not len(mass):
+        return {}
+    a_u, a_w = k * rms(base), k * rms(mass)
+    dose_u, dose = k * _dose(base, dt), k * _dose(mass, dt)
+    running = greatest_running(mass, dt, periodic)
+    return {
+        "a_w": a_w,
+        "SEAT": a_w / a_u if a_u else None,
+        "VDV": dose,
+        "SEAT_VDV": dose / dose_u if dose_u else None,
+        "MTVV": None if running is None else k * running,
+        "crest_factor": k * float(np.abs(mass).max()) / a_w if a_w else None,
+    }
+
+
+def weighted(means: Floats, dt: float, name: str, periodic: bool = False) -> Floats:
+    """Give the weighted series of an acceleration, in the middles of the steps.
+
+    Parameters
+    ----------
+    means : ndarray, shape (n,)
+        Means over the steps [m/s²].
+    dt : float
+        Step [s].
+    name : str
+        Weighting.
+    periodic : bool
+        Whether the series repeats; else it is taken to be preceded and followed by nothing.
+
+    Notes
+    -----
+    By FFT, with the exact gain at every line: a periodic series needs no padding, any other
+    is followed by `FADE` of nothing, so that its end does not reach round to its beginning.
+    """
+    from scipy import fft
+
+    n = len(means)
+    length = n if periodic else fft.next_fast_len(n + math.ceil(FADE / dt), real=True)
+    f: Floats = np.fft.rfftfreq(length, dt).astype(np.float64)
+    spectrum = fft.rfft(means, length)
+    spectrum *= gain(name, f) / faded(f, dt)
+    return np.asarray(fft.irfft(spectrum, length)[:n], dtype=np.float64)
+
+
+def rms(series: Floats) -> float:
+    """Give the RMS of a series."""
+    return math.sqrt(float(np.mean(np.square(series))))
+
+
+def _dose(series: Floats, dt: float) -> float:
+    """Give the fourth root of the integral of the fourth power."""
+    return math.sqrt(math.sqrt(float(np.sum(np.square(np.square(series)))) * dt))
+
+
+def greatest_running(series: Floats, dt: float, periodic: bool = False) -> float | None:
+    """Give the greatest RMS over 1 s of a series; None for one that is shorter and ends."""
+    span = TAU / dt
+    if periodic:
+        series = np.tile(series, 1 + math.ceil(span / len(series)))
+    if len(series) < span:
+        return None
+    energy = np.concatenate(([0.0], np.cumsum(np.square(series))))
+    ends = np.arange(len(energy))
+    begins = ends - span
+    before = np.interp(begins, ends, energy)
+    squares = (energy - before)[begins >= 0] / span
+    return math.sqrt(max(float(squares.max()), 0.0))

@@ -1,0 +1,105 @@
+"""Welch PSD, H1, coherence."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.approach.solution import Floats, Response
+from drysim.core.model import Plant
+from drysim.metrics.comfort import faded, step_means, steps_within
+
+Complexes = NDArray[np.complex128]
+
+SEGMENTS = 8
+"""Fewest segments end to end in a window unless the scenario says otherwise."""
+
+PERIODS, SHORTEST = 8.0, 5.0
+"""Natural periods in a segment of a long window, and the least length of one [s]."""
+
+FEWEST_STEPS = 16
+"""Steps of the shortest segment: eight lines are no spectrum."""
+
+WIDTH = 1.5
+"""Noise bandwidth of the Hann window [lines]."""
+
+
+class Spectra(NamedTuple):
+    """One-sided spectra at the lines above 0 Hz, each array of shape (n,).
+
+    Attributes
+    ----------
+    f : ndarray
+        Frequency [Hz].
+    G_u, G_x : ndarray
+        PSD of ü and of ẍ [(m/s²)²/Hz].
+    H1 : ndarray of complex
+        Transmissibility from ü to ẍ [-], cross spectrum over G_u.
+    coherence : ndarray
+        Share of G_x that a linear system would owe to ü [-].
+    segment : float
+        Length of a segment [s].
+    segments : int
+        How many of them were averaged, half overlapping.
+    """
+
+    f: Floats
+    G_u: Floats
+    G_x: Floats
+    H1: Complexes
+    coherence: Floats
+    segment: float
+    segments: int
+
+
+def spectra(response: Response, window: tuple[float, float], segment: float) -> Spectra:
+    """Give the spectra of a response in a window.
+
+    Parameters
+    ----------
+    response : Response
+    window : tuple of float
+        Begin and end [s].
+    segment : float
+        Length of a segment [s]; lines are 1/segment apart.
+
+    Notes
+    -----
+    Welch: Hann windows that overlap by half, the mean of the window taken off. H1 = G_ux/G_u
+    is unbiased by what friction adds to ẍ, which lowers the coherence instead. A segment count
+    n leaves a standard error of about 1/√(0.95 n) of a PSD. The accelerations are means over
+    the steps, and their fading towards half of the sampling rate is taken back. So G_u is that
+    of straight lines between the samples, less than that of the samples by (2/3) (π f dt)².
+    """
+    dt, part = response.dt, steps_within(response, window)
+    u_dd, x_dd = (series[part] - series[part].mean() for series in step_means(response))
+    n = max(1, round(segment / dt))
+    f: Floats = np.arange(1, n // 2 + 1) / (n * dt)
+    G_u, G_x = (_cross(series, series, n, dt).real for series in (u_dd, x_dd))
+    G_ux = _cross(u_dd, x_dd, n, dt)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        H1, coherence = G_ux / G_u, np.square(np.abs(G_ux)) / (G_u * G_x)
+    fading = np.square(faded(f, dt))
+    count = 1 + (len(u_dd) - n) // (n - n // 2)
+    return Spectra(f, G_u / fading, G_x / fading, H1, coherence, n * dt, count)
+
+
+def _cross(a: Floats, b: Floats, n: int, dt: float) -> Complexes:
+    """Give the one-sided cross spectrum of two series above 0 Hz, by segments of n steps."""
+    from scipy import signal
+
+    _, G = signal.csd(
+        a, b, fs=1.0 / dt, window="hann", nperseg=n, noverlap=n // 2, detrend=False
+    )
+    return np.asarray(G[1:], dtype=np.complex128)
+
+
+def viscous_transmissibility(plant: Plant, f: Floats) -> Floats:
+    """Give T_a of spring and damper alone at frequencies [Hz], in closed form [-]."""
+    m, k_x, b = plant
+    omega = 2.0 * np.pi * f
+    carried = k_x + 1j * b * omega
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.abs(carried / (carried - m * omega**2)), dtype=np.float64)

@@ -1,0 +1,1 @@
+"""PNG: each picture is a function of what it shows and the folder to write it in."""

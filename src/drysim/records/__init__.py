@@ -1,0 +1,1 @@
+"""Measured records: base motion and normal force from files."""

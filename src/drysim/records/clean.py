@@ -1,0 +1,787 @@
+"""Time grid, gaps, resampling, filters and splines of a record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import asin, ceil, floor, log10, sqrt
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from drysim.core.model import BLOCK, Samples, Signal, moments
+from drysim.errors import RecordError
+from drysim.records.columns import Columns, Floats, gap, stretch
+from drysim.records.file import fault, fit
+from drysim.records.options import Window
+from drysim.wording import listed, several
+
+if TYPE_CHECKING:
+    from drysim.records.options import Gaps, Removal, Resample
+
+
+# From printed times to where samples lie: on an even grid, with holes in it, or unevenly.
+
+
+JITTER = 1e-3
+"""Share of a step by which any sample may leave the even grid: ü hardly changes within it."""
+
+LARGEST_SLACK = 0.02
+"""Share of a step that the rounding of printed times may take: enough for 256 Hz to 1e-4 s."""
+
+LAST_DIGIT = 0.6
+"""Units of the last printed digit: rounding takes a half, the rest is binary."""
+
+SINGLE = 2.0**-23
+"""Relative rounding of times that once were single precision."""
+
+SHORTEST = 1e-300
+"""Below this step [s] its rate would overflow."""
+
+HOLE = 1.5
+"""From this many usual steps on, a step is a hole in which samples are missing."""
+
+POOR = "give `rate` or `step` in place of `time` where only the printed times are poor"
+"""What to say of times that samples cannot have had."""
+
+
+class Grid(NamedTuple):
+    """Where samples lie.
+
+    Attributes
+    ----------
+    dt : float
+        Their distance; of uneven times the mean one, holes left out [s].
+    first : float
+        Time of the first [s].
+    at : ndarray, shape (n,), or None
+        Steps of `dt` from the first sample to each; None where none is missing.
+    spread : tuple of float, or None
+        Least and greatest step [s] of uneven times; None where all lie on the grid.
+    """
+
+    dt: float
+    first: float
+    at: Floats | None = None
+    spread: tuple[float, float] | None = None
+
+
+def grid_of(
+    t: Floats, second: float, columns: Columns, index: int, may_jitter: bool = False
+) -> Grid:
+    """Give where the samples of printed times lie.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Times as printed.
+    second : float
+        The unit of `t` [s].
+    columns : Columns
+    index : int
+        0-based column of the times.
+    may_jitter : bool
+        Whether uneven times may stand, because the record is to be resampled.
+
+    Raises
+    ------
+    RecordError
+        When time stands still, runs backwards, or its steps are uneven; the row is named.
+
+    Notes
+    -----
+    The times may be rounded: a whole number of samples in a unit of time is preferred where the
+    printed digits allow it, else the mean step counts.
+    """
+    steps = np.diff(t)
+    halt = np.flatnonzero(steps <= 0)
+    if halt.size:
+        row = int(halt[0]) + 1
+        what = "runs backwards" if steps[row - 1] < 0 else "stands still"
+        sentence = f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}"
+        raise columns.at(row, index, sentence + ("" if steps[row - 1] < 0 else f"; {POOR}"))
+    digit, first = columns.last_digit(index), float(t[0]) * second
+    dt = _even(t, np.arange(float(len(t))), digit, second)
+    if dt is not None:
+        return Grid(dt, first)
+    usual = float(np.median(steps))
+    at = np.concatenate(([0.0], np.cumsum(np.rint(steps / usual))))
+    dt = _even(t, at, digit, second) if at[-1] >= len(t) else None
+    if dt is not None:
+        return Grid(dt, first, at)
+    if not may_jitter:
+        raise _uneven(steps, usual, columns, index)
+    short = steps[steps <= HOLE * usual]
+    # Of uneven steps the mean tells the rate, where the median may lie off it by chance.
+    mean, spread = float(short.mean()), (float(short.min()), float(short.max()))
+    return Grid(
+        mean * second, first, (t - t[0]) / mean, (spread[0] * second, spread[1] * second)
+    )
+
+
+def _even(t: Floats, at: Floats, digit: float, second: float) -> float | None:
+    """Give the step [s] of times that lie at whole numbers of it; None where they do not.
+
+    `digit` is the unit of the last one that they are printed with.
+    """
+    dt = float(t[-1] - t[0]) / float(at[-1])
+    largest = float(np.abs(t[[0, -1]]).max())
+    rounding = LAST_DIGIT * digit + 4 * np.spacing(largest)
+    slack = max(rounding, JITTER * dt, SINGLE * largest)
+    rate = round(1 / max(dt * second, SHORTEST))
+    if rate and _leaves(t, at, 1 / rate / second) <= min(rounding, LARGEST_SLACK * dt):
+        return 1 / rate
+    if _leaves(t, at, neat := _neat(dt, t, at[-1])) <= min(slack, LARGEST_SLACK * dt):
+        return neat * second
+    return None
+
+
+def _neat(dt: float, t: Floats, steps: float) -> float:
+    """The step with 12 digits where the last time cannot tell the difference."""
+    neat = float(f"{dt:.12g}")
+    return neat if abs(neat - dt) * (steps + 1) <= 4 * np.spacing(abs(t[-1])) else dt
+
+
+def _leaves(t: Floats, at: Floats, dt: float) -> float:
+    """Half the width of the band around the even grid that holds all times."""
+    off = at * -dt
+    off += t
+    return float(off.max() - off.min()) / 2
+
+
+def _uneven(steps: Floats, usual: float, columns: Columns, index: int) -> RecordError:
+    row = int(np.argmax(np.abs(steps - usual) > LARGEST_SLACK * usual)) + 1
+    if abs(steps[row - 1] - usual) <= LARGEST_SLACK * usual:
+        row = int(np.argmax(np.abs(steps - usual))) + 1
+    sentence = (
+        f"the time steps are uneven: {steps[row - 1]:.6g} to this row, {usual:.6g} as a rule, "
+        f"{steps.min():.6g} to {steps.max():.6g} in all; `resample` puts the record onto an "
+        f"even grid; or {POOR}"
+    )
+    return columns.at(row, index, sentence)
+
+
+# What was done to a record on request, as words and numbers for every summary.
+
+
+LITTLE = 1e-12
+"""A mean below this share of the RMS is what rounding leaves of none."""
+
+
+class Report(NamedTuple):
+    """One step of a clean-up.
+
+    Attributes
+    ----------
+    step : str
+        Key of the record that asked for it.
+    sentence : str
+        What was done.
+    rms_before, rms_after : float
+        RMS of the samples about their mean, in SI.
+    mean_before, mean_after : float
+        That mean.
+    numbers : mapping
+        What else describes the step, in SI.
+    """
+
+    step: str
+    sentence: str
+    rms_before: float
+    rms_after: float
+    mean_before: float
+    mean_after: float
+    numbers: Mapping[str, float]
+
+    def told(self) -> dict[str, object]:
+        """Give the report as drysim.json holds it."""
+        return {**self._asdict(), "numbers": dict(self.numbers)}
+
+
+def report(
+    step: str,
+    sentence: str,
+    before: Floats,
+    after: Floats,
+    unit: str,
+    numbers: Mapping[str, float],
+) -> Report:
+    """Give the report of a step from its samples; the RMS values are added to its sentence."""
+    (mean, rms), (mean_after, rms_after) = _moments(before), _moments(after)
+    said = (
+        f"{sentence}; RMS {rms:.4g} before, {rms_after:.4g} {unit} after, of the samples about "
+        f"means of {mean:.4g} and {mean_after:.4g} {unit}"
+    )
+    return Report(step, said, rms, rms_after, mean, mean_after, numbers)
+
+
+def _moments(values: Floats) -> tuple[float, float]:
+    """Return mean and RMS about it; a mean that is rounding of the samples counts as 0."""
+    mean, rms = moments(values)
+    return (0.0 if abs(mean) < LITTLE * rms else mean), rms
+
+
+# Gaps of a record: where samples are missing, and how short gaps are filled on request.
+
+
+ROUNDING = 1e-9
+"""By which share a gap may be longer than asked for: rounding of its times."""
+
+
+def closed(
+    values: Floats, grid: Grid, gaps: Gaps | None, columns: Columns, index: int, unit: str
+) -> tuple[Floats, Grid, Report | None]:
+    """Give samples without gaps, where they are, and the report of what was filled.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Samples in SI; NaN where one is missing.
+    grid : Grid
+        Where they are.
+    gaps : Gaps or None
+        What the scenario says of gaps; with nothing said, each is a fault.
+    columns : Columns
+    index : int
+        0-based column of the samples.
+    unit : str
+        SI unit of the samples.
+
+    Raises
+    ------
+    RecordError
+        When a gap is longer than asked for, or at an end; its row is named.
+    """
+    there = ~np.isnan(values)
+    if grid.at is None and there.all():
+        return values, grid, None
+    at = (np.arange(float(len(values))) if grid.at is None else grid.at)[there]
+    rows, known = np.flatnonzero(there), values[there]
+    steps = np.diff(at)
+    holes = np.flatnonzero(steps > HOLE)
+    if len(known) < 2 or not (there[0] and there[-1]):
+        row = 0 if not there[0] else len(values) - 1
+        raise columns.at(row, index, "the record begins or ends with a gap; cut that away")
+    if not len(holes):
+        return known, grid._replace(at=at), None
+    allowed = 0.0 if gaps is None else gaps.at_most * (1 + ROUNDING)
+    long = holes[steps[holes] * grid.dt > allowed]
+    if gaps is None or len(long):
+        width, row = float(steps[long[0]]), int(rows[long[0] + 1])
+        longest = float(steps[holes].max()) * grid.dt
+        raise columns.at(row, index, _refusal(width, grid.dt, gaps, len(holes), longest))
+    missing = np.rint(steps[holes]).astype(int) - 1
+    after = np.repeat(holes, missing)
+    share = np.concatenate([np.arange(1, n + 1) / (n + 1) for n in missing.tolist()])
+    new = at[after] + share * steps[after]
+    filled = np.insert(known, after + 1, between(at, known, new, gaps.fill))
+    longest = float(steps[holes].max()) * grid.dt
+    numbers = {"gaps": len(holes), "samples": int(missing.sum()), "longest": longest}
+    sentence = (
+        f"{several(len(holes), 'gap')} of {numbers['samples']} samples in all filled by "
+        f"{gaps.fill}s, "
+        f"the longest of {longest:.4g} s"
+    )
+    told = report("gaps", sentence, known, filled, unit, numbers)
+    return filled, grid._replace(at=np.insert(at, after + 1, new)), told
+
+
+def between(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
+    """Give values between samples: on the `line` or the C² cubic `spline` through them."""
+    if by == "line":
+        return np.interp(wanted, at, values)
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(at, values)(wanted), dtype=np.float64)
+
+
+def _refusal(width: float, dt: float, gaps: Gaps | None, number: int, longest: float) -> str:
+    """Say what is missing in a gap of so many steps, and what can be done about it."""
+    missing = round(width) - 1
+    count = f"{several(missing, 'sample')} {'is' if missing == 1 else 'are'}"
+    more = f" ({several(number, 'gap')} in all)" if number > 1 else ""
+    way = gap(_at_most(longest), "it" if number == 1 else "them all")
+    if gaps is not None:
+        way = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
+    return (
+        f"{count} missing before this row: {width * dt:.6g} s to it, {dt:.6g} s as a rule"
+        f"{more}: {way}"
+    )
+
+
+def _at_most(longest: float) -> str:
+    """Give the `gaps.at_most` of three digits, rounded up, that a gap this long [s] needs."""
+    digit = 10.0 ** (floor(log10(longest)) - 2)
+    seconds = ceil(longest / digit * (1 - ROUNDING)) * digit
+    return f"{seconds:.3g} s" if seconds >= 1.0 else f"{seconds * 1e3:.3g} ms"
+
+
+# Trends, and filters without phase shift, of evenly spaced samples; displacement from ü.
+
+
+Ends = Literal["even", "odd"]
+"""How a filter continues the ends of samples: mirrored, without or with a change of sign."""
+
+DRIFT = 3
+"""Degree of the drift that is taken from a double integral by least squares, before a filter:
+an acceleration that is off by a line drifts so."""
+
+
+def trend(values: Floats, what: str) -> Floats:
+    """Give the `mean` or the `line` (least squares) of samples.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    n = len(values)
+    if what == "mean":
+        return np.broadcast_to(values.mean(), n)
+    steps = np.arange(n) - (n - 1) / 2  # from the middle, mean and slope do not mix
+    return np.asarray(values.mean() + (steps @ values) / (steps @ steps) * steps)
+
+
+def low_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
+    """Give what is slower than a frequency [Hz]; see `high_pass`."""
+    return _both_ways(values, dt, frequency, order, "lowpass", "odd")
+
+
+def high_pass(
+    values: Floats, dt: float, frequency: float, order: int, ends: Ends = "even"
+) -> Floats:
+    """Give what is faster than a frequency, by a Butterworth filter run forwards and backwards.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+    dt : float
+        Their distance [s].
+    frequency : float
+        Where half the amplitude is left [Hz].
+    order : int
+        In each direction; both together fall by 12 dB an octave and order.
+    ends : str
+        How each end is continued by one period of the frequency: mirrored as it is (`even`), or
+        about its last sample (`odd`).
+
+    Notes
+    -----
+    The line of least squares goes first: it is slow. Ends that are mirrored as they are leave
+    the least of slow parts behind.
+    """
+    level = values - trend(values, "line")
+    return _both_ways(level, dt, frequency, order, "highpass", ends)
+
+
+def _both_ways(
+    values: Floats,
+    dt: float,
+    frequency: float,
+    order: int,
+    kind: Literal["highpass", "lowpass"],
+    ends: Ends,
+) -> Floats:
+    from scipy.signal import butter, sosfiltfilt
+
+    sections = butter(order, frequency, kind, fs=1 / dt, output="sos")
+    period = int(min(len(values) - 1, 1 / (frequency * dt)))
+    passed = sosfiltfilt(sections, values, padtype=ends, padlen=period)
+    return np.asarray(passed, dtype=np.float64)
+
+
+def gain(frequency: float, corner: float, order: int) -> float:
+    """Give what `low_pass` leaves of an amplitude at a frequency [-]."""
+    return 1 / (1 + (frequency / corner) ** (2 * order))
+
+
+def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats, Floats]:
+    """Return the part of the displacement of samples that is faster than a frequency, twice.
+
+    Parameters
+    ----------
+    motion : Samples
+        With its slow parts.
+    frequency, order
+        As in `high_pass`.
+
+    Returns
+    -------
+    u : ndarray, shape (n,)
+        Displacement [m].
+    otherwise : ndarray, shape (n,)
+        The same with another continuation of the ends: what both differ by is uncertain.
+
+    Notes
+    -----
+    The double integral of ü, linear between its samples, less its drift, through the filter.
+    Filtered before the integration, what an end leaves of slow parts would grow to be most of
+    u. What is left lies within a period of either end, where u depends on how it is continued:
+    mirrored about its last sample, which suits slow parts, or mirrored as it is, which suits a
+    seat-test signal without any. What a continuation leaves of slow parts adds to u, so the
+    one with the smaller RMS is u.
+    """
+    u_dd, dt = motion.u_dd[:] - trend(motion.u_dd[:], "line"), motion.dt
+    u_d = np.zeros_like(u_dd)
+    np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
+    u_d -= u_d.mean()
+    u = np.zeros_like(u_dd)
+    np.cumsum(u_d[:-1] * dt + (2 * u_dd[:-1] + u_dd[1:]) * (dt * dt / 6), out=u[1:])
+    span = np.linspace(-1.0, 1.0, len(u))
+    u -= np.polynomial.Legendre.fit(span, u, min(DRIFT, len(u) - 1), domain=[-1, 1])(span)
+    ways: tuple[Literal["odd", "even"], ...] = "odd", "even"
+    found = [_both_ways(u, dt, frequency, order, "highpass", ends) for ends in ways]
+    least, most = sorted(found, key=lambda values: float(values @ values))
+    return least, most
+
+
+# From the numbers of a record to ü: the spline and the window.
+
+
+EDGE = 1e-6
+"""Share of a step by which the edge of a window may miss a sample: rounding of its time."""
+
+EXACT = ".15g"
+"""Format of a time: seconds since 1970 have ten digits before the point."""
+
+
+class Series(NamedTuple):
+    """Evenly spaced samples in SI, their distance and the time of the first [s]."""
+
+    values: Signal
+    dt: float
+    first: float
+
+
+def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
+    """Give the first and the last sample of a window, 0-based.
+
+    Raises
+    ------
+    RecordError
+        When the window does not lie in the record, or holds fewer than two samples.
+    """
+    first, last = 0, len(series.values) - 1
+    if window is None:
+        return first, last
+    if window.start is not None:
+        first = ceil(_steps(window.start, series) - EDGE)
+    if window.to is not None:
+        # A record of 60 s has its last sample one step before 60 s.
+        end = floor(_steps(window.to, series) + EDGE)
+        last = last if end == last + 1 else end
+    if 0 <= first < last < len(series.values):
+        return first, last
+    wrong, until = "", series.first + (len(series.values) - 1) * series.dt
+    for key, t, at in (("from", window.start, first), ("to", window.to, last)):
+        if not wrong and not 0 <= at < len(series.values):
+            side = "before the beginning" if at < 0 else "behind the end"
+            wrong = f"`window.{key}`, {t:{EXACT}} s, is {side} of"
+    sentence = (
+        f"{wrong or 'the window must hold two samples of'} the record, which runs from "
+        f"{series.first:{EXACT}} s to {until:{EXACT}} s in steps of {series.dt:.6g} s"
+    )
+    raise fault(shown, sentence)
+
+
+def _steps(t: float, series: Series) -> float:
+    """Steps from the first sample to a time, within what a whole number can be made of."""
+    return max(-1e18, min(1e18, (t - series.first) / series.dt))
+
+
+def cut(motion: Samples, first: int, last: int, n: int) -> Samples:
+    """Give the motion from the first to the last of n samples of the record."""
+    finer = (len(motion.u_dd) - 1) // (n - 1)
+    part = first * finer, last * finer + 1
+    u = None if motion.u is None else motion.u[slice(*part)]
+    return motion._replace(u_dd=stretch(motion.u_dd, *part), u=u)
+
+
+def from_acceleration(series: Series) -> Samples:
+    """Give samples of acceleration as they are, linear between them."""
+    return Samples(series.values, series.dt)
+
+
+def from_velocity(series: Series) -> Samples:
+    """Give the derivative of the quadratic spline through samples of velocity.
+
+    Notes
+    -----
+    The spline's pieces meet midway between samples, where its derivative bends. So ü is given
+    at every half step, which holds each bend: linear between those, it is the spline's
+    derivative exactly.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    n = len(series.values)
+    spline = make_interp_spline(np.arange(n), series.values[:], k=min(2, n - 1))
+    u_dd = np.asarray(spline(np.arange(2 * n - 1) / 2, 1), dtype=np.float64) / series.dt
+    return Samples(u_dd, series.dt / 2)
+
+
+def from_displacement(series: Series) -> Samples:
+    """Give the second derivative of the C² cubic spline through samples of displacement.
+
+    Notes
+    -----
+    Not-a-knot at the ends. The second derivative is linear between the samples.
+    """
+    from scipy.interpolate import CubicSpline
+
+    u, steps = series.values[:], np.arange(len(series.values))
+    u_dd = np.asarray(CubicSpline(steps, u)(steps, 2), dtype=np.float64) / series.dt**2
+    return Samples(u_dd, series.dt, u)
+
+
+SPLINES = {
+    "acceleration": from_acceleration,
+    "velocity": from_velocity,
+    "displacement": from_displacement,
+}
+
+
+# A record on another grid, on request: between its samples by a stated way, never folded.
+
+
+ALIAS = 0.1
+"""What a low-pass may leave of an amplitude at half the new rate: a tenth, 20 dB down."""
+
+CLEAR = 0.99
+"""Share of the highest frequency of such a low-pass that a message names in few digits."""
+
+SAME = 1e-9
+"""Two steps this close, relative to them, are one."""
+
+LOST = 0.01
+"""Share of the RMS that straight lines between samples may take before it is said [-]."""
+
+SAME_UNEVEN = 1e-2
+"""The same against the mean of uneven steps: their half rate is no sharper than that."""
+
+
+class Onto(NamedTuple):
+    """A grid that is `times` as fine as the one that was asked for, and that one's step [s].
+
+    A record that loses rate is filtered in between, on the finer grid.
+    """
+
+    step: float
+    times: int
+
+
+def target(wanted: Resample, removal: Removal, grid: Grid, shown: str) -> Onto:
+    """Give the grid to go by: as fine as the record's own, or finer.
+
+    Raises
+    ------
+    RecordError
+        When frequencies would fold, because no low-pass is stated that keeps them out.
+    """
+    step = wanted.step or 1 / (wanted.rate or 1.0)
+    same = SAME if grid.spread is None else SAME_UNEVEN
+    times = max(1, ceil(step / grid.dt * (1 - same)))
+    if times > 1:
+        half, order = 1 / (2 * step), removal.order
+        if removal.above is None or gain(half, removal.above, order) > ALIAS * (1 + SAME):
+            raise _folding(half, order, grid, shown)
+    return Onto(step, times)
+
+
+def _folding(half: float, order: int, grid: Grid, shown: str) -> RecordError:
+    """Give the error for a loss of rate without the filter for it."""
+    most = half * (1 / ALIAS - 1) ** (-1 / (2 * order))
+    sentence = (
+        f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is above "
+        f"{half:.6g} Hz; state a low-pass that leaves a tenth of it or less there, "
+        f"`remove: {{above: {CLEAR * most:.3g} Hz, order: {order}}}` or lower"
+    )
+    return fault(shown, sentence)
+
+
+def onto(values: Floats, grid: Grid, wanted: Resample, goal: Onto, shown: str) -> Series:
+    """Give samples on the grid to go by, which ends where the record does."""
+    at, fine = grid.at, goal.step / goal.times
+    n = len(values)
+    length = (n - 1.0 if at is None else float(at[-1])) * grid.dt
+    count = floor(length / fine * (1 + SAME)) + 1
+    if at is None and abs(fine / grid.dt - 1) <= SAME:
+        return Series(values, fine, grid.first)
+    fit(shown, 8 * count)
+    if count < 2:
+        raise fault(shown, f"the record lasts {length:.6g} s, less than `resample` asks for")
+    places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
+    own = np.arange(float(n)) if at is None else at
+    return Series(between(own, values, places, wanted.by), fine, grid.first)
+
+
+def thinned(series: Series, goal: Onto) -> Series:
+    """Give every sample that lies on the grid that was asked for."""
+    return series._replace(values=series.values[:: goal.times].copy(), dt=goal.step)
+
+
+def told(
+    before: Floats, grid: Grid, after: Series, goal: Onto, wanted: Resample, unit: str
+) -> Report:
+    """Give the report of a resampling: samples as they were, and between them."""
+    numbers = {"step_before": grid.dt, "step_after": goal.step}
+    was = f"{1 / grid.dt:.6g} Hz"
+    if grid.spread is not None:
+        least, most = grid.spread
+        numbers |= {"least_step": least, "greatest_step": most}
+        was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s in the mean,"
+    sentence = f"resampled from {was} to {1 / goal.step:.6g} Hz by {wanted.by}s"
+    return report("resample", sentence, before, after.values[:], unit, numbers)
+
+
+def kept_by_lines(values: Signal, rms: float) -> float:
+    """Return the share of the RMS of samples about their mean that linear interpolation keeps.
+
+    Notes
+    -----
+    A signal sampled above twice its highest frequency has the RMS of its samples. Of the mean
+    square, straight lines lose a sixth of that of the steps from sample to sample: of a sine of
+    frequency f, the share 2/3 sin²(π f dt).
+    """
+    square, steps = rms * rms, 0.0
+    for at in range(0, len(values) - 1, BLOCK):
+        steps += float(np.square(np.diff(values[at : at + BLOCK + 1])).sum())
+    lost = steps / (len(values) - 1) / 6
+    return sqrt(max(0.0, 1 - lost / square)) if square else 1.0
+
+
+def finer(kept: float) -> int:
+    """Return how many times finer a grid must be so that straight lines lose a hundredth.
+
+    The samples count as a sine of the frequency at which lines keep this share of the RMS.
+    """
+    half_turns = [asin(sqrt(min(1.0, 1.5 * (1 - share**2)))) for share in (kept, 1 - LOST)]
+    return ceil(half_turns[0] / half_turns[1] * (1 + SAME)) + 1
+
+
+def kept_by_spline(values: Signal) -> float:
+    """Return the share of the RMS about the mean that a cubic spline through samples keeps.
+
+    Notes
+    -----
+    By their power spectrum: of a sine sampled with z = 2π f dt the spline has the mean square
+    B7/B3², with the spectra of the sampled B-splines of degree 7 and 3; see Unser, Splines: a
+    perfect fit for signal and image processing (1999). Of a long signal the beginning counts.
+    """
+    z, power = _spectrum(values[:BLOCK])
+    seventh = 2416 + 2382 * np.cos(z) + 240 * np.cos(2 * z) + 2 * np.cos(3 * z)
+    kept = power @ (seventh / 5040 * (3 / (2 + np.cos(z))) ** 2)
+    return sqrt(kept / power.sum())
+
+
+def kept_by_splines(motion: Samples, quantity: str, own: float, by: str) -> float:
+    """Return the share of RMS{ü} that is left of a record of velocity or displacement.
+
+    Parameters
+    ----------
+    motion : Samples
+        ü from the spline of its quantity.
+    quantity : str
+        `velocity` or `displacement`.
+    own : float
+        Step of the samples in the file [s].
+    by : str
+        How they were resampled, where their step in `motion` is a finer one.
+
+    Notes
+    -----
+    By the power spectrum of ü and the gain of splines through a sine of z = 2π f dt. Up to a
+    quarter of the rate, a spline steepens a sine by as much as the lines between the knots of
+    its derivative lose. Resampled, what is above half of the old rate is an image of the rest.
+    """
+    every = 2 if quantity == "velocity" else 1  # ü bends between the samples of velocity
+    dt = motion.dt * every
+    z, power = _spectrum(motion.u_dd[every - 1 :: every])
+    if own > dt * (1 + SAME):
+        z *= own / dt
+        power, images, z = power[z < np.pi], power[z >= np.pi].sum(), z[z < np.pi]
+        gain = np.sinc(z / 2 / np.pi) ** 2
+        if by == "spline":
+            gain *= gain * 3 / (2 + np.cos(z))
+        kept = power.sum() + images
+    elif quantity == "displacement":
+        gain = 6 * (1 - np.cos(z)) / (2 + np.cos(z)) / z**2
+        kept = (power * (1 - 2 / 3 * np.sin(z / 2) ** 2)).sum()
+    else:
+        gain = 8 * np.sin(z / 2) / (3 + np.cos(z)) / z
+        kept = (power * (1 - 2 / 3 * np.sin(z / 2) ** 2)).sum()
+    whole = (power / gain**2).sum()
+    return float(np.sqrt(kept / whole)) if whole else 1.0
+
+
+def _spectrum(values: Floats) -> tuple[Floats, Floats]:
+    """Return the angles z = 2π f dt above 0, and the power of samples at each."""
+    power = np.asarray(np.square(np.abs(np.fft.rfft(values)[1:])), dtype=np.float64)
+    z = 2 * np.pi / len(values) * np.arange(1.0, len(power) + 1)
+    return z, power
+
+
+# What is removed from a record on request: its trend, and what is outside a band.
+
+
+class Rest(NamedTuple):
+    """What a removal leaves; `slow` is that before a high-pass, None where there is none."""
+
+    series: Series
+    slow: Series | None
+    told: Report
+
+
+def without(
+    series: Series, wanted: Removal, unit: str, shown: str, ends: Ends = "even"
+) -> Rest:
+    """Give a series without its trend and what is outside a band, and the report of that.
+
+    Parameters
+    ----------
+    series : Series
+    wanted : Removal
+        With anything to do.
+    unit : str
+        SI unit of the samples.
+    shown : str
+        The file as messages name it.
+    ends : str
+        How the high-pass continues the ends; see `high_pass`.
+
+    Raises
+    ------
+    RecordError
+        When a frequency has less than one period in the record, or is above half its rate.
+    """
+    rest, slow, words = series.values[:], None, []
+    if wanted.trend != "nothing":
+        rest = rest - trend(rest, wanted.trend)
+        words.append(f"the {wanted.trend}")
+    if wanted.above is not None:
+        _check(wanted.above, "above", series, shown)
+        rest = low_pass(rest, series.dt, wanted.above, wanted.order)
+        words.append(f"what is above {wanted.above:g} Hz")
+    if wanted.below is not None:
+        _check(wanted.below, "below", series, shown)
+        slow = series._replace(values=rest)
+        rest = high_pass(rest, series.dt, wanted.below, wanted.order, ends)
+        words.append(f"what is below {wanted.below:g} Hz")
+    by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.filters else ""
+    taken = series.values[:] - rest
+    mean, drift = float(taken.mean()), float(taken[-1] - taken[0])
+    sentence = (
+        f"{listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
+        f"{drift:+.4g} {unit}"
+    )
+    if wanted.below is not None:
+        sentence += f"; the first and the last {1 / wanted.below:.3g} s hang on its ends"
+    numbers = {"mean": mean, "drift": drift}
+    told = report("remove", sentence, series.values[:], rest, unit, numbers)
+    return Rest(series._replace(values=rest), slow, told)
+
+
+def _check(frequency: float, side: str, series: Series, shown: str) -> None:
+    """Make sure that a filter has something to work on."""
+    low, high = 1 / ((len(series.values) - 1) * series.dt), 1 / (2 * series.dt)
+    if not low <= frequency < high:
+        bounds = f"at least {low:.6g} Hz, one period in the record, and below {high:.6g} Hz"
+        sentence = f"`remove.{side}` must be {bounds}, half its rate; not {frequency:.6g} Hz"
+        raise fault(shown, sentence)

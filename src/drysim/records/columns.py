@@ -1,0 +1,457 @@
+"""Columns, labels, units, choice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.model import KEPT, Signal, blocks
+from drysim.errors import RecordError
+from drysim.records.file import Cell, File, fault, room
+from drysim.units import convert, factor, near, shown, usual
+
+# What a file offers: columns of numbers by name and number, whatever the file's format.
+
+
+Floats = NDArray[np.float64]
+
+
+def gap(at_most: str = "50 ms", which: str = "short ones") -> str:
+    """Say what to do about samples that are missing."""
+    way = f"`gaps: {{fill: line, at_most: {at_most}}}`"
+    return f"the record has a gap; {way} fills {which}"
+
+
+GAP = gap()
+"""What to say of a sample that is missing, where the length of the gap is not known yet."""
+
+INFINITE = "an infinite sample is no gap that could be filled; export the record anew"
+"""What to say of a sample that overflowed."""
+
+LISTED = 12
+"""How many of a file's columns a message lists."""
+
+
+class Label(NamedTuple):
+    """What a file says of a column: the text as written, and name and unit that it holds.
+
+    `firm` is false where the unit may be a remark, as in `acc (filtered)`.
+    """
+
+    text: str
+    name: str
+    unit: str = ""
+    firm: bool = True
+
+    @property
+    def quote(self) -> str:
+        """The text as messages quote it, shortened."""
+        return Cell(self.text, 0).quote
+
+
+@dataclass(frozen=True, kw_only=True)
+class Columns:
+    """Columns of numbers in a file; each implementation knows where its numbers are.
+
+    Attributes
+    ----------
+    shown : str
+        The file as messages name it.
+    labels : tuple of Label
+        What the file says of each column; empty when nothing has a name.
+    width : int
+        Number of columns.
+    word, key : str
+        What a column is called, and the key of a record that chooses it.
+    place : str
+        Where a unit stands: header or file.
+    shares : bool
+        Whether the numbers are shares of a full scale that the file does not know.
+    """
+
+    shown: str
+    labels: tuple[Label, ...]
+    width: int
+    word: str = "column"
+    key: str = "column"
+    place: str = "header"
+    shares: bool = False
+
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
+        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
+        raise NotImplementedError
+
+    def last_digit(self, index: int) -> float:
+        """Give the unit of the last digit that a column's numbers are written with."""
+        raise NotImplementedError
+
+    def at(self, row: int, index: int, sentence: str) -> RecordError:
+        """Give the error at a 0-based row of a column."""
+        raise NotImplementedError
+
+    def fault(self, sentence: str, index: int | None = None) -> RecordError:
+        """Give the error for a fault of the whole file, or of one column."""
+        raise NotImplementedError
+
+    def clock(self, index: int) -> int | None:
+        """Give the 0-based column of the times that belong to a column, where there is one."""
+        return None
+
+    def own(self, index: int) -> tuple[float, float] | None:
+        """Give the step and the first time [s] that the file itself knows of a column."""
+        return None
+
+    def series(self) -> list[int]:
+        """Give the 0-based columns that may be samples."""
+        return list(range(self.width))
+
+    @property
+    def way_round(self) -> str:
+        """How to pass over what the file says of its columns, where it can be."""
+        return ""
+
+    def called(self, index: int) -> str:
+        """Give a column as messages name it."""
+        name = self.labels[index].quote if self.labels else ""
+        return f"{self.word} {index + 1}" + (f" (`{name}`)" if name else "")
+
+    def names(self) -> str:
+        """Give the columns there are as a list for messages."""
+        if not any(label.text for label in self.labels):
+            return f"{self.width}, without names" + (
+                ": the file has no header" if self.place == "header" else ""
+            )
+        series = self.series()
+        listed = ", ".join(f"`{self.labels[i].quote}`" for i in series[:LISTED])
+        return listed + (f" and {len(series) - LISTED} more" if len(series) > LISTED else "")
+
+    def find(self, wanted: str | int) -> int:
+        """Give the 0-based column of a name, with or without its unit, or of a 1-based number.
+
+        Raises
+        ------
+        RecordError
+            When there is no such column, or more than one.
+        """
+        if isinstance(wanted, int):
+            if wanted <= self.width:
+                return wanted - 1
+            raise self.fault(
+                f"there is no {self.word} {shown(wanted)}; there are: {self.names()}"
+            )
+        full = [label.text for label in self.labels]
+        bare = [label.name for label in self.labels]
+        hits = [i for i, text in enumerate(full) if text == wanted.strip()]
+        hits = hits or [i for i, text in enumerate(bare) if text == wanted.strip()]
+        if len(hits) == 1:
+            return hits[0]
+        if hits:
+            numbers = " and ".join(str(i + 1) for i in hits[:LISTED])
+            both = f"{self.word}s {numbers} are both {shown(wanted)}"
+            raise self.fault(f"{both}; give the {self.word}'s number")
+        nearest = near(wanted, filter(None, bare + full))
+        guess = f" did you mean {shown(nearest)}?" if nearest else ""
+        raise self.fault(
+            f"there is no {self.word} {shown(wanted)};{guess} there are: {self.names()}"
+        )
+
+
+# Samples that stay in their file, however many they are: each stretch is read when needed.
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Samples in a file, from number `first` to the one before `last`, times a factor.
+
+    `read` gives those from one number to the one before another.
+    """
+
+    read: Callable[[int, int], Floats]
+    first: int
+    last: int
+    factor: float = 1.0
+
+    def __len__(self) -> int:
+        """Give how many there are."""
+        return self.last - self.first
+
+    def __getitem__(self, part: slice, /) -> Floats:
+        """Read a stretch of them."""
+        first, last, every = part.indices(len(self))
+        values = self.read(self.first + first, self.first + max(first, last))
+        values *= self.factor
+        return values[::every]
+
+
+def scaled(signal: Signal, factor: float) -> Signal:
+    """Give a signal times a factor; an array is changed in place."""
+    if isinstance(signal, Stored):
+        return replace(signal, factor=signal.factor * factor)
+    values = signal[:]
+    values *= factor
+    return values
+
+
+def stretch(signal: Signal, first: int, last: int) -> Signal:
+    """Give a signal from one number to the one before another."""
+    if isinstance(signal, Stored):
+        return replace(signal, first=signal.first + first, last=signal.first + last)
+    return signal[first:last]
+
+
+# Columns of files that hold numbers, not text: loaded when asked for, finite or refused.
+
+
+SIZE = 8
+"""Bytes of a number in memory."""
+
+
+class Channel(NamedTuple):
+    """One column of a file that holds numbers, not text; they are loaded when asked for.
+
+    `dt` and `first` are step and first time [s] where the file knows them, `clock` is the
+    0-based column of its times where it has such.
+    """
+
+    label: Label
+    load: Callable[[], NDArray[np.generic] | Stored]
+    dt: float | None = None
+    first: float = 0.0
+    clock: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channels(Columns):
+    """Columns of a file that holds numbers, not text."""
+
+    channels: tuple[Channel, ...]
+    place: str = "file"
+
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
+        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing.
+
+        Raises
+        ------
+        RecordError
+            When a column is no series of real numbers, a sample is none, or lengths differ.
+        """
+        found = [self._series(index) for index in wanted]
+        for index, column in zip(wanted, found, strict=True):
+            if len(column) != len(found[0]):
+                lengths = f"{len(column)} samples, {self.called(wanted[0])} {len(found[0])}"
+                raise self.fault(f"{self.called(index)} has {lengths}")
+            row = 0
+            for block in blocks(column):
+                good = np.isfinite(block)
+                if index == gappy:
+                    good |= np.isnan(block)
+                if not good.all():
+                    bad = int(np.argmin(good))
+                    why = f"no number: {GAP}" if np.isnan(block[bad]) else INFINITE
+                    raise self.at(row + bad, index, why)
+                row += len(block)
+        return found
+
+    def _series(self, index: int) -> Signal:
+        loaded = self.channels[index].load()
+        if isinstance(loaded, Stored):
+            if len(loaded) > KEPT:
+                return loaded
+            room(self.shown, len(loaded) * SIZE)
+            return loaded[:]
+        values = np.asarray(loaded)
+        if values.ndim != 1 or values.dtype.kind not in "iufb":
+            raise self.fault(f"{self.called(index)} is no series of real numbers")
+        ours = values.dtype == np.float64 and values.flags.owndata and values.flags.writeable
+        return values if ours else values.astype(np.float64)
+
+    def last_digit(self, index: int) -> float:
+        """Binary numbers are not rounded to digits."""
+        return 0.0
+
+    def at(self, row: int, index: int, sentence: str) -> RecordError:
+        """Give the error at a 0-based sample of a column."""
+        return self.fault(f"sample {row + 1}, {self.called(index)}: {sentence}")
+
+    def fault(self, sentence: str, index: int | None = None) -> RecordError:
+        """Give the error for a fault of the file; it has no lines to point at."""
+        return fault(self.shown, sentence)
+
+    def clock(self, index: int) -> int | None:
+        """Give the 0-based column of the times that belong to a column, where there is one."""
+        return self.channels[index].clock
+
+    def own(self, index: int) -> tuple[float, float] | None:
+        """Give the step and the first time [s] that the file itself knows of a column."""
+        channel = self.channels[index]
+        return None if channel.dt is None else (channel.dt, channel.first)
+
+    def series(self) -> list[int]:
+        """Give the 0-based columns that are no clocks."""
+        clocks = {channel.clock for channel in self.channels}
+        return [index for index in range(self.width) if index not in clocks]
+
+
+def channels(
+    file: File,
+    found: Sequence[Channel],
+    word: str = "channel",
+    key: str = "channel",
+    shares: bool = False,
+) -> Channels:
+    """Give the columns of a file that holds numbers, not text."""
+    labels = tuple(channel.label for channel in found)
+    return Channels(
+        shown=file.shown,
+        labels=labels if any(label.text or label.unit for label in labels) else (),
+        width=len(found),
+        word=word,
+        key=key,
+        shares=shares,
+        channels=tuple(found),
+    )
+
+
+SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "force": "N"}
+"""The unit of ü, u̇ and u, and of a normal force."""
+
+
+# Which column counts and in which unit, as file and scenario say together.
+
+
+TIME_NAMES = ("t", "time")
+
+BLOCKS = {"force": "friction.normal_record"}
+"""Where a scenario describes a record of a quantity; one of base motion in `excitation`."""
+
+
+def data_column(columns: Columns, wanted: str | int | None, time: int | None) -> int:
+    """Give the 0-based column of the samples.
+
+    Raises
+    ------
+    RecordError
+        When the column is not there, or none is named and there is more than one.
+    """
+    if wanted is not None:
+        return columns.find(wanted)
+    others = [i for i in columns.series() if i != time]
+    if len(others) == 1:
+        return others[0]
+    if not others:
+        raise columns.fault(f"there is no {columns.word} besides the time")
+    way = "its name or number" if columns.labels else "its number"
+    raise columns.fault(f"give `{columns.key}`, {way}; there are: {columns.names()}")
+
+
+def conversion(
+    columns: Columns, index: int, unit: str | None, full_scale: str | None, quantity: str
+) -> float:
+    """Give what one of a column's numbers is in SI, from the file, the scenario, or both.
+
+    Raises
+    ------
+    RecordError
+        When the unit is missing, unknown, of another quantity, or two are given that differ.
+    """
+    si, block = SI[quantity], BLOCKS.get(quantity, "excitation")
+    place = f"in the scenario's `{block}` block"
+    if columns.shares:
+        if full_scale is None:
+            instead = " in place of `unit`" if unit else ""
+            sentence = "the samples are whole numbers, shares of a full scale without a unit"
+            way = f"give `full_scale: 50 {si}`, say{instead}, {place}"
+            raise columns.fault(f"{sentence}; {way}")
+        return convert(full_scale, si)
+    if full_scale is not None:
+        sentence = "the samples are no shares of a full scale but floating-point numbers"
+        raise columns.fault(f"{sentence}; give their `unit` in place of `full_scale`")
+    return _unit(columns, index, unit, si, place)
+
+
+def _unit(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
+    label = columns.labels[index] if columns.labels else None
+    wanted = None if unit is None else _factor(columns, index, unit, si)
+    if label is None or not label.unit:
+        if wanted is not None:
+            return wanted
+        header = f", or `[{si}]` into the header" if columns.place == "header" else ""
+        sentence = f"has no unit; write `unit: {si}` {place}{header}"
+        raise columns.fault(f"{columns.called(index)} {sentence}", index)
+    try:
+        told = _factor(columns, index, label.unit, si)
+    except RecordError as error:
+        if label.firm or wanted is None:
+            raise columns.fault(f"{error.message}{columns.way_round}", index) from None
+        return wanted  # it may be a remark, as in `acc (filtered)`
+    if wanted is not None and wanted != told:
+        sentence = f"the {columns.place} says `{label.unit}`, the scenario says `unit: {unit}`"
+        hint = f"; correct one of them{columns.way_round}"
+        raise columns.fault(f"{columns.called(index)}: {sentence}{hint}", index)
+    return told
+
+
+def seconds(columns: Columns, index: int) -> float:
+    """Give the unit of a column of times [s]; seconds when the file has none."""
+    written = columns.labels[index].unit if columns.labels else ""
+    return _factor(columns, index, written, "s") if written else 1.0
+
+
+def missing_spacing(columns: Columns) -> RecordError:
+    """Give the error for a record of which nobody said how its samples are spaced."""
+    sentence = (
+        "nothing says how the samples are spaced: "
+        f"give `time` (a {columns.word}), `rate` or `step`"
+    )
+    for label in columns.labels:
+        if _is_time(label):
+            where = f"the {columns.place} has `{label.quote}`"
+            sentence += f"; `time: {label.name}` is what is missing, as {where}"
+            break
+    return columns.fault(sentence)
+
+
+def _is_time(label: Label) -> bool:
+    """Tell whether a column holds times, by its unit, or by its name where it has no unit."""
+    return usual(label.unit, "s") if label.unit else label.name.lower() in TIME_NAMES
+
+
+def _factor(columns: Columns, index: int, written: str, si: str) -> float:
+    try:
+        return factor(written, si)
+    except ValueError as error:
+        raise columns.fault(f"{columns.called(index)}: {error}", index) from None
+
+
+# What a format of record files is: its name, its keys, and how its columns are found.
+
+
+OWN_STEP = "knows the step of its samples; remove `{key}`"
+NO_TIME = "knows the times of its samples; remove `{key}`"
+AS_CHANNEL = "has channels; write `channel` in place of `column`"
+NO_CHANNEL = "has no channels; write `column` in place of `channel`"
+ONE_SERIES = "has one series only; remove `{key}`"
+NO_TABLE = "is no table of text; remove `skip`"
+NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and give `unit` if it has none"
+
+
+class Format(NamedTuple):
+    """One format.
+
+    Attributes
+    ----------
+    name : str
+        As sentences have it, with its article.
+    columns : callable
+        Gives the columns of a file.
+    idle : mapping
+        Keys of a record that mean nothing here, and what a sentence says of each.
+    """
+
+    name: str
+    columns: Callable[[File], Columns]
+    idle: Mapping[str, str]

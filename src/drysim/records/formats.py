@@ -1,0 +1,870 @@
+"""Registry; WAV and MAT by scipy, MDF, TDMS, UFF, RPC by packages."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import re
+import sys
+import warnings
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.errors import RecordError
+from drysim.records import text
+from drysim.records.columns import (
+    AS_CHANNEL,
+    NO_CHANNEL,
+    NO_FULL_SCALE,
+    NO_TABLE,
+    NO_TIME,
+    OWN_STEP,
+    SIZE,
+    Channel,
+    Channels,
+    Floats,
+    Format,
+    Label,
+    Stored,
+    channels,
+)
+from drysim.records.file import Cell, File, Reader, fault, fit
+from drysim.units import factor
+
+# A variable of a MAT file, and bytes that are read from it without ever leaving them.
+
+
+class Variable(NamedTuple):
+    """A full array of real numbers; they are loaded when asked for."""
+
+    name: str
+    shape: tuple[int, ...]
+    load: Callable[[], Floats | Stored]
+
+
+class Bytes(NamedTuple):
+    """Bytes of a file, or what was packed in it; `order` is `<` or `>`."""
+
+    file: File
+    raw: Reader | bytes
+    order: str
+
+    def whole(self, at: int, size: int = 4) -> int:
+        """Give an unsigned whole number."""
+        return int(self.numbers(at, 1, f"u{size}")[0])
+
+    def numbers(self, at: int, count: int, kind: str) -> NDArray[np.generic]:
+        """Give numbers of a kind; errors as in `behind`."""
+        return np.frombuffer(self.raw[at : self.behind(at, count, kind)], self.order + kind)
+
+    def behind(self, at: int, count: int, kind: str) -> int:
+        """Give where numbers of a kind end.
+
+        Raises
+        ------
+        RecordError
+            When the bytes end before them.
+        """
+        end = at + count * np.dtype(kind).itemsize
+        if at < 0 or end > len(self.raw):
+            raise self.damaged("bytes are missing at its end")
+        return end
+
+    def text(self, at: int, size: int) -> str:
+        """Give text up to the first zero byte."""
+        return self.numbers(at, size, "u1").tobytes().split(b"\0")[0].decode("latin-1")
+
+    def stored(self, at: int, count: int, kind: str) -> Stored:
+        """Give numbers that stay where they are; errors as in `behind`."""
+        self.behind(at, count, kind)
+        return Stored(partial(self._part, at, kind), 0, count)
+
+    def _part(self, at: int, kind: str, first: int, last: int) -> Floats:
+        start = self.behind(at, first, kind)
+        return self.numbers(start, last - first, kind).astype(np.float64)
+
+    def damaged(self, what: str) -> RecordError:
+        """Give the error for a file that is not what it should be."""
+        return fault(self.file.shown, f"the record is no MAT file, or damaged: {what}")
+
+
+# MAT files of version 4: a row of matrices, each behind five numbers and its name.
+
+
+KINDS = ("f8", "f4", "i4", "i2", "u2", "u1")
+"""Numbers, by the tens of a matrix's type."""
+
+MAT4_ORDERS = {"<": 0, ">": 1}
+"""Byte order, as the thousands of the type say it."""
+
+FULL = 0
+"""The ones of the type; others are text and sparse matrices."""
+
+MAT4_HEAD = 20
+"""Bytes of the five numbers: type, rows, columns, imaginary part, length of the name."""
+
+
+def mat4_variables(file: File) -> list[Variable]:
+    """Give the full real matrices.
+
+    Raises
+    ------
+    RecordError
+        When the file is damaged.
+    """
+    at, found = 0, []
+    while at < len(file.reader):
+        order = "<" if Bytes(file, file.reader, "<").whole(at) < 1000 else ">"
+        given = Bytes(file, file.reader, order)
+        kind, rows, wide, imaginary, named = (int(n) for n in given.numbers(at, 5, "u4"))
+        number = kind // 10 % 100
+        if kind // 1000 != MAT4_ORDERS[order] or number >= len(KINDS):
+            raise given.damaged(f"a matrix is of type {kind}")
+        name, start = given.text(at + MAT4_HEAD, named), at + MAT4_HEAD + named
+        count, of = rows * wide, KINDS[number]
+        if kind % 10 == FULL and not imaginary:
+            found.append(Variable(name, (rows, wide), partial(given.stored, start, count, of)))
+        at = given.behind(start, count * (2 if imaginary else 1), of)
+    return found
+
+
+# MAT files of versions 5 to 7: tagged elements, each a variable, packed or not.
+
+
+MAT5_HEAD = 128
+"""Bytes before the first element; the last two tell the byte order."""
+
+MAT5_ORDERS = {b"IM": "<", b"MI": ">"}
+
+NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8"}
+NUMBERS |= {13: "u8"}
+MATRIX, PACKED = 14, 15
+"""Types of elements."""
+
+MAT5_REAL = range(6, 16)
+"""Classes of full arrays of numbers, from double to 64-bit whole numbers."""
+
+COMPLEX = 0x800
+"""Mark of an array with an imaginary part."""
+
+TAG, BEHIND = 8, 64
+"""Bytes of a tag, and more behind the numbers than belong to them: whoever unpacks so far has
+seen that nothing is missing."""
+
+BLOCK = 1 << 20
+"""Bytes unpacked at a time."""
+
+PREFACE = 1 << 12
+"""Unpacked bytes that hold what stands before the numbers: flags, shape and name."""
+
+
+class Element(NamedTuple):
+    """Where the content of an element begins, its type and size, and where the next begins."""
+
+    kind: int
+    start: int
+    size: int
+    next: int
+
+
+def mat5_variables(file: File) -> list[Variable]:
+    """Give the full real arrays.
+
+    Raises
+    ------
+    RecordError
+        When the file is damaged.
+    """
+    order = MAT5_ORDERS.get(file.reader[MAT5_HEAD - 2 : MAT5_HEAD])
+    given = Bytes(file, file.reader, order or "<")
+    if order is None:
+        raise given.damaged("its head is none")
+    return list(_variables(given))
+
+
+def _variables(given: Bytes) -> Iterator[Variable]:
+    at = MAT5_HEAD
+    while at < len(given.raw):
+        element = _element(given, at)
+        end = element.start + element.size
+        if end > len(given.raw):
+            raise given.damaged(f"{end - len(given.raw)} bytes are missing at its end")
+        variable = _variable(given, element)
+        if variable is not None:
+            yield variable
+        at = end if element.kind == PACKED else element.next
+
+
+def _element(given: Bytes, at: int) -> Element:
+    """Give the element at an offset; short ones hold type, size and content in eight bytes."""
+    kind = given.whole(at)
+    if kind >> 16:
+        return Element(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
+    size = given.whole(at + 4)
+    return Element(kind, at + 8, size, at + 8 + size + -size % 8)
+
+
+def _variable(given: Bytes, element: Element) -> Variable | None:
+    if element.kind not in (MATRIX, PACKED):
+        return None
+    inner = _unpacked(given, element, PREFACE)
+    flags = _element(inner, 8)
+    shape = _element(inner, flags.next)
+    name = _element(inner, shape.next)
+    marks = inner.whole(flags.start)
+    if marks & 0xFF not in MAT5_REAL or marks & COMPLEX:
+        return None
+    sizes = inner.numbers(shape.start, shape.size // 4, "u4").tolist()
+    load = partial(_load_mat5, given, element, name.next, int(np.prod(sizes, dtype=object)))
+    return Variable(inner.text(name.start, name.size), tuple(sizes), load)
+
+
+def _unpacked(given: Bytes, element: Element, most: int) -> Bytes:
+    """Give the first bytes of a variable from its tag on, so many at least if it has them."""
+    if element.kind == MATRIX:
+        begin = element.start - 8
+        return given._replace(
+            raw=given.raw[begin : min(begin + most, begin + 8 + element.size)]
+        )
+    raw = b""
+    for piece in _pieces(given, element):
+        raw += piece
+        if len(raw) >= most:
+            break
+    return given._replace(raw=raw)
+
+
+def _pieces(given: Bytes, element: Element) -> Iterator[bytes]:
+    """Unpack a variable, so many bytes at a time that they are few beside its numbers."""
+    at, end, unpacker = element.start, element.start + element.size, zlib.decompressobj()
+    packed = b""
+    while not unpacker.eof:
+        if not packed:
+            packed = given.raw[at : min(at + BLOCK, end)]
+            at += len(packed)
+        try:
+            piece = unpacker.decompress(packed, BLOCK)
+        except zlib.error:
+            raise given.damaged("a variable cannot be unpacked") from None
+        packed = unpacker.unconsumed_tail
+        if not (piece or packed or at < end or unpacker.eof):
+            raise given.damaged("a variable is not packed whole")
+        yield piece
+
+
+def _load_mat5(given: Bytes, element: Element, at: int, count: int) -> Floats | Stored:
+    inner = _unpacked(given, element, at + TAG)
+    numbers = _element(inner, at)
+    kind = NUMBERS.get(numbers.kind)
+    if kind is None or numbers.size != count * np.dtype(kind).itemsize:
+        raise given.damaged("the numbers of a variable do not fit its shape")
+    if element.kind == MATRIX:
+        if numbers.start + numbers.size > 8 + element.size:
+            raise given.damaged("the numbers of a variable are longer than itself")
+        return given.stored(element.start - 8 + numbers.start, count, kind)
+    return _filled(given, element, numbers.start, count, kind)
+
+
+def _filled(given: Bytes, element: Element, skip: int, count: int, kind: str) -> Floats:
+    """Give the numbers of a packed variable behind some unpacked bytes."""
+    fit(given.file.shown, SIZE * count)
+    values, done, rest = np.empty(count), 0, b""
+    for piece in _pieces(given, element):
+        rest, skip = rest + piece[skip:], max(skip - len(piece), 0)
+        if done == count and len(rest) > BEHIND:
+            break
+        whole = min(len(rest) // np.dtype(kind).itemsize, count - done)
+        part = given._replace(raw=rest).numbers(0, whole, kind)
+        values[done : done + whole] = part
+        done, rest = done + whole, rest[part.nbytes :]
+    if done < count:
+        raise given.damaged("bytes are missing at its end")
+    return values
+
+
+# MAT: variables as MATLAB saves them, versions 4 to 7.
+#
+# Read here and not by scipy, whose reader a damaged file can bring to a segmentation fault.
+
+
+def mat_columns(file: File) -> Channels:
+    """Give the vectors among the variables of a MAT file.
+
+    Raises
+    ------
+    RecordError
+        When it is of version 7.3, damaged, or holds no vector of real numbers.
+    """
+    head = file.reader[:1024]
+    if head[:10] == b"MATLAB 7.3" or b"\x89HDF\r\n\x1a\n" in head:
+        sentence = "the MAT file is of version 7.3, which is not read; save it by `save -v7`"
+        raise fault(file.shown, sentence)
+    # Text begins version 5; the first number of version 4 has a zero byte.
+    found = mat4_variables(file) if 0 in head[:4] else mat5_variables(file)
+    vectors = [
+        Channel(Label(variable.name, variable.name), variable.load)
+        for variable in found
+        if len(variable.shape) == 2 and min(variable.shape) == 1 < max(variable.shape)
+    ]
+    if not vectors:
+        raise fault(file.shown, "the MAT file holds no vector of real numbers")
+    return channels(file, vectors, word="variable", key="column")
+
+
+MAT = Format(
+    "a MAT file",
+    mat_columns,
+    {"skip": NO_TABLE, "channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
+)
+
+
+# WAV: sound files, as recorders of vibration write them. Knows the samples, not their unit.
+
+
+PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
+"""How samples are coded; the last says that its own code stands further on."""
+
+CODINGS = {
+    (PCM, 8): "u1",
+    (PCM, 16): "<i2",
+    (PCM, 24): "u1",
+    (PCM, 32): "<i4",
+    (FLOAT, 32): "<f4",
+    (FLOAT, 64): "<f8",
+}
+"""Code and bits of a sample, and the numbers that numpy reads; of 24 bits, three bytes."""
+
+
+class Form(NamedTuple):
+    """How the samples of a WAV are laid out; `rate` is per second."""
+
+    code: int
+    bits: int
+    channels: int
+    rate: int
+
+
+def wav_columns(file: File) -> Channels:
+    """Give the channels of a WAV file.
+
+    Raises
+    ------
+    RecordError
+        When it is no WAV, is cut short, or has samples of a kind that is not read.
+    """
+    form, start, size = _chunks(file)
+    each = form.bits // 8 * form.channels
+    if size < each:
+        raise fault(file.shown, "the WAV holds no samples")
+    if size % each:
+        raise _wrong(file, "its last sample is not whole")
+    ways = [Frames(file, start, size // each, number, form) for number in range(form.channels)]
+    found = [Channel(Label("", ""), way.stored, 1 / form.rate) for way in ways]
+    return channels(file, found, shares=form.code == PCM)
+
+
+def _chunks(file: File) -> tuple[Form, int, int]:
+    """Give the form of the samples, and where in the file they begin and how long they are."""
+    raw, at, form = file.reader, 12, None
+    if raw[:4] in (b"RF64", b"RIFX"):
+        kind = raw[:4].decode()
+        raise fault(file.shown, f"the record is {kind}, of which only RIFF is read; convert it")
+    if raw[:4] != b"RIFF" or raw[8:12] != b"WAVE":
+        raise fault(file.shown, "the record is no WAV: it does not begin as one")
+    while at + 8 <= len(raw):
+        name, size = raw[at : at + 4], _number(raw, at + 4, 4)
+        if at + 8 + size > len(raw):
+            missing = at + 8 + size - len(raw)
+            raise _wrong(file, f"{missing} bytes are missing at its end")
+        if name == b"fmt ":
+            form = _form(file, raw[at + 8 : at + 8 + size])
+        if name == b"data":
+            if form is None:
+                raise _wrong(file, "its samples come before their form")
+            return form, at + 8, size
+        at += 8 + size + size % 2
+    raise _wrong(file, "it has no samples")
+
+
+def _form(file: File, chunk: bytes) -> Form:
+    if len(chunk) < 16:
+        raise _wrong(file, "the form of its samples is too short")
+    code, bits = _number(chunk, 0, 2), _number(chunk, 14, 2)
+    if code == EXTENSIBLE and len(chunk) >= 26:
+        code = _number(chunk, 24, 2)
+    form = Form(code, bits, _number(chunk, 2, 2), _number(chunk, 4, 4))
+    if (code, bits) not in CODINGS:
+        kinds = "whole numbers of 8, 16, 24, 32 bits and floating point of 32, 64"
+        sentence = f"the WAV has samples of {bits} bits in code {code}; what is read: {kinds}"
+        raise fault(file.shown, sentence)
+    if not form.channels or not form.rate:
+        raise _wrong(file, f"it has {form.channels} channels at {form.rate} Hz")
+    if _number(chunk, 12, 2) != bits // 8 * form.channels:
+        raise _wrong(file, "the sizes that it gives for its samples do not fit")
+    return form
+
+
+class Frames(NamedTuple):
+    """One channel: where in a file its frames begin, and how many there are."""
+
+    file: File
+    start: int
+    length: int
+    number: int
+    form: Form
+
+    def stored(self) -> Stored:
+        """Give the samples, which stay in the file."""
+        return Stored(self.read, 0, self.length)
+
+    def read(self, first: int, last: int) -> Floats:
+        """Give some samples, whole numbers as shares of full scale."""
+        code, bits, channels, _ = self.form
+        each = bits // 8 * channels
+        raw = self.file.reader[self.start + first * each : self.start + last * each]
+        flat = np.frombuffer(raw, CODINGS[code, bits])
+        frames = flat.reshape(last - first, channels, -1)[:, self.number]
+        return _shares(frames, code, bits)
+
+
+def _shares(frames: NDArray[np.generic], code: int, bits: int) -> Floats:
+    """Give the numbers of frames of shape (n, 1) or, of 24 bits, (n, 3)."""
+    if code == FLOAT:
+        return frames[:, 0].astype(np.float64)
+    if bits == 24:
+        wide = np.zeros((len(frames), 4), np.uint8)
+        wide[:, 1:] = frames
+        return wide.view("<i4")[:, 0] / 2.0**31
+    shares = frames[:, 0].astype(np.float64)
+    if bits == 8:
+        shares -= 128.0
+    shares /= 2.0 ** (bits - 1)
+    return shares
+
+
+def _number(raw: Reader | bytes, at: int, size: int) -> int:
+    return int.from_bytes(raw[at : at + size], "little")
+
+
+def _wrong(file: File, what: str) -> RecordError:
+    return fault(file.shown, f"the WAV is cut short or damaged: {what}")
+
+
+WAV = Format(
+    "a WAV",
+    wav_columns,
+    {
+        "skip": NO_TABLE,
+        "column": AS_CHANNEL,
+        "time": OWN_STEP,
+        "rate": OWN_STEP,
+        "step": OWN_STEP,
+    },
+)
+
+
+# Packages that read one format: imported late, kept quiet, their exceptions made faults.
+
+
+T = TypeVar("T")
+
+COPY = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
+"""How packages name the bytes that they were given in place of a file."""
+
+
+def package(module: str, extra: str, file: File, name: str = "") -> Any:
+    """Give a package that only one format needs; `name` is what it is called, if otherwise.
+
+    Raises
+    ------
+    RecordError
+        When it is not installed; the sentence says how to install it.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return import_module(module)
+    except ImportError:
+        sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
+        way = f'pip install "drysim[{extra}]"'
+        raise fault(file.shown, f"{sentence}; install it by: {way}") from None
+
+
+def read_by(read: Callable[[], T], file: File, what: str) -> T:
+    """Let a package read: without its warnings and its log, and with what it raises as a fault.
+
+    Raises
+    ------
+    RecordError
+        For any exception; its sentence begins with `what`.
+    """
+    with _hushed():
+        try:
+            return read()
+        except RecordError:
+            raise
+        except Exception as error:  # a parser raises whatever a damaged file leads it to
+            why = _why(error)
+        gc.collect()  # half-made readers may complain once more when they are let go
+    raise fault(file.shown, f"{what}: {why}")
+
+
+def _why(error: Exception) -> str:
+    """Give what an exception says in one short line, without what it calls our copy."""
+    words = COPY.sub("the file", " ".join(str(error).split()))
+    return Cell(words, 0).quote or type(error).__name__
+
+
+@contextmanager
+def _hushed() -> Iterator[None]:
+    log, hook = logging.root.manager.disable, sys.unraisablehook
+    logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda _: None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        sys.unraisablehook = hook
+        logging.disable(log)
+
+
+# MDF: measurements of vehicles, as ASAM lays them down; version 4, read by asammdf.
+
+
+LONGEST = 1 << 20
+"""Bytes of a row of samples that a small packed file may still hold."""
+
+SYNCHRONOUS = 1
+"""What a master channel counts: time, and not angle or distance."""
+
+
+def mdf_columns(file: File) -> Channels:
+    """Give the channels of an MDF file, of all its groups, and behind them their times.
+
+    Raises
+    ------
+    RecordError
+        When it is damaged or has no channels; or asammdf is not installed.
+    """
+    found = _listed_mdf(file)
+    if not found:
+        raise fault(file.shown, "the MDF file has no channels")
+    series = [
+        Channel(
+            Label(name, name, unit, firm=False),
+            partial(_load_mdf, file, group, at, "samples"),
+            clock=len(found) + number,
+        )
+        for number, (group, at, name, unit) in enumerate(found)
+    ]
+    clocks = [(group, at, f"time of {name}") for group, at, name, _ in found]
+    times = [
+        Channel(Label(clock, clock, "s"), partial(_load_mdf, file, group, at, "timestamps"))
+        for group, at, clock in clocks
+    ]
+    return channels(file, [*series, *times])
+
+
+def _listed_mdf(file: File) -> list[tuple[int, int, str, str]]:
+    """Give group, number in it, name and unit of every channel that is no master."""
+    asammdf = package("asammdf", "mdf", file)
+
+    def read() -> list[tuple[int, int, str, str]]:
+        with asammdf.MDF(BytesIO(file.raw)) as whole:
+            return [
+                (group, at, str(channel.name), str(channel.unit or "").strip())
+                for group, content in enumerate(whole.groups)
+                for at, channel in enumerate(content.channels)
+                if whole.masters_db.get(group) != at
+            ]
+
+    return read_by(read, file, "the record is no MDF, or damaged")
+
+
+def _check(file: File, about: Any) -> None:
+    """Refuse sizes that the file cannot mean, before the package makes room for them."""
+    size = about.samples_byte_nr + about.invalidation_bytes_nr
+    if size > max(len(file.raw), LONGEST):
+        raise fault(file.shown, f"the record is no MDF, or damaged: one row of {size} bytes")
+    fit(file.shown, size * about.cycles_nr)
+
+
+def _load_mdf(file: File, group: int, at: int, what: str) -> NDArray[np.generic]:
+    """Samples that the logger marks as invalid are not given, nor are their times."""
+    asammdf = package("asammdf", "mdf", file)
+
+    def read() -> NDArray[np.generic]:
+        with asammdf.MDF(BytesIO(file.raw)) as whole:
+            _check(file, whole.groups[group].channel_group)
+            signal = whole.get(group=group, index=at)
+        if what == "timestamps" and signal.master_metadata[1] != SYNCHRONOUS:
+            raise fault(file.shown, f"`{signal.name}` is not sampled over time")
+        return np.asarray(getattr(signal, what))
+
+    return read_by(read, file, f"channel {at} of group {group + 1} cannot be read")
+
+
+MDF = Format(
+    "an MDF",
+    mdf_columns,
+    {"skip": NO_TABLE, "column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
+)
+
+
+# TDMS: files of LabVIEW and its relatives; read by npTDMS.
+
+
+UNITS = ("unit_string", "NI_UnitDescription")
+"""Properties that may hold the unit of a channel."""
+
+
+def tdms_columns(file: File) -> Channels:
+    """Give the channels of a TDMS file, of all its groups.
+
+    Raises
+    ------
+    RecordError
+        When it is damaged or has no channels; or npTDMS is not installed.
+    """
+    nptdms = package("nptdms", "tdms", file)
+    found = read_by(
+        lambda: _listed_tdms(file, nptdms), file, "the record is no TDMS, or damaged"
+    )
+    if not found:
+        raise fault(file.shown, "the TDMS file has no channels")
+    return channels(file, found)
+
+
+def _listed_tdms(file: File, nptdms: Any) -> list[Channel]:
+    whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
+    if whole.file_status.incomplete_final_segment:
+        raise fault(file.shown, "the TDMS file is cut short: its last segment is not whole")
+    return [
+        _tdms_channel(file, channel) for group in whole.groups() for channel in group.channels()
+    ]
+
+
+def _tdms_channel(file: File, channel: Any) -> Channel:
+    group, name, told = channel.group_name, channel.name, channel.properties
+    unit = next((str(told[key]).strip() for key in UNITS if told.get(key)), "")
+    step = float(told.get("wf_increment", 0.0))
+    return Channel(
+        Label(f"{group}/{name}", name, unit, firm=False),
+        partial(_load_tdms, file, group, name),
+        step if step > 0 else None,
+        float(told.get("wf_start_offset", 0.0)),
+    )
+
+
+def _load_tdms(file: File, group: str, name: str) -> NDArray[np.generic]:
+    nptdms = package("nptdms", "tdms", file)
+
+    def read() -> NDArray[np.generic]:
+        with nptdms.TdmsFile.open(BytesIO(file.raw)) as whole:
+            return np.asarray(whole[group][name][:])
+
+    return read_by(read, file, f"channel `{Label(name, name).quote}` cannot be read")
+
+
+TDMS = Format(
+    "a TDMS",
+    tdms_columns,
+    {"skip": NO_TABLE, "column": AS_CHANNEL, "full_scale": NO_FULL_SCALE},
+)
+
+
+# UFF58: universal files with functions at nodal degrees of freedom; read by pyuff.
+
+
+FUNCTIONS = 58
+"""Number of the data set that holds samples."""
+
+TIME_RESPONSE = 1
+"""Type of a function that is a time history."""
+
+UFF_REAL = (2, 4)
+"""Single and double precision; the others are complex."""
+
+MARK = re.compile(rb"    -1(?= {74}|[\r\n]|\Z)")
+"""The line before and behind every data set; behind binary samples it has no beginning."""
+
+NOT_ONE = "the record is no universal file, or damaged"
+
+DIRECTIONS = ("", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ", "-RZ", "-RY", "-RX", "-Z", "-Y", "-X")
+"""By number; those below zero count from the end."""
+
+
+def uff_columns(file: File) -> Channels:
+    """Give the time histories of a universal file, in their order.
+
+    Raises
+    ------
+    RecordError
+        When it is damaged, or holds no time history; or pyuff is not installed.
+    """
+    pyuff = package("pyuff", "uff", file)
+    if len(MARK.findall(file.raw)) % 2:
+        raise fault(file.shown, f"{NOT_ONE}: its last data set does not end")
+    found = read_by(lambda: _histories(file, pyuff), file, NOT_ONE)
+    if not found:
+        sentence = "the record is no universal file with a time history in a data set 58"
+        raise fault(file.shown, sentence)
+    clocks = [at for at, (channel, _) in enumerate(found) if channel.dt is None]
+    times = [found[at][1] for at in clocks]
+    series = [
+        channel._replace(clock=len(found) + clocks.index(at)) if at in clocks else channel
+        for at, (channel, _) in enumerate(found)
+    ]
+    return channels(file, [*series, *times])
+
+
+def _histories(file: File, pyuff: Any) -> list[tuple[Channel, Channel]]:
+    """Give every time history and its times."""
+    sets = pyuff.UFF(str(file.path))
+    numbers = [n for n, kind in enumerate(sets.get_set_types()) if kind == FUNCTIONS]
+    heads = [(n, sets.read_sets(n, header_only=True)) for n in numbers]
+    return [
+        _uff_channel(file, sets, n, head)
+        for n, head in heads
+        if head["func_type"] == TIME_RESPONSE and head["ord_data_type"] in UFF_REAL
+    ]
+
+
+def _uff_channel(
+    file: File, sets: Any, n: int, head: Mapping[str, Any]
+) -> tuple[Channel, Channel]:
+    """Give a time history and its times."""
+    name = _said(head, "id1") or f"{head['rsp_node']}{DIRECTIONS[head['rsp_dir']]}"
+    unit = _said(head, "ordinate_axis_units_lab")
+    second = _said(head, "abscissa_axis_units_lab").lower()
+    even = head["abscissa_spacing"] == 1
+    step = head["abscissa_inc"] * _seconds(file, second) if even else None
+    first = head["abscissa_min"] * _seconds(file, second) if even else 0.0
+    load, clock = partial(_load_uff, file, sets, n, head["num_pts"]), f"time of {name}"
+    samples = Channel(Label(name, name, unit, firm=False), partial(load, "data"), step, first)
+    return samples, Channel(Label(clock, clock, second), partial(load, "x"))
+
+
+def _said(head: Mapping[str, Any], key: str) -> str:
+    text = str(head[key]).strip()
+    return "" if text.upper() == "NONE" else text
+
+
+def _seconds(file: File, unit: str) -> float:
+    try:
+        return factor(unit, "s") if unit else 1.0
+    except ValueError as error:
+        raise fault(file.shown, f"the abscissa of a time history: {error}") from None
+
+
+def _load_uff(file: File, sets: Any, n: int, count: int, what: str) -> NDArray[np.generic]:
+    where = f"data set {n + 1} cannot be read"
+    values = read_by(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
+    if len(values) != count:
+        sentence = f"data set {n + 1} is cut short or damaged"
+        raise fault(file.shown, f"{sentence}: it has {len(values)} samples, not {count}")
+    return values
+
+
+UFF = Format(
+    "a universal file",
+    uff_columns,
+    {"skip": NO_TABLE, "column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
+)
+
+
+# RPC III: time histories of test rigs, as MTS lays them down; read by rpc3-file.
+
+
+DAMAGED = "the record is no RPC III time history, or damaged"
+
+
+def rpc_columns(file: File) -> Channels:
+    """Give the channels of an RPC III file.
+
+    Raises
+    ------
+    RecordError
+        When it is damaged or has no channels; or rpc3-file is not installed.
+
+    Notes
+    -----
+    Whole numbers are multiplied by the SCALE of their channel; INT_FULL_SCALE is not needed for
+    that. A file that does not say its number of SAMPLES ends with its last frame, filled up.
+    """
+    found = _read(file, header_only=True)
+    if not found:
+        raise fault(file.shown, "the RPC III file has no channels")
+    return channels(file, [_rpc_channel(file, at, told) for at, told in enumerate(found)])
+
+
+def _rpc_channel(file: File, at: int, told: Any) -> Channel:
+    name, unit = (str(text).strip().strip('"').strip() for text in (told.name, told.unit))
+    return Channel(Label(name, name, unit, firm=False), partial(_load_rpc, file, at), told.dt)
+
+
+def _load_rpc(file: File, at: int) -> NDArray[np.generic]:
+    return np.asarray(_read(file, header_only=False)[at].data)
+
+
+def _read(file: File, header_only: bool) -> Any:
+    rpc3 = package("rpc3.rpc3", "rpc", file, "rpc3-file")
+
+    def read() -> Any:
+        rpc3.progressbar = False
+        return rpc3.read(str(file.path), strip=False, header_only=header_only)[0]
+
+    return read_by(read, file, DAMAGED)
+
+
+RPC = Format(
+    "an RPC III file",
+    rpc_columns,
+    {
+        "skip": NO_TABLE,
+        "column": AS_CHANNEL,
+        "time": OWN_STEP,
+        "rate": OWN_STEP,
+        "step": OWN_STEP,
+        "full_scale": NO_FULL_SCALE,
+    },
+)
+
+
+# The formats of records, by the suffix of the file.
+
+
+SUFFIXES = {
+    ".csv": text.TEXT,
+    ".tsv": text.TEXT,
+    ".txt": text.TEXT,
+    ".dat": text.TEXT,
+    ".wav": WAV,
+    ".mat": MAT,
+    ".at2": text.AT2,
+    ".uff": UFF,
+    ".unv": UFF,
+    ".mf4": MDF,
+    ".mdf": MDF,
+    ".tdms": TDMS,
+    ".rpc": RPC,
+    ".rsp": RPC,
+    ".tim": RPC,
+    ".drv": RPC,
+}
+"""What is read, and how."""
+
+
+def format_of(file: str | Path) -> Format | None:
+    """Give the format that the suffix of a file tells."""
+    return SUFFIXES.get(Path(file).suffix.lower())

@@ -1,0 +1,316 @@
+"""What a scenario may say of a record."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    PrivateAttr,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema
+
+from drysim.units import (
+    NUMBER,
+    Block,
+    Frequency,
+    Misfit,
+    Plain,
+    Quantity,
+    Time,
+    convert,
+    factor,
+    meant,
+    near,
+    shown,
+)
+
+# What a scenario may say about a record, where a word or a number alone does not do.
+
+
+TRENDS = ("nothing", "mean", "line")
+"""What `remove` may take away by a word alone, each more than the one before."""
+
+HIGHEST_ORDER = 8
+"""Beyond this order a filter run both ways rings longer than it helps."""
+
+Way = Literal["line", "spline"]
+"""How values between samples are found: on straight lines, or on the cubic spline."""
+
+Span = Annotated[float, Quantity("s", above=0)]
+
+
+class Gaps(Block):
+    """Short gaps are filled; longer ones stay faults."""
+
+    fill: Way
+    """By what: a straight `line` between the samples on either side, or the cubic `spline`
+    through all samples that are there."""
+    at_most: Span
+    """Longest gap that is filled [s], from the last sample before it to the first behind."""
+
+
+class Resample(Block):
+    """Another grid, or an even one for times that are uneven."""
+
+    rate: Frequency | None = None
+    """Samples per second [Hz]."""
+    step: Span | None = None
+    """Distance of the samples [s], in place of `rate`."""
+    by: Way
+    """By what: the straight `line` between two samples, or the cubic `spline` through all."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rate", "step"),)
+
+
+class Removal(Block):
+    """What is taken away from the whole record: its trend, and what is outside a band."""
+
+    trend: Literal["nothing", "mean", "line"] = "nothing"
+    """Its mean or its line (least squares)."""
+    below: Frequency | None = None
+    """What is slower than this frequency [Hz], by a Butterworth high-pass without phase shift,
+    which halves the amplitude there."""
+    above: Frequency | None = None
+    """What is faster than this frequency [Hz], by such a low-pass."""
+    order: Annotated[int, Field(strict=True, ge=1, le=HIGHEST_ORDER)] = 2
+    """Order of these filters [-] in each of their two directions; both together fall by 12 dB
+    an octave and order."""
+
+    @property
+    def filters(self) -> bool:
+        """Whether anything is filtered."""
+        return self.below is not None or self.above is not None
+
+    @property
+    def any(self) -> bool:
+        """Whether there is anything to do."""
+        return self.filters or self.trend != "nothing"
+
+    def with_too(self, **more: object) -> str:
+        """Return the key `remove` as a file would have it with further keys; Hz as floats."""
+        words = self.model_copy(update=more).model_dump(exclude_defaults=True)
+        if words.keys() == {"trend"}:
+            return f"`remove: {words['trend']}`"
+        told = (
+            f"{key}: {value:.6g} Hz" if isinstance(value, float) else f"{key}: {value}"
+            for key, value in words.items()
+        )
+        return f"`remove: {{{', '.join(told)}}}`"
+
+    @model_validator(mode="after")
+    def _a_band(self) -> Self:
+        if self.below is not None and self.above is not None and not self.below < self.above:
+            raise Misfit(f"must be above `below`, {shown(self.below)} Hz", "above")
+        return self
+
+
+class Window(Block):
+    """The part of a record that counts; its first sample becomes t = 0."""
+
+    start: Time | None = Field(None, alias="from")
+    """First time [s], on the record's own time axis; default its first sample."""
+    to: Time | None = None
+    """Last time [s]; default the record's last sample."""
+
+    @model_validator(mode="after")
+    def _forwards(self) -> Self:
+        if self.start is not None and self.to is not None and not self.start < self.to:
+            raise Misfit(f"must be above `from`, {shown(self.start)} s", "to")
+        return self
+
+
+def _column(given: object) -> object:
+    if isinstance(given, str) and given.strip():
+        return given
+    if isinstance(given, int) and not isinstance(given, bool) and given >= 1:
+        return given
+    raise ValueError(f"must be the name of a column or its number from 1, not {shown(given)}")
+
+
+def _removal(given: object) -> object:
+    """Give `mean` and `0.3 Hz` as the blocks that they are short for."""
+    if isinstance(given, dict | Removal):
+        return given
+    if given in TRENDS:
+        return {"trend": given}
+    if isinstance(given, float | int) and not isinstance(given, bool):
+        return {"below": given}
+    if isinstance(given, str) and re.match(r"\s*[-+]?\.?[0-9]", given):
+        return {"below": given}
+    hint = meant(near(given, TRENDS)) if isinstance(given, str) else ""
+    raise ValueError(f"must be {', '.join(TRENDS)} or a frequency, not {shown(given)}{hint}")
+
+
+def _full_scale(given: object) -> object:
+    """Ask for a text: a number without a unit is what a full scale must not be."""
+    if isinstance(given, str) and not NUMBER.fullmatch(given.strip()):
+        return given
+    raise ValueError(f"must say its unit, such as `50 m/s²`, not {shown(given)}")
+
+
+FullScale = Annotated[str, BeforeValidator(_full_scale)]
+"""A number with a unit."""
+
+Column = Annotated[str | int, BeforeValidator(_column)]
+"""Name of a column, or its number from 1."""
+
+
+class _ShortSchema:
+    """What `remove` looks like to an editor."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Give the JSON schema: a word, a frequency or the block."""
+        frequency = Quantity("Hz", above=0).__get_pydantic_json_schema__(schema, handler)
+        return {"anyOf": [{"enum": list(TRENDS)}, frequency, handler(schema)]}
+
+
+Removed = Annotated[Removal, BeforeValidator(_removal), _ShortSchema()]
+"""The block, or short for it a word of its trend or the frequency of its high-pass."""
+
+
+# Recorded: a column or channel of a file, whatever it holds.
+
+
+MOST_SKIPPED = 10_000
+"""Rows that may be passed over: words of a logger are fewer, and what is more are samples."""
+
+
+class Recorded(Block):
+    """Evenly spaced samples in a column or channel of a file, and how they are read."""
+
+    file: Annotated[str, Field(min_length=1)]
+    """The record, relative to the scenario's folder; its suffix tells its format."""
+    skip: Annotated[int, Field(strict=True, ge=0, le=MOST_SKIPPED)] = 0
+    """Rows at the top of a text file that are passed over, as words of a logger above the
+    header are [-]; default 0."""
+    column: Column | None = None
+    """Column of the samples: its name in the header, with or without unit, or its number from
+    1; of MATLAB files the variable. May be left out when there is but one besides the time."""
+    channel: Column | None = None
+    """Channel of the samples, its number from 1 or its name; for formats that have channels.
+    May be left out when there is but one."""
+    unit: str | None = None
+    """Unit of the samples, such as m/s2, g or N; needed unless the file says it, as the header
+    `u_dd [m/s2]` does."""
+    full_scale: FullScale | None = None
+    """What digital full scale means, with its unit, such as `50 m/s2`: in place of `unit` for
+    a WAV whose samples are whole numbers."""
+    time: Column | None = None
+    """Column of the time, evenly spaced; seconds unless its header says otherwise."""
+    rate: Frequency | None = None
+    """Samples per second [Hz], in place of `time`."""
+    step: Annotated[float, Quantity("s", above=0)] | None = None
+    """Distance of the samples [s], in place of `time`."""
+    scale: Plain = 1.0
+    """Factor on every sample [-]."""
+    gaps: Gaps | None = None
+    """What becomes of missing samples; default: each is a fault."""
+    resample: Resample | None = None
+    """Another grid for the record; default: its own, which must be even."""
+    remove: Removed = Field({}, validate_default=True)
+    """What is taken away from the whole record: `mean`, `line`, a band as in
+    `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default."""
+    window: Window | None = None
+    """The part that counts, `{from: 10 s, to: 70 s}`; its first sample becomes t = 0."""
+
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("time", "rate", "step"),
+        ("column", "channel"),
+        ("unit", "full_scale"),
+    )
+
+    _folder: Path = PrivateAttr(default_factory=Path)
+
+    @field_validator("unit")
+    @classmethod
+    def _of_the_quantity(cls, unit: str | None, info: ValidationInfo) -> str | None:
+        if unit is not None and (si := cls.si_of(info.data)):
+            factor(unit, si)
+        return unit
+
+    @field_validator("full_scale")
+    @classmethod
+    def _above_zero(cls, full_scale: str | None, info: ValidationInfo) -> str | None:
+        si = cls.si_of(info.data)
+        if full_scale is not None and si and not convert(full_scale, si) > 0:
+            raise ValueError(f"must be above 0 {si}, not {shown(full_scale)}")
+        return full_scale
+
+    @field_validator("skip", "column", "channel", "unit", "full_scale", "time", "rate", "step")
+    @classmethod
+    def _of_the_format(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse a key that says nothing about a file of this format."""
+        if not value:
+            return value
+        from drysim.records.formats import format_of
+
+        member, key = format_of(info.data.get("file", "")), str(info.field_name)
+        if member is not None and key in member.idle:
+            raise ValueError(f"{member.name} {member.idle[key].format(key=key)}")
+        return value
+
+    @field_validator("gaps", "resample")
+    @classmethod
+    def _without_kinks(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse lines through displacements: their kinks would be shocks of the base."""
+        key = "fill" if info.field_name == "gaps" else "by"
+        if getattr(value, key, "") == "line" and info.data.get("quantity") == "displacement":
+            raise Misfit("must be spline: a displacement on lines has kinks, not line", key)
+        return value
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Keep the scenario's folder, which the context of the validation names."""
+        if isinstance(context, Mapping) and "folder" in context:
+            self._folder = Path(context["folder"])
+
+    @property
+    def measured(self) -> str:
+        """What the samples are, as `SI` names it."""
+        raise NotImplementedError
+
+    @classmethod
+    def si_of(cls, words: Mapping[str, Any]) -> str | None:
+        """Give the SI unit of the samples from the words read so far; None where unknown."""
+        raise NotImplementedError
+
+    def file_from(self, folder: Path) -> str:
+        """Give the path of the record relative to another folder."""
+        path = self.path
+        here = os.path.join(os.path.realpath(path.parent), path.name)
+        return Path(os.path.relpath(here, os.path.realpath(folder))).as_posix()
+
+    @property
+    def path(self) -> Path:
+        """Where the record is, as messages name it."""
+        return self._folder / self.file
+
+    @property
+    def named(self) -> str:
+        """The file as the scenario gives it; results hold no absolute path."""
+        return Path(self.file).name if Path(self.file).is_absolute() else self.file
+
+
+class Measured(Block):
+    """What a record of base motion holds."""
+
+    quantity: Literal["acceleration", "velocity", "displacement"] = "acceleration"
+    """What the samples are. Velocity and displacement become acceleration through splines."""
+    gravity: Literal["refuse", "keep"] = "refuse"
+    """What becomes of a mean of ü near 9.81 m/s²: `refuse`, the default, makes it a fault,
+    `keep` leaves it in, so that the spring bears the weight of the mass."""
+
+
+class RecordedMotion(Recorded, Measured):
+    """Base motion as it was measured: which column of which file, and what it holds."""

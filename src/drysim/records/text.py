@@ -1,0 +1,797 @@
+"""CSV, TSV, AT2."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from functools import partial
+from itertools import islice, pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.model import Signal
+from drysim.errors import RecordError
+from drysim.records.columns import (
+    GAP,
+    INFINITE,
+    NO_CHANNEL,
+    NO_FULL_SCALE,
+    NO_TABLE,
+    ONE_SERIES,
+    OWN_STEP,
+    SI,
+    Channel,
+    Channels,
+    Columns,
+    Floats,
+    Format,
+    Label,
+    channels,
+)
+from drysim.records.file import Cell, File, TextFile, fault, fit, printable, room
+from drysim.units import NUMBER, usual
+from drysim.wording import several
+
+# Cells to numbers: a quick pass over blocks of bytes, and a careful one that finds faults.
+
+
+BLOCK = 1 << 20
+"""Bytes parsed at a time: small beside the numbers, large beside the cost of a call."""
+
+COMMENT = re.compile(rb"(?m)^[ \t]*#.*\n?")
+BLANKS = b" \t\v\f"
+
+
+MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
+"""What a cell without a number holds."""
+
+CLOCK = re.compile(
+    r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
+)
+"""A time of day, with or without its date."""
+
+
+def numbers(table: Table, wanted: list[int], gappy: int | None = None) -> list[Floats]:
+    """Give columns of a table as numbers.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : list of int
+        0-based columns.
+    gappy : int, optional
+        The one of them in which numbers may be missing; they are NaN.
+
+    Returns
+    -------
+    list of ndarray, shape (rows,)
+
+    Raises
+    ------
+    RecordError
+        At the first ragged row, and at the first wanted cell that is no finite number.
+    """
+    decimal = table.decimal(wanted)
+    found = _quick(table, wanted, decimal)
+    return _careful(table, wanted, decimal, gappy) if found is None else found
+
+
+def _quick(table: Table, wanted: list[int], decimal: str) -> list[Floats] | None:
+    text, at, last, done = table.file.text, table.start, _end(table), 0
+    found: list[Floats] = [np.empty(0) for _ in wanted]
+    while at < last:
+        end = min(text.find(b"\n", min(at + BLOCK, last)) + 1 or last, last)
+        rows = _block(text[at:end], table, decimal)
+        if rows is None or not np.isfinite(rows[:, wanted]).all():
+            return None
+        if done + len(rows) > len(found[0]):
+            # As many rows again as there are bytes for, and a little more.
+            count = done + int(1.05 * len(rows) * (last - at) / (end - at)) + len(rows)
+            room(table.shown, count * found[0].itemsize * len(found))
+            for column in found:
+                column.resize(count, refcheck=False)
+        for index, column in zip(wanted, found, strict=True):
+            column[done : done + len(rows)] = rows[:, index]
+        at, done = end, done + len(rows)
+    for column in found:
+        column.resize(done, refcheck=False)
+    return found
+
+
+def _end(table: Table) -> int:
+    """Give where the last row ends, before the line ends that close the file."""
+    text, end = table.file.text, len(table.file.text)
+    while end > table.start:
+        tail = text[max(table.start, end - BLOCK) : end]
+        if kept := len(tail.rstrip(b"\r\n")):
+            return end - len(tail) + kept
+        end -= len(tail)
+    return end
+
+
+def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
+    """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
+    if b"\r" in block:
+        block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if b"#" in block:
+        block = COMMENT.sub(b"", block)
+    if decimal == "," and b"." in block:
+        return None  # the careful pass knows in which columns
+    block = block.removesuffix(b"\n")
+    lines = block.count(b"\n") + 1
+    if not block or not _regular(np.frombuffer(block, np.uint8), lines, table):
+        return np.empty((0, table.width)) if not block else None
+    if table.delimiter:
+        comma = "." if decimal == "," else "?"
+        given, plain = f",{table.delimiter}\n", f"{comma},,"  # of two the last counts
+        block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
+    elif decimal == ",":
+        block = block.replace(b",", b".")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
+            found = np.fromstring(block, sep=" , " if table.delimiter else " ")
+    except (ValueError, DeprecationWarning):
+        return None
+    return found.reshape(lines, -1) if found.size == lines * table.width else None
+
+
+def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
+    """Whether every line has exactly as many delimiters, or words, as the table has columns."""
+    if table.delimiter:
+        marks, each = np.flatnonzero(codes == ord(table.delimiter)), table.width - 1
+    else:
+        inside = ~np.isin(codes, np.frombuffer(BLANKS + b"\n", np.uint8))
+        marks = np.flatnonzero(inside & ~np.concatenate(([False], inside[:-1])))
+        each = table.width
+    if marks.size != lines * each:
+        return False
+    ends = np.flatnonzero(codes == ord("\n"))
+    per_line = marks.reshape(lines, each)
+    return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
+
+
+def _careful(
+    table: Table, wanted: list[int], decimal: str, gappy: int | None = None
+) -> list[Floats]:
+    found = [array("d") for _ in wanted]
+    for line, cells in table.rows():
+        if not cells and wanted == [gappy]:
+            found[0].append(math.nan)
+            continue
+        if not cells:
+            raise fault(table.file.shown, f"row {line} is empty: {GAP}", line)
+        if len(cells) != table.width:
+            raise table.ragged(line, len(cells))
+        for index, column in zip(wanted, found, strict=True):
+            lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
+            value = math.nan if lost else _number(cells[index], decimal)
+            if not (lost or math.isfinite(value)):
+                where = f"row {line}, {table.called(index)}"
+                sentence = f"{where}: {_complaint(cells[index], decimal)}"
+                raise fault(table.file.shown, sentence, line, cells[index])
+            column.append(value)
+    return [np.array(column) for column in found]
+
+
+def _number(cell: Cell, decimal: str) -> float:
+    """Give the number in a cell with one decimal mark; NaN for none."""
+    text = cell.text
+    if decimal == ",":
+        text = text.replace(".", "?").replace(",", ".", 1)
+    return float(text) if NUMBER.fullmatch(text) else math.nan
+
+
+def _complaint(cell: Cell, decimal: str) -> str:
+    text = cell.text
+    if not text:
+        return f"the cell is empty: {GAP}"
+    if MISSING.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number: {GAP}"
+    if decimal == "," and "." in text and NUMBER.fullmatch(text):
+        return f"`{cell.quote}` has a decimal point; write commas throughout"
+    if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number: {INFINITE}"
+    if NUMBER.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
+        return f"`{cell.quote}` has a decimal comma; write points throughout"
+    if CLOCK.fullmatch(text):
+        instead = "give `rate` or `step` in place of `time`"
+        return f"`{cell.quote}` is a time of day, which is not read; {instead}"
+    return f"`{cell.quote}` is not a number"
+
+
+# Lines of a text file, and the cells of a line.
+
+
+UNIT = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
+
+QUOTE = re.compile("`([^`]+)`")
+
+DELIMITERS = "\t;,"
+"""Tried in this order on the first row of numbers; a row with none is split at blanks."""
+
+LINES_QUOTED = 100
+"""Lines at the top of a file that messages quote besides the faulty one: its header."""
+
+LONGEST_NAME = 200
+"""Characters of a header cell that may still be a name with a unit."""
+
+
+def lines(file: TextFile, start: int = 0, line: int = 0) -> Iterator[tuple[int, int, str]]:
+    """Give line number, offset and text of every line that is not a comment.
+
+    The first is where the text begins, or at an offset that is that of a line number.
+    """
+    for number, at, part in rows(file, start, line):
+        words = _decoded(part)
+        if not words.lstrip().startswith("#"):
+            yield number, at, words
+
+
+def rows(file: TextFile, start: int = 0, line: int = 0) -> Iterator[tuple[int, int, bytes]]:
+    """Give line number, offset and bytes of every line, from where `lines` begins."""
+    text, start, line = file.text, max(start, file.begin), line or file.line
+    while start < len(text):
+        end = text.find(b"\n", start)
+        end = end if end >= 0 else len(text)
+        for part in text[start:end].removesuffix(b"\r").split(b"\r"):
+            yield line, start, part
+            start, line = start + len(part) + 1, line + 1
+        start = end + 1
+
+
+def _decoded(part: bytes) -> str:
+    """Give the text of a line: UTF-8, or else what spreadsheets under Windows write."""
+    try:
+        return part.decode("utf-8")
+    except UnicodeDecodeError:
+        return part.decode("cp1252", "replace")
+
+
+def unquoted(error: RecordError, text: TextFile) -> RecordError:
+    """Return the error of a record that is a link, without the lines that it quotes.
+
+    The target of a link may be any file, such as a private key. Quotes from a line without a
+    delimiter are left out, as are whole lines; the faulty cell of other lines stays.
+    """
+    problem = error.problem
+    head = islice(rows(text), LINES_QUOTED)
+    faulty = islice((row for row in rows(text) if row[0] == problem.line), 1)
+    parts = [printable(_decoded(part)).strip() for _, _, part in (*head, *faulty)]
+    whole = [line for line in parts if line]
+    secret = [line for line in whole if not any(mark in line for mark in DELIMITERS)]
+
+    def hidden(quote: re.Match[str]) -> str:
+        words = quote[1].removesuffix("…")
+        if any(words in line for line in secret) or words in whole:
+            return "`…`"
+        return quote[0]
+
+    sentence = QUOTE.sub(hidden, problem.sentence)
+    if any("`" in line for line in whole):  # a quote may end within the text that it holds
+        sentence = f"row {problem.line} is not what a record holds there"
+    if sentence == problem.sentence:
+        return error
+    return RecordError(replace(problem, sentence=sentence, column=0, source=""), error.hint)
+
+
+def behind(file: TextFile, start: int) -> int:
+    """Give where the line after the one that begins at an offset begins."""
+    ends = [at for at in (file.text.find(mark, start) for mark in (b"\n", b"\r")) if at >= 0]
+    end = min(ends, default=len(file.text))
+    return end + 1 + (file.text[end : end + 2] == b"\r\n")
+
+
+def split(text: str, delimiter: str) -> list[Cell]:
+    """Give the cells of a line; a delimiter between quotation marks does not count."""
+    if not delimiter:
+        return [Cell(m.group(), m.start() + 1) for m in re.finditer(r"\S+", text)]
+    cells, at, parts, quotes = [], 0, list[str](), 0
+    for part in text.split(delimiter):
+        parts.append(part)
+        quotes += part.count('"')
+        if quotes % 2 == 0:
+            whole, parts = delimiter.join(parts), []
+            cells.append(_cell(whole, at))
+            at += len(whole) + 1
+    return [*cells, _cell(delimiter.join(parts), at)] if parts else cells
+
+
+def left_open(text: str) -> Cell | None:
+    """Give a line from the quotation mark on that it does not close; None where all are."""
+    at = text.rfind('"') if text.count('"') % 2 else -1
+    return None if at < 0 else Cell(text[at:], at + 1)
+
+
+def _cell(part: str, at: int) -> Cell:
+    bare = part.strip()
+    quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'
+    text = bare[1:-1].replace('""', '"').strip() if quoted else bare
+    return Cell(text, at + part.find(bare) + 1 + quoted)
+
+
+def name_and_unit(text: str) -> tuple[str, str, bool]:
+    """Give name and unit of a header cell, and whether the unit is in square brackets."""
+    match = UNIT.fullmatch(text) if len(text) <= LONGEST_NAME else None
+    if not match:
+        return text, "", False
+    square = match["square"] is not None
+    return match["name"], (match["square"] if square else match["round"]).strip(), square
+
+
+# What stands above the numbers of a text file: header, row of units, words of a logger.
+
+
+LOOKED_AT = 100
+"""Rows among which a header is looked for."""
+
+MOST_COLUMNS = 16_384
+"""As many as a spreadsheet has; with more of them samples stand beside one another."""
+
+NOT_A_NAME = re.compile(
+    r"(?i)[+\-\u2212]*(?:nan|inf|infinity|\d*[.,]\d.*|\d+(?:e[+-]?\d+)?)", re.ASCII
+)
+"""With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
+
+DECIMALS = re.compile(r"[+-]?\d+(?:,\d+)?", re.ASCII)
+PADDED = re.compile(r",0\d", re.ASCII)
+"""A number with a decimal comma; and what follows no comma that parts two whole numbers."""
+
+WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
+
+
+def delimiter_of(text: str) -> str:
+    """Give the delimiter of a row."""
+    return next((mark for mark in DELIMITERS if mark in text), "")
+
+
+def delimiter_below(header: str, row: str) -> str:
+    """Give the delimiter of a row of numbers below a header, which may be empty.
+
+    A comma is a decimal one where only then there are as many cells as the header has names.
+    """
+    mark = delimiter_of(row)
+    if mark != "," or "," in header or not header:
+        return mark
+    cells = split(row, "")
+    fits = len(header_cells(header, "", len(cells))) == len(cells)
+    return "" if fits and all(map(_is_number, cells)) else mark
+
+
+def decimal_commas(file: TextFile) -> bool:
+    """Tell whether rows without a header are one column of numbers with decimal commas."""
+    rows = [text.strip() for _, _, text in islice(lines(file), LOOKED_AT)]
+    written = [text for text in rows if text]
+    return all(map(DECIMALS.fullmatch, written)) and any(map(PADDED.search, written))
+
+
+def wide(file: TextFile) -> tuple[int, int]:
+    """Give line and width of a first row with more columns than a table has; zeros for none."""
+    for line, _, text in islice(lines(file), LOOKED_AT):
+        mark = delimiter_of(text)
+        columns = text.count(mark) + 1 if mark else len(text.split())
+        if columns > MOST_COLUMNS:
+            return line, columns
+    return 0, 0
+
+
+def is_header(cells: Sequence[Cell]) -> bool:
+    """Tell whether none of the cells of a row could be meant for a number."""
+    written = [cell.text for cell in cells if cell.text]
+    return bool(written) and not any(
+        NUMBER.fullmatch(text) or NOT_A_NAME.fullmatch(text) for text in written
+    )
+
+
+def header_cells(text: str, delimiter: str, width: int) -> list[Cell]:
+    """Give the cells of a header above rows of a delimiter and a number of columns."""
+    mark = delimiter or delimiter_of(text)
+    if mark:
+        return split(text, mark)
+    if width == 1:
+        return [Cell(text.strip(), len(text) - len(text.lstrip()) + 1)]
+    return [Cell(m.group(), m.start() + 1) for m in WORD_WITH_UNIT.finditer(text)]
+
+
+def labels_of(header: Sequence[Cell], units: Sequence[Cell]) -> tuple[Label, ...]:
+    """Give what header and row of units, where there is one, say of each column."""
+    labels = tuple(Label(cell.text, *name_and_unit(cell.text)) for cell in header)
+    if not units:
+        return labels
+    return tuple(
+        Label(label.text, label.text, cell.text.strip("[]()").strip(), firm=False)
+        for label, cell in zip(labels, units, strict=True)
+    )
+
+
+def is_units(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
+    """Tell whether a row of words is one of units, below a header that has none of its own."""
+    fits = len(cells) == len(header) and is_header(cells)
+    if not fits or any(name_and_unit(cell.text)[1] for cell in header):
+        return False
+    words = (cell.text.strip("[]()") for cell in cells)
+    return any(usual(word, si) for word in words for si in ("s", *SI.values()))
+
+
+def likely_header(file: TextFile) -> int:
+    """Give the line of the first row that names as many columns as there are numbers below it.
+
+    Returns
+    -------
+    int
+        1-based; 0 where there is none above the first two rows of as many numbers.
+    """
+    content = islice((row for row in lines(file) if row[2].strip()), LOOKED_AT)
+    first = [(line, text) for line, _, text in content]
+    top = first[0][0] if first else 0
+    for at, ((line, text), (_, below)) in enumerate(pairwise(first)):
+        mark = delimiter_below(text, below)
+        row = split(below, mark)
+        head = header_cells(text, mark, len(row))
+        if at + 2 < len(first) and is_units(row, head):
+            below = first[at + 2][1]
+            mark = delimiter_below(text, below)
+            row = split(below, mark)
+        if len(row) == len(head) and all(map(_is_number, row)):
+            if is_header(head):
+                return top if _names(first[0][1], mark, len(row)) else line
+            if all(map(_is_number, head)):
+                return 0
+    return 0
+
+
+def _names(text: str, delimiter: str, width: int) -> bool:
+    """Whether a row names some columns: then words between it and their numbers are a fault."""
+    cells = header_cells(text, delimiter, width)
+    return width > 1 and len(cells) == width and is_header(cells)
+
+
+def _is_number(cell: Cell) -> bool:
+    return NUMBER.fullmatch(cell.text.replace(",", ".", 1)) is not None
+
+
+# Where the columns of a text file are: delimiter, header, names and units.
+
+
+MARK = re.compile("[.,]")
+"""What may part the decimals of a number."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table(Columns):
+    """Columns of a text file; the numbers are still text.
+
+    Attributes
+    ----------
+    file : TextFile
+    delimiter : str
+        One of tab, semicolon and comma, or nothing: blanks.
+    header : tuple of Cell
+        Empty when the file has none.
+    start, line : int
+        Where the first row of numbers begins: its offset in the text, its 1-based line.
+    header_line : int
+        Line of the header, 0 when there is none.
+    """
+
+    file: TextFile
+    delimiter: str
+    header: tuple[Cell, ...]
+    start: int
+    line: int
+    header_line: int
+
+    def rows(self) -> Iterator[tuple[int, list[Cell]]]:
+        """Give line and cells of every row of numbers; comments and blank ends are left out.
+
+        A row is named by its line in the file, as an editor counts. One that is empty has no
+        cells.
+        """
+        blank: list[int] = []
+        for line, _, text in lines(self.file, self.start, self.line):
+            if not text.strip():
+                blank.append(line)
+                continue
+            for empty in blank:
+                yield empty, []
+            blank.clear()
+            yield line, split(text, self.delimiter)
+
+    def decimal(self, wanted: list[int]) -> str:
+        """Give the decimal mark of some columns, a comma only where it parts no cells.
+
+        Where there are points as well, as in dates, the first mark in these columns decides.
+        """
+        text = self.file.text
+        if self.delimiter == "," or text.find(b",", self.start) < 0:
+            return "."
+        if text.find(b".", self.start) < 0:
+            return ","
+        used = (cells[i].text for _, cells in self.rows() for i in wanted if i < len(cells))
+        return next((mark[0] for mark in map(MARK.search, used) if mark), ".")
+
+    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
+        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
+        return list[Signal](numbers(self, wanted, gappy))
+
+    def last_digit(self, index: int) -> float:
+        """Give the unit of the last digit that the first rows print."""
+        exponents = []
+        for _, cells in islice(filter(lambda row: row[1], self.rows()), LOOKED_AT):
+            exponent = Decimal(cells[index].text.replace(",", ".")).as_tuple().exponent
+            exponents.append(int(exponent))
+        return float(10.0 ** min(*exponents, 0))
+
+    def at(self, row: int, index: int, sentence: str) -> RecordError:
+        """Give the error at a cell in the 0-based row of numbers."""
+        line, cells = next(islice(self.rows(), row, None))
+        where = f"row {line}, {self.called(index)}"
+        return fault(self.shown, f"{where}: {sentence}", line, cells[index] if cells else None)
+
+    def ragged(self, line: int, cells: int) -> RecordError:
+        """Give the error for a row that has not as many cells as the first one."""
+        for number, _, text in lines(self.file, self.start, self.line):
+            if number in (self.line, line):
+                refuse_open_quote(self.shown, number, text)
+            if number == line:
+                break
+        sentence = f"row {line} has {several(cells, 'cell')}, not {self.width}"
+        return fault(self.shown, sentence, line)
+
+    def fault(self, sentence: str, index: int | None = None) -> RecordError:
+        """Give the error for a fault of the header, or of one column's header."""
+        cell = self.header[index] if index is not None and self.header else None
+        return fault(self.file.shown, sentence, self.header_line or self.line, cell)
+
+    @property
+    def way_round(self) -> str:
+        """How to pass over the header."""
+        skip = f"`skip: {self.line - 1}` passes over the header"
+        return f"; {skip}, and columns have numbers then"
+
+    def series(self) -> list[int]:
+        """Give the 0-based columns that may be samples: one without a name is none of them."""
+        named = [i for i, label in enumerate(self.labels) if label.text]
+        return named or super().series()
+
+
+def refuse_open_quote(shown: str, line: int, text: str) -> None:
+    """Make sure that a row closes its quotation marks; no delimiter counts behind one."""
+    if cell := left_open(text):
+        sentence = f"row {line} has a quotation mark that is not closed: `{cell.quote}`"
+        raise fault(shown, sentence, line, cell)
+
+
+def tabulate(file: TextFile) -> Table:
+    """Find header, delimiter and columns of a text file.
+
+    Raises
+    ------
+    RecordError
+        When there are no rows of numbers or too many columns, the header is not UTF-8 or does
+        not fit the rows.
+    """
+    line, width = wide(file)
+    if line:
+        sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
+        raise fault(file.shown, f"{sentence}: write one sample a row", line)
+    content = ((n, at, text) for n, at, text in lines(file) if text.strip())
+    line, start, text = next(content, (0, 0, ""))
+    if (likely := likely_header(file)) > line:
+        hint = f"`skip: {likely - 1}` passes over the rows above it"
+        raise fault(
+            file.shown, f"row {likely} looks like the header, not row {line}: {hint}", likely
+        )
+    header_line, header_text, units = 0, "", list[Cell]()
+    if line and is_header(split(text, delimiter_of(text))):
+        header_line, header_text = line, text
+        if "\ufffd" in text:
+            raise fault(file.shown, "the header is not UTF-8; save the record as UTF-8", line)
+        line, start, text = next(content, (0, 0, ""))
+        below = split(text, delimiter_of(text))
+        if line and is_units(below, header_cells(header_text, delimiter_of(text), len(below))):
+            units = below
+            line, start, text = next(content, (0, 0, ""))
+    if not line:
+        raise fault(file.shown, "the record holds no rows of numbers", header_line)
+    delimiter = delimiter_below(header_text, text)
+    if not header_line and delimiter == "," and decimal_commas(file):
+        delimiter = ""
+    cells = split(text, delimiter)
+    width = len(cells)
+    if header_line and is_header(cells):  # a text: none of its words are names of columns
+        cell = next(cell for cell in cells if cell.text)
+        raise fault(file.shown, f"row {line}: `{cell.quote}` is not a number", line, cell)
+    header = header_cells(header_text, delimiter, width) if header_line else []
+    if header and len(header) != width:
+        refuse_open_quote(file.shown, header_line, header_text)
+        refuse_open_quote(file.shown, line, text)
+        names = several(len(header), "column")
+        sentence = f"the header names {names}, but row {line} has {width}"
+        if delimiter == "," and width == 2 * len(header):
+            sentence += (
+                "; commas seem to part columns and decimals alike: write decimals with points, "
+                "or columns with semicolons"
+            )
+        raise fault(file.shown, sentence, line)
+    return Table(
+        shown=file.shown,
+        labels=labels_of(header, units),
+        width=width,
+        file=file,
+        delimiter=delimiter,
+        header=tuple(header),
+        start=start,
+        line=line,
+        header_line=header_line,
+    )
+
+
+# Text: columns of numbers, as spreadsheets and most programs write them.
+
+
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""The byte order mark, which some programs write before UTF-8."""
+
+SEPARATOR = re.compile(rb'"?sep=.?"?\s*', re.IGNORECASE)
+"""The row by which files tell Excel their delimiter; it is found in the numbers themselves."""
+
+
+def plain(file: File) -> TextFile:
+    """Give the text of a file below the rows that do not count; it is still to be read.
+
+    Raises
+    ------
+    RecordError
+        When it is binary, text in UTF-16, or has no more rows than do not count.
+    """
+    head = file.reader[: len(BYTE_ORDER_MARK)]
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise fault(file.shown, "the record is UTF-16 text; save it as UTF-8")
+    if file.reader.find(b"\0") >= 0:
+        raise fault(
+            file.shown, "the record is binary: it holds a zero byte, which text never does"
+        )
+    text = TextFile(
+        file.shown, file.reader, len(BYTE_ORDER_MARK) if head == BYTE_ORDER_MARK else 0
+    )
+    first = next((part for _, _, part in rows(text)), b"")
+    skip = file.skip or int(SEPARATOR.fullmatch(first) is not None)
+    below = next(islice(rows(text), skip, None), None)
+    if below is None and file.skip:
+        raise fault(
+            file.shown, f"`skip` passes over {file.skip} rows, and the file has no more"
+        )
+    return text._replace(line=below[0], begin=below[1]) if below else text
+
+
+def text_columns(file: File) -> Table:
+    """Give the columns of a text file."""
+    return tabulate(plain(file))
+
+
+TEXT = Format(
+    "a text file",
+    text_columns,
+    {"channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
+)
+
+
+# AT2: accelerograms of the PEER ground motion database; text behind a header of four lines.
+
+
+HEADER = 10
+"""Lines among which the header ends; it has four, or a remark more."""
+
+LONGEST = 500
+"""Characters of a line of the header."""
+
+SIZE = r"[\d.e+-]{1,20}(?![\d.e+-])"
+"""A number of the header as it is written, whole or not."""
+
+SIZES = (
+    re.compile(rf"(?i)\bNPTS\s*=\s*(?P<n>{SIZE}).{{0,20}}?\bDT\s*=\s*(?P<dt>{SIZE})"),
+    re.compile(rf"(?i)(?<!\S)(?P<n>{SIZE})\s+(?P<dt>{SIZE})\s+NPTS\b.*\bDT\b"),
+)
+"""`NPTS= 4000, DT= .0050 SEC` of today, `4000 0.0050 NPTS, DT` of the older files."""
+
+UNITS = re.compile(r"(?i)\bUNITS? OF ([a-z/*^0-9]{1,20})")
+
+
+class Header(NamedTuple):
+    """What the header tells: samples, their step [s] and unit, and where it ends."""
+
+    n: int
+    dt: float
+    unit: str
+    line: int
+    end: int
+
+
+def at2_columns(file: File) -> Channels:
+    """Give the one series of an AT2 file.
+
+    Raises
+    ------
+    RecordError
+        When its header does not say NPTS and DT, or the samples are not as many.
+    """
+    fit(file.shown, len(file.reader))
+    text = plain(file)
+    header = _header(text)
+    label = Label("", "", header.unit)
+    series = Channel(label, partial(_values, text, header), header.dt)
+    return channels(file, [series], word="series")
+
+
+def _header(text: TextFile) -> Header:
+    unit = ""
+    for line, start, content in lines(text):
+        words = content[:LONGEST]
+        if line > HEADER:
+            break
+        if found := UNITS.search(words):
+            unit = found[1].lower()
+        sizes = next(filter(None, (form.search(words) for form in SIZES)), None)
+        if sizes:
+            n, dt = sizes["n"], sizes["dt"]
+            if not n.isdecimal() or int(n) < 1:
+                raise _at(text, line, "NPTS must be a whole number above 0", sizes[0])
+            if not NUMBER.fullmatch(dt) or not 0 < float(dt) < np.inf:
+                raise _at(text, line, "DT must be a number above 0", sizes[0])
+            return Header(int(n), float(dt), unit, line, behind(text, start))
+    raise fault(
+        text.shown,
+        f"the record is no AT2: none of its first {HEADER} lines says NPTS and DT, as in "
+        "`NPTS= 4000, DT= .0050 SEC`",
+    )
+
+
+def _values(text: TextFile, header: Header) -> NDArray[np.float64]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
+            values = np.fromstring(text.text[header.end :], sep=" ")
+    except (ValueError, DeprecationWarning):
+        raise _not_a_number(text, header) from None
+    if len(values) != header.n:
+        more = "less: it is cut short" if len(values) < header.n else "more"
+        sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"
+        raise _at(text, header.line, f"{sentence}, {more}")
+    return values
+
+
+def _not_a_number(text: TextFile, header: Header) -> RecordError:
+    for line, _, content in lines(text, header.end, header.line + 1):
+        for word in re.finditer(r"\S+", content):
+            if not NUMBER.fullmatch(word[0]):
+                cell = Cell(word[0], word.start() + 1)
+                sentence = f"row {line}: `{cell.quote}` is not a number"
+                return fault(text.shown, sentence, line, cell)
+    return fault(text.shown, "the record holds no rows of numbers")
+
+
+def _at(text: TextFile, line: int, sentence: str, quoted: str = "") -> RecordError:
+    return fault(text.shown, sentence + (f", not `{quoted.strip()}`" if quoted else ""), line)
+
+
+AT2 = Format(
+    "an AT2",
+    at2_columns,
+    {
+        "skip": NO_TABLE,
+        "column": ONE_SERIES,
+        "channel": ONE_SERIES,
+        "time": OWN_STEP,
+        "rate": OWN_STEP,
+        "step": OWN_STEP,
+        "full_scale": NO_FULL_SCALE,
+    },
+)

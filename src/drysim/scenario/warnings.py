@@ -1,0 +1,634 @@
+"""What looks odd in a scenario that is valid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import inf, isclose, nan, pi, sqrt
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+from drysim.approach.stick_slip import Exact
+from drysim.core.model import AnyLaw, Pressed, Samples, Sines, Stopped, blocks, largest
+from drysim.errors import Caution, RecordError
+from drysim.excitation.recorded import Record
+from drysim.metrics import SHARES, UNITS
+from drysim.metrics.comfort import DIRECTIONS, RECALLED
+from drysim.scenario.axes import columns_of, size, walks
+from drysim.scenario.reading import BY_NAME, LAWS, excluded, models_in
+from drysim.units import Block
+from drysim.wording import number
+
+if TYPE_CHECKING:
+    from drysim.metrics.checks import Check
+    from drysim.scenario.axes import Axis
+    from drysim.scenario.model import Scenario
+
+
+# What a reader of a sweep should know before it is computed.
+
+
+MANY = 10_000
+"""Values of a swept key beyond which the first and the last stand for all."""
+
+
+def extremes(scenario: Scenario) -> Iterator[Scenario]:
+    """Give the cases at the least and the greatest value of every swept key."""
+    first = _points(scenario.sweep, 0, 1)[0]
+    for group in walks(scenario.sweep):
+        for point in _ends(group):
+            yield scenario.at({**first, **point})
+
+
+def _ends(group: Sequence[Axis]) -> list[dict[str, float]]:
+    """Return the points at which a key of a group has its least or its greatest value."""
+    count = len(group[0].values)
+    if count > MANY:
+        return [*_points(group, 0, 1), *_points(group, count - 1, count)]
+    # All keys of a sample are drawn together, once: a single value costs as much as many.
+    every = _points(group, 0, count)
+    values = {axis.key: [point[axis.key] for point in every] for axis in group}
+    places = {column.index(pick(column)) for column in values.values() for pick in (min, max)}
+    return [every[place] for place in sorted(places)]
+
+
+def _points(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
+    """Return the points with numbers from `begin` to the one before `end`."""
+    columns = {key: column.tolist() for key, column in columns_of(axes, begin, end).items()}
+    return [
+        dict(zip(columns, point, strict=True)) for point in zip(*columns.values(), strict=True)
+    ]
+
+
+def needless(scenario: Scenario) -> Iterator[Caution]:
+    """Say which swept keys change nothing, and what the reference leaves out."""
+    for axis in scenario.sweep:
+        if why := _why_needless(scenario, axis):
+            sentence = f"sweep of {axis.key} {why}"
+            yield Caution("sweep-changes-nothing", sentence, {"values": len(axis.values)})
+    reference = scenario.reference
+    if reference is not None and errs(scenario, scenario.with_approach(reference)):
+        for sentence in scenario.losses(reference):
+            yield Caution("left-out", f"reference: {sentence}")
+
+
+def errs(scenario: Scenario, reference: Scenario) -> bool:
+    """Tell whether a reference has friction of its own to leave out, or no end stops."""
+    return reference.friction is not None or reference.stops != scenario.stops
+
+
+def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
+    """Say why a swept key changes nothing; None when it changes something."""
+    if len(axis.values) == 1:
+        return "has one value only; set it in the scenario instead"
+    if axis.key == "stroke.limit" and scenario.stops is None:
+        return "changes no motion and no transmissibility, only which stroke counts as too much"
+    approach = scenario.solver.approach
+    block, option, *rest = axis.key.split(".")
+    if block == "solver" and rest and option != approach:
+        return f"changes nothing: the approach is {approach}, which has no use for {option}"
+    exact = isinstance(scenario.solver.member(), Exact)
+    if axis.key == "solver.step" and exact and scenario.excitation.periodic:
+        return f"changes nothing: {approach} under sines makes no error that depends on it"
+    phase = axis.key.startswith("excitation.") and axis.key.endswith(".phase")
+    if phase and scenario.measure.steady and len(scenario.frequencies) == 1:
+        return (
+            "changes nothing: the metrics cover a whole repetition of the steady orbit (where "
+            "several orbits coexist, it decides which of them the start leads to)"
+        )
+    count = size(scenario.sweep)
+    first, last = _points(scenario.sweep, 0, 1)[0], _points(scenario.sweep, count - 1, count)[0]
+    together = next(group for group in walks(scenario.sweep) if axis in group)
+    if _scene(scenario, last) == _scene(
+        scenario, last | {a.key: first[a.key] for a in together}
+    ):
+        return "changes nothing: what it stands for is 0 or not used"
+    return None
+
+
+def _scene(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
+    """Give all that the metrics of a case depend on."""
+    case = scenario.at(point)
+    solver = case.solver.step, case.solver.member()
+    return (
+        case.oscillator.plant(), case.law(), case.excitation, case.start, solver, case.measure
+    )  # fmt: skip
+
+
+# Values of a scenario, swept ones among them, that look like values in other units.
+
+
+FAR = 1.0
+"""An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
+
+MEGA = 1e5
+"""Nobody writes so many millimetres [m]: `Mm` stood for `mm`."""
+
+HARD = 100.0
+"""Ten times gravity [m/s²] over a metre is in millimetres."""
+
+SLOW = 0.1
+"""Below this natural frequency [Hz] masses are in grams or springs in N/mm, not on springs."""
+
+DAMPED = 5.0
+"""Above this damping ratio [-] somebody meant percent."""
+
+RATIOS = ("SEAT", "SEAT_VDV", "stroke_used")
+"""Metrics [-] that people give in percent."""
+
+TENFOLD = 10.0
+"""From this limit on of such a metric [-] somebody meant percent."""
+
+WHOLE = 1.0
+"""An interval as wide as its mean [-] tells nothing of it; somebody meant percent."""
+
+REMOTE = 1000.0
+"""No mass travels a thousand times as far as its base moves and its spring would give [-]."""
+
+
+def odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
+    """Say which values look like values in other units, each key once.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Of a sweep the cases at both ends of every swept key are looked at.
+    motion : Sines or Samples or None
+        Base motion, if it is at hand.
+
+    Yields
+    ------
+    Caution
+    """
+    found: dict[tuple[str, ...], Caution] = {}
+    for case in extremes(scenario) if scenario.sweep else (scenario,):
+        own = motion if case.excitation is scenario.excitation else None
+        if case is not scenario and case.excitation.periodic:  # each case moves as it says
+            own = case.excitation.motion()
+        waves = _sines(own) if isinstance(own, Sines) else ()
+        lengths = (*_lengths(case), *_remote(case, own))
+        for caution in (*lengths, *_oscillator(case), *_ratios(case), *waves):
+            found.setdefault((caution.slug, *caution.numbers), caution)
+    yield from found.values()
+
+
+def _lengths(scenario: Scenario) -> Iterator[Caution]:
+    """Say which lengths look like millimetres."""
+    m, k_x, _ = scenario.oscillator.plant()
+    start = abs(scenario.start.x_r)
+    limit = scenario.stroke.limit if scenario.stroke else 0.0
+    pulled = start if k_x * start / m >= HARD else 0.0
+    bare = [
+        (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
+        for at, check in enumerate(scenario.checks)
+        if not check.unit and UNITS[check.metric] == "m"
+    ]
+    keys = (("stroke.limit", limit), ("start.x_r", pulled))
+    for what, key, value in (*((key, key, value) for key, value in keys), *bare):
+        if value >= FAR:
+            typed = value / 1e6 if value >= MEGA else value
+            sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
+            yield Caution("looks-like-millimetres", sentence, {key: value})
+
+
+def _remote(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
+    """Warn of checks whose limit has a unit, and is a length far beyond all that moves."""
+    m, k_x, _ = scenario.oscillator.plant()
+    if motion is None or k_x == 0.0:
+        return
+    softness, start = m / k_x, scenario.start.state()
+    if isinstance(motion, Samples):
+        base = largest(motion.u_dd) * softness
+    else:
+        base = sum(
+            A * max(softness, 1 / (2 * pi * f) ** 2) for A, f, _ in zip(*motion, strict=True)
+        )
+    reach = base + abs(start.x_r) + abs(start.v_r) * sqrt(softness)
+    for at, check in enumerate(scenario.checks):
+        far = check.limit >= FAR and check.limit >= REMOTE * reach
+        if far and check.unit and UNITS[check.metric] == "m":
+            sentence = (
+                f"the limit of the check `{check}` is {check.limit:g} m, over {REMOTE:g} times "
+                f"the {reach:.2g} m by which base and start move the mass: is its unit right?"
+            )
+            yield Caution("implausible-length", sentence, {f"checks.{at}": check.limit})
+
+
+def _ratios(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of ratios that look like percent."""
+    bare = [
+        (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
+        for at, check in enumerate(scenario.checks)
+        if not check.unit and check.metric in RATIOS and check.limit >= TENFOLD
+    ]
+    until = getattr(scenario.excitation, "until", None)
+    if until is not None and until.half_width >= WHOLE:
+        key = "excitation.until.half_width"
+        bare.append((key, key, until.half_width))
+    for what, key, value in bare:
+        sentence = f"{what} is {value:g}; if it is in percent, write `{value:g} %`"
+        yield Caution("looks-like-percent", sentence, {key: value})
+
+
+def _oscillator(scenario: Scenario) -> Iterator[Caution]:
+    """Say when the oscillator looks like one in other units."""
+    m, k_x, _ = scenario.oscillator.plant()
+    f_0 = sqrt(k_x / m) / (2 * pi)
+    if 0 < f_0 < SLOW:
+        yield Caution(
+            "looks-like-grams",
+            f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "
+            f"or oscillator.stiffness in N/mm (`{k_x:g} N/mm`)?",
+            {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0},
+        )
+    ratio = scenario.oscillator.damping_ratio or 0.0
+    if ratio >= DAMPED:
+        sentence = (
+            f"oscillator.damping_ratio is {ratio:g}; if it is in percent, write `{ratio:g} %`"
+        )
+        yield Caution("looks-like-percent", sentence, {"oscillator.damping_ratio": ratio})
+
+
+def _sines(motion: Sines) -> Iterator[Caution]:
+    """Say which sines look like sines in other units."""
+    for A, f, phase in zip(*motion, strict=True):
+        u = A / (2 * pi * f) ** 2
+        if u >= FAR and A >= HARD:
+            yield Caution(
+                "looks-like-millimetres",
+                f"at {f:g} Hz the base swings by {u:.3g} m; if the excitation is in mm/s², "
+                "write `mm/s2` behind its number",
+                {"frequency": f, "amplitude": A, "u": u},
+            )
+        if abs(phase) > 2 * pi:
+            sentence = (
+                f"a phase of {phase:g} rad is above a turn; in degrees it is `{phase:g} deg`"
+            )
+            yield Caution("looks-like-degrees", sentence, {"phase": phase})
+
+
+# Approaches where they err: what a reader should know before one of them is trusted.
+
+
+STIFF = 2.5
+"""F_fk c Δt/m [-] beyond which rk4 on a smooth sign comes close to instability, at 2.8."""
+
+CHATTERING = 0.5
+"""F_fk/(m a_u) [-] beyond which the bare sign gives an acceleration that is mostly chatter."""
+
+
+def unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the approach of a scenario is known to err in its scene."""
+    F_fk, m = scenario.law().F_fk, scenario.oscillator.mass
+    member = scenario.solver.member()
+    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    if member.approach == "smooth" and member.method == "rk4" and step is not None:
+        stiffness = F_fk * member.sharpness * step / m
+        if stiffness > STIFF:
+            enough = STIFF * m / (F_fk * step)
+            yield Caution(
+                "smooth-stiff",
+                f"F_fk c Δt/m is {number(stiffness, digits=3)}, and smooth by rk4 is unstable "
+                f"from about 2.8 up: take a sharpness of {number(enough, 's/m', 2)} or less, a "
+                "smaller step, or another method",
+                {"stiffness": stiffness},
+            )
+    if member.approach == "signum" and (a_u := _rms(motion)) > 0:
+        share = F_fk / (m * a_u)
+        if share > CHATTERING:
+            yield Caution(
+                "signum-chatters",
+                f"F_fk/(m a_u) is {number(share, digits=3)}: where the mass should stick, "
+                "signum gives it accelerations of about ±F_fk/m, however small the step, and "
+                "where it should stick all the time T_a tends to this number; stick-slip has "
+                "no such error",
+                {"share": share},
+            )
+
+
+def _rms(motion: Sines | Samples) -> float:
+    """Give the RMS of ü [m/s²], of sines without regard to their phases."""
+    if isinstance(motion, Samples):
+        return sqrt(sum(float(part @ part) for part in blocks(motion.u_dd)) / len(motion.u_dd))
+    return sqrt(sum(A * A for A in motion.A) / 2)
+
+
+# What a reader of a scenario should know before anything is computed.
+
+
+STEPS_A_PERIOD = 20
+"""Fewer points than this draw a sine as a polygon."""
+
+HIGHEST = 80.0
+"""Last third octave of the weightings of a seat [Hz]."""
+
+ON_GRID = 1e-9
+"""Rounding that a step may have."""
+
+ROUNDING = 1e-12
+"""Difference of two limits, relative to them, that only their units make [-]."""
+
+LOADS = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
+"""Beginnings of the keys that decide whether the mass moves: swept, they differ by case."""
+
+COMMON_RATIO = 1.3
+"""Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
+
+
+def cautions(
+    scenario: Scenario, motion: Sines | Samples | None = None, compared: bool = False
+) -> tuple[Caution, ...]:
+    """Give the warnings that the words of a scenario deserve, swept values among them.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    motion : Sines or Samples, optional
+        Base motion, if it is at hand; no record is read and no signal is made for this.
+    compared : bool, optional
+        Whether other approaches or laws than those of the scenario solve it, too: then nothing
+        is said about options of theirs.
+    """
+    if motion is None and scenario.excitation.periodic:
+        motion = scenario.excitation.motion()
+    found = [*odd_units(scenario, motion)]
+    if isinstance(motion, Sines):
+        found += _step(scenario, motion)
+    elif isinstance(scenario.excitation, Record) and motion is not None:
+        found += _record(scenario, motion)
+    if motion is not None:
+        if not any(axis.key.startswith(LOADS) for axis in scenario.sweep):
+            found += _friction(scenario, motion)
+        found += [*unfit(scenario, motion), *_weighting(scenario, motion)]
+    found += [*needless(scenario), *_vain_checks(scenario), *_without_force(scenario)]
+    if not compared:
+        found += [*_idle_options(scenario), *_unread_records(scenario)]
+    return tuple(found)
+
+
+def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
+    """Say when the output grid is too coarse to draw motion, in a sweep at its worst."""
+    cases = extremes(scenario) if scenario.sweep else ()
+    swept = [one for case in cases for one in _coarse(case, case.excitation.motion())]
+    found = swept if scenario.sweep else [*_coarse(scenario, motion)]
+    yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
+
+
+def _coarse(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the output grid is too coarse to draw the motion of a single case."""
+    if not isinstance(motion, Sines):
+        return
+    m, k_x, _ = scenario.oscillator.plant()
+    f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
+    steps = 1 / (f * scenario.solver.step) if f and scenario.solver.step else inf
+    if steps < STEPS_A_PERIOD:
+        yield Caution(
+            "coarse-step",
+            f"solver.step leaves {steps:.3g} steps a period at {f:g} Hz; "
+            f"{1 / (f * STEPS_A_PERIOD):.2g} s would give {STEPS_A_PERIOD}",
+            {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
+        )
+
+
+def _record(scenario: Scenario, motion: Samples) -> Iterator[Caution]:
+    """Say when the samples of a record are too far apart to shake the oscillator."""
+    m, k_x, _ = scenario.oscillator.plant()
+    f_0 = sqrt(k_x / m) / (2 * pi)
+    if f_0 * motion.dt * STEPS_A_PERIOD <= 1 + ON_GRID:
+        return
+    sentence = (
+        f"the record has a sample every {motion.dt:.6g} s, {1 / (f_0 * motion.dt):.3g} in a "
+        f"natural period of {1 / f_0:.3g} s: of what shakes the mass it tells little"
+    )
+    if getattr(scenario.excitation, "time", None) is not None:
+        sentence += (
+            "; times are seconds unless their header has a unit, such as `t [ms]`: where that "
+            "is what is wrong, give `step` or `rate` in place of `time`"
+        )
+    yield Caution("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
+
+
+def _weighting(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when a factor is recalled, and when the grid is too coarse to weigh the motion on."""
+    direction = scenario.measure.direction
+    if direction in RECALLED:
+        weighting, k = DIRECTIONS[direction]
+        yield Caution(
+            "recalled",
+            f"the factor k = {k:g} of {direction} whole-body vibration is recalled and was not "
+            f"checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
+            {"k": k},
+        )
+    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    if scenario.measure.weights and step and step * HIGHEST * 2 > 1 + ON_GRID:
+        yield Caution(
+            "coarse-weighting",
+            f"the step of {step:.6g} s tells nothing above {0.5 / step:.4g} Hz, and ISO 2631-1 "
+            f"weighs up to {HIGHEST:g} Hz: a_w and what follows from it lack the rest",
+            {"step": step, "highest": 0.5 / step},
+        )
+
+
+def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the mass will not move, or moves only for want of a static limit.
+
+    At rest on its base the mass stays there while |F_L| = |m ü + k_x x_r| is within F_fs. Above
+    that, an F_fs that nobody gave decides as long as a common ratio F_fs/F_fk would hold where
+    the surfaces are pressed together the least.
+    """
+    law, start = scenario.law(), scenario.start.state()
+    m, k_x, _ = scenario.oscillator.plant()
+    load, least = m * _peak(motion) + k_x * abs(start.x_r), _least(law)
+    hold, drag = law.F_fs * least, law.F_fk * least
+    if isinstance(law, Stopped):  # a start beyond the limit squeezes a bumper
+        load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
+    if start.v_r == 0 and load <= hold and law.sticks:
+        yield Caution(
+            "will-not-move",
+            f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",
+            {"F_L": load, "F_fs": hold},
+        )
+    elif hold < load <= COMMON_RATIO * drag and not scenario.static_given:
+        ratio = load / drag
+        yield Caution(
+            "static-not-given",
+            "friction.static is not given, so F_fs = F_fk; from friction.static_ratio "
+            f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
+            {"F_L": load, "F_fk": drag, "ratio": ratio},
+        )
+
+
+def _least(law: AnyLaw) -> float:
+    """Give the least normal force relative to its mean [-]."""
+    pressure = law.pressure if isinstance(law, Pressed) else None
+    return 1.0 - law.variation if pressure is None else float(pressure.relative.min())
+
+
+def _peak(motion: Sines | Samples) -> float:
+    """Give a bound of |ü| [m/s²] that a single sine and samples reach."""
+    if isinstance(motion, Samples):
+        return largest(motion.u_dd)
+    return sum(motion.A)
+
+
+def _vain_checks(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of checks that cannot fail, cannot hold, stand twice or contradict each other."""
+    here = _Cases(scenario)
+    sound: dict[str, list[Check]] = {}
+    for at, check in enumerate(scenario.checks):
+        before = sound.setdefault(check.metric, [])
+        twin = next((one for one in before if _same(one, check)), None)
+        foe = next(
+            (one for one in before if one.contradicts(check) and here.share(one, check)), None
+        )
+        answer, numbers = check.foregone, {f"checks.{at}": check.limit}
+        if answer is not None:
+            share = check.metric in SHARES
+            hint = "shares are from 0 to 1" if share else f"{check.metric} is never below 0"
+            if share and check.limit > 1 and not check.unit:
+                hint += f"; if it is in percent, write `{check.limit:g} %`"
+            word = "fail" if answer else "hold"
+            sentence = f"the check `{check}` cannot {word}: {hint}"
+            yield Caution(f"check-cannot-{word}", sentence, numbers)
+        elif not here.has(check):
+            sentence = f"the check `{check}` cannot hold: it applies to no case of the sweep"
+            yield Caution("check-cannot-hold", sentence, numbers)
+        elif twin is not None:
+            yield Caution("check-twice", f"the check `{check}` stands there twice", numbers)
+        elif foe is not None:
+            sentence = f"the checks `{foe}` and `{check}` contradict each other: one must fail"
+            yield Caution("checks-contradict", sentence, numbers)
+        else:
+            before.append(check)
+
+
+def _same(one: Check, other: Check) -> bool:
+    """Whether two checks of one metric promise the same of the same cases."""
+    alike = isclose(one.limit, other.limit, rel_tol=ROUNDING)
+    return alike and one.op == other.op and {*one.conditions} == {*other.conditions}
+
+
+class _Cases:
+    """The values that keys have in the cases of a scenario, for conditions of checks."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        few = (axis for axis in scenario.sweep if len(axis.values) <= MANY)
+        self.values = {axis.key: list(axis.values) for axis in few}
+        self.swept = {axis.key for axis in scenario.sweep}
+
+    def has(self, check: Check) -> bool:
+        """Whether a check applies to a case of the sweep, as far as each key tells."""
+        return not self.swept or self.share(check)
+
+    def share(self, *checks: Check) -> bool:
+        """Whether all of some checks apply to one case, as far as each key tells."""
+        conditions = [one for check in checks for one in check.conditions]
+        for key in {one.key for one in conditions}:
+            asked = [one for one in conditions if one.key == key]
+            here = asked[0].here
+            values = self.values.get(key, [nan if here is None else here])
+            known = key not in self.swept or key in self.values
+            if known and not any(all(one.holds({key: v}) for one in asked) for v in values):
+                return False
+        return True
+
+
+def _without_force(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of keys that scale a friction force of zero."""
+    friction, swept = scenario.acting, {axis.key for axis in scenario.sweep}
+    force = next(
+        (k for k in ("kinetic", "mu_kinetic") if getattr(friction, k, None) == 0), None
+    )
+    if force is None or f"friction.{force}" in swept:
+        return
+    ratio, varied = (
+        getattr(friction, key, None) for key in ("static_ratio", "normal_variation")
+    )
+    idle = {"static_ratio": ratio not in (None, 1.0), "normal_variation": varied is not None}
+    if scenario.outline().F_fs > 0:
+        idle["normal_variation"] = False
+    for key in (key for key, given in idle.items() if given):
+        if not _chosen_outside(scenario, f"friction.{force}", f"friction.{key}"):
+            sentence = f"friction.{key} has no effect: friction.{force} is 0"
+            yield Caution("no-effect", sentence, {f"friction.{force}": 0.0})
+
+
+def _idle_options(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of options that nothing uses where only the scenario's own approach and law act."""
+    approach = scenario.solver.approach
+    for name, options in scenario.solver:
+        idle = isinstance(options, Block) and name not in (approach, scenario.reference)
+        if idle and not _chosen_outside(scenario, "solver.approach", f"solver.{name}"):
+            sentence = (
+                f"solver.{name} has no effect: the approach is {approach}; options of {name} "
+                "count where a comparison names it"
+            )
+            yield Caution("no-effect", sentence)
+    words = scenario.spoken("friction")
+    law = words.get(BY_NAME)
+    own = words.get(law) if isinstance(law, str) else None
+    if not isinstance(law, str) or not isinstance(own, Mapping):
+        return
+    if not _chosen_outside(scenario, f"friction.{BY_NAME}", f"friction.{law}"):
+        for key in sorted(words.keys() & excluded(law, own)):
+            stands = key if key in own else ", ".join(own)
+            sentence = f"friction.{key} has no effect: friction.{law}.{stands} stands for it"
+            yield Caution("no-effect", sentence)
+
+
+def _chosen_outside(scenario: Scenario, choice: str, options: str) -> bool:
+    """Whether a choice, and none of the options beside it, was made by an override.
+
+    Such as by `--approach`: then the options in the file are those of the file's own choice.
+    """
+    chosen = scenario.origin["overrides"]
+    return choice in chosen and not any(f"{key}.".startswith(f"{options}.") for key in chosen)
+
+
+def _unread_records(scenario: Scenario) -> Iterator[Caution]:
+    """Warn of a recorded normal force in options of another law that cannot be read."""
+    for law in LAWS:
+        record = getattr(getattr(scenario.friction, law, None), "normal_record", None)
+        if record is not None:
+            try:
+                record.pressure()
+            except RecordError as fault:
+                sentence = f"friction.{law}.normal_record cannot be used: {fault.problem}"
+                yield Caution("unread-record", sentence)
+
+
+# Many cases of a sweep at once: a scenario whose swept numbers are columns.
+
+
+Columns = dict[str, NDArray[Any]]
+
+
+def columned(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:
+    """Give a scenario with a column of values at each of some keys.
+
+    Only its arithmetic has a meaning (plant, law, motion, ...): nothing is validated, and rules
+    between the values of a case are for `Scenario.at` to check.
+    """
+    changed: dict[str, Any] = {}
+    for key, column in columns.items():
+        name, *steps = key.split(".")
+        annotation = type(scenario).model_fields[name].annotation
+        old = changed.get(name, getattr(scenario, name))
+        changed[name] = _put(old, annotation, steps, column)
+    return scenario.copied(changed)
+
+
+def _put(old: Any, annotation: Any, steps: Sequence[str], column: NDArray[Any]) -> Any:
+    """Give a value with a column at the end of some steps."""
+    if not steps:
+        return column
+    first, *rest = steps
+    if isinstance(old, tuple):
+        i = int(first)
+        return (*old[:i], _put(old[i], None, rest, column), *old[i + 1 :])
+    if old is None:
+        values: Any = {first: column}
+        return next(iter(models_in(annotation))).model_construct(**values)
+    assert isinstance(old, Block), "a key leads through blocks and lists"
+    inner = _put(getattr(old, first), type(old).model_fields[first].annotation, rest, column)
+    return old.model_copy(update={first: inner})

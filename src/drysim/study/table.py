@@ -1,0 +1,414 @@
+"""Table of many cases: extremes, quantiles and verdicts, streamed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.metrics.checks import STATUS, Check, Verdict, badness
+from drysim.study.outcome import exit_code, judged, line, spans
+from drysim.study.rows import FAILED, LIMIT, NAMES, OK, STATUSES, Batch, Row
+from drysim.study.statistics import about_mean
+from drysim.wording import several
+
+if TYPE_CHECKING:
+    from drysim.core.model import Samples, Sines
+    from drysim.errors import Caution
+    from drysim.scenario.axes import Axis
+    from drysim.scenario.model import Scenario
+
+
+# How well the means of many cases are known, gathered block by block.
+
+
+class Count(NamedTuple):
+    """How many cases have something in common, and the first of them."""
+
+    cases: int
+    first: Row
+
+
+@dataclass
+class Seeds:
+    """What the cases of one approach have in common that are means over many seeds.
+
+    Attributes
+    ----------
+    cases : int
+        Those of them that have numbers.
+    least, most : int
+        Seeds of a case.
+    hashes : set of str
+        Of the base motions of all seeds; no more than two are held.
+    widest : dict
+        By metric the row with the widest interval.
+    wide : Count or None
+        Cases whose interval is wider than asked.
+    open : dict
+        By check: cases in which its limit lies within the interval.
+    """
+
+    cases: int = 0
+    least: int = 0
+    most: int = 0
+    hashes: set[str] = field(default_factory=set)
+    widest: dict[str, Row] = field(default_factory=dict)
+    wide: Count | None = None
+    open: dict[Check, Count] = field(default_factory=dict)
+
+    def add(self, batch: Batch, checks: Sequence[Check]) -> None:
+        """Take a block of cases into account; blocks come in order."""
+        for row in map(batch.row, batch.over):
+            self.least = min(self.least or row.seeds, row.seeds)
+            self.most = max(self.most, row.seeds)
+            if row.status == OK:
+                self._add(row, checks)
+
+    def _add(self, row: Row, checks: Sequence[Check]) -> None:
+        self.cases += 1
+        if row.over and len(self.hashes) < 2:
+            self.hashes.add(row.over.sha256)
+        for name, width in row.half_widths.items():
+            before = self.widest.get(name)
+            if width is not None and (
+                before is None or width > (before.half_widths[name] or 0)
+            ):
+                self.widest[name] = row
+        if row.over and not row.over.narrow:
+            self.wide = more(self.wide, row)
+        for check in checks:
+            if check.applies(row.point) and lies_within(check, row):
+                self.open[check] = more(self.open.get(check), row)
+
+
+def more(before: Count | None, row: Row, cases: int = 1) -> Count:
+    """Give a count with so many more cases in it, the first of which is a row."""
+    return Count(before.cases + cases, before.first) if before else Count(cases, row)
+
+
+def lies_within(check: Check, row: Row) -> bool:
+    """Tell whether the limit of a check lies within the interval of a mean."""
+    mean = row.metrics.get(check.metric)
+    return mean is not None and abs(mean - check.limit) < (
+        row.half_widths.get(check.metric) or 0
+    )
+
+
+# Quantiles of any number of values in little memory, whatever the blocks they come in.
+
+
+FINENESS = 256
+"""Bins to a factor of e: a quantile is known within 0.2 % of its value."""
+
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""The quantiles that are told."""
+
+
+class Quantiles:
+    """A histogram in bins of equal ratio; values at or below zero share one bin."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[int] = Counter()
+        self._none = 0
+        self._low, self._high = np.inf, -np.inf
+
+    def add(self, values: NDArray[np.float64]) -> None:
+        """Count values; NaN is passed over."""
+        values = values[values == values]
+        if not len(values):
+            return
+        self._low = min(self._low, float(values.min()))
+        self._high = max(self._high, float(values.max()))
+        above = values[values > 0.0]
+        self._none += len(values) - len(above)
+        if len(above):
+            bins = np.floor(np.log(above) * FINENESS).astype(np.int64)
+            counts = np.bincount(bins - (first := int(bins.min())))
+            held = np.flatnonzero(counts)
+            found = zip((held + first).tolist(), counts[held].tolist(), strict=True)
+            self._counts.update(dict(found))
+
+    def at(self, level: float) -> float | None:
+        """Give a quantile; None where there are no values."""
+        total = self._none + self._counts.total()
+        if not total:
+            return None
+        for value, below in self._steps():
+            if below >= level * total:
+                return float(min(max(value, self._low), self._high))
+        return self._high
+
+    def told(self) -> dict[str, float]:
+        """Give the quantiles of `LEVELS` by name, such as `0.5`; empty without values."""
+        found = ((f"{level:g}", self.at(level)) for level in LEVELS)
+        return {name: value for name, value in found if value is not None}
+
+    def _steps(self) -> Iterator[tuple[float, int]]:
+        """Give the middle of every bin and how many values lie up to its end."""
+        below = self._none
+        yield min(self._low, 0.0), below
+        for at in sorted(self._counts):
+            below += self._counts[at]
+            yield float(np.exp((at + 0.5) / FINENESS)), below
+
+
+# Tally: what many cases come to at a glance, gathered block by block.
+
+
+if TYPE_CHECKING:
+    RowAt = Callable[[int], Row]
+
+
+TOLD = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
+"""Metrics whose quantiles are gathered."""
+
+
+class Extreme(NamedTuple):
+    """A metric at its least or greatest, and the row that has it."""
+
+    value: float
+    row: Row
+
+
+@dataclass
+class Tally:
+    """What the cases of one approach come to.
+
+    Attributes
+    ----------
+    approach : str
+    checks : sequence of Check
+        What was promised about them.
+    cases, beyond : int
+        Number of cases, and of those in which the stroke limit is met.
+    lost : dict
+        By status: cases that have no numbers for that reason.
+    extremes : dict
+        Least and greatest value of every metric that is known somewhere, each the first of its
+        kind, over the cases that have numbers.
+    quantiles : dict
+        `Quantiles` of the metrics of `TOLD`, over the cases that have numbers.
+    worst : Row or None
+        Of the cases that meet their stroke limit the one that goes the furthest beyond it.
+    seeds : Seeds or None
+        What is known of means, where the cases are many seeds.
+    forces : list of float
+        Least and greatest F_fk, least and greatest F_fs [N].
+    """
+
+    approach: str
+    checks: Sequence[Check] = ()
+    cases: int = 0
+    beyond: int = 0
+    lost: dict[str, Count] = field(default_factory=dict)
+    extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
+    quantiles: dict[str, Quantiles] = field(
+        default_factory=lambda: {name: Quantiles() for name in TOLD}
+    )
+    worst: Row | None = None
+    seeds: Seeds | None = None
+    forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
+    _beyond: float = -np.inf
+    _decided: dict[int, Verdict] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, batches: Iterable[Batch], checks: Sequence[Check] = (), judged: str = ""
+    ) -> dict[str, Self]:
+        """Give the tally of every approach in the order in which they come; one is judged."""
+        found: dict[str, Self] = {}
+        for batch in batches:
+            name = batch.approach
+            if name not in found:
+                found[name] = cls(name, checks if name == judged else ())
+            found[name].add(batch)
+        return found
+
+    @property
+    def ends(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest value of every metric that is known somewhere."""
+        return {name: (low.value, high.value) for name, (low, high) in self.extremes.items()}
+
+    def add(self, batch: Batch) -> None:
+        """Take a block of cases into account; blocks come in order."""
+        self.cases += len(batch)
+        ends = batch.F_fk.min(), batch.F_fk.max(), batch.F_fs.min(), batch.F_fs.max()
+        pick = (min, max, min, max)
+        self.forces = [float(p(a, b)) for p, a, b in zip(pick, self.forces, ends, strict=True)]
+        good, row = batch.status == STATUSES.index(OK), cache(batch.row)
+        self._count_lost(batch, row)
+        self._stretch(batch, good, row)
+        for name, quantiles in self.quantiles.items():
+            quantiles.add(batch.metrics[name][good])
+        self._meet_limit(batch, row)
+        if batch.over:
+            self.seeds = self.seeds or Seeds()
+            self.seeds.add(batch, self.checks)
+        for i, check in enumerate(self.checks):
+            self._judge(i, check, batch, good, row)
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """One for every check, in order."""
+        return tuple(
+            self._decided.get(i) or check.missed() for i, check in enumerate(self.checks)
+        )
+
+    @property
+    def shared(self) -> dict[str, bool]:
+        """Whether all cases share the `kinetic` and the `static` friction force."""
+        low_k, high_k, low_s, high_s = self.forces
+        return {"kinetic": low_k >= high_k, "static": low_s >= high_s}
+
+    def greatest(self, metric: str) -> float | None:
+        """Give the greatest value of a metric; None where it is known nowhere."""
+        ends = self.extremes.get(metric)
+        return None if ends is None else ends[1].value
+
+    def _count_lost(self, batch: Batch, row: RowAt) -> None:
+        for code in np.unique(batch.status).tolist():
+            if (status := STATUSES[code]) == OK:
+                continue
+            places = np.flatnonzero(batch.status == code)
+            self.lost[status] = more(self.lost.get(status), row(int(places[0])), len(places))
+
+    def _stretch(self, batch: Batch, good: NDArray[np.bool_], row: RowAt) -> None:
+        """Widen the ranges of the metrics; a row is made for none but a new end."""
+        every = good.all()
+        for name in NAMES:
+            column = batch.metrics[name]
+            column = column if every else np.where(good, column, np.nan)
+            low, high = float(np.fmin.reduce(column)), float(np.fmax.reduce(column))
+            if low != low:
+                continue
+            least, most = self.extremes.get(name, (None, None))
+            if least is None or low < least.value:
+                least = Extreme(low, row(int(np.argmax(column == low))))
+            if most is None or high > most.value:
+                most = Extreme(high, row(int(np.argmax(column == high))))
+            self.extremes[name] = least, most
+
+    def _meet_limit(self, batch: Batch, row: RowAt) -> None:
+        met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
+        self.beyond += len(met)
+        if len(met):
+            peaks = np.nan_to_num(batch.metrics["x_r_peak"][met])
+            # A limit that all cases share plays no part in which is the worst.
+            beyond = peaks - (batch.points[LIMIT][met] if LIMIT in batch.points else 0.0)
+            if self.worst is None or beyond.max() > self._beyond:
+                self._beyond = float(beyond.max())
+                self.worst = row(int(met[np.argmax(beyond)]))
+
+    def _judge(
+        self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt
+    ) -> None:
+        reach = check.reach({**batch.points, STATUS: batch.status}, len(batch))
+        # A case without metrics fails what it is asked for, unless the check leaves it out.
+        at = check.worst(reach, np.where(good, batch.metrics[check.metric], np.nan))
+        if at is not None:
+            case = row(at)
+            status = "" if good[at] else case.status
+            verdict = check.verdict(case.metrics.get(check.metric), case.point, status)
+            if case.over:
+                verdict = about_mean(verdict, case.half_widths.get(check.metric), case.seeds)
+            before = self._decided.get(i)
+            if before is None or badness(verdict) > badness(before):
+                self._decided[i] = verdict
+
+
+# Table: the outcomes of many cases, without their responses.
+
+
+def stroke_limit(scenario: Scenario, row: Row) -> float | None:
+    """Give the stroke limit of a case [m]: its own where it is swept; None without one."""
+    stroke = scenario.stroke
+    return None if stroke is None else row.point.get(LIMIT, stroke.limit)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """All cases of a sweep or of a comparison.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    axes : tuple of Axis
+        Swept keys with unit and values; the first varies fastest. Empty for a comparison of one
+        case.
+    rows : sequence of Row
+        Approach by approach, each in the order of the grid.
+    checks : tuple of Verdict
+    warnings : tuple of Caution
+    complete : bool
+        Whether every case was computed.
+    motion : Sines or Samples or None
+        The base motion, where all cases share one.
+    numerics : mapping
+        How the numbers were made, as far as all cases share it: core, why, engine, ...
+    told : mapping
+        What the cases of each approach come to, where it was gathered as they were computed.
+    """
+
+    scenario: Scenario
+    axes: tuple[Axis, ...]
+    rows: Sequence[Row]
+    checks: tuple[Verdict, ...] = ()
+    warnings: tuple[Caution, ...] = ()
+    complete: bool = True
+    motion: Sines | Samples | None = None
+    numerics: Mapping[str, object] = field(default_factory=dict)
+    told: Mapping[str, Tally] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        """Give the number of rows."""
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        """Give the rows in order."""
+        return iter(self.rows)
+
+    def __getitem__(self, number: int) -> Row:
+        """Give one row."""
+        return self.rows[number]
+
+    def __repr__(self) -> str:
+        """Give what the cases come to, in a line."""
+        name, kept = self.scenario.name, judged(self.checks, self.warnings)
+        tallies = list(self.tallies.values())
+        told = [f"{several(tally.cases, 'case')} by {tally.approach}" for tally in tallies]
+        # What a comparison is judged by comes last of those that were asked for.
+        own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
+        found = f"{spans(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}" if own else ""
+        return line("Table", name, ", ".join(told), found, kept)
+
+    @property
+    def approaches(self) -> tuple[str, ...]:
+        """The approaches in the order in which they were asked for."""
+        return tuple(self.tallies)
+
+    @cached_property
+    def tallies(self) -> Mapping[str, Tally]:
+        """What the cases come to, by approach; the one that was asked for comes first."""
+        from drysim.study.rows import batches_of
+
+        return self.told or Tally.of(batches_of(self.rows))
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
+        lost = any(FAILED in tally.lost for tally in self.tallies.values())
+        return exit_code(self.checks, self.warnings, strict, lost)
+
+    @property
+    def own(self) -> tuple[Row, ...]:
+        """The rows of the approach that was asked for, those of its reference left aside."""
+        return tuple(self.of(self.approaches[0])) if self.rows else ()
+
+    def of(self, approach: str) -> Iterator[Row]:
+        """Give the rows of one approach."""
+        return (row for row in self.rows if row.approach == approach)
