@@ -430,7 +430,9 @@ def _factor(columns: Columns, index: int, written: str, si: str) -> float:
 # What a format of record files is: its name, its keys, and how its columns are found.
 
 
-OWN_STEP = "knows the step of its samples; remove `{key}`"
+OWN_STEP = dict.fromkeys(
+    ("time", "rate", "step"), "knows the step of its samples; remove `{key}`"
+)
 NO_TIME = "knows the times of its samples; remove `{key}`"
 AS_CHANNEL = "has channels; write `channel` in place of `column`"
 NO_CHANNEL = "has no channels; write `column` in place of `channel`"

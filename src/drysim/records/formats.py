@@ -1,4 +1,16 @@
-"""Registry; WAV and MAT by scipy, MDF, TDMS, UFF, RPC by packages."""
+"""The formats of records by suffix: text, and MAT, WAV, MDF, TDMS, UFF and RPC III.
+
+MAT (versions 4 to 7) and WAV are read here, by parts: long samples stay in their file until
+they are needed. MAT is not left to scipy, whose reader a damaged file can bring to a
+segmentation fault. Of WAV, as recorders of vibration write it, the samples are known and not
+their unit.
+
+The others have packages of their own, imported late, kept quiet, their exceptions made faults:
+asammdf for version 4 of MDF, measurements of vehicles as ASAM lays them down; npTDMS for files
+of LabVIEW and its relatives; pyuff for universal files, whose data sets 58 are functions at
+nodal degrees of freedom; rpc3-file for RPC III, time histories of test rigs as MTS lays them
+down.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +52,7 @@ from drysim.records.columns import (
 from drysim.records.file import Cell, File, Reader, fault, fit
 from drysim.units import factor
 
-# A variable of a MAT file, and bytes that are read from it without ever leaving them.
+# MAT: variables as MATLAB saves them.
 
 
 class Variable(NamedTuple):
@@ -97,64 +109,38 @@ class Bytes(NamedTuple):
         return fault(self.file.shown, f"the record is no MAT file, or damaged: {what}")
 
 
-# MAT files of version 4: a row of matrices, each behind five numbers and its name.
-
-
 KINDS = ("f8", "f4", "i4", "i2", "u2", "u1")
-"""Numbers, by the tens of a matrix's type."""
-
-MAT4_ORDERS = {"<": 0, ">": 1}
-"""Byte order, as the thousands of the type say it."""
-
-FULL = 0
-"""The ones of the type; others are text and sparse matrices."""
+"""Numbers of version 4, by the tens of a matrix's type."""
 
 MAT4_HEAD = 20
 """Bytes of the five numbers: type, rows, columns, imaginary part, length of the name."""
 
 
-def mat4_variables(file: File) -> list[Variable]:
-    """Give the full real matrices.
-
-    Raises
-    ------
-    RecordError
-        When the file is damaged.
-    """
+def _mat4_variables(file: File) -> list[Variable]:
+    """Version 4: a row of matrices, each behind five numbers and its name."""
     at, found = 0, []
     while at < len(file.reader):
         order = "<" if Bytes(file, file.reader, "<").whole(at) < 1000 else ">"
         given = Bytes(file, file.reader, order)
         kind, rows, wide, imaginary, named = (int(n) for n in given.numbers(at, 5, "u4"))
         number = kind // 10 % 100
-        if kind // 1000 != MAT4_ORDERS[order] or number >= len(KINDS):
+        if kind // 1000 != (order == ">") or number >= len(KINDS):
             raise given.damaged(f"a matrix is of type {kind}")
         name, start = given.text(at + MAT4_HEAD, named), at + MAT4_HEAD + named
         count, of = rows * wide, KINDS[number]
-        if kind % 10 == FULL and not imaginary:
+        if kind % 10 == 0 and not imaginary:  # others are text and sparse matrices
             found.append(Variable(name, (rows, wide), partial(given.stored, start, count, of)))
         at = given.behind(start, count * (2 if imaginary else 1), of)
     return found
 
 
-# MAT files of versions 5 to 7: tagged elements, each a variable, packed or not.
-
-
 MAT5_HEAD = 128
 """Bytes before the first element; the last two tell the byte order."""
-
-MAT5_ORDERS = {b"IM": "<", b"MI": ">"}
 
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8"}
 NUMBERS |= {13: "u8"}
 MATRIX, PACKED = 14, 15
 """Types of elements."""
-
-MAT5_REAL = range(6, 16)
-"""Classes of full arrays of numbers, from double to 64-bit whole numbers."""
-
-COMPLEX = 0x800
-"""Mark of an array with an imaginary part."""
 
 TAG, BEHIND = 8, 64
 """Bytes of a tag, and more behind the numbers than belong to them: whoever unpacks so far has
@@ -176,32 +162,22 @@ class Element(NamedTuple):
     next: int
 
 
-def mat5_variables(file: File) -> list[Variable]:
-    """Give the full real arrays.
-
-    Raises
-    ------
-    RecordError
-        When the file is damaged.
-    """
-    order = MAT5_ORDERS.get(file.reader[MAT5_HEAD - 2 : MAT5_HEAD])
+def _mat5_variables(file: File) -> list[Variable]:
+    """Versions 5 to 7: tagged elements, each a variable, packed or not."""
+    order = {b"IM": "<", b"MI": ">"}.get(file.reader[MAT5_HEAD - 2 : MAT5_HEAD])
     given = Bytes(file, file.reader, order or "<")
     if order is None:
         raise given.damaged("its head is none")
-    return list(_variables(given))
-
-
-def _variables(given: Bytes) -> Iterator[Variable]:
-    at = MAT5_HEAD
+    at, found = MAT5_HEAD, []
     while at < len(given.raw):
         element = _element(given, at)
         end = element.start + element.size
         if end > len(given.raw):
             raise given.damaged(f"{end - len(given.raw)} bytes are missing at its end")
-        variable = _variable(given, element)
-        if variable is not None:
-            yield variable
+        if (variable := _variable(given, element)) is not None:
+            found.append(variable)
         at = end if element.kind == PACKED else element.next
+    return found
 
 
 def _element(given: Bytes, at: int) -> Element:
@@ -214,6 +190,7 @@ def _element(given: Bytes, at: int) -> Element:
 
 
 def _variable(given: Bytes, element: Element) -> Variable | None:
+    """Give what an element holds, where it is a full array of real numbers."""
     if element.kind not in (MATRIX, PACKED):
         return None
     inner = _unpacked(given, element, PREFACE)
@@ -221,7 +198,8 @@ def _variable(given: Bytes, element: Element) -> Variable | None:
     shape = _element(inner, flags.next)
     name = _element(inner, shape.next)
     marks = inner.whole(flags.start)
-    if marks & 0xFF not in MAT5_REAL or marks & COMPLEX:
+    # Full arrays of numbers, from double to 64-bit whole ones, and no imaginary part.
+    if marks & 0xFF not in range(6, 16) or marks & 0x800:
         return None
     sizes = inner.numbers(shape.start, shape.size // 4, "u4").tolist()
     load = partial(_load_mat5, given, element, name.next, int(np.prod(sizes, dtype=object)))
@@ -291,11 +269,6 @@ def _filled(given: Bytes, element: Element, skip: int, count: int, kind: str) ->
     return values
 
 
-# MAT: variables as MATLAB saves them, versions 4 to 7.
-#
-# Read here and not by scipy, whose reader a damaged file can bring to a segmentation fault.
-
-
 def mat_columns(file: File) -> Channels:
     """Give the vectors among the variables of a MAT file.
 
@@ -309,7 +282,7 @@ def mat_columns(file: File) -> Channels:
         sentence = "the MAT file is of version 7.3, which is not read; save it by `save -v7`"
         raise fault(file.shown, sentence)
     # Text begins version 5; the first number of version 4 has a zero byte.
-    found = mat4_variables(file) if 0 in head[:4] else mat5_variables(file)
+    found = _mat4_variables(file) if 0 in head[:4] else _mat5_variables(file)
     vectors = [
         Channel(Label(variable.name, variable.name), variable.load)
         for variable in found
@@ -327,7 +300,7 @@ MAT = Format(
 )
 
 
-# WAV: sound files, as recorders of vibration write them. Knows the samples, not their unit.
+# WAV: sound files.
 
 
 PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
@@ -367,8 +340,9 @@ def wav_columns(file: File) -> Channels:
         raise fault(file.shown, "the WAV holds no samples")
     if size % each:
         raise _wrong(file, "its last sample is not whole")
-    ways = [Frames(file, start, size // each, number, form) for number in range(form.channels)]
-    found = [Channel(Label("", ""), way.stored, 1 / form.rate) for way in ways]
+    reads = [partial(_frames, file, start, form, number) for number in range(form.channels)]
+    samples = [partial(Stored, read, 0, size // each) for read in reads]
+    found = [Channel(Label("", ""), load, 1 / form.rate) for load in samples]
     return channels(file, found, shares=form.code == PCM)
 
 
@@ -396,6 +370,7 @@ def _chunks(file: File) -> tuple[Form, int, int]:
 
 
 def _form(file: File, chunk: bytes) -> Form:
+    """Read the chunk that tells the form of the samples."""
     if len(chunk) < 16:
         raise _wrong(file, "the form of its samples is too short")
     code, bits = _number(chunk, 0, 2), _number(chunk, 14, 2)
@@ -413,38 +388,21 @@ def _form(file: File, chunk: bytes) -> Form:
     return form
 
 
-class Frames(NamedTuple):
-    """One channel: where in a file its frames begin, and how many there are."""
-
-    file: File
-    start: int
-    length: int
-    number: int
-    form: Form
-
-    def stored(self) -> Stored:
-        """Give the samples, which stay in the file."""
-        return Stored(self.read, 0, self.length)
-
-    def read(self, first: int, last: int) -> Floats:
-        """Give some samples, whole numbers as shares of full scale."""
-        code, bits, channels, _ = self.form
-        each = bits // 8 * channels
-        raw = self.file.reader[self.start + first * each : self.start + last * each]
-        flat = np.frombuffer(raw, CODINGS[code, bits])
-        frames = flat.reshape(last - first, channels, -1)[:, self.number]
-        return _shares(frames, code, bits)
-
-
-def _shares(frames: NDArray[np.generic], code: int, bits: int) -> Floats:
-    """Give the numbers of frames of shape (n, 1) or, of 24 bits, (n, 3)."""
-    if code == FLOAT:
-        return frames[:, 0].astype(np.float64)
-    if bits == 24:
+def _frames(file: File, start: int, form: Form, number: int, first: int, last: int) -> Floats:
+    """Give some samples of a channel, whole numbers as shares of full scale."""
+    code, bits, channels, _ = form
+    each = bits // 8 * channels
+    flat = np.frombuffer(
+        file.reader[start + first * each : start + last * each], CODINGS[code, bits]
+    )
+    frames = flat.reshape(last - first, channels, -1)[:, number]
+    if code == PCM and bits == 24:
         wide = np.zeros((len(frames), 4), np.uint8)
         wide[:, 1:] = frames
         return wide.view("<i4")[:, 0] / 2.0**31
     shares = frames[:, 0].astype(np.float64)
+    if code == FLOAT:
+        return shares
     if bits == 8:
         shares -= 128.0
     shares /= 2.0 ** (bits - 1)
@@ -462,17 +420,11 @@ def _wrong(file: File, what: str) -> RecordError:
 WAV = Format(
     "a WAV",
     wav_columns,
-    {
-        "skip": NO_TABLE,
-        "column": AS_CHANNEL,
-        "time": OWN_STEP,
-        "rate": OWN_STEP,
-        "step": OWN_STEP,
-    },
+    {"skip": NO_TABLE, "column": AS_CHANNEL, **OWN_STEP},
 )
 
 
-# Packages that read one format: imported late, kept quiet, their exceptions made faults.
+# Packages that read one format.
 
 
 T = TypeVar("T")
@@ -481,14 +433,8 @@ COPY = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
 """How packages name the bytes that they were given in place of a file."""
 
 
-def package(module: str, extra: str, file: File, name: str = "") -> Any:
-    """Give a package that only one format needs; `name` is what it is called, if otherwise.
-
-    Raises
-    ------
-    RecordError
-        When it is not installed; the sentence says how to install it.
-    """
+def _package(module: str, extra: str, file: File, name: str = "") -> Any:
+    """Give a package that only one format needs; `name` is what it is called, if otherwise."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -499,29 +445,18 @@ def package(module: str, extra: str, file: File, name: str = "") -> Any:
         raise fault(file.shown, f"{sentence}; install it by: {way}") from None
 
 
-def read_by(read: Callable[[], T], file: File, what: str) -> T:
-    """Let a package read: without its warnings and its log, and with what it raises as a fault.
-
-    Raises
-    ------
-    RecordError
-        For any exception; its sentence begins with `what`.
-    """
+def _read_by(read: Callable[[], T], file: File, what: str) -> T:
+    """Let a package read, quietly; any exception becomes a fault that begins with `what`."""
     with _hushed():
         try:
             return read()
         except RecordError:
             raise
         except Exception as error:  # a parser raises whatever a damaged file leads it to
-            why = _why(error)
+            words = COPY.sub("the file", " ".join(str(error).split()))
+            why = Cell(words, 0).quote or type(error).__name__
         gc.collect()  # half-made readers may complain once more when they are let go
     raise fault(file.shown, f"{what}: {why}")
-
-
-def _why(error: Exception) -> str:
-    """Give what an exception says in one short line, without what it calls our copy."""
-    words = COPY.sub("the file", " ".join(str(error).split()))
-    return Cell(words, 0).quote or type(error).__name__
 
 
 @contextmanager
@@ -538,14 +473,11 @@ def _hushed() -> Iterator[None]:
         logging.disable(log)
 
 
-# MDF: measurements of vehicles, as ASAM lays them down; version 4, read by asammdf.
+# MDF.
 
 
 LONGEST = 1 << 20
 """Bytes of a row of samples that a small packed file may still hold."""
-
-SYNCHRONOUS = 1
-"""What a master channel counts: time, and not angle or distance."""
 
 
 def mdf_columns(file: File) -> Channels:
@@ -556,7 +488,19 @@ def mdf_columns(file: File) -> Channels:
     RecordError
         When it is damaged or has no channels; or asammdf is not installed.
     """
-    found = _listed_mdf(file)
+    asammdf = _package("asammdf", "mdf", file)
+
+    def read() -> list[tuple[int, int, str, str]]:
+        """Give group, number in it, name and unit of every channel that is no master."""
+        with asammdf.MDF(BytesIO(file.raw)) as whole:
+            return [
+                (group, at, str(channel.name), str(channel.unit or "").strip())
+                for group, content in enumerate(whole.groups)
+                for at, channel in enumerate(content.channels)
+                if whole.masters_db.get(group) != at
+            ]
+
+    found = _read_by(read, file, "the record is no MDF, or damaged")
     if not found:
         raise fault(file.shown, "the MDF file has no channels")
     series = [
@@ -567,51 +511,34 @@ def mdf_columns(file: File) -> Channels:
         )
         for number, (group, at, name, unit) in enumerate(found)
     ]
-    clocks = [(group, at, f"time of {name}") for group, at, name, _ in found]
     times = [
         Channel(Label(clock, clock, "s"), partial(_load_mdf, file, group, at, "timestamps"))
-        for group, at, clock in clocks
+        for group, at, name, _ in found
+        for clock in (f"time of {name}",)
     ]
     return channels(file, [*series, *times])
 
 
-def _listed_mdf(file: File) -> list[tuple[int, int, str, str]]:
-    """Give group, number in it, name and unit of every channel that is no master."""
-    asammdf = package("asammdf", "mdf", file)
-
-    def read() -> list[tuple[int, int, str, str]]:
-        with asammdf.MDF(BytesIO(file.raw)) as whole:
-            return [
-                (group, at, str(channel.name), str(channel.unit or "").strip())
-                for group, content in enumerate(whole.groups)
-                for at, channel in enumerate(content.channels)
-                if whole.masters_db.get(group) != at
-            ]
-
-    return read_by(read, file, "the record is no MDF, or damaged")
-
-
-def _check(file: File, about: Any) -> None:
-    """Refuse sizes that the file cannot mean, before the package makes room for them."""
-    size = about.samples_byte_nr + about.invalidation_bytes_nr
-    if size > max(len(file.raw), LONGEST):
-        raise fault(file.shown, f"the record is no MDF, or damaged: one row of {size} bytes")
-    fit(file.shown, size * about.cycles_nr)
-
-
 def _load_mdf(file: File, group: int, at: int, what: str) -> NDArray[np.generic]:
     """Samples that the logger marks as invalid are not given, nor are their times."""
-    asammdf = package("asammdf", "mdf", file)
+    asammdf = _package("asammdf", "mdf", file)
 
     def read() -> NDArray[np.generic]:
         with asammdf.MDF(BytesIO(file.raw)) as whole:
-            _check(file, whole.groups[group].channel_group)
+            # Sizes that the file cannot mean are refused before the package makes room.
+            about = whole.groups[group].channel_group
+            size = about.samples_byte_nr + about.invalidation_bytes_nr
+            if size > max(len(file.raw), LONGEST):
+                sentence = f"the record is no MDF, or damaged: one row of {size} bytes"
+                raise fault(file.shown, sentence)
+            fit(file.shown, size * about.cycles_nr)
             signal = whole.get(group=group, index=at)
-        if what == "timestamps" and signal.master_metadata[1] != SYNCHRONOUS:
+        # 1 is time, and not angle or distance.
+        if what == "timestamps" and signal.master_metadata[1] != 1:
             raise fault(file.shown, f"`{signal.name}` is not sampled over time")
         return np.asarray(getattr(signal, what))
 
-    return read_by(read, file, f"channel {at} of group {group + 1} cannot be read")
+    return _read_by(read, file, f"channel {at} of group {group + 1} cannot be read")
 
 
 MDF = Format(
@@ -621,7 +548,7 @@ MDF = Format(
 )
 
 
-# TDMS: files of LabVIEW and its relatives; read by npTDMS.
+# TDMS.
 
 
 UNITS = ("unit_string", "NI_UnitDescription")
@@ -636,22 +563,23 @@ def tdms_columns(file: File) -> Channels:
     RecordError
         When it is damaged or has no channels; or npTDMS is not installed.
     """
-    nptdms = package("nptdms", "tdms", file)
-    found = read_by(
-        lambda: _listed_tdms(file, nptdms), file, "the record is no TDMS, or damaged"
-    )
+    nptdms = _package("nptdms", "tdms", file)
+
+    def read() -> list[Channel]:
+        whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
+        if whole.file_status.incomplete_final_segment:
+            sentence = "the TDMS file is cut short: its last segment is not whole"
+            raise fault(file.shown, sentence)
+        return [
+            _tdms_channel(file, channel)
+            for group in whole.groups()
+            for channel in group.channels()
+        ]
+
+    found = _read_by(read, file, "the record is no TDMS, or damaged")
     if not found:
         raise fault(file.shown, "the TDMS file has no channels")
     return channels(file, found)
-
-
-def _listed_tdms(file: File, nptdms: Any) -> list[Channel]:
-    whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
-    if whole.file_status.incomplete_final_segment:
-        raise fault(file.shown, "the TDMS file is cut short: its last segment is not whole")
-    return [
-        _tdms_channel(file, channel) for group in whole.groups() for channel in group.channels()
-    ]
 
 
 def _tdms_channel(file: File, channel: Any) -> Channel:
@@ -667,13 +595,13 @@ def _tdms_channel(file: File, channel: Any) -> Channel:
 
 
 def _load_tdms(file: File, group: str, name: str) -> NDArray[np.generic]:
-    nptdms = package("nptdms", "tdms", file)
+    nptdms = _package("nptdms", "tdms", file)
 
     def read() -> NDArray[np.generic]:
         with nptdms.TdmsFile.open(BytesIO(file.raw)) as whole:
             return np.asarray(whole[group][name][:])
 
-    return read_by(read, file, f"channel `{Label(name, name).quote}` cannot be read")
+    return _read_by(read, file, f"channel `{Label(name, name).quote}` cannot be read")
 
 
 TDMS = Format(
@@ -683,17 +611,8 @@ TDMS = Format(
 )
 
 
-# UFF58: universal files with functions at nodal degrees of freedom; read by pyuff.
+# UFF.
 
-
-FUNCTIONS = 58
-"""Number of the data set that holds samples."""
-
-TIME_RESPONSE = 1
-"""Type of a function that is a time history."""
-
-UFF_REAL = (2, 4)
-"""Single and double precision; the others are complex."""
 
 MARK = re.compile(rb"    -1(?= {74}|[\r\n]|\Z)")
 """The line before and behind every data set; behind binary samples it has no beginning."""
@@ -712,32 +631,33 @@ def uff_columns(file: File) -> Channels:
     RecordError
         When it is damaged, or holds no time history; or pyuff is not installed.
     """
-    pyuff = package("pyuff", "uff", file)
+    pyuff = _package("pyuff", "uff", file)
     if len(MARK.findall(file.raw)) % 2:
         raise fault(file.shown, f"{NOT_ONE}: its last data set does not end")
-    found = read_by(lambda: _histories(file, pyuff), file, NOT_ONE)
+
+    def read() -> list[tuple[Channel, Channel]]:
+        """Give every time history and its times."""
+        sets = pyuff.UFF(str(file.path))
+        numbers = [n for n, kind in enumerate(sets.get_set_types()) if kind == 58]
+        heads = [(n, sets.read_sets(n, header_only=True)) for n in numbers]
+        # Function 1 is a time response; data of types 2 and 4 are real, the others complex.
+        return [
+            _uff_channel(file, sets, n, head)
+            for n, head in heads
+            if head["func_type"] == 1 and head["ord_data_type"] in (2, 4)
+        ]
+
+    found = _read_by(read, file, NOT_ONE)
     if not found:
         sentence = "the record is no universal file with a time history in a data set 58"
         raise fault(file.shown, sentence)
-    clocks = [at for at, (channel, _) in enumerate(found) if channel.dt is None]
-    times = [found[at][1] for at in clocks]
-    series = [
-        channel._replace(clock=len(found) + clocks.index(at)) if at in clocks else channel
-        for at, (channel, _) in enumerate(found)
-    ]
+    series, times = [], list[Channel]()
+    for channel, clock in found:
+        if channel.dt is None:
+            channel = channel._replace(clock=len(found) + len(times))
+            times.append(clock)
+        series.append(channel)
     return channels(file, [*series, *times])
-
-
-def _histories(file: File, pyuff: Any) -> list[tuple[Channel, Channel]]:
-    """Give every time history and its times."""
-    sets = pyuff.UFF(str(file.path))
-    numbers = [n for n, kind in enumerate(sets.get_set_types()) if kind == FUNCTIONS]
-    heads = [(n, sets.read_sets(n, header_only=True)) for n in numbers]
-    return [
-        _uff_channel(file, sets, n, head)
-        for n, head in heads
-        if head["func_type"] == TIME_RESPONSE and head["ord_data_type"] in UFF_REAL
-    ]
 
 
 def _uff_channel(
@@ -769,7 +689,7 @@ def _seconds(file: File, unit: str) -> float:
 
 def _load_uff(file: File, sets: Any, n: int, count: int, what: str) -> NDArray[np.generic]:
     where = f"data set {n + 1} cannot be read"
-    values = read_by(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
+    values = _read_by(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
     if len(values) != count:
         sentence = f"data set {n + 1} is cut short or damaged"
         raise fault(file.shown, f"{sentence}: it has {len(values)} samples, not {count}")
@@ -783,10 +703,7 @@ UFF = Format(
 )
 
 
-# RPC III: time histories of test rigs, as MTS lays them down; read by rpc3-file.
-
-
-DAMAGED = "the record is no RPC III time history, or damaged"
+# RPC III.
 
 
 def rpc_columns(file: File) -> Channels:
@@ -802,46 +719,39 @@ def rpc_columns(file: File) -> Channels:
     Whole numbers are multiplied by the SCALE of their channel; INT_FULL_SCALE is not needed for
     that. A file that does not say its number of SAMPLES ends with its last frame, filled up.
     """
-    found = _read(file, header_only=True)
+    found = _rpc(file, header_only=True)
     if not found:
         raise fault(file.shown, "the RPC III file has no channels")
-    return channels(file, [_rpc_channel(file, at, told) for at, told in enumerate(found)])
-
-
-def _rpc_channel(file: File, at: int, told: Any) -> Channel:
-    name, unit = (str(text).strip().strip('"').strip() for text in (told.name, told.unit))
-    return Channel(Label(name, name, unit, firm=False), partial(_load_rpc, file, at), told.dt)
+    series = []
+    for at, told in enumerate(found):
+        name, unit = (str(text).strip().strip('"').strip() for text in (told.name, told.unit))
+        load = partial(_load_rpc, file, at)
+        series.append(Channel(Label(name, name, unit, firm=False), load, told.dt))
+    return channels(file, series)
 
 
 def _load_rpc(file: File, at: int) -> NDArray[np.generic]:
-    return np.asarray(_read(file, header_only=False)[at].data)
+    return np.asarray(_rpc(file, header_only=False)[at].data)
 
 
-def _read(file: File, header_only: bool) -> Any:
-    rpc3 = package("rpc3.rpc3", "rpc", file, "rpc3-file")
+def _rpc(file: File, header_only: bool) -> Any:
+    rpc3 = _package("rpc3.rpc3", "rpc", file, "rpc3-file")
 
     def read() -> Any:
         rpc3.progressbar = False
         return rpc3.read(str(file.path), strip=False, header_only=header_only)[0]
 
-    return read_by(read, file, DAMAGED)
+    return _read_by(read, file, "the record is no RPC III time history, or damaged")
 
 
 RPC = Format(
     "an RPC III file",
     rpc_columns,
-    {
-        "skip": NO_TABLE,
-        "column": AS_CHANNEL,
-        "time": OWN_STEP,
-        "rate": OWN_STEP,
-        "step": OWN_STEP,
-        "full_scale": NO_FULL_SCALE,
-    },
+    {"skip": NO_TABLE, "column": AS_CHANNEL, "full_scale": NO_FULL_SCALE, **OWN_STEP},
 )
 
 
-# The formats of records, by the suffix of the file.
+# All formats.
 
 
 SUFFIXES = {

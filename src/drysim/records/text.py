@@ -789,9 +789,7 @@ AT2 = Format(
         "skip": NO_TABLE,
         "column": ONE_SERIES,
         "channel": ONE_SERIES,
-        "time": OWN_STEP,
-        "rate": OWN_STEP,
-        "step": OWN_STEP,
         "full_scale": NO_FULL_SCALE,
+        **OWN_STEP,
     },
 )
