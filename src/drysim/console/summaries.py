@@ -13,8 +13,7 @@ from drysim.console.terminal import folded, line, paragraph, stderr, stdout
 from drysim.core.model import AnyLaw, Stopped
 from drysim.errors import Caution
 from drysim.excitation.recorded import Record
-from drysim.records.options import Removal
-from drysim.records.warnings import HIGH_PASS
+from drysim.records.options import HIGH_PASS, Removal
 from drysim.scenario.model import STATIC, common_period
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of

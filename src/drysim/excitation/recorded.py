@@ -7,8 +7,7 @@ from typing import Any, ClassVar, Literal
 
 from drysim.core.model import Samples
 from drysim.excitation.base import Member
-from drysim.records.columns import SI
-from drysim.records.options import Recorded as Recorded
+from drysim.records import SI
 from drysim.records.options import RecordedMotion
 
 

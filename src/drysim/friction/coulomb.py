@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from drysim import system
 from drysim.core.model import Law, Pressed, Pressure
 from drysim.friction.base import Limits
-from drysim.records.columns import SI
+from drysim.records import SI
 from drysim.records.options import Recorded
 from drysim.units import Angle, Block, Frequency, Quantity
 

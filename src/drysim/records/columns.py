@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from drysim.core.model import KEPT, Signal, blocks
 from drysim.errors import RecordError
+from drysim.records import SI
 from drysim.records.file import Cell, File, fault, room
 from drysim.units import convert, factor, near, shown, usual
 
@@ -314,10 +315,6 @@ def channels(
         shares=shares,
         channels=tuple(found),
     )
-
-
-SI = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "force": "N"}
-"""The unit of ü, u̇ and u, and of a normal force."""
 
 
 # Which column counts and in which unit, as file and scenario say together.

@@ -1,4 +1,7 @@
-"""What a scenario may say of a record."""
+"""What a scenario may say of a record: its blocks, their short forms and their checks.
+
+Nothing here opens a file: a scenario without a record executes none of the readers.
+"""
 
 from __future__ import annotations
 
@@ -34,14 +37,17 @@ from drysim.units import (
     shown,
 )
 
-# What a scenario may say about a record, where a word or a number alone does not do.
-
+HIGH_PASS = 0.3
+"""Frequency of the high-pass that messages propose [Hz]: below what shakes people."""
 
 TRENDS = ("nothing", "mean", "line")
 """What `remove` may take away by a word alone, each more than the one before."""
 
 HIGHEST_ORDER = 8
 """Beyond this order a filter run both ways rings longer than it helps."""
+
+MOST_SKIPPED = 10_000
+"""Rows that may be passed over: words of a logger are fewer, and what is more are samples."""
 
 Way = Literal["line", "spline"]
 """How values between samples are found: on straight lines, or on the cubic spline."""
@@ -89,7 +95,7 @@ class Removal(Block):
     @property
     def filters(self) -> bool:
         """Whether anything is filtered."""
-        return self.below is not None or self.above is not None
+        return (self.below, self.above) != (None, None)
 
     @property
     def any(self) -> bool:
@@ -180,13 +186,6 @@ Removed = Annotated[Removal, BeforeValidator(_removal), _ShortSchema()]
 """The block, or short for it a word of its trend or the frequency of its high-pass."""
 
 
-# Recorded: a column or channel of a file, whatever it holds.
-
-
-MOST_SKIPPED = 10_000
-"""Rows that may be passed over: words of a logger are fewer, and what is more are samples."""
-
-
 class Recorded(Block):
     """Evenly spaced samples in a column or channel of a file, and how they are read."""
 
@@ -211,7 +210,7 @@ class Recorded(Block):
     """Column of the time, evenly spaced; seconds unless its header says otherwise."""
     rate: Frequency | None = None
     """Samples per second [Hz], in place of `time`."""
-    step: Annotated[float, Quantity("s", above=0)] | None = None
+    step: Span | None = None
     """Distance of the samples [s], in place of `time`."""
     scale: Plain = 1.0
     """Factor on every sample [-]."""

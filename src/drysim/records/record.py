@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Input, Samples, Signal, blocks, moments
 from drysim.errors import Caution, RecordError
+from drysim.records import SI
 from drysim.records.clean import (
     SPLINES,
     Ends,
@@ -30,7 +31,6 @@ from drysim.records.clean import (
     without,
 )
 from drysim.records.columns import (
-    SI,
     Columns,
     Floats,
     conversion,
@@ -41,7 +41,7 @@ from drysim.records.columns import (
 )
 from drysim.records.file import TextFile, fault, read
 from drysim.records.formats import SUFFIXES, format_of
-from drysim.records.options import Removal
+from drysim.records.options import Recorded, RecordedMotion, Removal
 from drysim.records.text import unquoted
 from drysim.records.warnings import (
     clipped,
@@ -54,10 +54,6 @@ from drysim.records.warnings import (
     much_lost,
 )
 from drysim.units import GREATEST, LEAST
-
-if TYPE_CHECKING:
-    from drysim.records.options import Recorded, RecordedMotion
-
 
 # From what a file offers to the even series that a record chooses, cleaned as it asks for.
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from drysim.core.model import Signal
 from drysim.errors import RecordError
+from drysim.records import SI
 from drysim.records.columns import (
     GAP,
     INFINITE,
@@ -26,7 +27,6 @@ from drysim.records.columns import (
     NO_TABLE,
     ONE_SERIES,
     OWN_STEP,
-    SI,
     Channel,
     Channels,
     Columns,

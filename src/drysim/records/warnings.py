@@ -4,29 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import BLOCK, Samples, Signal, blocks
 from drysim.errors import Caution
+from drysim.records import SI
 from drysim.records.clean import Report, finer, kept_by_lines, kept_by_spline, kept_by_splines
-from drysim.records.columns import SI, Floats
-from drysim.records.options import TRENDS
-
-if TYPE_CHECKING:
-    from drysim.records.options import Recorded, RecordedMotion
-
+from drysim.records.columns import Floats
+from drysim.records.options import HIGH_PASS, TRENDS, Recorded, RecordedMotion
 
 GRAVITY = 9.81
 """Standard gravity as the paper rounds it [m/s²]."""
 
 NEAR_GRAVITY = 0.05
 """An accelerometer lying a little askew still shows gravity within this share."""
-
-HIGH_PASS = 0.3
-"""Frequency of the high-pass that messages propose [Hz]: below what shakes people."""
 
 FEWEST = 16
 """Fewer samples are the corners of a motion that is meant to be linear between them."""
