@@ -18,10 +18,6 @@ from drysim.units import Angle, Block, Frequency, Quantity
 # A recorded normal force: read like a record of base motion.
 
 
-KEPT = 4
-"""Records of forces that are kept: neighbouring cases of a sweep share theirs."""
-
-
 class NormalRecord(Recorded):
     """The normal force as it was measured: evenly spaced samples of a file, linear in between.
 
@@ -52,20 +48,11 @@ class NormalRecord(Recorded):
         return _pressure(self, stamp)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=4)  # neighbouring cases of a sweep share their record
 def _pressure(record: NormalRecord, stamp: system.Stamp | None) -> Pressure:
-    from drysim.records.file import fault
-    from drysim.records.record import force_of
+    from drysim.records.record import pressure_of
 
-    values, dt, source, cautions, clean_up = force_of(record)
-    mean = float(values.mean())
-    if not mean > 0.0:
-        sentence = (
-            f"the mean of the normal force is {mean:.6g} N; of surfaces that are pressed "
-            "together it is above 0 N: check its sign (`scale: -1` turns it)"
-        )
-        raise fault(str(record.path), sentence)
-    return Pressure(values / mean, dt, mean, (source,), cautions, clean_up)
+    return pressure_of(record)
 
 
 # Coulomb: a force that does not depend on the speed, and a limit for sticking.

@@ -1,25 +1,33 @@
-"""Time grid, gaps, resampling, filters and splines of a record."""
+"""From the numbers of a record as a file gives them to ü on an even grid, cleaned on request.
+
+In the order in which a record goes through them: `grid_of` finds from printed times where the
+samples lie, on an even grid, with holes in it, or unevenly; `closed` fills gaps; `target` and
+`onto` put the samples onto another grid, between them by a stated way and never folded;
+`without` takes away a trend and what is outside a band, by filters without phase shift;
+`SPLINES` make acceleration of velocity and displacement, `displacements` the reverse; `span`
+and `cut` keep a window. Each step that was asked for leaves a `Report`, words and numbers that
+every summary tells. Without a request nothing is changed: a gap or an uneven step is a fault.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import asin, ceil, floor, log10, sqrt
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from math import ceil, floor, log10
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from drysim.core.model import BLOCK, Samples, Signal, moments
+from drysim.core.model import Samples, Signal, moments
 from drysim.errors import RecordError
 from drysim.records.columns import Columns, Floats, gap, stretch
 from drysim.records.file import fault, fit
-from drysim.records.options import Window
+from drysim.records.options import Gaps, Removal, Resample, Window
 from drysim.wording import listed, several
 
-if TYPE_CHECKING:
-    from drysim.records.options import Gaps, Removal, Resample
+SAME = 1e-9
+"""Two times or two steps this close, relative to them, are one: rounding of times."""
 
-
-# From printed times to where samples lie: on an even grid, with holes in it, or unevenly.
+# The grid.
 
 
 JITTER = 1e-3
@@ -130,15 +138,11 @@ def _even(t: Floats, at: Floats, digit: float, second: float) -> float | None:
     rate = round(1 / max(dt * second, SHORTEST))
     if rate and _leaves(t, at, 1 / rate / second) <= min(rounding, LARGEST_SLACK * dt):
         return 1 / rate
-    if _leaves(t, at, neat := _neat(dt, t, at[-1])) <= min(slack, LARGEST_SLACK * dt):
-        return neat * second
-    return None
-
-
-def _neat(dt: float, t: Floats, steps: float) -> float:
-    """The step with 12 digits where the last time cannot tell the difference."""
+    # The step has 12 digits where the last time cannot tell the difference.
     neat = float(f"{dt:.12g}")
-    return neat if abs(neat - dt) * (steps + 1) <= 4 * np.spacing(abs(t[-1])) else dt
+    if not abs(neat - dt) * (at[-1] + 1) <= 4 * np.spacing(abs(t[-1])):
+        neat = dt
+    return neat * second if _leaves(t, at, neat) <= min(slack, LARGEST_SLACK * dt) else None
 
 
 def _leaves(t: Floats, at: Floats, dt: float) -> float:
@@ -149,6 +153,7 @@ def _leaves(t: Floats, at: Floats, dt: float) -> float:
 
 
 def _uneven(steps: Floats, usual: float, columns: Columns, index: int) -> RecordError:
+    """Give the error for steps that differ, at the first that does so visibly."""
     row = int(np.argmax(np.abs(steps - usual) > LARGEST_SLACK * usual)) + 1
     if abs(steps[row - 1] - usual) <= LARGEST_SLACK * usual:
         row = int(np.argmax(np.abs(steps - usual))) + 1
@@ -160,7 +165,7 @@ def _uneven(steps: Floats, usual: float, columns: Columns, index: int) -> Record
     return columns.at(row, index, sentence)
 
 
-# What was done to a record on request, as words and numbers for every summary.
+# Reports.
 
 
 LITTLE = 1e-12
@@ -220,11 +225,7 @@ def _moments(values: Floats) -> tuple[float, float]:
     return (0.0 if abs(mean) < LITTLE * rms else mean), rms
 
 
-# Gaps of a record: where samples are missing, and how short gaps are filled on request.
-
-
-ROUNDING = 1e-9
-"""By which share a gap may be longer than asked for: rounding of its times."""
+# Gaps.
 
 
 def closed(
@@ -263,23 +264,21 @@ def closed(
         raise columns.at(row, index, "the record begins or ends with a gap; cut that away")
     if not len(holes):
         return known, grid._replace(at=at), None
-    allowed = 0.0 if gaps is None else gaps.at_most * (1 + ROUNDING)
+    allowed = 0.0 if gaps is None else gaps.at_most * (1 + SAME)
     long = holes[steps[holes] * grid.dt > allowed]
+    longest = float(steps[holes].max()) * grid.dt
     if gaps is None or len(long):
         width, row = float(steps[long[0]]), int(rows[long[0] + 1])
-        longest = float(steps[holes].max()) * grid.dt
         raise columns.at(row, index, _refusal(width, grid.dt, gaps, len(holes), longest))
     missing = np.rint(steps[holes]).astype(int) - 1
     after = np.repeat(holes, missing)
     share = np.concatenate([np.arange(1, n + 1) / (n + 1) for n in missing.tolist()])
     new = at[after] + share * steps[after]
     filled = np.insert(known, after + 1, between(at, known, new, gaps.fill))
-    longest = float(steps[holes].max()) * grid.dt
     numbers = {"gaps": len(holes), "samples": int(missing.sum()), "longest": longest}
     sentence = (
         f"{several(len(holes), 'gap')} of {numbers['samples']} samples in all filled by "
-        f"{gaps.fill}s, "
-        f"the longest of {longest:.4g} s"
+        f"{gaps.fill}s, the longest of {longest:.4g} s"
     )
     told = report("gaps", sentence, known, filled, unit, numbers)
     return filled, grid._replace(at=np.insert(at, after + 1, new)), told
@@ -299,8 +298,13 @@ def _refusal(width: float, dt: float, gaps: Gaps | None, number: int, longest: f
     missing = round(width) - 1
     count = f"{several(missing, 'sample')} {'is' if missing == 1 else 'are'}"
     more = f" ({several(number, 'gap')} in all)" if number > 1 else ""
-    way = gap(_at_most(longest), "it" if number == 1 else "them all")
-    if gaps is not None:
+    if gaps is None:
+        # The `gaps.at_most` of three digits, rounded up, that the longest gap needs.
+        digit = 10.0 ** (floor(log10(longest)) - 2)
+        needed = ceil(longest / digit * (1 - SAME)) * digit
+        at_most = f"{needed:.3g} s" if needed >= 1.0 else f"{needed * 1e3:.3g} ms"
+        way = gap(at_most, "it" if number == 1 else "them all")
+    else:
         way = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
     return (
         f"{count} missing before this row: {width * dt:.6g} s to it, {dt:.6g} s as a rule"
@@ -308,31 +312,15 @@ def _refusal(width: float, dt: float, gaps: Gaps | None, number: int, longest: f
     )
 
 
-def _at_most(longest: float) -> str:
-    """Give the `gaps.at_most` of three digits, rounded up, that a gap this long [s] needs."""
-    digit = 10.0 ** (floor(log10(longest)) - 2)
-    seconds = ceil(longest / digit * (1 - ROUNDING)) * digit
-    return f"{seconds:.3g} s" if seconds >= 1.0 else f"{seconds * 1e3:.3g} ms"
-
-
-# Trends, and filters without phase shift, of evenly spaced samples; displacement from ü.
+# Trends and filters of evenly spaced samples; displacement from ü.
 
 
 Ends = Literal["even", "odd"]
 """How a filter continues the ends of samples: mirrored, without or with a change of sign."""
 
-DRIFT = 3
-"""Degree of the drift that is taken from a double integral by least squares, before a filter:
-an acceleration that is off by a line drifts so."""
-
 
 def trend(values: Floats, what: str) -> Floats:
-    """Give the `mean` or the `line` (least squares) of samples.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
+    """Give the `mean` or the `line` (least squares) of samples, as many values."""
     n = len(values)
     if what == "mean":
         return np.broadcast_to(values.mean(), n)
@@ -426,14 +414,15 @@ def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats
     u = np.zeros_like(u_dd)
     np.cumsum(u_d[:-1] * dt + (2 * u_dd[:-1] + u_dd[1:]) * (dt * dt / 6), out=u[1:])
     span = np.linspace(-1.0, 1.0, len(u))
-    u -= np.polynomial.Legendre.fit(span, u, min(DRIFT, len(u) - 1), domain=[-1, 1])(span)
-    ways: tuple[Literal["odd", "even"], ...] = "odd", "even"
+    # An acceleration that is off by a line drifts by a cubic.
+    u -= np.polynomial.Legendre.fit(span, u, min(3, len(u) - 1), domain=[-1, 1])(span)
+    ways: tuple[Ends, ...] = "odd", "even"
     found = [_both_ways(u, dt, frequency, order, "highpass", ends) for ends in ways]
     least, most = sorted(found, key=lambda values: float(values @ values))
     return least, most
 
 
-# From the numbers of a record to ü: the spline and the window.
+# The window, and the splines from samples to ü.
 
 
 EDGE = 1e-6
@@ -538,23 +527,14 @@ SPLINES = {
 }
 
 
-# A record on another grid, on request: between its samples by a stated way, never folded.
+# Another grid.
 
 
 ALIAS = 0.1
 """What a low-pass may leave of an amplitude at half the new rate: a tenth, 20 dB down."""
 
-CLEAR = 0.99
-"""Share of the highest frequency of such a low-pass that a message names in few digits."""
-
-SAME = 1e-9
-"""Two steps this close, relative to them, are one."""
-
-LOST = 0.01
-"""Share of the RMS that straight lines between samples may take before it is said [-]."""
-
 SAME_UNEVEN = 1e-2
-"""The same against the mean of uneven steps: their half rate is no sharper than that."""
+"""As `SAME`, against the mean of uneven steps: their half rate is no sharper than that."""
 
 
 class Onto(NamedTuple):
@@ -581,19 +561,15 @@ def target(wanted: Resample, removal: Removal, grid: Grid, shown: str) -> Onto:
     if times > 1:
         half, order = 1 / (2 * step), removal.order
         if removal.above is None or gain(half, removal.above, order) > ALIAS * (1 + SAME):
-            raise _folding(half, order, grid, shown)
+            most = half * (1 / ALIAS - 1) ** (-1 / (2 * order))
+            # A hundredth less is clear of it in few digits, too.
+            sentence = (
+                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is "
+                f"above {half:.6g} Hz; state a low-pass that leaves a tenth of it or less "
+                f"there, `remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
+            )
+            raise fault(shown, sentence)
     return Onto(step, times)
-
-
-def _folding(half: float, order: int, grid: Grid, shown: str) -> RecordError:
-    """Give the error for a loss of rate without the filter for it."""
-    most = half * (1 / ALIAS - 1) ** (-1 / (2 * order))
-    sentence = (
-        f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is above "
-        f"{half:.6g} Hz; state a low-pass that leaves a tenth of it or less there, "
-        f"`remove: {{above: {CLEAR * most:.3g} Hz, order: {order}}}` or lower"
-    )
-    return fault(shown, sentence)
 
 
 def onto(values: Floats, grid: Grid, wanted: Resample, goal: Onto, shown: str) -> Series:
@@ -631,94 +607,7 @@ def told(
     return report("resample", sentence, before, after.values[:], unit, numbers)
 
 
-def kept_by_lines(values: Signal, rms: float) -> float:
-    """Return the share of the RMS of samples about their mean that linear interpolation keeps.
-
-    Notes
-    -----
-    A signal sampled above twice its highest frequency has the RMS of its samples. Of the mean
-    square, straight lines lose a sixth of that of the steps from sample to sample: of a sine of
-    frequency f, the share 2/3 sin²(π f dt).
-    """
-    square, steps = rms * rms, 0.0
-    for at in range(0, len(values) - 1, BLOCK):
-        steps += float(np.square(np.diff(values[at : at + BLOCK + 1])).sum())
-    lost = steps / (len(values) - 1) / 6
-    return sqrt(max(0.0, 1 - lost / square)) if square else 1.0
-
-
-def finer(kept: float) -> int:
-    """Return how many times finer a grid must be so that straight lines lose a hundredth.
-
-    The samples count as a sine of the frequency at which lines keep this share of the RMS.
-    """
-    half_turns = [asin(sqrt(min(1.0, 1.5 * (1 - share**2)))) for share in (kept, 1 - LOST)]
-    return ceil(half_turns[0] / half_turns[1] * (1 + SAME)) + 1
-
-
-def kept_by_spline(values: Signal) -> float:
-    """Return the share of the RMS about the mean that a cubic spline through samples keeps.
-
-    Notes
-    -----
-    By their power spectrum: of a sine sampled with z = 2π f dt the spline has the mean square
-    B7/B3², with the spectra of the sampled B-splines of degree 7 and 3; see Unser, Splines: a
-    perfect fit for signal and image processing (1999). Of a long signal the beginning counts.
-    """
-    z, power = _spectrum(values[:BLOCK])
-    seventh = 2416 + 2382 * np.cos(z) + 240 * np.cos(2 * z) + 2 * np.cos(3 * z)
-    kept = power @ (seventh / 5040 * (3 / (2 + np.cos(z))) ** 2)
-    return sqrt(kept / power.sum())
-
-
-def kept_by_splines(motion: Samples, quantity: str, own: float, by: str) -> float:
-    """Return the share of RMS{ü} that is left of a record of velocity or displacement.
-
-    Parameters
-    ----------
-    motion : Samples
-        ü from the spline of its quantity.
-    quantity : str
-        `velocity` or `displacement`.
-    own : float
-        Step of the samples in the file [s].
-    by : str
-        How they were resampled, where their step in `motion` is a finer one.
-
-    Notes
-    -----
-    By the power spectrum of ü and the gain of splines through a sine of z = 2π f dt. Up to a
-    quarter of the rate, a spline steepens a sine by as much as the lines between the knots of
-    its derivative lose. Resampled, what is above half of the old rate is an image of the rest.
-    """
-    every = 2 if quantity == "velocity" else 1  # ü bends between the samples of velocity
-    dt = motion.dt * every
-    z, power = _spectrum(motion.u_dd[every - 1 :: every])
-    if own > dt * (1 + SAME):
-        z *= own / dt
-        power, images, z = power[z < np.pi], power[z >= np.pi].sum(), z[z < np.pi]
-        gain = np.sinc(z / 2 / np.pi) ** 2
-        if by == "spline":
-            gain *= gain * 3 / (2 + np.cos(z))
-        kept = power.sum() + images
-    elif quantity == "displacement":
-        gain = 6 * (1 - np.cos(z)) / (2 + np.cos(z)) / z**2
-        kept = (power * (1 - 2 / 3 * np.sin(z / 2) ** 2)).sum()
-    else:
-        gain = 8 * np.sin(z / 2) / (3 + np.cos(z)) / z
-        kept = (power * (1 - 2 / 3 * np.sin(z / 2) ** 2)).sum()
-    whole = (power / gain**2).sum()
-    return float(np.sqrt(kept / whole)) if whole else 1.0
-
-
-def _spectrum(values: Floats) -> tuple[Floats, Floats]:
-    """Return the angles z = 2π f dt above 0, and the power of samples at each."""
-    power = np.asarray(np.square(np.abs(np.fft.rfft(values)[1:])), dtype=np.float64)
-    z = 2 * np.pi / len(values) * np.arange(1.0, len(power) + 1)
-    return z, power
-
-
-# What is removed from a record on request: its trend, and what is outside a band.
+# What is removed.
 
 
 class Rest(NamedTuple):
@@ -734,17 +623,7 @@ def without(
 ) -> Rest:
     """Give a series without its trend and what is outside a band, and the report of that.
 
-    Parameters
-    ----------
-    series : Series
-    wanted : Removal
-        With anything to do.
-    unit : str
-        SI unit of the samples.
-    shown : str
-        The file as messages name it.
-    ends : str
-        How the high-pass continues the ends; see `high_pass`.
+    `unit` is the SI unit of the samples; `ends` is that of `high_pass`.
 
     Raises
     ------

@@ -1,15 +1,19 @@
-"""Record of base motion, record of a normal force: file to samples in SI."""
+"""From a record in a scenario to base motion, or to a normal force: samples in SI.
+
+The file is read here and nowhere else. What it offers and what the scenario says of it give the
+column of the samples, their unit and their clock; the series is cleaned as the record asks for,
+cut to its window and, where it is a velocity or a displacement, made acceleration. Samples of
+acceleration that count as they are stay in their file, however many they are.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drysim.core.model import Input, Samples, Signal, blocks, moments
+from drysim.core.model import Input, Pressure, Samples, Signal, blocks, moments
 from drysim.errors import Caution, RecordError
 from drysim.records import SI
 from drysim.records.clean import (
@@ -55,8 +59,6 @@ from drysim.records.warnings import (
 )
 from drysim.units import GREATEST, LEAST
 
-# From what a file offers to the even series that a record chooses, cleaned as it asks for.
-
 
 class Cleaned(NamedTuple):
     """A series, what was done to it on request, and what is to be warned of.
@@ -70,127 +72,6 @@ class Cleaned(NamedTuple):
     reports: tuple[Report, ...]
     cautions: tuple[Caution, ...]
     own: float
-
-
-def series_of(record: Recorded, columns: Columns, ends: Ends = "even") -> Cleaned:
-    """Give the samples that a record chooses in SI, on an even grid, cleaned as it asks for.
-
-    Raises
-    ------
-    RecordError
-        When choice and file do not fit, or the samples are no even series of finite numbers and
-        the record does not say what to do about that.
-    """
-    signal, grid, index = _read_series(record, columns)
-    unit, shown = SI[record.measured], columns.shown
-    cautions = list(clipped(record.named, signal, unit))
-    if as_read(record, grid):
-        return Cleaned(Series(signal, grid.dt, grid.first), None, (), tuple(cautions), grid.dt)
-    goal = record.resample and target(record.resample, record.remove, grid, shown)
-    values, grid, filled = closed(signal[:], grid, record.gaps, columns, index, unit)
-    series, resampled = Series(values, grid.dt, grid.first), None
-    if record.resample and goal:
-        series = onto(values, grid, record.resample, goal, shown)
-        resampled = told(values, grid, series, goal, record.resample, unit)
-    before_filters, slow, removed = series, None, None
-    if record.remove.any:
-        series, slow, removed = without(series, record.remove, unit, shown, ends)
-    if goal:
-        series, slow = thinned(series, goal), slow and thinned(slow, goal)
-    cautions += much_filled(record.named, filled, len(values))
-    if resampled:
-        rms = rms_of(values, grid, before_filters, record.remove)
-        cautions += much_lost(record, resampled, rms)
-    reports = tuple(report for report in (filled, resampled, removed) if report)
-    return Cleaned(series, slow, reports, tuple(cautions), grid.dt)
-
-
-def rms_of(values: Floats, grid: Grid, series: Series, removal: Removal) -> tuple[float, float]:
-    """Return the RMS about the mean before and after resampling, behind a low-pass if any."""
-    above, half = removal.above, 0.5 / max(grid.dt, series.dt)
-    if above is None or grid.at is not None or not 1 / (len(values) * grid.dt) <= above < half:
-        return float(values.std()), float(np.std(series.values[:]))
-    before = low_pass(values, grid.dt, above, removal.order)
-    after = low_pass(series.values[:], series.dt, above, removal.order)
-    return float(before.std()), float(after.std())
-
-
-def as_read(record: Recorded, grid: Grid) -> bool:
-    """Tell whether samples count as they are, so that they may stay in their file."""
-    asked = record.gaps or record.resample or record.remove.any
-    return not asked and grid.at is None and record.measured == "acceleration"
-
-
-def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, Grid, int]:
-    """The samples in SI, NaN where one is missing; where they lie, and their 0-based column."""
-    time = None if record.time is None else columns.find(record.time)
-    if not _spaced(record, columns):
-        raise missing_spacing(columns)
-    index = data_column(columns, record.column or record.channel, time)
-    time, own = _clock(record, columns, index, time)
-    unit = conversion(columns, index, record.unit, record.full_scale, record.measured)
-    second = 1.0 if time is None else seconds(columns, time)
-    wanted = [index] if time is None else [time, index]
-    *times, values = columns.numbers(wanted, None if record.gaps is None else index)
-    if len(values) < 2:
-        raise columns.fault("the record has one sample only; motion needs two or more")
-    values = scaled(values, unit * record.scale)
-    if not times or time is None:
-        return values, Grid(*own), index
-    grid = grid_of(times[0][:], second, columns, time, may_jitter=record.resample is not None)
-    return values, grid, index
-
-
-def _spaced(record: Recorded, columns: Columns) -> bool:
-    """Whether scenario or file says how the samples of any column are spaced."""
-    said = record.time or record.rate or record.step
-    own = (columns.own(i) or columns.clock(i) is not None for i in columns.series())
-    return bool(said) or any(own)
-
-
-def _clock(
-    record: Recorded, columns: Columns, index: int, time: int | None
-) -> tuple[int | None, tuple[float, float]]:
-    """The column of the times, or else the step and the first time [s]."""
-    own = columns.own(index)
-    said = next((key for key in ("time", "rate", "step") if getattr(record, key)), None)
-    if own is not None:
-        if said is not None:
-            sentence = f"{columns.called(index)} knows the step of its samples"
-            raise columns.fault(f"{sentence}, {own[0]:.6g} s; remove `{said}`")
-        return None, own
-    if said is None:
-        time = columns.clock(index)
-        if time is None:
-            raise missing_spacing(columns)
-    return time, (record.step or 1 / (record.rate or 1.0), 0.0)
-
-
-# From a record in a scenario to its base motion: the file is read here and nowhere else.
-
-
-class Forces(NamedTuple):
-    """Forces as they were recorded.
-
-    Attributes
-    ----------
-    values : ndarray, shape (n,)
-        The samples [N].
-    dt : float
-        Their distance [s].
-    source : Input
-        The file behind them.
-    cautions : tuple of Caution
-        What a reader of the numbers should know.
-    clean_up : tuple of mapping
-        What was done on request, step by step.
-    """
-
-    values: NDArray[np.float64]
-    dt: float
-    source: Input
-    cautions: tuple[Caution, ...]
-    clean_up: tuple[Mapping[str, object], ...]
 
 
 def motion_of(record: RecordedMotion, ends: Ends = "even") -> Samples:
@@ -225,8 +106,14 @@ def motion_of(record: RecordedMotion, ends: Ends = "even") -> Samples:
     return motion._replace(inputs=(source,), cautions=cautions, realised=realised)
 
 
-def force_of(record: Recorded) -> Forces:
-    """Give the samples of a record of forces, their distance and where they come from."""
+def pressure_of(record: Recorded) -> Pressure:
+    """Give the normal force of a record, relative to its mean.
+
+    Raises
+    ------
+    RecordError
+        When the record cannot be used, or its mean is not above zero.
+    """
     shown = str(record.path)
     with np.errstate(all="ignore"):
         (series, _, reports, seen, _), source = _read(record)
@@ -234,7 +121,22 @@ def force_of(record: Recorded) -> Forces:
         first, last = span(series, record.window, shown)
     values = np.array(series.values[first : last + 1])
     cautions = (*seen, *interpolated_force(record, values, series.dt))
-    return Forces(values, series.dt, source, cautions, tuple(one.told() for one in reports))
+    mean = float(values.mean())
+    if not mean > 0.0:
+        sentence = (
+            f"the mean of the normal force is {mean:.6g} N; of surfaces that are pressed "
+            "together it is above 0 N: check its sign (`scale: -1` turns it)"
+        )
+        raise fault(shown, sentence)
+    told = tuple(one.told() for one in reports)
+    return Pressure(values / mean, series.dt, mean, (source,), cautions, told)
+
+
+def _finite(values: Signal, dt: float, shown: str, name: str = "ü") -> None:
+    """Refuse numbers out of range; a NaN compares as false and is refused, too."""
+    within = all(part.min() >= -GREATEST and part.max() <= GREATEST for part in blocks(values))
+    if not (within and LEAST <= dt <= GREATEST):
+        raise fault(shown, f"{name} is out of range: check unit, `scale` and time step")
 
 
 def _read(record: Recorded, ends: Ends = "even") -> tuple[Cleaned, Input]:
@@ -247,15 +149,86 @@ def _read(record: Recorded, ends: Ends = "even") -> tuple[Cleaned, Input]:
     try:
         columns = member.columns(replace(file, skip=record.skip))
         del file
-        return series_of(record, columns, ends), source
+        return _series(record, columns, ends), source
     except RecordError as error:
         if record.path.is_symlink():
             raise unquoted(error, text) from None
         raise
 
 
-def _finite(values: Signal, dt: float, shown: str, name: str = "ü") -> None:
-    """Refuse numbers out of range; a NaN compares as false and is refused, too."""
-    within = all(part.min() >= -GREATEST and part.max() <= GREATEST for part in blocks(values))
-    if not (within and LEAST <= dt <= GREATEST):
-        raise fault(shown, f"{name} is out of range: check unit, `scale` and time step")
+def _series(record: Recorded, columns: Columns, ends: Ends) -> Cleaned:
+    """Give the samples that a record chooses in SI, on an even grid, cleaned as it asks for."""
+    signal, grid, index = _read_series(record, columns)
+    unit, shown = SI[record.measured], columns.shown
+    cautions = list(clipped(record.named, signal, unit))
+    asked = record.gaps or record.resample or record.remove.any
+    if not asked and grid.at is None and record.measured == "acceleration":
+        # The samples count as they are, so that they may stay in their file.
+        return Cleaned(Series(signal, grid.dt, grid.first), None, (), tuple(cautions), grid.dt)
+    goal = record.resample and target(record.resample, record.remove, grid, shown)
+    values, grid, filled = closed(signal[:], grid, record.gaps, columns, index, unit)
+    series, resampled = Series(values, grid.dt, grid.first), None
+    if record.resample and goal:
+        series = onto(values, grid, record.resample, goal, shown)
+        resampled = told(values, grid, series, goal, record.resample, unit)
+    before_filters, slow, removed = series, None, None
+    if record.remove.any:
+        series, slow, removed = without(series, record.remove, unit, shown, ends)
+    if goal:
+        series, slow = thinned(series, goal), slow and thinned(slow, goal)
+    cautions += much_filled(record.named, filled, len(values))
+    if resampled:
+        rms = _rms(values, grid, before_filters, record.remove)
+        cautions += much_lost(record, resampled, rms)
+    reports = tuple(report for report in (filled, resampled, removed) if report)
+    return Cleaned(series, slow, reports, tuple(cautions), grid.dt)
+
+
+def _rms(values: Floats, grid: Grid, series: Series, removal: Removal) -> tuple[float, float]:
+    """Return the RMS about the mean before and after resampling, behind a low-pass if any."""
+    above, half = removal.above, 0.5 / max(grid.dt, series.dt)
+    if above is None or grid.at is not None or not 1 / (len(values) * grid.dt) <= above < half:
+        return float(values.std()), float(np.std(series.values[:]))
+    before = low_pass(values, grid.dt, above, removal.order)
+    after = low_pass(series.values[:], series.dt, above, removal.order)
+    return float(before.std()), float(after.std())
+
+
+def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, Grid, int]:
+    """The samples in SI, NaN where one is missing; where they lie, and their 0-based column."""
+    time = None if record.time is None else columns.find(record.time)
+    said = record.time or record.rate or record.step
+    own = (columns.own(i) or columns.clock(i) is not None for i in columns.series())
+    if not (said or any(own)):
+        raise missing_spacing(columns)
+    index = data_column(columns, record.column or record.channel, time)
+    time, spacing = _clock(record, columns, index, time)
+    unit = conversion(columns, index, record.unit, record.full_scale, record.measured)
+    second = 1.0 if time is None else seconds(columns, time)
+    wanted = [index] if time is None else [time, index]
+    *times, values = columns.numbers(wanted, None if record.gaps is None else index)
+    if len(values) < 2:
+        raise columns.fault("the record has one sample only; motion needs two or more")
+    values = scaled(values, unit * record.scale)
+    if not times or time is None:
+        return values, Grid(*spacing), index
+    grid = grid_of(times[0][:], second, columns, time, may_jitter=record.resample is not None)
+    return values, grid, index
+
+
+def _clock(
+    record: Recorded, columns: Columns, index: int, time: int | None
+) -> tuple[int | None, tuple[float, float]]:
+    """The column of the times, or else the step and the first time [s]."""
+    own = columns.own(index)
+    said = next((key for key in ("time", "rate", "step") if getattr(record, key)), None)
+    if own is not None:
+        if said is not None:
+            sentence = f"{columns.called(index)} knows the step of its samples"
+            raise columns.fault(f"{sentence}, {own[0]:.6g} s; remove `{said}`")
+        return None, own
+    if said is None:
+        time = columns.clock(index)
+        if time is None:
+            raise missing_spacing(columns)
+    return time, (record.step or 1 / (record.rate or 1.0), 0.0)
