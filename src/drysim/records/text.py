@@ -1,4 +1,15 @@
-"""CSV, TSV, AT2."""
+"""Records that are text: tables as spreadsheets and most programs write them, and AT2.
+
+A table has one row a sample, its cells parted by tabs, semicolons, commas or blanks, its
+decimals by points or commas. Above the numbers may stand words of a logger (which `skip` passes
+over), a header with names and units, a row of units. All of that is found from the rows
+themselves. Numbers are read in blocks of bytes by numpy, quickly; where a block is not wholly
+regular a careful pass goes over all cells and names the first fault by row and column, as an
+editor counts.
+
+An AT2 is an accelerogram of the PEER ground motion database: one series of numbers behind a
+header of four lines that says NPTS and DT.
+"""
 
 from __future__ import annotations
 
@@ -39,175 +50,7 @@ from drysim.records.file import Cell, File, TextFile, fault, fit, printable, roo
 from drysim.units import NUMBER, usual
 from drysim.wording import several
 
-# Cells to numbers: a quick pass over blocks of bytes, and a careful one that finds faults.
-
-
-BLOCK = 1 << 20
-"""Bytes parsed at a time: small beside the numbers, large beside the cost of a call."""
-
-COMMENT = re.compile(rb"(?m)^[ \t]*#.*\n?")
-BLANKS = b" \t\v\f"
-
-
-MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
-"""What a cell without a number holds."""
-
-CLOCK = re.compile(
-    r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
-)
-"""A time of day, with or without its date."""
-
-
-def numbers(table: Table, wanted: list[int], gappy: int | None = None) -> list[Floats]:
-    """Give columns of a table as numbers.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : list of int
-        0-based columns.
-    gappy : int, optional
-        The one of them in which numbers may be missing; they are NaN.
-
-    Returns
-    -------
-    list of ndarray, shape (rows,)
-
-    Raises
-    ------
-    RecordError
-        At the first ragged row, and at the first wanted cell that is no finite number.
-    """
-    decimal = table.decimal(wanted)
-    found = _quick(table, wanted, decimal)
-    return _careful(table, wanted, decimal, gappy) if found is None else found
-
-
-def _quick(table: Table, wanted: list[int], decimal: str) -> list[Floats] | None:
-    text, at, last, done = table.file.text, table.start, _end(table), 0
-    found: list[Floats] = [np.empty(0) for _ in wanted]
-    while at < last:
-        end = min(text.find(b"\n", min(at + BLOCK, last)) + 1 or last, last)
-        rows = _block(text[at:end], table, decimal)
-        if rows is None or not np.isfinite(rows[:, wanted]).all():
-            return None
-        if done + len(rows) > len(found[0]):
-            # As many rows again as there are bytes for, and a little more.
-            count = done + int(1.05 * len(rows) * (last - at) / (end - at)) + len(rows)
-            room(table.shown, count * found[0].itemsize * len(found))
-            for column in found:
-                column.resize(count, refcheck=False)
-        for index, column in zip(wanted, found, strict=True):
-            column[done : done + len(rows)] = rows[:, index]
-        at, done = end, done + len(rows)
-    for column in found:
-        column.resize(done, refcheck=False)
-    return found
-
-
-def _end(table: Table) -> int:
-    """Give where the last row ends, before the line ends that close the file."""
-    text, end = table.file.text, len(table.file.text)
-    while end > table.start:
-        tail = text[max(table.start, end - BLOCK) : end]
-        if kept := len(tail.rstrip(b"\r\n")):
-            return end - len(tail) + kept
-        end -= len(tail)
-    return end
-
-
-def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
-    """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
-    if b"\r" in block:
-        block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    if b"#" in block:
-        block = COMMENT.sub(b"", block)
-    if decimal == "," and b"." in block:
-        return None  # the careful pass knows in which columns
-    block = block.removesuffix(b"\n")
-    lines = block.count(b"\n") + 1
-    if not block or not _regular(np.frombuffer(block, np.uint8), lines, table):
-        return np.empty((0, table.width)) if not block else None
-    if table.delimiter:
-        comma = "." if decimal == "," else "?"
-        given, plain = f",{table.delimiter}\n", f"{comma},,"  # of two the last counts
-        block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
-    elif decimal == ",":
-        block = block.replace(b",", b".")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
-            found = np.fromstring(block, sep=" , " if table.delimiter else " ")
-    except (ValueError, DeprecationWarning):
-        return None
-    return found.reshape(lines, -1) if found.size == lines * table.width else None
-
-
-def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
-    """Whether every line has exactly as many delimiters, or words, as the table has columns."""
-    if table.delimiter:
-        marks, each = np.flatnonzero(codes == ord(table.delimiter)), table.width - 1
-    else:
-        inside = ~np.isin(codes, np.frombuffer(BLANKS + b"\n", np.uint8))
-        marks = np.flatnonzero(inside & ~np.concatenate(([False], inside[:-1])))
-        each = table.width
-    if marks.size != lines * each:
-        return False
-    ends = np.flatnonzero(codes == ord("\n"))
-    per_line = marks.reshape(lines, each)
-    return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
-
-
-def _careful(
-    table: Table, wanted: list[int], decimal: str, gappy: int | None = None
-) -> list[Floats]:
-    found = [array("d") for _ in wanted]
-    for line, cells in table.rows():
-        if not cells and wanted == [gappy]:
-            found[0].append(math.nan)
-            continue
-        if not cells:
-            raise fault(table.file.shown, f"row {line} is empty: {GAP}", line)
-        if len(cells) != table.width:
-            raise table.ragged(line, len(cells))
-        for index, column in zip(wanted, found, strict=True):
-            lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
-            value = math.nan if lost else _number(cells[index], decimal)
-            if not (lost or math.isfinite(value)):
-                where = f"row {line}, {table.called(index)}"
-                sentence = f"{where}: {_complaint(cells[index], decimal)}"
-                raise fault(table.file.shown, sentence, line, cells[index])
-            column.append(value)
-    return [np.array(column) for column in found]
-
-
-def _number(cell: Cell, decimal: str) -> float:
-    """Give the number in a cell with one decimal mark; NaN for none."""
-    text = cell.text
-    if decimal == ",":
-        text = text.replace(".", "?").replace(",", ".", 1)
-    return float(text) if NUMBER.fullmatch(text) else math.nan
-
-
-def _complaint(cell: Cell, decimal: str) -> str:
-    text = cell.text
-    if not text:
-        return f"the cell is empty: {GAP}"
-    if MISSING.fullmatch(text):
-        return f"`{cell.quote}` is not a finite number: {GAP}"
-    if decimal == "," and "." in text and NUMBER.fullmatch(text):
-        return f"`{cell.quote}` has a decimal point; write commas throughout"
-    if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER.fullmatch(text):
-        return f"`{cell.quote}` is not a finite number: {INFINITE}"
-    if NUMBER.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
-        return f"`{cell.quote}` has a decimal comma; write points throughout"
-    if CLOCK.fullmatch(text):
-        instead = "give `rate` or `step` in place of `time`"
-        return f"`{cell.quote}` is a time of day, which is not read; {instead}"
-    return f"`{cell.quote}` is not a number"
-
-
-# Lines of a text file, and the cells of a line.
+# Lines, and the cells of a line.
 
 
 UNIT = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
@@ -304,12 +147,6 @@ def split(text: str, delimiter: str) -> list[Cell]:
     return [*cells, _cell(delimiter.join(parts), at)] if parts else cells
 
 
-def left_open(text: str) -> Cell | None:
-    """Give a line from the quotation mark on that it does not close; None where all are."""
-    at = text.rfind('"') if text.count('"') % 2 else -1
-    return None if at < 0 else Cell(text[at:], at + 1)
-
-
 def _cell(part: str, at: int) -> Cell:
     bare = part.strip()
     quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'
@@ -326,7 +163,7 @@ def name_and_unit(text: str) -> tuple[str, str, bool]:
     return match["name"], (match["square"] if square else match["round"]).strip(), square
 
 
-# What stands above the numbers of a text file: header, row of units, words of a logger.
+# Header and row of units.
 
 
 LOOKED_AT = 100
@@ -400,17 +237,6 @@ def header_cells(text: str, delimiter: str, width: int) -> list[Cell]:
     return [Cell(m.group(), m.start() + 1) for m in WORD_WITH_UNIT.finditer(text)]
 
 
-def labels_of(header: Sequence[Cell], units: Sequence[Cell]) -> tuple[Label, ...]:
-    """Give what header and row of units, where there is one, say of each column."""
-    labels = tuple(Label(cell.text, *name_and_unit(cell.text)) for cell in header)
-    if not units:
-        return labels
-    return tuple(
-        Label(label.text, label.text, cell.text.strip("[]()").strip(), firm=False)
-        for label, cell in zip(labels, units, strict=True)
-    )
-
-
 def is_units(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
     """Tell whether a row of words is one of units, below a header that has none of its own."""
     fits = len(cells) == len(header) and is_header(cells)
@@ -423,10 +249,7 @@ def is_units(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
 def likely_header(file: TextFile) -> int:
     """Give the line of the first row that names as many columns as there are numbers below it.
 
-    Returns
-    -------
-    int
-        1-based; 0 where there is none above the first two rows of as many numbers.
+    1-based; 0 where there is none above the first two rows of as many numbers.
     """
     content = islice((row for row in lines(file) if row[2].strip()), LOOKED_AT)
     first = [(line, text) for line, _, text in content]
@@ -441,23 +264,19 @@ def likely_header(file: TextFile) -> int:
             row = split(below, mark)
         if len(row) == len(head) and all(map(_is_number, row)):
             if is_header(head):
-                return top if _names(first[0][1], mark, len(row)) else line
+                # Where the top row names columns, words between it and its numbers are a fault.
+                cells = header_cells(first[0][1], mark, len(row))
+                return top if len(cells) == len(row) > 1 and is_header(cells) else line
             if all(map(_is_number, head)):
                 return 0
     return 0
-
-
-def _names(text: str, delimiter: str, width: int) -> bool:
-    """Whether a row names some columns: then words between it and their numbers are a fault."""
-    cells = header_cells(text, delimiter, width)
-    return width > 1 and len(cells) == width and is_header(cells)
 
 
 def _is_number(cell: Cell) -> bool:
     return NUMBER.fullmatch(cell.text.replace(",", ".", 1)) is not None
 
 
-# Where the columns of a text file are: delimiter, header, names and units.
+# The table.
 
 
 MARK = re.compile("[.,]")
@@ -518,8 +337,18 @@ class Table(Columns):
         return next((mark[0] for mark in map(MARK.search, used) if mark), ".")
 
     def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
-        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
-        return list[Signal](numbers(self, wanted, gappy))
+        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing.
+
+        Raises
+        ------
+        RecordError
+            At the first ragged row, and at the first wanted cell that is no finite number.
+        """
+        decimal = self.decimal(wanted)
+        found = _quick(self, wanted, decimal)
+        if found is None:
+            found = _careful(self, wanted, decimal, gappy)
+        return list[Signal](found)
 
     def last_digit(self, index: int) -> float:
         """Give the unit of the last digit that the first rows print."""
@@ -564,7 +393,9 @@ class Table(Columns):
 
 def refuse_open_quote(shown: str, line: int, text: str) -> None:
     """Make sure that a row closes its quotation marks; no delimiter counts behind one."""
-    if cell := left_open(text):
+    if text.count('"') % 2:
+        at = text.rfind('"')
+        cell = Cell(text[at:], at + 1)
         sentence = f"row {line} has a quotation mark that is not closed: `{cell.quote}`"
         raise fault(shown, sentence, line, cell)
 
@@ -621,9 +452,15 @@ def tabulate(file: TextFile) -> Table:
                 "or columns with semicolons"
             )
         raise fault(file.shown, sentence, line)
+    labels = tuple(Label(cell.text, *name_and_unit(cell.text)) for cell in header)
+    if units:
+        labels = tuple(
+            Label(label.text, label.text, cell.text.strip("[]()").strip(), firm=False)
+            for label, cell in zip(labels, units, strict=True)
+        )
     return Table(
         shown=file.shown,
-        labels=labels_of(header, units),
+        labels=labels,
         width=width,
         file=file,
         delimiter=delimiter,
@@ -634,11 +471,157 @@ def tabulate(file: TextFile) -> Table:
     )
 
 
-# Text: columns of numbers, as spreadsheets and most programs write them.
+# Cells to numbers.
+
+
+BLOCK = 1 << 20
+"""Bytes parsed at a time: small beside the numbers, large beside the cost of a call."""
+
+COMMENT = re.compile(rb"(?m)^[ \t]*#.*\n?")
+
+MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
+"""What a cell without a number holds."""
+
+CLOCK = re.compile(
+    r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
+)
+"""A time of day, with or without its date."""
+
+
+def _quick(table: Table, wanted: list[int], decimal: str) -> list[Floats] | None:
+    """Give columns of a table; None unless every row is regular, every number finite."""
+    text, at, last, done = table.file.text, table.start, _end(table), 0
+    found: list[Floats] = [np.empty(0) for _ in wanted]
+    while at < last:
+        end = min(text.find(b"\n", min(at + BLOCK, last)) + 1 or last, last)
+        rows = _block(text[at:end], table, decimal)
+        if rows is None or not np.isfinite(rows[:, wanted]).all():
+            return None
+        if done + len(rows) > len(found[0]):
+            # As many rows again as there are bytes for, and a little more.
+            count = done + int(1.05 * len(rows) * (last - at) / (end - at)) + len(rows)
+            room(table.shown, count * found[0].itemsize * len(found))
+            for column in found:
+                column.resize(count, refcheck=False)
+        for index, column in zip(wanted, found, strict=True):
+            column[done : done + len(rows)] = rows[:, index]
+        at, done = end, done + len(rows)
+    for column in found:
+        column.resize(done, refcheck=False)
+    return found
+
+
+def _end(table: Table) -> int:
+    """Give where the last row ends, before the line ends that close the file."""
+    text, end = table.file.text, len(table.file.text)
+    while end > table.start:
+        tail = text[max(table.start, end - BLOCK) : end]
+        if kept := len(tail.rstrip(b"\r\n")):
+            return end - len(tail) + kept
+        end -= len(tail)
+    return end
+
+
+def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
+    """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
+    if b"\r" in block:
+        block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if b"#" in block:
+        block = COMMENT.sub(b"", block)
+    if decimal == "," and b"." in block:
+        return None  # the careful pass knows in which columns
+    block = block.removesuffix(b"\n")
+    lines = block.count(b"\n") + 1
+    if not block:
+        return np.empty((0, table.width))
+    if not _regular(np.frombuffer(block, np.uint8), lines, table):
+        return None
+    if table.delimiter:
+        comma = "." if decimal == "," else "?"
+        given, plain = f",{table.delimiter}\n", f"{comma},,"  # of two the last counts
+        block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
+    elif decimal == ",":
+        block = block.replace(b",", b".")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
+            found = np.fromstring(block, sep=" , " if table.delimiter else " ")
+    except (ValueError, DeprecationWarning):
+        return None
+    return found.reshape(lines, -1) if found.size == lines * table.width else None
+
+
+def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
+    """Whether every line has exactly as many delimiters, or words, as the table has columns."""
+    if table.delimiter:
+        marks, each = np.flatnonzero(codes == ord(table.delimiter)), table.width - 1
+    else:
+        inside = ~np.isin(codes, np.frombuffer(b" \t\v\f\n", np.uint8))
+        marks = np.flatnonzero(inside & ~np.concatenate(([False], inside[:-1])))
+        each = table.width
+    if marks.size != lines * each:
+        return False
+    ends = np.flatnonzero(codes == ord("\n"))
+    per_line = marks.reshape(lines, each)
+    return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
+
+
+def _careful(
+    table: Table, wanted: list[int], decimal: str, gappy: int | None = None
+) -> list[Floats]:
+    """Give columns of a table cell by cell, or the error for the first fault."""
+    found = [array("d") for _ in wanted]
+    for line, cells in table.rows():
+        if not cells and wanted == [gappy]:
+            found[0].append(math.nan)
+            continue
+        if not cells:
+            raise fault(table.file.shown, f"row {line} is empty: {GAP}", line)
+        if len(cells) != table.width:
+            raise table.ragged(line, len(cells))
+        for index, column in zip(wanted, found, strict=True):
+            lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
+            value = math.nan if lost else _number(cells[index], decimal)
+            if not (lost or math.isfinite(value)):
+                where = f"row {line}, {table.called(index)}"
+                sentence = f"{where}: {_complaint(cells[index], decimal)}"
+                raise fault(table.file.shown, sentence, line, cells[index])
+            column.append(value)
+    return [np.array(column) for column in found]
+
+
+def _number(cell: Cell, decimal: str) -> float:
+    """Give the number in a cell with one decimal mark; NaN for none."""
+    text = cell.text
+    if decimal == ",":
+        text = text.replace(".", "?").replace(",", ".", 1)
+    return float(text) if NUMBER.fullmatch(text) else math.nan
+
+
+def _complaint(cell: Cell, decimal: str) -> str:
+    """Say what a cell holds in place of a number, and what to do about it."""
+    text = cell.text
+    if not text:
+        return f"the cell is empty: {GAP}"
+    if MISSING.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number: {GAP}"
+    if decimal == "," and "." in text and NUMBER.fullmatch(text):
+        return f"`{cell.quote}` has a decimal point; write commas throughout"
+    if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number: {INFINITE}"
+    if NUMBER.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
+        return f"`{cell.quote}` has a decimal comma; write points throughout"
+    if CLOCK.fullmatch(text):
+        instead = "give `rate` or `step` in place of `time`"
+        return f"`{cell.quote}` is a time of day, which is not read; {instead}"
+    return f"`{cell.quote}` is not a number"
+
+
+# The file.
 
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-"""The byte order mark, which some programs write before UTF-8."""
+"""Some programs write it before UTF-8."""
 
 SEPARATOR = re.compile(rb'"?sep=.?"?\s*', re.IGNORECASE)
 """The row by which files tell Excel their delimiter; it is found in the numbers themselves."""
@@ -684,7 +667,7 @@ TEXT = Format(
 )
 
 
-# AT2: accelerograms of the PEER ground motion database; text behind a header of four lines.
+# AT2.
 
 
 HEADER = 10
@@ -732,6 +715,7 @@ def at2_columns(file: File) -> Channels:
 
 
 def _header(text: TextFile) -> Header:
+    """Find the line that says NPTS and DT."""
     unit = ""
     for line, start, content in lines(text):
         words = content[:LONGEST]
@@ -754,28 +738,25 @@ def _header(text: TextFile) -> Header:
     )
 
 
-def _values(text: TextFile, header: Header) -> NDArray[np.float64]:
+def _values(text: TextFile, header: Header) -> Floats:
+    """Give all numbers behind the header."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
             values = np.fromstring(text.text[header.end :], sep=" ")
     except (ValueError, DeprecationWarning):
-        raise _not_a_number(text, header) from None
+        for line, _, content in lines(text, header.end, header.line + 1):
+            for word in re.finditer(r"\S+", content):
+                if not NUMBER.fullmatch(word[0]):
+                    cell = Cell(word[0], word.start() + 1)
+                    sentence = f"row {line}: `{cell.quote}` is not a number"
+                    raise fault(text.shown, sentence, line, cell) from None
+        raise fault(text.shown, "the record holds no rows of numbers") from None
     if len(values) != header.n:
         more = "less: it is cut short" if len(values) < header.n else "more"
         sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"
         raise _at(text, header.line, f"{sentence}, {more}")
     return values
-
-
-def _not_a_number(text: TextFile, header: Header) -> RecordError:
-    for line, _, content in lines(text, header.end, header.line + 1):
-        for word in re.finditer(r"\S+", content):
-            if not NUMBER.fullmatch(word[0]):
-                cell = Cell(word[0], word.start() + 1)
-                sentence = f"row {line}: `{cell.quote}` is not a number"
-                return fault(text.shown, sentence, line, cell)
-    return fault(text.shown, "the record holds no rows of numbers")
 
 
 def _at(text: TextFile, line: int, sentence: str, quoted: str = "") -> RecordError:
