@@ -1,4 +1,12 @@
-"""YAML with source positions, --set overrides."""
+"""YAML files as trees of values that know their places, and values laid over them from outside.
+
+`read` goes from a path to a `Document`: ordinary files of at most 1 MB, text in UTF-8, a tree
+built from the events of a YAML parser, overrides by dotted key (`--set KEY=VALUE`, or a mapping
+from Python). A tree rather than what a YAML loader returns, because every later fault is to be
+told with its line, and because the traps of YAML 1.1 are closed here: `on`, `1:30` and dates
+stay words, duplicate and merge keys and tags are refused. What a parser complains about is said
+again in words that help. Nothing here knows what a scenario is.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +26,11 @@ from drysim import system
 from drysim.errors import Problem, UsageError
 from drysim.units import NUMBER, meant, near, short, shown
 
-# Where something stands in a file, as a problem tells it.
+Keys = tuple[str | int, ...]
+"""The steps from the root to a value."""
 
-
-_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
-"""What YAML takes for the end of a line."""
+Overrides = Mapping[str, object] | Sequence[str]
+"""Values by dotted key, or `KEY=VALUE` words."""
 
 
 class Place(NamedTuple):
@@ -41,8 +49,11 @@ class Place(NamedTuple):
         )
 
 
-Placer = Callable[[tuple[int, int], tuple[int, int]], Place]
-"""Gives the place between two (line, column) that count from 0."""
+Mark = tuple[int, int]
+"""Line and column, from 0."""
+
+Placer = Callable[[Mark, Mark], Place]
+"""Gives the place between two marks."""
 
 
 class Unreadable(Exception):
@@ -55,14 +66,14 @@ class Unreadable(Exception):
 
 def split_lines(text: str) -> list[str]:
     """Give the lines of a text as YAML counts them."""
-    return _LINE_END.split(text)
+    return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
 
 
 def placer(file: str, text: str) -> Placer:
     """Give the function that finds places in a text."""
     lines = split_lines(text)
 
-    def place(start: tuple[int, int], end: tuple[int, int]) -> Place:
+    def place(start: Mark, end: Mark) -> Place:
         line, column = min(start[0], len(lines) - 1), start[1]
         source = lines[line]
         last = end[1] if end[0] == line else len(source.rstrip())
@@ -71,7 +82,97 @@ def placer(file: str, text: str) -> Placer:
     return place
 
 
-# The text of a file, or a sentence that says why it is none.
+class Node(NamedTuple):
+    """A value with its place; a mapping holds nodes by key, a list holds nodes."""
+
+    value: Any
+    place: Place
+    key: Place | None = None
+    """Where its key stands, in a mapping."""
+    size: int = 1
+    """Values in it, aliases counted as often as they are used."""
+    depth: int = 0
+
+
+@dataclass(frozen=True)
+class Document:
+    """A YAML file as it was read, with the overrides laid over it."""
+
+    file: str
+    """Name as it was given."""
+    sha256: str
+    """Of the bytes of the file, in hex."""
+    tree: Node
+    """The values with their places; the root is a mapping."""
+    problems: tuple[Problem, ...] = ()
+    """Faults that leave the rest readable: duplicate keys, tags, faulty overrides."""
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    """Values that were set from outside, by dotted key."""
+
+    @cached_property
+    def value(self) -> dict[str, Any]:
+        """The file as plain mappings, lists and scalars."""
+        return dict(plain(self.tree))
+
+    def locate(self, keys: Keys, key: bool = False) -> Place:
+        """Give where a value (or its key) stands, or the nearest block around it."""
+        node, place = self.tree, self.tree.place
+        for step in keys:
+            try:
+                node = node.value[int(step) if isinstance(node.value, list) else step]
+            except (KeyError, IndexError, TypeError, ValueError):
+                break
+            place = (node.key or node.place) if key else node.place
+        return place
+
+
+def read(path: str | Path, overrides: Overrides = (), dotted: Collection[str] = ()) -> Document:
+    """Give the document of a YAML file.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : mapping or sequence of str
+        Values by dotted key, or `KEY=VALUE` words.
+    dotted : collection of str
+        Blocks whose keys have dots of their own.
+
+    Raises
+    ------
+    Unreadable
+        When there is no file, or no YAML mapping in it; holds the located problem.
+    """
+    file = str(path)
+    data = read_bytes(Path(path))
+    text = _decoded(data, file)
+    tree, problems = parse(text, placer(file, text))
+    if tree is None:
+        raise Unreadable(Place(file).problem("the file is empty"))
+    if not isinstance(tree.value, dict):
+        raise Unreadable(
+            tree.place.problem(f"must be keys such as `name: value`, not {shown(tree.value)}")
+        )
+    tree, taken, faults = _laid_over(tree, overrides, dotted)
+    return Document(file, hashlib.sha256(data).hexdigest(), tree, problems + faults, taken)
+
+
+def dump(mapping: Mapping[str, Any]) -> str:
+    """Give a mapping as YAML that `read` reads back to the same values."""
+    import yaml
+
+    class Dumper(yaml.SafeDumper):
+        """Puts words in quotes that would read back as something else."""
+
+    def word(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+        style = None if scalar(text) == text else "'"
+        return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+    Dumper.add_representer(str, word)
+    Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign]
+    return yaml.dump(mapping, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=96)
+
+
+# The text of a file, or why it is none.
 
 
 MAX_BYTES = 1_000_000
@@ -109,14 +210,8 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def decoded(data: bytes, file: str) -> str:
-    """Give the text of UTF-8 bytes, without its byte order mark.
-
-    Raises
-    ------
-    Unreadable
-        When the bytes are no text, with the place of the first that is none.
-    """
+def _decoded(data: bytes, file: str) -> str:
+    """Give the text of UTF-8 bytes, without its byte order mark."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise Unreadable(Place(file).problem("this is UTF-16 text; save it as UTF-8"))
     if b"\0" in data:
@@ -134,13 +229,7 @@ def decoded(data: bytes, file: str) -> str:
 
 
 def screen(text: str, file: str) -> None:
-    """Refuse a text with characters that YAML does not know.
-
-    Raises
-    ------
-    Unreadable
-        With the place of the first of them.
-    """
+    """Refuse a text with characters that YAML does not know, at the first of them."""
     bad = Reader.NON_PRINTABLE.search(text)
     places = [text.find(MARK), bad.start() if bad else -1]
     first = min((place for place in places if place >= 0), default=None)
@@ -173,110 +262,7 @@ def _inside(path: Path) -> str:
     return meant(str(found[0])) if len(found) == 1 else "; name a file in it"
 
 
-# What a YAML parser complains about, in words that help.
-
-
-_GLUED = re.compile(r"(\s*(?:- +)?)([A-Za-z_][\w.]*):([{\[].*|[^\s:/\\][^:]*)$")
-"""A key whose colon has no space behind it."""
-
-Mark = tuple[int, int]
-"""Line and column, from 0."""
-
-
-class _Spot(NamedTuple):
-    """Where a parser gave up, and where what it was reading began; lines count from 0."""
-
-    lines: list[str]
-    at: Mark
-    start: Mark
-    place: Placer
-
-    @property
-    def line(self) -> str:
-        """The line at which it gave up."""
-        return self.lines[self.at[0]] if self.at[0] < len(self.lines) else ""
-
-    @property
-    def sign(self) -> str:
-        """The sign at which it did; empty at the end of the line."""
-        return self.line[self.at[1] : self.at[1] + 1]
-
-    def here(self, sentence: str, at: Mark | None = None, width: int = 1) -> Problem:
-        """Give the problem that a sentence makes there, or at another place."""
-        line, column = at or self.at
-        return self.place((line, column), (line, column + width)).problem(sentence)
-
-
-def explained(fault: yaml.MarkedYAMLError, text: str, place: Placer) -> Problem:
-    """Give the located sentence for a fault of a YAML parser."""
-    mark, context = fault.problem_mark or fault.context_mark, fault.context_mark
-    at = (mark.line, mark.column) if mark else (0, 0)
-    start = (context.line, context.column) if context else at
-    spot = _Spot(split_lines(text), at, start, place)
-    what = f"{fault.problem or ''} {fault.context or ''}"
-    if "mapping values" in what or "expected ':'" in what:
-        return _about_a_colon(spot)
-    if "cannot start any token" in what:
-        if spot.sign == "\t":
-            return spot.here("a tab cannot indent in YAML; use spaces")
-        return spot.here(f"a value cannot start with `{spot.sign}`; put it in quotes")
-    if "expected ',' or" in what:
-        opening, closing = ("{", "}") if "mapping" in what else ("[", "]")
-        if at[0] > start[0]:
-            return spot.here(f"this `{opening}` is not closed by `{closing}`", start)
-        return spot.here(f"`,` or `{closing}` is missing before this")
-    if "end of stream" in what and "quoted" in what:
-        return spot.here("this quote is not closed", start)
-    if "escape" in what:
-        return spot.here("unknown escape in double quotes; use single quotes", start)
-    if re.search(r"expected (key|<block end>|'-' indicator)", what):
-        return _about_a_block(spot)
-    if spot.line.startswith("%"):
-        sentence = "this directive is not understood; remove it"
-        return spot.here(sentence, width=len(spot.line.rstrip()))
-    if "node content" in what:
-        behind = f"`{spot.sign}`" if spot.sign else "the end"
-        return spot.here(f"a value is missing before {behind}")
-    return spot.here(f"this is not YAML: {short(str(fault.problem), 200)}")
-
-
-def _about_a_colon(spot: _Spot) -> Problem:
-    """Say what is wrong where a colon is one too many, or one too few."""
-    lines, last = spot.lines, spot.at[0]
-    for number in range(last, max(-1, last - 3), -1):
-        if glued := _GLUED.match(lines[number] if number < len(lines) else ""):
-            words = f"`{short(glued[2])}: {short(glued[3])}`"
-            sentence = f"a space is missing after the colon: {words}"
-            return spot.here(sentence, (number, len(glued[1])), len(glued[2]))
-    if ": " in spot.line[: spot.at[1]]:
-        return spot.here("a second `: ` in one value; put the value in quotes")
-    number = next((n for n in reversed(range(last)) if lines[n].strip()), last)
-    before = lines[number]
-    if ":" not in before:
-        sentence = "a colon is missing behind this key"
-        return spot.here(sentence, (number, _indent(before)), len(before.strip()))
-    sentence = "this line is indented deeper than the one before it allows"
-    return spot.here(sentence, *_head(spot))
-
-
-def _about_a_block(spot: _Spot) -> Problem:
-    """Say what is wrong where a block should go on or end."""
-    if spot.line[: spot.at[1]].strip():
-        return spot.here("nothing may follow the value in its line")
-    return spot.here("this line fits no block above it; check its indentation", *_head(spot))
-
-
-def _head(spot: _Spot) -> tuple[Mark, int]:
-    """Give where the line begins to speak, and how long its first word is."""
-    return (spot.at[0], _indent(spot.line)), len((spot.line.split() or [""])[0])
-
-
-def _indent(line: str) -> int:
-    """Give how many spaces a line starts with."""
-    return len(line) - len(line.lstrip(" "))
-
-
-# YAML as a tree of values that know their places. The traps of YAML 1.1 are closed here.
+# The tree.
 
 
 MAX_DEPTH = 40
@@ -290,18 +276,6 @@ LOST = "<<"
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _WORDS = {"": None, "~": None, "null": None, "true": True, "false": False}
-
-
-class Node(NamedTuple):
-    """A value with its place; a mapping holds nodes by key, a list holds nodes."""
-
-    value: Any
-    place: Place
-    key: Place | None = None
-    """Where its key stands, in a mapping."""
-    size: int = 1
-    """Values in it, aliases counted as often as they are used."""
-    depth: int = 0
 
 
 def scalar(text: str) -> object:
@@ -445,18 +419,111 @@ def _refusal(event: Any, known: dict[str, Node]) -> str:
     return ""
 
 
-# Values set from outside, by `--set KEY=VALUE` or from Python, laid over a tree.
+# What a YAML parser complains about.
 
 
-Overrides = Mapping[str, object] | Sequence[str]
+_GLUED = re.compile(r"(\s*(?:- +)?)([A-Za-z_][\w.]*):([{\[].*|[^\s:/\\][^:]*)$")
+"""A key whose colon has no space behind it."""
+
+
+class _Spot(NamedTuple):
+    """Where a parser gave up, and where what it was reading began; lines count from 0."""
+
+    lines: list[str]
+    at: Mark
+    start: Mark
+    place: Placer
+
+    @property
+    def line(self) -> str:
+        """The line at which it gave up."""
+        return self.lines[self.at[0]] if self.at[0] < len(self.lines) else ""
+
+    @property
+    def sign(self) -> str:
+        """The sign at which it did; empty at the end of the line."""
+        return self.line[self.at[1] : self.at[1] + 1]
+
+    def here(self, sentence: str, at: Mark | None = None, width: int = 1) -> Problem:
+        """Give the problem that a sentence makes there, or at another place."""
+        line, column = at or self.at
+        return self.place((line, column), (line, column + width)).problem(sentence)
+
+
+def explained(fault: yaml.MarkedYAMLError, text: str, place: Placer) -> Problem:
+    """Give the located sentence for a fault of a YAML parser."""
+    mark, context = fault.problem_mark or fault.context_mark, fault.context_mark
+    at = (mark.line, mark.column) if mark else (0, 0)
+    start = (context.line, context.column) if context else at
+    spot = _Spot(split_lines(text), at, start, place)
+    what = f"{fault.problem or ''} {fault.context or ''}"
+    if "mapping values" in what or "expected ':'" in what:
+        return _about_a_colon(spot)
+    if "cannot start any token" in what:
+        if spot.sign == "\t":
+            return spot.here("a tab cannot indent in YAML; use spaces")
+        return spot.here(f"a value cannot start with `{spot.sign}`; put it in quotes")
+    if "expected ',' or" in what:
+        opening, closing = ("{", "}") if "mapping" in what else ("[", "]")
+        if at[0] > start[0]:
+            return spot.here(f"this `{opening}` is not closed by `{closing}`", start)
+        return spot.here(f"`,` or `{closing}` is missing before this")
+    if "end of stream" in what and "quoted" in what:
+        return spot.here("this quote is not closed", start)
+    if "escape" in what:
+        return spot.here("unknown escape in double quotes; use single quotes", start)
+    if re.search(r"expected (key|<block end>|'-' indicator)", what):
+        if spot.line[: spot.at[1]].strip():
+            return spot.here("nothing may follow the value in its line")
+        sentence = "this line fits no block above it; check its indentation"
+        return spot.here(sentence, *_head(spot))
+    if spot.line.startswith("%"):
+        sentence = "this directive is not understood; remove it"
+        return spot.here(sentence, width=len(spot.line.rstrip()))
+    if "node content" in what:
+        behind = f"`{spot.sign}`" if spot.sign else "the end"
+        return spot.here(f"a value is missing before {behind}")
+    return spot.here(f"this is not YAML: {short(str(fault.problem), 200)}")
+
+
+def _about_a_colon(spot: _Spot) -> Problem:
+    """Say what is wrong where a colon is one too many, or one too few."""
+    lines, last = spot.lines, spot.at[0]
+    for number in range(last, max(-1, last - 3), -1):
+        if glued := _GLUED.match(lines[number] if number < len(lines) else ""):
+            words = f"`{short(glued[2])}: {short(glued[3])}`"
+            sentence = f"a space is missing after the colon: {words}"
+            return spot.here(sentence, (number, len(glued[1])), len(glued[2]))
+    if ": " in spot.line[: spot.at[1]]:
+        return spot.here("a second `: ` in one value; put the value in quotes")
+    number = next((n for n in reversed(range(last)) if lines[n].strip()), last)
+    before = lines[number]
+    if ":" not in before:
+        sentence = "a colon is missing behind this key"
+        return spot.here(sentence, (number, _indent(before)), len(before.strip()))
+    sentence = "this line is indented deeper than the one before it allows"
+    return spot.here(sentence, *_head(spot))
+
+
+def _head(spot: _Spot) -> tuple[Mark, int]:
+    """Give where the line begins to speak, and how long its first word is."""
+    return (spot.at[0], _indent(spot.line)), len((spot.line.split() or [""])[0])
+
+
+def _indent(line: str) -> int:
+    """Give how many spaces a line starts with."""
+    return len(line) - len(line.lstrip(" "))
+
+
+# Overrides.
 
 
 SHOWN = 200
 """Characters of an override by which messages name it."""
 
 
-def laid_over(
-    tree: Node, overrides: Overrides, dotted: Collection[str] = ()
+def _laid_over(
+    tree: Node, overrides: Overrides, dotted: Collection[str]
 ) -> tuple[Node, dict[str, Any], tuple[Problem, ...]]:
     """Give the tree with the overrides in it, the overrides as plain values, and problems.
 
@@ -592,10 +659,22 @@ def _bare(value: Any, place: Place) -> Any:
 
 
 def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") -> Node:
-    """Give the node with the new one at the end of the steps; missing blocks are made."""
+    """Give the node with the new one at the end of the steps; missing blocks are made.
+
+    The entries of a list count from 0.
+    """
     step, rest = steps[0], steps[1:]
     if isinstance(node.value, list):
-        return _put_in_list(node, steps, new, place, done)
+        count = len(node.value)
+        if not (step.isdecimal() and len(step) < 9 and int(step) < count):
+            entries = f"with entries 0 to {count - 1}" if count else "without entries"
+            raise Unreadable(
+                place.problem(f"{done} is a list {entries}; it has no `{short(step)}`")
+            )
+        items = list(node.value)
+        old = items[int(step)]
+        items[int(step)] = _put(old, rest, new, place, f"{done}.{step}") if rest else new
+        return node._replace(value=items)
     if not isinstance(node.value, dict):
         raise Unreadable(place.problem(f"{done} is a value; it has no `{short(step)}`"))
     children = dict(node.value)
@@ -612,103 +691,3 @@ def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") 
             key=node.value[step].key if rest and step in node.value else place
         )
     return node._replace(value=children)
-
-
-def _put_in_list(node: Node, steps: list[str], new: Node, place: Place, done: str) -> Node:
-    """Give the list with the new node in the entry that the first step counts, from 0."""
-    step, rest = steps[0], steps[1:]
-    count = len(node.value)
-    if not (step.isdecimal() and len(step) < 9 and int(step) < count):
-        entries = f"with entries 0 to {count - 1}" if count else "without entries"
-        raise Unreadable(
-            place.problem(f"{done} is a list {entries}; it has no `{short(step)}`")
-        )
-    children = list(node.value)
-    old = children[int(step)]
-    children[int(step)] = _put(old, rest, new, place, f"{done}.{step}") if rest else new
-    return node._replace(value=children)
-
-
-# YAML text with positions, and values laid over it. Knows no scenario.
-
-
-Keys = tuple[str | int, ...]
-"""The steps from the root to a value."""
-
-
-@dataclass(frozen=True)
-class Document:
-    """A YAML file as it was read, with the overrides laid over it."""
-
-    file: str
-    """Name as it was given."""
-    sha256: str
-    """Of the bytes of the file, in hex."""
-    tree: Node
-    """The values with their places; the root is a mapping."""
-    problems: tuple[Problem, ...] = ()
-    """Faults that leave the rest readable: duplicate keys, tags, faulty overrides."""
-    overrides: Mapping[str, Any] = field(default_factory=dict)
-    """Values that were set from outside, by dotted key."""
-
-    @cached_property
-    def value(self) -> dict[str, Any]:
-        """The file as plain mappings, lists and scalars."""
-        return dict(plain(self.tree))
-
-    def locate(self, keys: Keys, key: bool = False) -> Place:
-        """Give where a value (or its key) stands, or the nearest block around it."""
-        node, place = self.tree, self.tree.place
-        for step in keys:
-            try:
-                node = node.value[int(step) if isinstance(node.value, list) else step]
-            except (KeyError, IndexError, TypeError, ValueError):
-                break
-            place = (node.key or node.place) if key else node.place
-        return place
-
-
-def read(path: str | Path, overrides: Overrides = (), dotted: Collection[str] = ()) -> Document:
-    """Give the document of a YAML file.
-
-    Parameters
-    ----------
-    path : str or Path
-    overrides : mapping or sequence of str
-        Values by dotted key, or `KEY=VALUE` words.
-    dotted : collection of str
-        Blocks whose keys have dots of their own.
-
-    Raises
-    ------
-    Unreadable
-        When there is no file, or no YAML mapping in it; holds the located problem.
-    """
-    file = str(path)
-    data = read_bytes(Path(path))
-    text = decoded(data, file)
-    tree, problems = parse(text, placer(file, text))
-    if tree is None:
-        raise Unreadable(Place(file).problem("the file is empty"))
-    if not isinstance(tree.value, dict):
-        raise Unreadable(
-            tree.place.problem(f"must be keys such as `name: value`, not {shown(tree.value)}")
-        )
-    tree, taken, faults = laid_over(tree, overrides, dotted)
-    return Document(file, hashlib.sha256(data).hexdigest(), tree, problems + faults, taken)
-
-
-def dump(mapping: Mapping[str, Any]) -> str:
-    """Give a mapping as YAML that `read` reads back to the same values."""
-    import yaml
-
-    class Dumper(yaml.SafeDumper):
-        """Puts words in quotes that would read back as something else."""
-
-    def word(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-        style = None if scalar(text) == text else "'"
-        return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=style)
-
-    Dumper.add_representer(str, word)
-    Dumper.ignore_aliases = lambda self, data: True  # type: ignore[method-assign]
-    return yaml.dump(mapping, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=96)
