@@ -1,4 +1,11 @@
-"""Numbers with units; suggestions for misspelt words."""
+"""What the words and numbers of a scenario are made of: units, quantities, blocks, near names.
+
+A number is in SI, or a text with a unit that `convert` turns into SI, rounded once. Everyday
+spellings stand in a table; pint knows the rest and is imported only for one of those.
+`Quantity` is what a field accepts; `Block` is what every block of a scenario shares: it is
+frozen, strict and documented in itself. `near`, `meant` and `shown` are how messages speak of
+what somebody wrote. No key and no file is known here.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +15,7 @@ import math
 import operator
 import re
 import sys
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -20,9 +27,6 @@ from pydantic_core import CoreSchema, core_schema
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
-
-
-# The units that scenarios know, what they measure, and how people spell them.
 
 
 KINDS = {
@@ -86,87 +90,7 @@ PLAIN: dict[str, dict[str, float]] = {
 }
 
 
-# Near names, and how a sentence shows a value.
-
-
-LONG_WHOLE = 10**1000
-"""From here on the digits of a whole number are no longer told."""
-
-
-def near(name: str, candidates: Iterable[str]) -> str | None:
-    """Give the candidate that was probably meant, or None.
-
-    One slip for each three letters is forgiven: a letter wrong, missing, too many, or two
-    swapped; of a single letter nothing would be left. An abbreviation of at least three letters
-    is understood.
-    """
-    word, best = name.lower().replace("-", "_"), None
-    for candidate in candidates:
-        other = candidate.lower().replace("-", "_")
-        slips = _slips(word, other)
-        if min(len(word), len(other)) >= 3 and (
-            other.startswith(word) or word.startswith(other)
-        ):
-            slips = min(slips, 1)
-        rank = (slips, abs(len(other) - len(word)), other[:1] != word[:1], candidate)
-        forgiven = min(max(1, len(word) // 3), len(word) - 1)
-        if slips <= forgiven and (best is None or rank < best):
-            best = rank
-    return best[-1] if best else None
-
-
-def meant(nearest: str | None) -> str:
-    """Ask behind a sentence for what was probably meant; nothing where none comes near."""
-    return f"; did you mean `{nearest}`?" if nearest else ""
-
-
-def meant_or_known(name: str, known: Collection[str]) -> str:
-    """Ask for the known name that was probably meant, or else list them all."""
-    return meant(near(name, known)) or f"; known are {', '.join(known)}"
-
-
-def _slips(a: str, b: str) -> int:
-    """Give how many letters to change, drop, add or swap with their neighbour."""
-    if abs(len(a) - len(b)) > 4 or len(a) > 60:
-        return 99
-    before: list[int] = []
-    row = list(range(len(b) + 1))
-    for i, x in enumerate(a):
-        last, before, row = before, row, [i + 1]
-        for j, y in enumerate(b):
-            row.append(min(before[j] + (x != y), before[j + 1] + 1, row[j] + 1))
-            if i and j and x == b[j - 1] and y == a[i - 1]:
-                row[-1] = min(row[-1], last[j - 1] + 1)
-    return row[-1]
-
-
-def shown(value: object) -> str:
-    """Give a value as a sentence names it: words in backticks, blocks by their kind."""
-    match value:
-        case None:
-            return "nothing"
-        case bool():
-            return "true" if value else "false"
-        case float():
-            return repr(value).removesuffix(".0")
-        case str():
-            return f"`{short(value)}`"
-        case dict():
-            return "a block of keys"
-        case list() | tuple():
-            return "a list"
-        case int() if abs(value) >= LONG_WHOLE:
-            return f"a whole number of {value.bit_length()} bits"  # Python prints no such
-    return short(str(value))
-
-
-def short(text: str, most: int = 40) -> str:
-    """Give the text in one line of at most so many characters."""
-    line = " ".join(text[: 8 * most].split())
-    return line if len(line) <= most and len(text) <= 8 * most else line[: most - 1] + "…"
-
-
-# A number with a unit in a text, converted. The one place that knows the units library.
+# A number with a unit in a text, converted.
 
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
@@ -174,9 +98,6 @@ NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]+
 
 LONGEST_UNIT = 60
 """Characters of a unit; what is longer is none, and is not looked into."""
-
-LONGEST_NUMBER = 300
-"""Characters of a number that is converted digit by digit; of a longer one the double."""
 
 _UNIT = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
 _NUMBERED = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
@@ -205,15 +126,14 @@ def convert(text: str, unit: str) -> float:
     unit, words = ASCII.get(unit, unit), text.translate(_SIGNS).strip()
     if re.match(r"[-+]?[0-9]+,[0-9]", words):
         raise ValueError(f"`{short(text)}` has a comma; write numbers with a decimal point")
-    number = NUMBER.match(words)
-    rest = words[number.end() :].strip() if number else ""
+    number, rest = NUMBER.match(words), unit_behind(text)
     if number is None or (rest and not _NUMBERED.match(rest)):
         kind = f"a number [{unit}] or a number with a unit" if unit else "a number"
         raise ValueError(f"must be {kind}, not `{short(text)}`")
     value, scale = float(number[0]), factor(rest, unit) if rest else 1.0
     if scale == 1.0 or value == 0.0 or not math.isfinite(value):
         return value
-    digits = number[0] if len(number[0]) <= LONGEST_NUMBER else repr(value)
+    digits = number[0] if len(number[0]) <= 300 else repr(value)  # of a longer one the double
     try:
         return float(Fraction(digits) * _exact(scale))
     except OverflowError:
@@ -275,23 +195,15 @@ def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
         return found.factor / (2 * math.pi)
     if found[1:] != target[1:]:
         hint = meant(next((u for u in PLAIN[unit] if u.lower() == spelt.lower()), None))
-        wrong = _measured(found, spelt)
-        raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {_named(unit)}{hint}")
+        # What it measures, as far as drysim has a word for it; `g` is one of two.
+        same = [KINDS[unit] for unit in PLAIN if _target(unit)[1:] == found[1:]]
+        usually = [KINDS[unit] for unit in PLAIN if spelt in PLAIN[unit]]
+        wrong = " or ".join(dict.fromkeys([*same[:1], *usually])) or "something else"
+        named = f"{KINDS[unit]} [{unit}]" if unit else "a plain number"
+        raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {named}{hint}")
     computed = found.factor / target.factor
     decimal = float(f"{computed:.12g}")  # drops the library's rounding of 0.0254 and its like
     return decimal if math.isclose(decimal, computed, rel_tol=1e-15) else computed
-
-
-def _measured(found: _Found, spelt: str) -> str:
-    """Name what a unit measures, as far as drysim has a word for it; `g` is one of two."""
-    same = [KINDS[unit] for unit in PLAIN if _target(unit)[1:] == found[1:]]
-    usually = [KINDS[unit] for unit in PLAIN if spelt in PLAIN[unit]]
-    return " or ".join(dict.fromkeys([*same[:1], *usually])) or "something else"
-
-
-def _named(unit: str) -> str:
-    """Name a kind with its unit, e.g. `length [m]`."""
-    return f"{KINDS[unit]} [{unit}]" if unit else "a plain number"
 
 
 def _target(unit: str) -> _Found:
@@ -324,7 +236,7 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
-# Numbers as people write them: SI, or a text with a unit. Knows no key and no file.
+# What a field accepts.
 
 
 LEAST, GREATEST = 1e-30, 1e30
@@ -417,7 +329,7 @@ Angle = Annotated[float, Quantity("rad")]
 Plain = Annotated[float, Quantity("")]
 
 
-# What every block of a scenario shares: it is frozen, strict and documented in itself.
+# What every block of a scenario shares.
 
 
 class Block(BaseModel):
@@ -483,19 +395,17 @@ def _texts_in(module: str) -> dict[str, dict[str, str]]:
         tree = ast.parse(inspect.getsource(sys.modules[module]))
     except (OSError, TypeError):  # there is no source, as in a frozen program
         return {}
-    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
-    return {cls.name: dict(_texts_under(cls.body)) for cls in classes}
-
-
-def _texts_under(body: list[ast.stmt]) -> Iterator[tuple[str, str]]:
-    """Give name and text where a text stands under an annotated name."""
-    for field, below in pairwise(body):
-        match field, below:
-            case (
-                ast.AnnAssign(target=ast.Name(id=name)),
-                ast.Expr(value=ast.Constant(value=str() as text)),
-            ):
-                yield name, inspect.cleandoc(text)
+    texts: dict[str, dict[str, str]] = {}
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        under = texts[cls.name] = {}
+        for field, below in pairwise(cls.body):
+            match field, below:
+                case (
+                    ast.AnnAssign(target=ast.Name(id=name)),
+                    ast.Expr(value=ast.Constant(value=str() as text)),
+                ):
+                    under[name] = inspect.cleandoc(text)
+    return texts
 
 
 class Misfit(ValueError):
@@ -504,3 +414,79 @@ class Misfit(ValueError):
     def __init__(self, sentence: str, *at: str | int) -> None:
         super().__init__(sentence)
         self.at = at
+
+
+# Near names, and how a sentence shows a value.
+
+
+def near(name: str, candidates: Iterable[str]) -> str | None:
+    """Give the candidate that was probably meant, or None.
+
+    One slip for each three letters is forgiven: a letter wrong, missing, too many, or two
+    swapped; of a single letter nothing would be left. An abbreviation of at least three letters
+    is understood.
+    """
+    word, best = name.lower().replace("-", "_"), None
+    for candidate in candidates:
+        other = candidate.lower().replace("-", "_")
+        slips = _slips(word, other)
+        if min(len(word), len(other)) >= 3 and (
+            other.startswith(word) or word.startswith(other)
+        ):
+            slips = min(slips, 1)
+        rank = (slips, abs(len(other) - len(word)), other[:1] != word[:1], candidate)
+        forgiven = min(max(1, len(word) // 3), len(word) - 1)
+        if slips <= forgiven and (best is None or rank < best):
+            best = rank
+    return best[-1] if best else None
+
+
+def meant(nearest: str | None) -> str:
+    """Ask behind a sentence for what was probably meant; nothing where none comes near."""
+    return f"; did you mean `{nearest}`?" if nearest else ""
+
+
+def meant_or_known(name: str, known: Collection[str]) -> str:
+    """Ask for the known name that was probably meant, or else list them all."""
+    return meant(near(name, known)) or f"; known are {', '.join(known)}"
+
+
+def _slips(a: str, b: str) -> int:
+    """Give how many letters to change, drop, add or swap with their neighbour."""
+    if abs(len(a) - len(b)) > 4 or len(a) > 60:
+        return 99
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a):
+        last, before, row = before, row, [i + 1]
+        for j, y in enumerate(b):
+            row.append(min(before[j] + (x != y), before[j + 1] + 1, row[j] + 1))
+            if i and j and x == b[j - 1] and y == a[i - 1]:
+                row[-1] = min(row[-1], last[j - 1] + 1)
+    return row[-1]
+
+
+def shown(value: object) -> str:
+    """Give a value as a sentence names it: words in backticks, blocks by their kind."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return "true" if value else "false"
+        case float():
+            return repr(value).removesuffix(".0")
+        case str():
+            return f"`{short(value)}`"
+        case dict():
+            return "a block of keys"
+        case list() | tuple():
+            return "a list"
+        case int() if abs(value) >= 10**1000:  # Python prints no such
+            return f"a whole number of {value.bit_length()} bits"
+    return short(str(value))
+
+
+def short(text: str, most: int = 40) -> str:
+    """Give the text in one line of at most so many characters."""
+    line = " ".join(text[: 8 * most].split())
+    return line if len(line) <= most and len(text) <= 8 * most else line[: most - 1] + "…"

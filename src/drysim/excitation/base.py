@@ -1,4 +1,8 @@
-"""Grid, duration, seed of generated motion."""
+"""What excitations share: what each says of itself, and how motion is generated.
+
+Generated motion lies on the grid of solver.step and has corners and an end that must suit it.
+`periods` makes signals that repeat of their spectra, in threads where they are long.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from drysim import system
 from drysim.core.model import KEPT, Samples
 from drysim.units import Block, Misfit, Quantity
 
-# What every excitation on the shelf says of itself. Knows none of them.
+Floats = NDArray[np.float64]
 
 
 class Member(Block):
@@ -51,7 +55,7 @@ class Member(Block):
         return ""
 
 
-# What base motions that are generated share: their grid, their end, and how they are drawn.
+# Motion that is generated.
 
 
 WHOLE = 1e-9
@@ -156,16 +160,11 @@ class Until(Block):
     """Half of its 95 % confidence interval over its mean [-], such as `1 %`."""
 
 
-# Periods: signals that repeat, from their spectra. Knows no noise.
+# Signals that repeat, from their spectra.
 
-
-Floats = NDArray[np.float64]
 
 IN_PLACE = np.lib.NumpyVersion(np.__version__) >= "2.0.0"
 """Whether numpy can transform into memory at hand: the memory of a long signal costs time."""
-
-MOST_THREADS = 4
-"""Threads for a long signal: memory is no faster with more."""
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
@@ -177,7 +176,8 @@ def share(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
         return [do(job) for job in jobs]
     from concurrent.futures import ThreadPoolExecutor
 
-    with ThreadPoolExecutor(min(system.processors(), MOST_THREADS)) as pool:
+    # Memory is no faster with more threads than four.
+    with ThreadPoolExecutor(min(system.processors(), 4)) as pool:
         return list(pool.map(do, jobs))
 
 
@@ -187,15 +187,14 @@ def periods(spectra: NDArray[np.complex128], n: int) -> Iterable[Floats]:
     Other libraries transform two real signals faster, but round otherwise in some releases: a
     seed would not be the same signal to the last bit alone and among others.
     """
-    return share(lambda spectrum: _closed(spectrum, n), spectra, n)
 
+    def closed(spectrum: NDArray[np.complex128]) -> Floats:
+        signal = np.empty(n + 1)
+        if IN_PLACE:
+            np.fft.irfft(spectrum, n, norm="forward", out=signal[:n])
+        else:
+            signal[:n] = np.fft.irfft(spectrum, n, norm="forward")
+        signal[n] = signal[0]
+        return signal
 
-def _closed(spectrum: NDArray[np.complex128], n: int) -> Floats:
-    """Give one period of a signal [n] and its first sample again, which closes it."""
-    signal = np.empty(n + 1)
-    if IN_PLACE:
-        np.fft.irfft(spectrum, n, norm="forward", out=signal[:n])
-    else:
-        signal[:n] = np.fft.irfft(spectrum, n, norm="forward")
-    signal[n] = signal[0]
-    return signal
+    return share(closed, spectra, n)

@@ -1,4 +1,7 @@
-"""Rest, sine, sum of sines."""
+"""Base motion that is known in closed form: rest, one sine, sums of sines.
+
+A sine is given by its acceleration, as RMS value or amplitude, and used analytically.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,6 @@ from pydantic import Field
 from drysim.core.model import Sines
 from drysim.excitation.base import Member
 from drysim.units import Angle, Block, Frequency, Quantity
-
-# Rest: the base stands still.
 
 
 class Rest(Member):
@@ -26,9 +27,6 @@ class Rest(Member):
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
         """Give the base acceleration: no sine at all."""
         return Sines((), (), ())
-
-
-# Harmonic: a sine of given acceleration; and sums of sines.
 
 
 Level = Annotated[float, Quantity("m/s²", at_least=0)]

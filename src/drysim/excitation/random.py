@@ -1,4 +1,10 @@
-"""PSD, standard classes, road."""
+"""Random base motion: of a given PSD, of the standards for seat tests, of a road of ISO 8608.
+
+All three are sums of lines at whole multiples of 1/duration, whose amplitudes are those of the
+spectrum and whose phases alone are random, by the seed. So the signal repeats after its
+duration, has exactly the spectrum that was asked for, and a displacement without drift. `lines`
+and `noise` make it and know no scenario; `Drawn` and its kinds below say what it is made of.
+"""
 
 from __future__ import annotations
 
@@ -14,18 +20,20 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 
 from drysim.core.model import BLOCK, Samples
 from drysim.errors import Caution
-from drysim.excitation.base import MOST_SEEDS, Ending, Until, Whole, periods, share
+from drysim.excitation.base import (
+    MOST_SEEDS,
+    WHOLE,
+    Ending,
+    Floats,
+    Until,
+    Whole,
+    periods,
+    share,
+)
 from drysim.units import Block, Frequency, Misfit, Quantity, meant, near, shown
 from drysim.wording import number
 
-# Noise: a random signal of given spectrum, as lines of random phase. Knows no scenario.
-
-
-Floats = NDArray[np.float64]
 Density = Callable[[Floats], Floats]
-
-ON_LINE = 1e-9
-"""A corner of the spectrum this close to a line, relative to it, lies on the line."""
 
 PHASES = 1 << 16
 """Phases that a line may have, evenly spread: a table in place of a sine and cosine a line."""
@@ -47,8 +55,11 @@ class Lines(NamedTuple):
 
 
 def numbers(low: float, high: float, T: float) -> tuple[int, int]:
-    """Give the first and the last line k/T within a band [Hz]; none if the first is above."""
-    return ceil(low * T * (1 - ON_LINE)), floor(high * T * (1 + ON_LINE))
+    """Give the first and the last line k/T within a band [Hz]; none if the first is above.
+
+    A corner of the spectrum that is as good as on a line lies on it.
+    """
+    return ceil(low * T * (1 - WHOLE)), floor(high * T * (1 + WHOLE))
 
 
 def lines(G: Density, band: tuple[float, float], square: float, T: float) -> Lines:
@@ -104,7 +115,9 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
     share(weigh, _parts(len(squares)), n)
     kept = float(squares @ weights)  # mean square, straight lines between samples
     scale = 1.0 if rms is None else rms / sqrt(kept)
-    codes, table = _codes(first, len(squares), seed), _turns()
+    random = np.random.Generator(np.random.PCG64(seed))
+    codes = random.integers(PHASES, size=first + len(squares), dtype=np.uint16)[first:]
+    table = _turns()
     spectra = np.zeros((2, n // 2 + 1), dtype=complex)
 
     def fill(part: slice) -> None:
@@ -134,12 +147,6 @@ def _parts(count: int) -> Iterator[slice]:
 def _bend(turn: float, first: int, part: slice) -> Floats:
     """Give sin² of half the turn that some lines make in a step."""
     return np.square(np.sin(turn * np.arange(first + part.start, first + part.stop)))
-
-
-def _codes(first: int, count: int, seed: int) -> NDArray[np.uint16]:
-    """Give a random phase for every line, by its number."""
-    random = np.random.Generator(np.random.PCG64(seed))
-    return random.integers(PHASES, size=first + count, dtype=np.uint16)[first:]
 
 
 @cache
@@ -234,10 +241,7 @@ class Drawn(Ending):
         return self
 
 
-# Psd: random base motion of a given power spectral density, joined log-log.
-
-
-PsdValue = Annotated[float, Quantity("(m/s²)²/Hz", above=0)]
+# A given power spectral density, joined log-log.
 
 
 def _pair(given: object) -> object:
@@ -246,7 +250,9 @@ def _pair(given: object) -> object:
     return given
 
 
-Point = Annotated[tuple[Frequency, PsdValue], BeforeValidator(_pair)]
+Point = Annotated[
+    tuple[Frequency, Annotated[float, Quantity("(m/s²)²/Hz", above=0)]], BeforeValidator(_pair)
+]
 """A corner of a spectrum: frequency [Hz] and one-sided PSD [(m/s²)²/Hz]."""
 
 
@@ -329,7 +335,7 @@ def area(points: tuple[tuple[float, float], ...]) -> float:
     return total
 
 
-# Standard: the input spectra of laboratory tests of vehicle seats, by their class.
+# The input spectra of laboratory tests of vehicle seats, by their class.
 
 
 FINE = 100_000
@@ -438,11 +444,16 @@ class Standard(Drawn):
         peak = float(spectrum.density(np.linspace(*spectrum.band, 1000)).max())
         realised: dict[str, object] = {"class": self.machine, "rms_asked": spectrum.rms}
         realised |= {"psd_error": worst / peak, "psd": bands}
-        cautions = (
-            *motion.cautions,
-            *([recalled_machine(self.machine)] if spectrum.recalled else []),
+        if not spectrum.recalled:
+            return motion._replace(realised={**motion.realised, **realised})
+        sentence = (
+            f"the RMS that the standard states for {self.machine}, {spectrum.rms:g} m/s², is "
+            "recalled and was not checked against its text; `scale: nothing` does without it"
         )
-        return motion._replace(realised={**motion.realised, **realised}, cautions=cautions)
+        told = Caution("recalled", sentence, {"rms": spectrum.rms})
+        return motion._replace(
+            realised={**motion.realised, **realised}, cautions=(*motion.cautions, told)
+        )
 
 
 def proof(spectrum: Spectrum, motion: Samples) -> tuple[dict[str, float], ...]:
@@ -469,24 +480,11 @@ def proof(spectrum: Spectrum, motion: Samples) -> tuple[dict[str, float], ...]:
     return tuple(bands)
 
 
-def recalled_machine(machine: str) -> Caution:
-    """Say that a stated value is recalled."""
-    sentence = (
-        f"the RMS that the standard states for {machine}, "
-        f"{MACHINE_CLASSES[machine].rms:g} m/s², is recalled and was not checked against its "
-        "text; `scale: nothing` does without it"
-    )
-    return Caution("recalled", sentence, {"rms": MACHINE_CLASSES[machine].rms})
+# The vertical profile of a road of ISO 8608 under a wheel at constant speed.
 
 
-# Road: the vertical profile of a road of ISO 8608 under a wheel at constant speed.
-
-
-N_0 = 0.1
-"""Reference wave number n0 [cycle/m]."""
-
-OMEGA_0 = 1.0
-"""Reference angular wave number Ω0 [rad/m]."""
+N_0, OMEGA_0 = 0.1, 1.0
+"""Reference wave number n0 [cycle/m] and angular wave number Ω0 [rad/m]."""
 
 ROAD_CLASSES = {name: 16e-6 * 4.0**i for i, name in enumerate("ABCDEFGH")}
 """Geometric means G_d(n0) of the classes [m³]; their limits are half and twice that."""
@@ -581,15 +579,11 @@ class Road(Drawn):
     def drawn(self, step: float) -> Samples:
         """Draw the base acceleration on a grid, and the height of the road at its points."""
         motion = noise(lines_of(self.corners(), self.duration), step, self.seed)
-        told = [recalled_class(self.grade)] if self.grade and self.grade in RECALLED else []
-        return motion._replace(cautions=(*motion.cautions, *told))
-
-
-def recalled_class(grade: str) -> Caution:
-    """Say that the value of a class is recalled."""
-    sentence = (
-        f"the roughness of class {grade}, {ROAD_CLASSES[grade]:g} m³ at 0.1 cycle/m, is "
-        "recalled and was not checked against the text of ISO 8608; `roughness` takes another "
-        "value"
-    )
-    return Caution("recalled", sentence, {"roughness": ROAD_CLASSES[grade]})
+        if not self.grade or self.grade not in RECALLED:
+            return motion
+        sentence = (
+            f"the roughness of class {self.grade}, {self.G_d:g} m³ at 0.1 cycle/m, is recalled "
+            "and was not checked against the text of ISO 8608; `roughness` takes another value"
+        )
+        told = Caution("recalled", sentence, {"roughness": self.G_d})
+        return motion._replace(cautions=(*motion.cautions, told))

@@ -1,4 +1,8 @@
-"""Sine sweep, shock pulses."""
+"""Base motion that passes once: a sine sweep, and shock pulses of classical shapes.
+
+Both are sampled on the grid of solver.step; a warning says where straight lines between the
+samples make something else of them.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +15,11 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from drysim.core.model import Samples
 from drysim.errors import Caution
-from drysim.excitation.base import WHOLE, Ending, Generated, Span
+from drysim.excitation.base import WHOLE, Ending, Floats, Generated, Span
 from drysim.excitation.harmonic import Level
-from drysim.excitation.random import Floats, coarse
+from drysim.excitation.random import coarse
 from drysim.units import Acceleration, Frequency, Misfit, Quantity
 from drysim.wording import number
-
-# Chirp: a sine sweep, whose frequency changes with time.
 
 
 class Chirp(Ending):
@@ -91,13 +93,10 @@ class Chirp(Ending):
         return Samples(u_dd, step, None, (), told, realised)
 
 
-# Shock: one pulse of base acceleration, of a classical shape.
+# Shock.
 
 
 PULSES = ("half-sine", "haversine", "sawtooth", "trapezoid")
-
-RISE = 0.1
-"""A trapezoid rises for this share of its duration unless it says otherwise [-]."""
 
 BULGE = {"half-sine": pi**2 / 8, "haversine": pi**2 / 4}
 """How far, in amplitudes, straight lines over 1/N of a pulse leave it; times 1/N²."""
@@ -167,7 +166,7 @@ class Shock(Generated):
 
     @property
     def _rise(self) -> float:
-        return RISE * self.duration if self.rise is None else self.rise
+        return 0.1 * self.duration if self.rise is None else self.rise
 
     @property
     def velocity_change(self) -> float:
