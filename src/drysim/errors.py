@@ -1,4 +1,14 @@
-"""Exception tree, Problem, Warning."""
+"""Faults and warnings as values: a located `Problem`, a `Caution`, the exceptions, exit codes.
+
+DrysimError, whose `exit_code` is the number behind each line:
+
+    UsageError     2   command-line words that make no sense together
+    ScenarioError  2   a scenario file with problems, each located
+    RecordError    2   a measured record that cannot be used
+    OutputError    2   the output folder is not ours to replace, or cannot be written
+    SolverError    3   the numerics failed; the time is named
+    ClusterError   3   machines of a cluster were lost on the way; finished blocks stay
+"""
 
 from __future__ import annotations
 
@@ -66,15 +76,6 @@ class Caution:
     sentence: str
     """What, where and what to do."""
     numbers: Mapping[str, float] = field(default_factory=dict)
-
-
-# DrysimError
-# ├── UsageError     2   command-line words that make no sense together
-# ├── ScenarioError  2   a scenario file with problems, each located
-# ├── RecordError    2   a measured record that cannot be used
-# ├── OutputError    2   the output folder is not ours to replace, or cannot be written
-# ├── SolverError    3   the numerics failed; the time is named
-# └── ClusterError   3   the machines of a cluster were lost on the way; finished blocks stay
 
 
 class DrysimError(Exception):

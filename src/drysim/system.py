@@ -1,4 +1,8 @@
-"""Memory, CPU count, regular files only."""
+"""The machine: its memory and processors, its files, and threads that work in order.
+
+Only regular files are read: no device is opened, no pipe waited for. Nothing here knows what is
+in them, or what the threads work on.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +15,10 @@ from contextlib import contextmanager
 from io import BufferedReader
 from numbers import Integral
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from drysim.errors import OutputError, UsageError
 from drysim.units import short
-
-# What this machine has: memory and processors. Knows nothing that needs them.
 
 
 def memory() -> float:
@@ -32,13 +34,11 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
-# Regular files alone are read: no device is opened, no pipe waited for. Knows no format.
+# Files.
 
-
-if TYPE_CHECKING:
-    pass
 
 Stamp = tuple[int, int, int]
+"""Inode, size [bytes] and time of the last change [ns] of a file."""
 
 KINDS = (
     (stat.S_ISDIR, "a folder"),
@@ -107,7 +107,17 @@ def removed(folder: Path) -> OutputError:
     )
 
 
-# How many threads work on many cases or seeds.
+# Threads.
+
+
+Asked = TypeVar("Asked")
+Given = TypeVar("Given")
+
+AHEAD = 2
+"""Pieces of work in hand for each thread: one under way and one waiting for it."""
+
+PATIENCE = 1.0
+"""How long work under way is waited for that nobody needs any more [s]."""
 
 
 def hands(workers: int | None) -> int:
@@ -124,19 +134,6 @@ def hands(workers: int | None) -> int:
         given = short(repr(workers))
         raise UsageError(f"workers must be a whole number of at least 1, not {given}")
     return int(workers)
-
-
-# Work in threads whose results come in the order in which it was asked for.
-
-
-Asked = TypeVar("Asked")
-Given = TypeVar("Given")
-
-AHEAD = 2
-"""Pieces of work in hand for each thread: one under way and one waiting for it."""
-
-PATIENCE = 1.0
-"""How long work under way is waited for that nobody needs any more [s]."""
 
 
 def in_order(

@@ -1,4 +1,4 @@
-"""EXCITATIONS."""
+"""Shelf 1: how the base moves. An excitation is one class and one name here."""
 
 from __future__ import annotations
 

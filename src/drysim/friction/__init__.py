@@ -1,7 +1,8 @@
-"""Shelf 2: what the surfaces do. A friction law is one file and one name here.
+"""Shelf 2: what the surfaces do. A friction law is one class and one name here.
 
 What else belongs to one: its formula with its branch in the core, its scenario in the gallery
-(`friction-<law>`, with the picture of its loop) and its row in the README.
+(`friction-<law>`, with the picture of its loop) and its row in the README. In words it is its
+name and the keys of its own, beside its two forces.
 """
 
 from __future__ import annotations
@@ -10,26 +11,15 @@ from collections.abc import Collection, Iterator
 from itertools import chain
 from typing import get_args
 
-from pydantic.fields import FieldInfo
-
 from drysim.friction.coulomb import Coulomb
 from drysim.friction.dynamic import Dahl, Leuven, Lugre, Stribeck
 from drysim.friction.elastic import Jenkins, PetrovEwins
 from drysim.units import Quantity
 from drysim.wording import number
 
-# Shelf 2: what the surfaces do. A friction law is one file and one name here.
-#
-# What else belongs to one: its formula with its branch in the core, its scenario in the gallery
-# (`friction-<law>`, with the picture of its loop) and its row in the README.
-
-
 FRICTIONS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
 
 Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre | Leuven
-
-
-# What a friction law is besides its two forces, in words: its name and the keys of its own.
 
 
 UNTOLD = frozenset({*Coulomb.model_fields, "tolerance"})
@@ -50,11 +40,8 @@ def terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
             continue
         if isinstance(value, int | float):
             symbol = friction.symbols.get(key, key.replace("_", " "))
-            yield f"{symbol} {number(value, _unit(field))}"
-
-
-def _unit(field: FieldInfo) -> str:
-    """Give the unit of a key, also where it may be left out."""
-    inner = (getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation))
-    every = chain(field.metadata, *inner)
-    return next((part.unit for part in every if isinstance(part, Quantity)), "")
+            # Where a key may be left out its quantity is within its annotation.
+            inner = (getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation))
+            every = chain(field.metadata, *inner)
+            unit = next((part.unit for part in every if isinstance(part, Quantity)), "")
+            yield f"{symbol} {number(value, unit)}"

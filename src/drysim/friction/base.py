@@ -1,4 +1,8 @@
-"""Kinetic and static limits."""
+"""What laws of friction share: their two forces, and how a scenario may say them.
+
+A force is named itself, or by a coefficient and the normal force, whose default is the weight
+of the mass.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +11,6 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import model_validator
 
 from drysim.units import Block, Force, Misfit, Quantity
-
-# The two forces that every law of friction knows, and how a scenario may say them.
-
 
 GRAVITY = 9.81
 """The paper's g [m/s²], so that 75 kg press with 735.75 N."""
@@ -118,11 +119,11 @@ class Limits(Kinetic):
         return words if self.static_given else words | {"static_ratio": 1.0}
 
 
-# Laws whose contact yields or falls towards a force, which therefore is never zero.
-
-
 class Rubbing(Kinetic):
-    """A force against sliding that is above zero: the measure of the law's own state."""
+    """A force against sliding that is above zero: the measure of the law's own state.
+
+    The contact of such a law yields, or falls, towards it.
+    """
 
     @model_validator(mode="after")
     def _always_rubs(self) -> Self:

@@ -1,4 +1,7 @@
-"""Coulomb, normal force variation."""
+"""Coulomb's law: a force that does not depend on the speed, and a limit for sticking.
+
+Its normal force may vary as a sine, or be a record, read like one of base motion.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +17,6 @@ from drysim.friction.base import Limits
 from drysim.records import SI
 from drysim.records.options import Recorded
 from drysim.units import Angle, Block, Frequency, Quantity
-
-# A recorded normal force: read like a record of base motion.
 
 
 class NormalRecord(Recorded):
@@ -53,9 +54,6 @@ def _pressure(record: NormalRecord, stamp: system.Stamp | None) -> Pressure:
     from drysim.records.record import pressure_of
 
     return pressure_of(record)
-
-
-# Coulomb: a force that does not depend on the speed, and a limit for sticking.
 
 
 class NormalVariation(Block):

@@ -1,4 +1,8 @@
-"""Stribeck, Dahl, LuGre, Leuven."""
+"""Laws with a differential equation of their own, or a force that falls with the speed.
+
+Stribeck falls from its static limit as sliding gathers speed; Dahl yields like a spring before
+it slides; LuGre and Leuven have bristles under Stribeck's curve, Leuven's with hysteresis.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,6 @@ from typing import Annotated, ClassVar, Literal
 from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic
 from drysim.friction.base import TOLERANCE, Limits, Rubbing, Tolerance
 from drysim.units import Damping, Quantity
-
-# Stribeck: friction that falls from its static limit as sliding gathers speed.
 
 
 class Stribeck(Limits, Rubbing):
@@ -48,9 +50,6 @@ class Stribeck(Limits, Rubbing):
         )  # fmt: skip
 
 
-# Dahl: surfaces that yield like a spring before they slide.
-
-
 class Dahl(Rubbing):
     """A contact that yields smoothly before it slides, as rolling bearings do; no stick.
 
@@ -78,9 +77,6 @@ class Dahl(Rubbing):
         return Dynamic(
             F_fk, F_fk, BRISTLE, sigma_0=self.bristle_stiffness, tolerance=self.tolerance
         )
-
-
-# What LuGre's law and Leuven's share: bristles under Stribeck's curve.
 
 
 class Bristles(Limits, Rubbing):
@@ -111,9 +107,6 @@ class Bristles(Limits, Rubbing):
         )  # fmt: skip
 
 
-# LuGre: bristles between the surfaces, and friction that falls with the speed.
-
-
 class Lugre(Bristles):
     """Surfaces whose bristles bend before they slide; Stribeck's fall, delay and creep.
 
@@ -135,9 +128,6 @@ class Lugre(Bristles):
     def limits(self, m: float) -> Dynamic:
         """Give the law in forces; the mass [kg] is the normal force's default."""
         return self.bent(m, BRISTLE, self.tolerance)
-
-
-# Leuven: bristles with hysteresis, which remember where they turned.
 
 
 class Leuven(Bristles):

@@ -1,4 +1,4 @@
-"""Jenkins, Petrov-Ewins."""
+"""Laws that are a spring in series with a slider, piecewise linear: Jenkins, Petrov-Ewins."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from typing import Annotated, Any, ClassVar, Literal
 from drysim.core.model import Slider
 from drysim.friction.base import Rubbing
 from drysim.units import Angle, Block, Frequency, Quantity
-
-# Jenkins: a spring in series with a slider.
 
 
 class Jenkins(Rubbing):
@@ -34,9 +32,6 @@ class Jenkins(Rubbing):
     def limits(self, m: float) -> Slider:
         """Give the law in forces; the mass [kg] is the normal force's default."""
         return Slider(self.kinetic_force(m), self.tangential_stiffness)
-
-
-# Petrov-Ewins: a spring contact under a normal load that varies and may lift off.
 
 
 class NormalMotion(Block):
@@ -79,7 +74,6 @@ class PetrovEwins(Block):
         "tangential_stiffness": "k_t",
         "normal_stiffness": "k_n",
     }
-
     needs: ClassVar[dict[str, str]] = {
         "normal_stiffness": "normal_motion",
         "normal_motion": "normal_stiffness",

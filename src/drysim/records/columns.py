@@ -1,4 +1,11 @@
-"""Columns, labels, units, choice."""
+"""What a file offers, whatever its format: columns of numbers, by name and by number.
+
+`Columns` is what every format implements, `Channels` the one of files that hold numbers and not
+text: they are loaded when asked for, finite or refused, or `Stored`, which leaves them in their
+file and reads each stretch when it is needed. `data_column`, `conversion` and `seconds` say
+which column counts and in which unit, by file and scenario together. `Format` is what the
+registry of formats holds.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +21,6 @@ from drysim.errors import RecordError
 from drysim.records import SI
 from drysim.records.file import Cell, File, fault, room
 from drysim.units import convert, factor, near, shown, usual
-
-# What a file offers: columns of numbers by name and number, whatever the file's format.
-
 
 Floats = NDArray[np.float64]
 
@@ -161,7 +165,7 @@ class Columns:
         )
 
 
-# Samples that stay in their file, however many they are: each stretch is read when needed.
+# Signals in memory or in their file.
 
 
 @dataclass(frozen=True)
@@ -204,7 +208,7 @@ def stretch(signal: Signal, first: int, last: int) -> Signal:
     return signal[first:last]
 
 
-# Columns of files that hold numbers, not text: loaded when asked for, finite or refused.
+# Files that hold numbers, not text.
 
 
 SIZE = 8
@@ -317,13 +321,7 @@ def channels(
     )
 
 
-# Which column counts and in which unit, as file and scenario say together.
-
-
-TIME_NAMES = ("t", "time")
-
-BLOCKS = {"force": "friction.normal_record"}
-"""Where a scenario describes a record of a quantity; one of base motion in `excitation`."""
+# Which column counts, and its unit.
 
 
 def data_column(columns: Columns, wanted: str | int | None, time: int | None) -> int:
@@ -355,7 +353,7 @@ def conversion(
     RecordError
         When the unit is missing, unknown, of another quantity, or two are given that differ.
     """
-    si, block = SI[quantity], BLOCKS.get(quantity, "excitation")
+    si, block = SI[quantity], "friction.normal_record" if quantity == "force" else "excitation"
     place = f"in the scenario's `{block}` block"
     if columns.shares:
         if full_scale is None:
@@ -371,6 +369,7 @@ def conversion(
 
 
 def _unit(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
+    """Give what one of a column's numbers is in SI by its unit, whoever says it."""
     label = columns.labels[index] if columns.labels else None
     wanted = None if unit is None else _factor(columns, index, unit, si)
     if label is None or not label.unit:
@@ -405,16 +404,12 @@ def missing_spacing(columns: Columns) -> RecordError:
         f"give `time` (a {columns.word}), `rate` or `step`"
     )
     for label in columns.labels:
-        if _is_time(label):
+        # It holds times by its unit, or by its name where it has no unit.
+        if usual(label.unit, "s") if label.unit else label.name.lower() in ("t", "time"):
             where = f"the {columns.place} has `{label.quote}`"
             sentence += f"; `time: {label.name}` is what is missing, as {where}"
             break
     return columns.fault(sentence)
-
-
-def _is_time(label: Label) -> bool:
-    """Tell whether a column holds times, by its unit, or by its name where it has no unit."""
-    return usual(label.unit, "s") if label.unit else label.name.lower() in TIME_NAMES
 
 
 def _factor(columns: Columns, index: int, written: str, si: str) -> float:
@@ -424,7 +419,7 @@ def _factor(columns: Columns, index: int, written: str, si: str) -> float:
         raise columns.fault(f"{columns.called(index)}: {error}", index) from None
 
 
-# What a format of record files is: its name, its keys, and how its columns are found.
+# Formats; and what their files have no use for, by key of a record.
 
 
 OWN_STEP = dict.fromkeys(
@@ -439,18 +434,11 @@ NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and give `unit` if it
 
 
 class Format(NamedTuple):
-    """One format.
-
-    Attributes
-    ----------
-    name : str
-        As sentences have it, with its article.
-    columns : callable
-        Gives the columns of a file.
-    idle : mapping
-        Keys of a record that mean nothing here, and what a sentence says of each.
-    """
+    """One format: its name with its article, as sentences have it, and its keys."""
 
     name: str
     columns: Callable[[File], Columns]
+    """Gives the columns of a file, or raises the RecordError of a file that is no such one, is
+    damaged or holds no samples, or whose package is not installed."""
     idle: Mapping[str, str]
+    """Keys of a record that mean nothing here, and what a sentence says of each."""

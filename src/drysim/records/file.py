@@ -1,4 +1,9 @@
-"""Read once, hash, located faults."""
+"""The file behind a record: read once, hashed as read, and faults that point into it.
+
+Only a regular file of a known suffix that memory has room for is read. Its bytes are not kept:
+a `Reader` gives slices of them and refuses every access once the file was written to, cut or
+replaced, so that what is computed belongs to the hash that is told.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +19,17 @@ from drysim import system
 from drysim.errors import Problem, RecordError
 from drysim.units import meant, near
 
-# Bytes of a file that are read by parts; the file must stay what it was.
-
-
 WINDOW = 1 << 20
 """Bytes read at a time: small beside the numbers, large beside the cost of a call."""
+
+LEAST = 0.25
+"""Bytes held for a byte of any file, at least: a number of 8 for 32 characters."""
+
+LONGEST_QUOTE = 40
+"""Characters of a cell that a message may quote, so that no message retells a file."""
+
+LOOKED_AT = 1000
+"""Files of a folder among which a near name is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,50 +84,6 @@ class Reader:
         return found
 
 
-def changed(path: Path) -> RecordError:
-    """Give the error for a file that is no longer the one that was looked at first."""
-    sentence = "the record changed while it was read; wait until it is whole"
-    return RecordError(Problem(sentence, str(path), 0))
-
-
-def examine(path: Path) -> tuple[Reader, str, bool]:
-    """Read a file once; gives its reader, its SHA-256 (hex) and whether it holds anything.
-
-    Raises
-    ------
-    RecordError
-        When the file changes meanwhile.
-    """
-    digest, filled = hashlib.sha256(), False
-    with system.opened(path) as stream:
-        stamp = system.stamp_of(stream.fileno())
-        while block := stream.read(WINDOW):
-            digest.update(block)
-            filled = filled or bool(block.strip())
-        if system.stamp_of(stream.fileno()) != stamp:
-            raise changed(path)
-    return Reader(path, stamp[1], stamp), digest.hexdigest(), filled
-
-
-# The file behind a record: read once, hashed as read, and faults that point into it.
-
-
-COPIES = 3
-"""The file, what is made of its bytes, and the numbers: room for three at least."""
-
-LEAST = 0.25
-"""Bytes held for a byte of any file, at least: a number of 8 for 32 characters."""
-
-LONGEST_QUOTE = 40
-"""Characters of a cell that a message may quote, so that no message retells a file."""
-
-FARTHEST_CARET = 100
-"""Beyond this column a source line of blanks and one cell helps nobody."""
-
-LOOKED_AT = 1000
-"""Files of a folder among which a near name is looked for."""
-
-
 class Cell(NamedTuple):
     """Text between two delimiters, and the 1-based column of its first character."""
 
@@ -164,31 +131,8 @@ class TextFile(NamedTuple):
     line: int = 1
 
 
-def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
-    """Give the error for one fault; its source line shows the faulty cell among blanks."""
-    if cell is None:
-        return RecordError(Problem(sentence, shown, line))
-    quote = cell.quote
-    near = cell.column <= FARTHEST_CARET
-    source = " " * (cell.column - 1) + quote if near else ""
-    return RecordError(
-        Problem(sentence, shown, line, cell.column, max(1, len(quote)), source=source)
-    )
-
-
 def read(path: Path, suffixes: Collection[str]) -> File:
-    """Read the file of a record once.
-
-    Parameters
-    ----------
-    path : Path
-        Where the file is; messages name it so.
-    suffixes : collection of str
-        What is read.
-
-    Returns
-    -------
-    File
+    """Read the file of a record once, if its suffix is one of those that are read.
 
     Raises
     ------
@@ -225,25 +169,6 @@ def _size(path: Path, suffixes: Collection[str]) -> int:
     return size
 
 
-def fit(shown: str, size: int) -> None:
-    """Make sure that a record of some bytes, packed or not, can be read into memory.
-
-    Raises
-    ------
-    RecordError
-        When the machine has too little.
-    """
-    room(shown, size * COPIES)
-
-
-def room(shown: str, need: float) -> None:
-    """Make sure that the machine has so many bytes for a record; errors as in `fit`."""
-    have = system.memory()
-    if need > have:
-        sentence = f"the record needs {need / 1e9:.3g} GB of memory"
-        raise fault(shown, f"{sentence}, this machine has {have / 1e9:.3g} GB")
-
-
 def _neighbour(path: Path, suffixes: Collection[str]) -> str:
     if not path.parent.is_dir():
         return f": there is no folder `{path.parent}`"
@@ -252,3 +177,61 @@ def _neighbour(path: Path, suffixes: Collection[str]) -> str:
     files = islice(path.parent.iterdir(), LOOKED_AT)
     names = (file.name for file in files if file.suffix.lower() in suffixes)
     return meant(near(path.name, names))
+
+
+def examine(path: Path) -> tuple[Reader, str, bool]:
+    """Read a file once; gives its reader, its SHA-256 (hex) and whether it holds anything.
+
+    Raises
+    ------
+    RecordError
+        When the file changes meanwhile.
+    """
+    digest, filled = hashlib.sha256(), False
+    with system.opened(path) as stream:
+        stamp = system.stamp_of(stream.fileno())
+        while block := stream.read(WINDOW):
+            digest.update(block)
+            filled = filled or bool(block.strip())
+        if system.stamp_of(stream.fileno()) != stamp:
+            raise changed(path)
+    return Reader(path, stamp[1], stamp), digest.hexdigest(), filled
+
+
+def changed(path: Path) -> RecordError:
+    """Give the error for a file that is no longer the one that was looked at first."""
+    sentence = "the record changed while it was read; wait until it is whole"
+    return RecordError(Problem(sentence, str(path), 0))
+
+
+def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
+    """Give the error for one fault; its source line shows the faulty cell among blanks."""
+    if cell is None:
+        return RecordError(Problem(sentence, shown, line))
+    quote = cell.quote
+    # Far to the right, a source line of blanks and one cell helps nobody.
+    source = " " * (cell.column - 1) + quote if cell.column <= 100 else ""
+    return RecordError(
+        Problem(sentence, shown, line, cell.column, max(1, len(quote)), source=source)
+    )
+
+
+def fit(shown: str, size: int) -> None:
+    """Make sure that a record of some bytes, packed or not, can be read into memory.
+
+    There must be room for three: the file, what is made of its bytes, and the numbers.
+
+    Raises
+    ------
+    RecordError
+        When the machine has too little.
+    """
+    room(shown, size * 3)
+
+
+def room(shown: str, need: float) -> None:
+    """Make sure that the machine has so many bytes for a record; errors as in `fit`."""
+    have = system.memory()
+    if need > have:
+        sentence = f"the record needs {need / 1e9:.3g} GB of memory"
+        raise fault(shown, f"{sentence}, this machine has {have / 1e9:.3g} GB")

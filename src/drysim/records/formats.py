@@ -75,17 +75,11 @@ class Bytes(NamedTuple):
         return int(self.numbers(at, 1, f"u{size}")[0])
 
     def numbers(self, at: int, count: int, kind: str) -> NDArray[np.generic]:
-        """Give numbers of a kind; errors as in `behind`."""
+        """Give numbers of a kind."""
         return np.frombuffer(self.raw[at : self.behind(at, count, kind)], self.order + kind)
 
     def behind(self, at: int, count: int, kind: str) -> int:
-        """Give where numbers of a kind end.
-
-        Raises
-        ------
-        RecordError
-            When the bytes end before them.
-        """
+        """Give where numbers of a kind end; a fault where the bytes end before them."""
         end = at + count * np.dtype(kind).itemsize
         if at < 0 or end > len(self.raw):
             raise self.damaged("bytes are missing at its end")
@@ -96,7 +90,7 @@ class Bytes(NamedTuple):
         return self.numbers(at, size, "u1").tobytes().split(b"\0")[0].decode("latin-1")
 
     def stored(self, at: int, count: int, kind: str) -> Stored:
-        """Give numbers that stay where they are; errors as in `behind`."""
+        """Give numbers that stay where they are."""
         self.behind(at, count, kind)
         return Stored(partial(self._part, at, kind), 0, count)
 
@@ -270,13 +264,7 @@ def _filled(given: Bytes, element: Element, skip: int, count: int, kind: str) ->
 
 
 def mat_columns(file: File) -> Channels:
-    """Give the vectors among the variables of a MAT file.
-
-    Raises
-    ------
-    RecordError
-        When it is of version 7.3, damaged, or holds no vector of real numbers.
-    """
+    """Give the vectors of real numbers among the variables of a MAT file."""
     head = file.reader[:1024]
     if head[:10] == b"MATLAB 7.3" or b"\x89HDF\r\n\x1a\n" in head:
         sentence = "the MAT file is of version 7.3, which is not read; save it by `save -v7`"
@@ -327,13 +315,7 @@ class Form(NamedTuple):
 
 
 def wav_columns(file: File) -> Channels:
-    """Give the channels of a WAV file.
-
-    Raises
-    ------
-    RecordError
-        When it is no WAV, is cut short, or has samples of a kind that is not read.
-    """
+    """Give the channels of a WAV file."""
     form, start, size = _chunks(file)
     each = form.bits // 8 * form.channels
     if size < each:
@@ -417,11 +399,7 @@ def _wrong(file: File, what: str) -> RecordError:
     return fault(file.shown, f"the WAV is cut short or damaged: {what}")
 
 
-WAV = Format(
-    "a WAV",
-    wav_columns,
-    {"skip": NO_TABLE, "column": AS_CHANNEL, **OWN_STEP},
-)
+WAV = Format("a WAV", wav_columns, {"skip": NO_TABLE, "column": AS_CHANNEL, **OWN_STEP})
 
 
 # Packages that read one format.
@@ -434,7 +412,10 @@ COPY = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
 
 
 def _package(module: str, extra: str, file: File, name: str = "") -> Any:
-    """Give a package that only one format needs; `name` is what it is called, if otherwise."""
+    """Give a package that only one format needs; `name` is what it is called, if otherwise.
+
+    Where it is not installed the fault says how to install it.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -481,13 +462,7 @@ LONGEST = 1 << 20
 
 
 def mdf_columns(file: File) -> Channels:
-    """Give the channels of an MDF file, of all its groups, and behind them their times.
-
-    Raises
-    ------
-    RecordError
-        When it is damaged or has no channels; or asammdf is not installed.
-    """
+    """Give the channels of an MDF file, of all its groups, and behind them their times."""
     asammdf = _package("asammdf", "mdf", file)
 
     def read() -> list[tuple[int, int, str, str]]:
@@ -556,13 +531,7 @@ UNITS = ("unit_string", "NI_UnitDescription")
 
 
 def tdms_columns(file: File) -> Channels:
-    """Give the channels of a TDMS file, of all its groups.
-
-    Raises
-    ------
-    RecordError
-        When it is damaged or has no channels; or npTDMS is not installed.
-    """
+    """Give the channels of a TDMS file, of all its groups."""
     nptdms = _package("nptdms", "tdms", file)
 
     def read() -> list[Channel]:
@@ -624,13 +593,7 @@ DIRECTIONS = ("", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ", "-RZ", "-RY", "-RX", "-
 
 
 def uff_columns(file: File) -> Channels:
-    """Give the time histories of a universal file, in their order.
-
-    Raises
-    ------
-    RecordError
-        When it is damaged, or holds no time history; or pyuff is not installed.
-    """
+    """Give the time histories of a universal file, in their order; behind them their times."""
     pyuff = _package("pyuff", "uff", file)
     if len(MARK.findall(file.raw)) % 2:
         raise fault(file.shown, f"{NOT_ONE}: its last data set does not end")
@@ -709,13 +672,6 @@ UFF = Format(
 def rpc_columns(file: File) -> Channels:
     """Give the channels of an RPC III file.
 
-    Raises
-    ------
-    RecordError
-        When it is damaged or has no channels; or rpc3-file is not installed.
-
-    Notes
-    -----
     Whole numbers are multiplied by the SCALE of their channel; INT_FULL_SCALE is not needed for
     that. A file that does not say its number of SAMPLES ends with its last frame, filled up.
     """

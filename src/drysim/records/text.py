@@ -401,14 +401,7 @@ def refuse_open_quote(shown: str, line: int, text: str) -> None:
 
 
 def tabulate(file: TextFile) -> Table:
-    """Find header, delimiter and columns of a text file.
-
-    Raises
-    ------
-    RecordError
-        When there are no rows of numbers or too many columns, the header is not UTF-8 or does
-        not fit the rows.
-    """
+    """Find header, delimiter and columns of a text file; a fault where they do not fit."""
     line, width = wide(file)
     if line:
         sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
@@ -699,13 +692,7 @@ class Header(NamedTuple):
 
 
 def at2_columns(file: File) -> Channels:
-    """Give the one series of an AT2 file.
-
-    Raises
-    ------
-    RecordError
-        When its header does not say NPTS and DT, or the samples are not as many.
-    """
+    """Give the one series of an AT2 file."""
     fit(file.shown, len(file.reader))
     text = plain(file)
     header = _header(text)
