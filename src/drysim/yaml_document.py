@@ -48,6 +48,10 @@ class Place(NamedTuple):
             sentence, self.file, self.line, self.column, self.width, self.source, key
         )
 
+    def unreadable(self, sentence: str) -> Unreadable:
+        """Give the error for a fault here after which nothing more can be read."""
+        return Unreadable(self.problem(sentence))
+
 
 Mark = tuple[int, int]
 """Line and column, from 0."""
@@ -147,10 +151,10 @@ def read(path: str | Path, overrides: Overrides = (), dotted: Collection[str] = 
     text = _decoded(data, file)
     tree, problems = parse(text, placer(file, text))
     if tree is None:
-        raise Unreadable(Place(file).problem("the file is empty"))
+        raise Place(file).unreadable("the file is empty")
     if not isinstance(tree.value, dict):
-        raise Unreadable(
-            tree.place.problem(f"must be keys such as `name: value`, not {shown(tree.value)}")
+        raise tree.place.unreadable(
+            f"must be keys such as `name: value`, not {shown(tree.value)}"
         )
     tree, taken, faults = _laid_over(tree, overrides, dotted)
     return Document(file, hashlib.sha256(data).hexdigest(), tree, problems + faults, taken)
@@ -196,26 +200,24 @@ def read_bytes(path: Path) -> bytes:
         data = system.content(path, MAX_BYTES + 1)
     except system.Irregular as other:
         inside = _inside(path) if str(other) == "a folder" else "; name a file"
-        raise Unreadable(here.problem(f"this is {other}{inside}")) from None
+        raise here.unreadable(f"this is {other}{inside}") from None
     except FileNotFoundError:
         why = ": it is a link that leads nowhere" if path.is_symlink() else _neighbour(path)
-        raise Unreadable(here.problem(f"no such file{why}")) from None
+        raise here.unreadable(f"no such file{why}") from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)
-        raise Unreadable(here.problem(f"cannot be read: {reason}")) from None
+        raise here.unreadable(f"cannot be read: {reason}") from None
     if len(data) > MAX_BYTES:
-        raise Unreadable(
-            here.problem("larger than 1 MB; is it a record for `excitation.file`?")
-        )
+        raise here.unreadable("larger than 1 MB; is it a record for `excitation.file`?")
     return data
 
 
 def _decoded(data: bytes, file: str) -> str:
     """Give the text of UTF-8 bytes, without its byte order mark."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise Unreadable(Place(file).problem("this is UTF-16 text; save it as UTF-8"))
+        raise Place(file).unreadable("this is UTF-16 text; save it as UTF-8")
     if b"\0" in data:
-        raise Unreadable(Place(file).problem("this is a binary file, not a scenario"))
+        raise Place(file).unreadable("this is a binary file, not a scenario")
     data = data.removeprefix(b"\xef\xbb\xbf")
     try:
         text = data.decode()
@@ -223,7 +225,7 @@ def _decoded(data: bytes, file: str) -> str:
         before = data[: fault.start].decode()
         text = before + data[fault.start :].decode("latin-1")
         sentence = f"byte 0x{data[fault.start]:02X} is not UTF-8; save the file as UTF-8"
-        raise Unreadable(_at(text, len(before), file).problem(sentence)) from None
+        raise _at(text, len(before), file).unreadable(sentence) from None
     screen(text, file)
     return text
 
@@ -235,7 +237,7 @@ def screen(text: str, file: str) -> None:
     first = min((place for place in places if place >= 0), default=None)
     if first is not None:
         sentence = f"character U+{ord(text[first]):04X} has no place in a scenario; remove it"
-        raise Unreadable(_at(text, first, file).problem(sentence))
+        raise _at(text, first, file).unreadable(sentence)
 
 
 def _at(text: str, start: int, file: str) -> Place:
@@ -324,7 +326,7 @@ class _Builder:
             if isinstance(event, yaml.DocumentStartEvent):
                 if tree is not None:
                     sentence = "a second document starts here; a scenario is one document"
-                    raise Unreadable(self.place(event).problem(sentence))
+                    raise self.place(event).unreadable(sentence)
                 tree = self.node(next(self.events), 0)
         return tree
 
@@ -332,7 +334,7 @@ class _Builder:
         """Give the value that starts with an event."""
         place = self.place(event)
         if depth > MAX_DEPTH:
-            raise Unreadable(place.problem(f"nested deeper than {MAX_DEPTH} levels"))
+            raise place.unreadable(f"nested deeper than {MAX_DEPTH} levels")
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event.anchor, place)
         if event.anchor is not None:
@@ -348,9 +350,7 @@ class _Builder:
             node = self.mapping(place, depth, event.flow_style)
         self.read += 1
         if max(self.read, node.size) > MAX_VALUES:
-            raise Unreadable(
-                place.problem(f"this is more than {MAX_VALUES} values, aliases counted")
-            )
+            raise place.unreadable(f"this is more than {MAX_VALUES} values, aliases counted")
         if event.anchor is not None:
             self.anchors[event.anchor] = node
         return node
@@ -362,7 +362,7 @@ class _Builder:
             word = (
                 "stands inside itself" if anchor in self.anchors else "has no anchor before it"
             )
-            raise Unreadable(place.problem(f"alias `*{short(anchor)}` {word}"))
+            raise place.unreadable(f"alias `*{short(anchor)}` {word}")
         return node._replace(place=place)
 
     def sequence(self, place: Place, depth: int) -> Node:
@@ -397,7 +397,7 @@ class _Builder:
         size = 1 + sum(child.size for child in children)
         depth = 1 + max((child.depth for child in children), default=0)
         if depth > MAX_DEPTH:
-            raise Unreadable(place.problem(f"nested deeper than {MAX_DEPTH} levels"))
+            raise place.unreadable(f"nested deeper than {MAX_DEPTH} levels")
         return Node(value, place, size=size, depth=depth)
 
     def place(self, event: Any) -> Place:
@@ -599,7 +599,7 @@ def _steps(key: str, place: Place) -> list[str]:
     """Give the steps of a dotted key."""
     steps = key.split(".")
     if not all(steps) or len(steps) > MAX_DEPTH:
-        raise Unreadable(place.problem("write KEY=VALUE, such as `friction.kinetic=30`"))
+        raise place.unreadable("write KEY=VALUE, such as `friction.kinetic=30`")
     return steps
 
 
@@ -624,14 +624,14 @@ def _read(text: str, place: Place) -> tuple[Node, tuple[Problem, ...]]:
     screen(text, place.file)
     node, problems = parse(text, lambda start, end: place)
     if node is None:
-        raise Unreadable(place.problem("has no value; `null` takes the key away"))
+        raise place.unreadable("has no value; `null` takes the key away")
     return node, problems
 
 
 def _known(value: Any, place: Place, depth: int = 0) -> Node:
     """Give the node of a Python value."""
     if depth > MAX_DEPTH:
-        raise Unreadable(place.problem(f"nested deeper than {MAX_DEPTH} levels"))
+        raise place.unreadable(f"nested deeper than {MAX_DEPTH} levels")
     value = _bare(value, place)
     if isinstance(value, Mapping):
         items = {str(key): _known(v, place, depth + 1) for key, v in value.items()}
@@ -644,9 +644,7 @@ def _known(value: Any, place: Place, depth: int = 0) -> Node:
         screen(value, place.file)
     if isinstance(value, str | bool | int | float) or value is None:
         return Node(value, place)
-    raise Unreadable(
-        place.problem(f"a value of type {type(value).__name__} has no place in a scenario")
-    )
+    raise place.unreadable(f"a value of type {type(value).__name__} has no place in a scenario")
 
 
 def _bare(value: Any, place: Place) -> Any:
@@ -654,7 +652,7 @@ def _bare(value: Any, place: Place) -> Any:
     bare = getattr(value, "tolist", lambda: value)()
     if bare is None and value is not None:
         what = f"a value of type {type(value).__name__} with nothing behind its mask"
-        raise Unreadable(place.problem(f"{what} has no place in a scenario"))
+        raise place.unreadable(f"{what} has no place in a scenario")
     return bare
 
 
@@ -668,15 +666,13 @@ def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") 
         count = len(node.value)
         if not (step.isdecimal() and len(step) < 9 and int(step) < count):
             entries = f"with entries 0 to {count - 1}" if count else "without entries"
-            raise Unreadable(
-                place.problem(f"{done} is a list {entries}; it has no `{short(step)}`")
-            )
+            raise place.unreadable(f"{done} is a list {entries}; it has no `{short(step)}`")
         items = list(node.value)
         old = items[int(step)]
         items[int(step)] = _put(old, rest, new, place, f"{done}.{step}") if rest else new
         return node._replace(value=items)
     if not isinstance(node.value, dict):
-        raise Unreadable(place.problem(f"{done} is a value; it has no `{short(step)}`"))
+        raise place.unreadable(f"{done} is a value; it has no `{short(step)}`")
     children = dict(node.value)
     if rest:
         old = children.get(step, Node({}, place))
@@ -685,7 +681,7 @@ def _put(node: Node, steps: list[str], new: Node, place: Place, done: str = "") 
         children[step] = new
     elif children.pop(step, None) is None:
         hint = meant(near(step, children))
-        raise Unreadable(place.problem(f"there is no `{short(step)}` to take away{hint}"))
+        raise place.unreadable(f"there is no `{short(step)}` to take away{hint}")
     if step in children:
         children[step] = children[step]._replace(
             key=node.value[step].key if rest and step in node.value else place
