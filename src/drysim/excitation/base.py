@@ -42,15 +42,7 @@ class Member(Block):
     def told(self, varied: Collection[str] = ()) -> str:
         """Give what it is by its keys, behind its kind, without those that a sweep varies.
 
-        Parameters
-        ----------
-        varied : collection of str
-            Keys of the block, such as `speed`.
-
-        Returns
-        -------
-        str
-            E.g. `C at 10 m/s` of a road; nothing where its motion tells it all.
+        E.g. `C at 10 m/s` of a road; nothing where its motion tells it all.
         """
         return ""
 
@@ -134,17 +126,7 @@ class Ending(Generated):
     def motion(self, step: float | None = None, end: float | None = None) -> Samples:
         """Give the base acceleration on a grid, and what else is known of the motion.
 
-        Parameters
-        ----------
-        step : float
-            Distance of the samples [s].
-        end : float, optional
-            Not used: the motion has a length of its own.
-
-        Raises
-        ------
-        Misfit
-            When the step does not suit.
+        It has a length of its own, whatever `end` is; the errors are those of `check_step`.
         """
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)

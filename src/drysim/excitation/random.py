@@ -63,18 +63,9 @@ def numbers(low: float, high: float, T: float) -> tuple[int, int]:
 
 
 def lines(G: Density, band: tuple[float, float], square: float, T: float) -> Lines:
-    """Give the lines of a one-sided PSD in a band.
+    """Give the lines of a one-sided PSD [(m/s²)²/Hz] in a band [Hz]; it is zero outside.
 
-    Parameters
-    ----------
-    G : callable
-        PSD [(m/s²)²/Hz] at frequencies [Hz].
-    band : tuple of float
-        First and last frequency [Hz]; the PSD is zero outside.
-    square : float
-        Integral of the PSD over the band [m²/s⁴], which the lines share.
-    T : float
-        Period of the signal [s].
+    They share `square`, its integral over the band [m²/s⁴]; `T` is the period [s].
     """
     first, last = numbers(*band, T)
     squares = np.empty(last + 1 - first)
@@ -97,6 +88,7 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
     step : float
         Distance of the samples [s]; a whole number of them makes the period.
     seed : int
+        Of the phases.
     rms : float, optional
         RMS value [m/s²] to which ü is scaled, as it is: linear between its samples.
 
@@ -459,11 +451,8 @@ class Standard(Drawn):
 def proof(spectrum: Spectrum, motion: Samples) -> tuple[dict[str, float], ...]:
     """Give the PSD of the samples beside its definition, in bands.
 
-    Returns
-    -------
-    tuple of dict
-        `from` and `to` of a band [Hz]; `asked` and `found`, the means of both PSDs at the lines
-        in it [(m/s²)²/Hz].
+    `from` and `to` of a band [Hz]; `asked` and `found`, the means of both PSDs at the lines in
+    it [(m/s²)²/Hz].
     """
     n = len(motion.u_dd) - 1
     f = np.arange(n // 2 + 1) / (n * motion.dt)

@@ -178,24 +178,9 @@ class Shock(Generated):
         return self.amplitude * (self.duration - self._rise) if trapezoid else whole / 2
 
     def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Sample the pulse on a grid.
+        """Sample the pulse at a step [s] from 0 to `end` [s], by default until it is over.
 
-        Parameters
-        ----------
-        step : float
-            Distance of the samples [s].
-        end : float, optional
-            Length of the base motion [s]; default: until the pulse is over.
-
-        Returns
-        -------
-        Samples
-            From 0 to `end`, zero outside the pulse.
-
-        Raises
-        ------
-        Misfit
-            When the step does not suit.
+        The errors are those of `check_step`.
         """
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)
