@@ -53,24 +53,24 @@ POOR = "give `rate` or `step` in place of `time` where only the printed times ar
 
 
 class Grid(NamedTuple):
-    """Where samples lie.
-
-    Attributes
-    ----------
-    dt : float
-        Their distance; of uneven times the mean one, holes left out [s].
-    first : float
-        Time of the first [s].
-    at : ndarray, shape (n,), or None
-        Steps of `dt` from the first sample to each; None where none is missing.
-    spread : tuple of float, or None
-        Least and greatest step [s] of uneven times; None where all lie on the grid.
-    """
+    """Where samples lie."""
 
     dt: float
+    """Their distance; of uneven times the mean one, holes left out [s]."""
     first: float
+    """Time of the first [s]."""
     at: Floats | None = None
+    """Steps of `dt` from the first sample to each; None where none is missing."""
     spread: tuple[float, float] | None = None
+    """Least and greatest step [s] of uneven times; None where all lie on the grid."""
+
+
+class Series(NamedTuple):
+    """Evenly spaced samples in SI, their distance and the time of the first [s]."""
+
+    values: Signal
+    dt: float
+    first: float
 
 
 def grid_of(
@@ -78,17 +78,8 @@ def grid_of(
 ) -> Grid:
     """Give where the samples of printed times lie.
 
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Times as printed.
-    second : float
-        The unit of `t` [s].
-    columns : Columns
-    index : int
-        0-based column of the times.
-    may_jitter : bool
-        Whether uneven times may stand, because the record is to be resampled.
+    `second` is the unit of the times [s], `index` their 0-based column. Uneven times may stand
+    where the record is to be resampled.
 
     Raises
     ------
@@ -173,29 +164,18 @@ LITTLE = 1e-12
 
 
 class Report(NamedTuple):
-    """One step of a clean-up.
-
-    Attributes
-    ----------
-    step : str
-        Key of the record that asked for it.
-    sentence : str
-        What was done.
-    rms_before, rms_after : float
-        RMS of the samples about their mean, in SI.
-    mean_before, mean_after : float
-        That mean.
-    numbers : mapping
-        What else describes the step, in SI.
-    """
+    """One step of a clean-up: RMS and mean of the samples, in SI, the RMS about that mean."""
 
     step: str
+    """Key of the record that asked for it."""
     sentence: str
+    """What was done."""
     rms_before: float
     rms_after: float
     mean_before: float
     mean_after: float
     numbers: Mapping[str, float]
+    """What else describes the step, in SI."""
 
     def told(self) -> dict[str, object]:
         """Give the report as drysim.json holds it."""
@@ -233,19 +213,8 @@ def closed(
 ) -> tuple[Floats, Grid, Report | None]:
     """Give samples without gaps, where they are, and the report of what was filled.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Samples in SI; NaN where one is missing.
-    grid : Grid
-        Where they are.
-    gaps : Gaps or None
-        What the scenario says of gaps; with nothing said, each is a fault.
-    columns : Columns
-    index : int
-        0-based column of the samples.
-    unit : str
-        SI unit of the samples.
+    The samples are in SI, NaN where one is missing; where nothing is said of gaps, each is a
+    fault. `index` is the 0-based column of the samples, `unit` their SI unit.
 
     Raises
     ------
@@ -312,11 +281,147 @@ def _refusal(width: float, dt: float, gaps: Gaps | None, number: int, longest: f
     )
 
 
-# Trends and filters of evenly spaced samples; displacement from ü.
+# Another grid.
+
+
+ALIAS = 0.1
+"""What a low-pass may leave of an amplitude at half the new rate: a tenth, 20 dB down."""
+
+SAME_UNEVEN = 1e-2
+"""As `SAME`, against the mean of uneven steps: their half rate is no sharper than that."""
+
+
+class Onto(NamedTuple):
+    """A grid that is `times` as fine as the one that was asked for, and that one's step [s].
+
+    A record that loses rate is filtered in between, on the finer grid.
+    """
+
+    step: float
+    times: int
+
+
+def target(wanted: Resample, removal: Removal, grid: Grid, shown: str) -> Onto:
+    """Give the grid to go by: as fine as the record's own, or finer.
+
+    Raises
+    ------
+    RecordError
+        When frequencies would fold, because no low-pass is stated that keeps them out.
+    """
+    step = wanted.step or 1 / (wanted.rate or 1.0)
+    same = SAME if grid.spread is None else SAME_UNEVEN
+    times = max(1, ceil(step / grid.dt * (1 - same)))
+    if times > 1:
+        half, order = 1 / (2 * step), removal.order
+        if removal.above is None or gain(half, removal.above, order) > ALIAS * (1 + SAME):
+            most = half * (1 / ALIAS - 1) ** (-1 / (2 * order))
+            # A hundredth less is clear of it in few digits, too.
+            sentence = (
+                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is "
+                f"above {half:.6g} Hz; state a low-pass that leaves a tenth of it or less "
+                f"there, `remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
+            )
+            raise fault(shown, sentence)
+    return Onto(step, times)
+
+
+def onto(values: Floats, grid: Grid, wanted: Resample, goal: Onto, shown: str) -> Series:
+    """Give samples on the grid to go by, which ends where the record does."""
+    at, fine = grid.at, goal.step / goal.times
+    n = len(values)
+    length = (n - 1.0 if at is None else float(at[-1])) * grid.dt
+    count = floor(length / fine * (1 + SAME)) + 1
+    if at is None and abs(fine / grid.dt - 1) <= SAME:
+        return Series(values, fine, grid.first)
+    fit(shown, 8 * count)
+    if count < 2:
+        raise fault(shown, f"the record lasts {length:.6g} s, less than `resample` asks for")
+    places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
+    own = np.arange(float(n)) if at is None else at
+    return Series(between(own, values, places, wanted.by), fine, grid.first)
+
+
+def thinned(series: Series, goal: Onto) -> Series:
+    """Give every sample that lies on the grid that was asked for."""
+    return series._replace(values=series.values[:: goal.times].copy(), dt=goal.step)
+
+
+def told(
+    before: Floats, grid: Grid, after: Series, goal: Onto, wanted: Resample, unit: str
+) -> Report:
+    """Give the report of a resampling: samples as they were, and between them."""
+    numbers = {"step_before": grid.dt, "step_after": goal.step}
+    was = f"{1 / grid.dt:.6g} Hz"
+    if grid.spread is not None:
+        least, most = grid.spread
+        numbers |= {"least_step": least, "greatest_step": most}
+        was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s in the mean,"
+    sentence = f"resampled from {was} to {1 / goal.step:.6g} Hz by {wanted.by}s"
+    return report("resample", sentence, before, after.values[:], unit, numbers)
+
+
+# What is removed: trends, and what is outside a band.
 
 
 Ends = Literal["even", "odd"]
 """How a filter continues the ends of samples: mirrored, without or with a change of sign."""
+
+
+class Rest(NamedTuple):
+    """What a removal leaves; `slow` is that before a high-pass, None where there is none."""
+
+    series: Series
+    slow: Series | None
+    told: Report
+
+
+def without(
+    series: Series, wanted: Removal, unit: str, shown: str, ends: Ends = "even"
+) -> Rest:
+    """Give a series without its trend and what is outside a band, and the report of that.
+
+    `unit` is the SI unit of the samples; `ends` is that of `high_pass`.
+
+    Raises
+    ------
+    RecordError
+        When a frequency has less than one period in the record, or is above half its rate.
+    """
+    rest, slow, words = series.values[:], None, []
+    if wanted.trend != "nothing":
+        rest = rest - trend(rest, wanted.trend)
+        words.append(f"the {wanted.trend}")
+    if wanted.above is not None:
+        _check(wanted.above, "above", series, shown)
+        rest = low_pass(rest, series.dt, wanted.above, wanted.order)
+        words.append(f"what is above {wanted.above:g} Hz")
+    if wanted.below is not None:
+        _check(wanted.below, "below", series, shown)
+        slow = series._replace(values=rest)
+        rest = high_pass(rest, series.dt, wanted.below, wanted.order, ends)
+        words.append(f"what is below {wanted.below:g} Hz")
+    by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.filters else ""
+    taken = series.values[:] - rest
+    mean, drift = float(taken.mean()), float(taken[-1] - taken[0])
+    sentence = (
+        f"{listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
+        f"{drift:+.4g} {unit}"
+    )
+    if wanted.below is not None:
+        sentence += f"; the first and the last {1 / wanted.below:.3g} s hang on its ends"
+    numbers = {"mean": mean, "drift": drift}
+    told = report("remove", sentence, series.values[:], rest, unit, numbers)
+    return Rest(series._replace(values=rest), slow, told)
+
+
+def _check(frequency: float, side: str, series: Series, shown: str) -> None:
+    """Make sure that a filter has something to work on."""
+    low, high = 1 / ((len(series.values) - 1) * series.dt), 1 / (2 * series.dt)
+    if not low <= frequency < high:
+        bounds = f"at least {low:.6g} Hz, one period in the record, and below {high:.6g} Hz"
+        sentence = f"`remove.{side}` must be {bounds}, half its rate; not {frequency:.6g} Hz"
+        raise fault(shown, sentence)
 
 
 def trend(values: Floats, what: str) -> Floats:
@@ -331,6 +436,11 @@ def trend(values: Floats, what: str) -> Floats:
 def low_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
     """Give what is slower than a frequency [Hz]; see `high_pass`."""
     return _both_ways(values, dt, frequency, order, "lowpass", "odd")
+
+
+def gain(frequency: float, corner: float, order: int) -> float:
+    """Give what `low_pass` leaves of an amplitude at a frequency [-]."""
+    return 1 / (1 + (frequency / corner) ** (2 * order))
 
 
 def high_pass(
@@ -376,53 +486,7 @@ def _both_ways(
     return np.asarray(passed, dtype=np.float64)
 
 
-def gain(frequency: float, corner: float, order: int) -> float:
-    """Give what `low_pass` leaves of an amplitude at a frequency [-]."""
-    return 1 / (1 + (frequency / corner) ** (2 * order))
-
-
-def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats, Floats]:
-    """Return the part of the displacement of samples that is faster than a frequency, twice.
-
-    Parameters
-    ----------
-    motion : Samples
-        With its slow parts.
-    frequency, order
-        As in `high_pass`.
-
-    Returns
-    -------
-    u : ndarray, shape (n,)
-        Displacement [m].
-    otherwise : ndarray, shape (n,)
-        The same with another continuation of the ends: what both differ by is uncertain.
-
-    Notes
-    -----
-    The double integral of ü, linear between its samples, less its drift, through the filter.
-    Filtered before the integration, what an end leaves of slow parts would grow to be most of
-    u. What is left lies within a period of either end, where u depends on how it is continued:
-    mirrored about its last sample, which suits slow parts, or mirrored as it is, which suits a
-    seat-test signal without any. What a continuation leaves of slow parts adds to u, so the
-    one with the smaller RMS is u.
-    """
-    u_dd, dt = motion.u_dd[:] - trend(motion.u_dd[:], "line"), motion.dt
-    u_d = np.zeros_like(u_dd)
-    np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
-    u_d -= u_d.mean()
-    u = np.zeros_like(u_dd)
-    np.cumsum(u_d[:-1] * dt + (2 * u_dd[:-1] + u_dd[1:]) * (dt * dt / 6), out=u[1:])
-    span = np.linspace(-1.0, 1.0, len(u))
-    # An acceleration that is off by a line drifts by a cubic.
-    u -= np.polynomial.Legendre.fit(span, u, min(3, len(u) - 1), domain=[-1, 1])(span)
-    ways: tuple[Ends, ...] = "odd", "even"
-    found = [_both_ways(u, dt, frequency, order, "highpass", ends) for ends in ways]
-    least, most = sorted(found, key=lambda values: float(values @ values))
-    return least, most
-
-
-# The window, and the splines from samples to ü.
+# The window; splines from samples to ü, and displacements from it.
 
 
 EDGE = 1e-6
@@ -430,14 +494,6 @@ EDGE = 1e-6
 
 EXACT = ".15g"
 """Format of a time: seconds since 1970 have ten digits before the point."""
-
-
-class Series(NamedTuple):
-    """Evenly spaced samples in SI, their distance and the time of the first [s]."""
-
-    values: Signal
-    dt: float
-    first: float
 
 
 def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
@@ -527,140 +583,42 @@ SPLINES = {
 }
 
 
-# Another grid.
+def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats, Floats]:
+    """Return the part of the displacement of samples that is faster than a frequency, twice.
 
+    Parameters
+    ----------
+    motion : Samples
+        With its slow parts.
+    frequency, order
+        As in `high_pass`.
 
-ALIAS = 0.1
-"""What a low-pass may leave of an amplitude at half the new rate: a tenth, 20 dB down."""
+    Returns
+    -------
+    u : ndarray, shape (n,)
+        Displacement [m].
+    otherwise : ndarray, shape (n,)
+        The same with another continuation of the ends: what both differ by is uncertain.
 
-SAME_UNEVEN = 1e-2
-"""As `SAME`, against the mean of uneven steps: their half rate is no sharper than that."""
-
-
-class Onto(NamedTuple):
-    """A grid that is `times` as fine as the one that was asked for, and that one's step [s].
-
-    A record that loses rate is filtered in between, on the finer grid.
+    Notes
+    -----
+    The double integral of ü, linear between its samples, less its drift, through the filter.
+    Filtered before the integration, what an end leaves of slow parts would grow to be most of
+    u. What is left lies within a period of either end, where u depends on how it is continued:
+    mirrored about its last sample, which suits slow parts, or mirrored as it is, which suits a
+    seat-test signal without any. What a continuation leaves of slow parts adds to u, so the
+    one with the smaller RMS is u.
     """
-
-    step: float
-    times: int
-
-
-def target(wanted: Resample, removal: Removal, grid: Grid, shown: str) -> Onto:
-    """Give the grid to go by: as fine as the record's own, or finer.
-
-    Raises
-    ------
-    RecordError
-        When frequencies would fold, because no low-pass is stated that keeps them out.
-    """
-    step = wanted.step or 1 / (wanted.rate or 1.0)
-    same = SAME if grid.spread is None else SAME_UNEVEN
-    times = max(1, ceil(step / grid.dt * (1 - same)))
-    if times > 1:
-        half, order = 1 / (2 * step), removal.order
-        if removal.above is None or gain(half, removal.above, order) > ALIAS * (1 + SAME):
-            most = half * (1 / ALIAS - 1) ** (-1 / (2 * order))
-            # A hundredth less is clear of it in few digits, too.
-            sentence = (
-                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is "
-                f"above {half:.6g} Hz; state a low-pass that leaves a tenth of it or less "
-                f"there, `remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
-            )
-            raise fault(shown, sentence)
-    return Onto(step, times)
-
-
-def onto(values: Floats, grid: Grid, wanted: Resample, goal: Onto, shown: str) -> Series:
-    """Give samples on the grid to go by, which ends where the record does."""
-    at, fine = grid.at, goal.step / goal.times
-    n = len(values)
-    length = (n - 1.0 if at is None else float(at[-1])) * grid.dt
-    count = floor(length / fine * (1 + SAME)) + 1
-    if at is None and abs(fine / grid.dt - 1) <= SAME:
-        return Series(values, fine, grid.first)
-    fit(shown, 8 * count)
-    if count < 2:
-        raise fault(shown, f"the record lasts {length:.6g} s, less than `resample` asks for")
-    places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
-    own = np.arange(float(n)) if at is None else at
-    return Series(between(own, values, places, wanted.by), fine, grid.first)
-
-
-def thinned(series: Series, goal: Onto) -> Series:
-    """Give every sample that lies on the grid that was asked for."""
-    return series._replace(values=series.values[:: goal.times].copy(), dt=goal.step)
-
-
-def told(
-    before: Floats, grid: Grid, after: Series, goal: Onto, wanted: Resample, unit: str
-) -> Report:
-    """Give the report of a resampling: samples as they were, and between them."""
-    numbers = {"step_before": grid.dt, "step_after": goal.step}
-    was = f"{1 / grid.dt:.6g} Hz"
-    if grid.spread is not None:
-        least, most = grid.spread
-        numbers |= {"least_step": least, "greatest_step": most}
-        was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s in the mean,"
-    sentence = f"resampled from {was} to {1 / goal.step:.6g} Hz by {wanted.by}s"
-    return report("resample", sentence, before, after.values[:], unit, numbers)
-
-
-# What is removed.
-
-
-class Rest(NamedTuple):
-    """What a removal leaves; `slow` is that before a high-pass, None where there is none."""
-
-    series: Series
-    slow: Series | None
-    told: Report
-
-
-def without(
-    series: Series, wanted: Removal, unit: str, shown: str, ends: Ends = "even"
-) -> Rest:
-    """Give a series without its trend and what is outside a band, and the report of that.
-
-    `unit` is the SI unit of the samples; `ends` is that of `high_pass`.
-
-    Raises
-    ------
-    RecordError
-        When a frequency has less than one period in the record, or is above half its rate.
-    """
-    rest, slow, words = series.values[:], None, []
-    if wanted.trend != "nothing":
-        rest = rest - trend(rest, wanted.trend)
-        words.append(f"the {wanted.trend}")
-    if wanted.above is not None:
-        _check(wanted.above, "above", series, shown)
-        rest = low_pass(rest, series.dt, wanted.above, wanted.order)
-        words.append(f"what is above {wanted.above:g} Hz")
-    if wanted.below is not None:
-        _check(wanted.below, "below", series, shown)
-        slow = series._replace(values=rest)
-        rest = high_pass(rest, series.dt, wanted.below, wanted.order, ends)
-        words.append(f"what is below {wanted.below:g} Hz")
-    by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.filters else ""
-    taken = series.values[:] - rest
-    mean, drift = float(taken.mean()), float(taken[-1] - taken[0])
-    sentence = (
-        f"{listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
-        f"{drift:+.4g} {unit}"
-    )
-    if wanted.below is not None:
-        sentence += f"; the first and the last {1 / wanted.below:.3g} s hang on its ends"
-    numbers = {"mean": mean, "drift": drift}
-    told = report("remove", sentence, series.values[:], rest, unit, numbers)
-    return Rest(series._replace(values=rest), slow, told)
-
-
-def _check(frequency: float, side: str, series: Series, shown: str) -> None:
-    """Make sure that a filter has something to work on."""
-    low, high = 1 / ((len(series.values) - 1) * series.dt), 1 / (2 * series.dt)
-    if not low <= frequency < high:
-        bounds = f"at least {low:.6g} Hz, one period in the record, and below {high:.6g} Hz"
-        sentence = f"`remove.{side}` must be {bounds}, half its rate; not {frequency:.6g} Hz"
-        raise fault(shown, sentence)
+    u_dd, dt = motion.u_dd[:] - trend(motion.u_dd[:], "line"), motion.dt
+    u_d = np.zeros_like(u_dd)
+    np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
+    u_d -= u_d.mean()
+    u = np.zeros_like(u_dd)
+    np.cumsum(u_d[:-1] * dt + (2 * u_dd[:-1] + u_dd[1:]) * (dt * dt / 6), out=u[1:])
+    span = np.linspace(-1.0, 1.0, len(u))
+    # An acceleration that is off by a line drifts by a cubic.
+    u -= np.polynomial.Legendre.fit(span, u, min(3, len(u) - 1), domain=[-1, 1])(span)
+    ways: tuple[Ends, ...] = "odd", "even"
+    found = [_both_ways(u, dt, frequency, order, "highpass", ends) for ends in ways]
+    least, most = sorted(found, key=lambda values: float(values @ values))
+    return least, most

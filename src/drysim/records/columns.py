@@ -60,31 +60,22 @@ class Label(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """Columns of numbers in a file; each implementation knows where its numbers are.
-
-    Attributes
-    ----------
-    shown : str
-        The file as messages name it.
-    labels : tuple of Label
-        What the file says of each column; empty when nothing has a name.
-    width : int
-        Number of columns.
-    word, key : str
-        What a column is called, and the key of a record that chooses it.
-    place : str
-        Where a unit stands: header or file.
-    shares : bool
-        Whether the numbers are shares of a full scale that the file does not know.
-    """
+    """Columns of numbers in a file; each implementation knows where its numbers are."""
 
     shown: str
+    """The file as messages name it."""
     labels: tuple[Label, ...]
+    """What the file says of each column; empty when nothing has a name."""
     width: int
+    """Number of columns."""
     word: str = "column"
+    """What a column is called."""
     key: str = "column"
+    """The key of a record that chooses it."""
     place: str = "header"
+    """Where a unit stands: header or file."""
     shares: bool = False
+    """Whether the numbers are shares of a full scale that the file does not know."""
 
     def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
         """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""

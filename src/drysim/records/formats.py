@@ -70,9 +70,9 @@ class Bytes(NamedTuple):
     raw: Reader | bytes
     order: str
 
-    def whole(self, at: int, size: int = 4) -> int:
-        """Give an unsigned whole number."""
-        return int(self.numbers(at, 1, f"u{size}")[0])
+    def whole(self, at: int) -> int:
+        """Give an unsigned whole number of four bytes."""
+        return int(self.numbers(at, 1, "u4")[0])
 
     def numbers(self, at: int, count: int, kind: str) -> NDArray[np.generic]:
         """Give numbers of a kind."""

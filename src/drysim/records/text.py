@@ -285,27 +285,19 @@ MARK = re.compile("[.,]")
 
 @dataclass(frozen=True, kw_only=True)
 class Table(Columns):
-    """Columns of a text file; the numbers are still text.
-
-    Attributes
-    ----------
-    file : TextFile
-    delimiter : str
-        One of tab, semicolon and comma, or nothing: blanks.
-    header : tuple of Cell
-        Empty when the file has none.
-    start, line : int
-        Where the first row of numbers begins: its offset in the text, its 1-based line.
-    header_line : int
-        Line of the header, 0 when there is none.
-    """
+    """Columns of a text file; the numbers are still text."""
 
     file: TextFile
     delimiter: str
+    """One of tab, semicolon and comma, or nothing: blanks."""
     header: tuple[Cell, ...]
+    """Empty when the file has none."""
     start: int
+    """Offset in the text at which the first row of numbers begins."""
     line: int
+    """The 1-based line of that row."""
     header_line: int
+    """Line of the header, 0 when there is none."""
 
     def rows(self) -> Iterator[tuple[int, list[Cell]]]:
         """Give line and cells of every row of numbers; comments and blank ends are left out.
@@ -535,13 +527,20 @@ def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
         block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
     elif decimal == ",":
         block = block.replace(b",", b".")
+    found = _parsed(block, " , " if table.delimiter else " ")
+    if found is None or found.size != lines * table.width:
+        return None
+    return found.reshape(lines, -1)
+
+
+def _parsed(text: bytes, separator: str) -> Floats | None:
+    """Give the numbers in a text; None where something else is in it."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
-            found = np.fromstring(block, sep=" , " if table.delimiter else " ")
+            return np.fromstring(text, sep=separator)
     except (ValueError, DeprecationWarning):
         return None
-    return found.reshape(lines, -1) if found.size == lines * table.width else None
 
 
 def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
@@ -727,18 +726,15 @@ def _header(text: TextFile) -> Header:
 
 def _values(text: TextFile, header: Header) -> Floats:
     """Give all numbers behind the header."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", DeprecationWarning)  # what numpy 1 says, 2 raises
-            values = np.fromstring(text.text[header.end :], sep=" ")
-    except (ValueError, DeprecationWarning):
+    values = _parsed(text.text[header.end :], " ")
+    if values is None:
         for line, _, content in lines(text, header.end, header.line + 1):
             for word in re.finditer(r"\S+", content):
                 if not NUMBER.fullmatch(word[0]):
                     cell = Cell(word[0], word.start() + 1)
                     sentence = f"row {line}: `{cell.quote}` is not a number"
-                    raise fault(text.shown, sentence, line, cell) from None
-        raise fault(text.shown, "the record holds no rows of numbers") from None
+                    raise fault(text.shown, sentence, line, cell)
+        raise fault(text.shown, "the record holds no rows of numbers")
     if len(values) != header.n:
         more = "less: it is cut short" if len(values) < header.n else "more"
         sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"

@@ -165,15 +165,8 @@ def interpolated(
 ) -> Iterator[Caution]:
     """Warn when linear interpolation, or the spline, takes more than a hundredth of RMS{ü}.
 
-    Parameters
-    ----------
-    record : RecordedMotion
-    motion : Samples
-        Base motion of the record.
-    rms : float
-        Of ü at its samples, about the mean [m/s²].
-    own : float
-        Step of the samples in the file, the mean one where they are uneven [s].
+    `rms` is that of ü at its samples, about the mean [m/s²]; `own` is the step of the samples
+    in the file, the mean one where they are uneven [s].
     """
     if len(motion.u_dd) < FEWEST:
         return
@@ -300,16 +293,8 @@ def kept_by_spline(values: Signal) -> float:
 def kept_by_splines(motion: Samples, quantity: str, own: float, by: str) -> float:
     """Return the share of RMS{ü} that is left of a record of velocity or displacement.
 
-    Parameters
-    ----------
-    motion : Samples
-        ü from the spline of its quantity.
-    quantity : str
-        `velocity` or `displacement`.
-    own : float
-        Step of the samples in the file [s].
-    by : str
-        How they were resampled, where their step in `motion` is a finer one.
+    `motion` has ü from the spline of its quantity, `own` is the step of the samples in the file
+    [s]; where their step in `motion` is a finer one they were resampled, as `by` says.
 
     Notes
     -----
@@ -327,11 +312,11 @@ def kept_by_splines(motion: Samples, quantity: str, own: float, by: str) -> floa
         if by == "spline":
             gain *= gain * 3 / (2 + np.cos(z))
         kept = power.sum() + images
-    elif quantity == "displacement":
-        gain = 6 * (1 - np.cos(z)) / (2 + np.cos(z)) / z**2
-        kept = (power * (1 - 2 / 3 * np.sin(z / 2) ** 2)).sum()
     else:
-        gain = 8 * np.sin(z / 2) / (3 + np.cos(z)) / z
+        if quantity == "displacement":
+            gain = 6 * (1 - np.cos(z)) / (2 + np.cos(z)) / z**2
+        else:
+            gain = 8 * np.sin(z / 2) / (3 + np.cos(z)) / z
         kept = (power * (1 - 2 / 3 * np.sin(z / 2) ** 2)).sum()
     whole = (power / gain**2).sum()
     return float(np.sqrt(kept / whole)) if whole else 1.0
