@@ -1,4 +1,4 @@
-"""Outcome of a run: response, metrics, verdicts, exit code."""
+"""Outcome: what one case gives, as plain values, its exit code, and a line about it."""
 
 from __future__ import annotations
 
@@ -16,54 +16,6 @@ if TYPE_CHECKING:
     from drysim.metrics.spectra import Spectra
     from drysim.metrics.stroke import Values
     from drysim.scenario.model import Scenario
-
-
-# An answer in a line or two, as a notebook or a debugger shows it.
-
-
-RATIOS = ("T_a", "SEAT", "T_x")
-"""The metrics that are told beside the stroke, where they are known."""
-
-
-def values(metrics: Metrics) -> str:
-    """Give the metrics that people ask for first."""
-    known = [
-        f"{name} {number(metrics[name])}" for name in RATIOS if metrics.get(name) is not None
-    ]
-    return ", ".join([*known, f"peak |x_r| {length(metrics.get('x_r_peak'))}"])
-
-
-def spans(ends: Mapping[str, tuple[float, float]]) -> str:
-    """Give what the same metrics lie between, SI, by name."""
-    told = [f"{name} {_span(ends[name])}" for name in RATIOS if name in ends]
-    if "x_r_peak" in ends:
-        low, high = ends["x_r_peak"]
-        factor, sign = length_unit(high)
-        told.append(f"peak |x_r| {_span((low * factor, high * factor))} {sign}")
-    return ", ".join(told)
-
-
-def judged(checks: Sequence[Verdict], warnings: Sequence[Caution]) -> str:
-    """Give how many checks hold, are not judged, and how many warnings there are, if any."""
-    held = sum(verdict.passed is True for verdict in checks)
-    left = sum(verdict.passed is None for verdict in checks)
-    told = [f"{held} of {several(len(checks), 'check')} held"] * bool(checks)
-    told += [f"{left} not judged"] * bool(left)
-    told += [several(len(warnings), "warning")] * bool(warnings)
-    return listed(told) if told else ""
-
-
-def line(what: str, name: str, *parts: str) -> str:
-    """Give the line: what it is, the scenario's name, and the parts that say something."""
-    return f"<{what} of {name}: {'; '.join(filter(None, parts))}>"
-
-
-def _span(ends: tuple[float, float]) -> str:
-    low, high = (number(end, digits=3) for end in ends)
-    return low if low == high else f"{low} to {high}"
-
-
-# Outcome: everything that one case gives, as plain values.
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,3 +72,47 @@ def exit_code(
     wanted = (True,) if strict else (True, None)
     failed = not all(verdict.passed in wanted for verdict in checks)
     return EXIT_CHECK_FAILED if failed or (strict and warnings) else EXIT_OK
+
+
+# An answer in a line or two, as a notebook or a debugger shows it.
+
+RATIOS = ("T_a", "SEAT", "T_x")
+"""The metrics that are told beside the stroke, where they are known."""
+
+
+def values(metrics: Metrics) -> str:
+    """Give the metrics that people ask for first."""
+    known = [
+        f"{name} {number(metrics[name])}" for name in RATIOS if metrics.get(name) is not None
+    ]
+    return ", ".join([*known, f"peak |x_r| {length(metrics.get('x_r_peak'))}"])
+
+
+def spans(ends: Mapping[str, tuple[float, float]]) -> str:
+    """Give what the same metrics lie between, SI, by name."""
+    told = [f"{name} {_span(ends[name])}" for name in RATIOS if name in ends]
+    if "x_r_peak" in ends:
+        low, high = ends["x_r_peak"]
+        factor, sign = length_unit(high)
+        told.append(f"peak |x_r| {_span((low * factor, high * factor))} {sign}")
+    return ", ".join(told)
+
+
+def _span(ends: tuple[float, float]) -> str:
+    low, high = (number(end, digits=3) for end in ends)
+    return low if low == high else f"{low} to {high}"
+
+
+def judged(checks: Sequence[Verdict], warnings: Sequence[Caution]) -> str:
+    """Give how many checks hold, are not judged, and how many warnings there are, if any."""
+    held = sum(verdict.passed is True for verdict in checks)
+    left = sum(verdict.passed is None for verdict in checks)
+    told = [f"{held} of {several(len(checks), 'check')} held"] * bool(checks)
+    told += [f"{left} not judged"] * bool(left)
+    told += [several(len(warnings), "warning")] * bool(warnings)
+    return listed(told) if told else ""
+
+
+def line(what: str, name: str, *parts: str) -> str:
+    """Give the line: what it is, the scenario's name, and the parts that say something."""
+    return f"<{what} of {name}: {'; '.join(filter(None, parts))}>"

@@ -1,66 +1,32 @@
-"""Cases as rows, and many rows as columns."""
+"""Rows: one case of a sweep as a row, and many as columns.
+
+A row is the point of a case, its metrics and what became of it. A batch holds the columns of a
+block of cases that follow each other; `Rows` makes the rows of many batches when they are
+asked for, so that none need be held.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, chain, groupby
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.metrics import UNITS
+from drysim.metrics import UNITS, Metrics
 from drysim.scenario.blocks import SEED
 from drysim.scenario.sampling import Lazy
 
-if TYPE_CHECKING:
-    from drysim.metrics import Metrics
+OK, NOT_SETTLED, NOT_UNIQUE, FAILED = "ok", "not settled", "not unique", "failed"
 
-
-# One case of a sweep as a row: its point, its metrics, what became of it.
-
-
-OK = "ok"
-
-
-NOT_SETTLED = "not settled"
-
-
-NOT_UNIQUE = "not unique"
-
-
-FAILED = "failed"
-
+STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
+"""What a case may come to; its place here is its code in a batch."""
 
 LIMIT = "stroke.limit"
 """The key of the stroke limit, which a case has of its own where it is swept."""
-
-
-@dataclass(frozen=True)
-class OverSeeds:
-    """What is known of a case that is many seeds, beside the means of its metrics.
-
-    Attributes
-    ----------
-    count : int
-        How many seeds.
-    half_widths : mapping
-        Half of the 95 % confidence interval, by metric.
-    T_a : sequence of float
-        By seed: two approaches are compared seed by seed.
-    sha256 : str
-        Of the hashes of all base accelerations (hex).
-    narrow : bool
-        Whether the interval is as narrow as `until` asks for, if it does.
-    """
-
-    count: int
-    half_widths: Mapping[str, float | None] = field(default_factory=dict)
-    T_a: Sequence[float | None] = ()
-    sha256: str = ""
-    narrow: bool = True
 
 
 @dataclass(frozen=True)
@@ -114,17 +80,35 @@ class Row:
         return self.over.half_widths if self.over else {}
 
 
-# Batch: a block of cases of one approach, as columns.
+@dataclass(frozen=True)
+class OverSeeds:
+    """What is known of a case that is many seeds, beside the means of its metrics.
 
+    Attributes
+    ----------
+    count : int
+        How many seeds.
+    half_widths : mapping
+        Half of the 95 % confidence interval, by metric.
+    T_a : sequence of float
+        By seed: two approaches are compared seed by seed.
+    sha256 : str
+        Of the hashes of all base accelerations (hex).
+    narrow : bool
+        Whether the interval is as narrow as `until` asks for, if it does.
+    """
 
-STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
-"""What a case may come to, by its code."""
+    count: int
+    half_widths: Mapping[str, float | None] = field(default_factory=dict)
+    T_a: Sequence[float | None] = ()
+    sha256: str = ""
+    narrow: bool = True
+
 
 COUNTED = frozenset({"violations", "contacts"})
 """Metrics that are whole numbers, unless they are means over many seeds."""
 
 NAMES = tuple(UNITS)
-
 Floats = NDArray[np.float64]
 
 
@@ -212,6 +196,13 @@ class Batch:
         )
 
 
+Finished = Callable[[Batch], None]
+
+
+def nothing(batch: Batch) -> None:
+    """Do nothing with finished cases."""
+
+
 def _column(values: Sequence[float | None]) -> Floats:
     """Give values as a column, NaN for not known."""
     return np.array([np.nan if value is None else value for value in values], dtype=float)
@@ -232,9 +223,6 @@ def _known(name: str, column: Floats) -> list[float | int | None]:
         return [None if value != value else value for value in column.tolist()]
     values: list[float | int | None] = column.tolist()
     return values
-
-
-# The rows of a sweep, made from blocks when they are asked for, so that none need be held.
 
 
 HELD = 20_000
@@ -279,9 +267,7 @@ class Rows(Lazy[Row]):
 
 def batches_of(rows: Iterable[Row]) -> Iterable[Batch]:
     """Give rows as blocks, each of one approach."""
-    if isinstance(rows, Rows):
-        return rows.batches
-    return _gathered(rows)
+    return rows.batches if isinstance(rows, Rows) else _gathered(rows)
 
 
 def _gathered(rows: Iterable[Row]) -> Iterator[Batch]:

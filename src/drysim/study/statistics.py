@@ -1,8 +1,11 @@
-"""Means over seeds: confidence intervals and the stopping rule."""
+"""Means over seeds: which seeds a scenario asks for, what they tell, and when they are enough.
+
+Of each metric: mean, confidence interval, quantiles and extremes, over the seeds that know it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from math import fsum, isfinite, sqrt
@@ -16,9 +19,6 @@ if TYPE_CHECKING:
     from drysim.excitation.base import Until
     from drysim.scenario.model import Scenario
     from drysim.study.rows import Row
-
-
-# Statistics of one metric over many seeds: mean, confidence interval, quantiles, extremes.
 
 
 CONFIDENCE = 0.95
@@ -61,28 +61,13 @@ def statistics(rows: Sequence[Row]) -> dict[str, Statistic | None]:
     None where no row knows it.
     """
     names = dict.fromkeys(name for row in rows for name in row.metrics)
-    return {name: _statistic(_known(rows, name)) for name in names}
+    return {name: _statistic(rows, name) for name in names}
 
 
-def interval(values: Iterable[float]) -> tuple[float, float | None]:
-    """Give the mean of values and half of its confidence interval, None for a single one.
-
-    Notes
-    -----
-    Sums are exact, so neither depends on the order of the values.
-    """
-    mean, half_width, _ = _moments(list(values))
-    return mean, half_width
-
-
-def _known(rows: Sequence[Row], name: str) -> Mapping[int, float]:
-    """Give the values of a metric by seed, where they are known."""
+def _statistic(rows: Sequence[Row], name: str) -> Statistic | None:
+    """Give the statistics of a metric over the seeds that know it."""
     found = ((row.seed, row.metrics.get(name)) for row in rows)
-    return {seed: value for seed, value in found if value is not None and isfinite(value)}
-
-
-def _statistic(values: Mapping[int, float]) -> Statistic | None:
-    """Give the statistics of values by seed."""
+    values = {seed: value for seed, value in found if value is not None and isfinite(value)}
     if not values:
         return None
     import numpy as np
@@ -95,6 +80,17 @@ def _statistic(values: Mapping[int, float]) -> Statistic | None:
         len(values), *_moments(series.tolist()), tuple(quantiles),
         (values[least], least), (values[greatest], greatest),
     )  # fmt: skip
+
+
+def interval(values: Iterable[float]) -> tuple[float, float | None]:
+    """Give the mean of values and half of its confidence interval, None for a single one.
+
+    Notes
+    -----
+    Sums are exact, so neither depends on the order of the values.
+    """
+    mean, half_width, _ = _moments(list(values))
+    return mean, half_width
 
 
 def _moments(values: Sequence[float]) -> tuple[float, float | None, float | None]:
@@ -126,8 +122,7 @@ def about_mean(verdict: Verdict, half_width: float | None, seeds: int) -> Verdic
     return replace(verdict, half_width=half_width, seeds=seeds)
 
 
-# The seeds that a scenario asks for: which, one after the other, and when they are enough.
-
+# The seeds, one after the other, and when they are enough.
 
 LOOK = 10
 """Seeds between two looks at the interval. Looks are taken at fixed numbers of seeds, in their

@@ -1,4 +1,9 @@
-"""Table of many cases: extremes, quantiles and verdicts, streamed."""
+"""Table: the outcomes of many cases, without their responses.
+
+What the cases of an approach come to (extremes with where they are, quantiles, verdicts, how
+well means over seeds are known) is gathered block by block, in little memory whatever their
+number.
+"""
 
 from __future__ import annotations
 
@@ -6,164 +11,110 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from drysim.core.model import Samples, Sines
+from drysim.errors import Caution
 from drysim.metrics.checks import STATUS, Check, Verdict, badness
+from drysim.scenario.axes import Axis
+from drysim.scenario.model import Scenario
 from drysim.study.outcome import exit_code, judged, line, spans
-from drysim.study.rows import FAILED, LIMIT, NAMES, OK, STATUSES, Batch, Row
+from drysim.study.rows import FAILED, LIMIT, NAMES, OK, STATUSES, Batch, Row, batches_of
 from drysim.study.statistics import about_mean
 from drysim.wording import several
 
-if TYPE_CHECKING:
-    from drysim.core.model import Samples, Sines
-    from drysim.errors import Caution
-    from drysim.scenario.axes import Axis
-    from drysim.scenario.model import Scenario
 
-
-# How well the means of many cases are known, gathered block by block.
-
-
-class Count(NamedTuple):
-    """How many cases have something in common, and the first of them."""
-
-    cases: int
-    first: Row
-
-
-@dataclass
-class Seeds:
-    """What the cases of one approach have in common that are means over many seeds.
+@dataclass(frozen=True, eq=False)
+class Table:
+    """All cases of a sweep or of a comparison.
 
     Attributes
     ----------
-    cases : int
-        Those of them that have numbers.
-    least, most : int
-        Seeds of a case.
-    hashes : set of str
-        Of the base motions of all seeds; no more than two are held.
-    widest : dict
-        By metric the row with the widest interval.
-    wide : Count or None
-        Cases whose interval is wider than asked.
-    open : dict
-        By check: cases in which its limit lies within the interval.
+    scenario : Scenario
+    axes : tuple of Axis
+        Swept keys with unit and values; the first varies fastest. Empty for a comparison of one
+        case.
+    rows : sequence of Row
+        Approach by approach, each in the order of the grid.
+    checks : tuple of Verdict
+    warnings : tuple of Caution
+    complete : bool
+        Whether every case was computed.
+    motion : Sines or Samples or None
+        The base motion, where all cases share one.
+    numerics : mapping
+        How the numbers were made, as far as all cases share it: core, why, engine, ...
+    told : mapping
+        What the cases of each approach come to, where it was gathered as they were computed.
     """
 
-    cases: int = 0
-    least: int = 0
-    most: int = 0
-    hashes: set[str] = field(default_factory=set)
-    widest: dict[str, Row] = field(default_factory=dict)
-    wide: Count | None = None
-    open: dict[Check, Count] = field(default_factory=dict)
+    scenario: Scenario
+    axes: tuple[Axis, ...]
+    rows: Sequence[Row]
+    checks: tuple[Verdict, ...] = ()
+    warnings: tuple[Caution, ...] = ()
+    complete: bool = True
+    motion: Sines | Samples | None = None
+    numerics: Mapping[str, object] = field(default_factory=dict)
+    told: Mapping[str, Tally] = field(default_factory=dict)
 
-    def add(self, batch: Batch, checks: Sequence[Check]) -> None:
-        """Take a block of cases into account; blocks come in order."""
-        for row in map(batch.row, batch.over):
-            self.least = min(self.least or row.seeds, row.seeds)
-            self.most = max(self.most, row.seeds)
-            if row.status == OK:
-                self._add(row, checks)
+    def __len__(self) -> int:
+        """Give the number of rows."""
+        return len(self.rows)
 
-    def _add(self, row: Row, checks: Sequence[Check]) -> None:
-        self.cases += 1
-        if row.over and len(self.hashes) < 2:
-            self.hashes.add(row.over.sha256)
-        for name, width in row.half_widths.items():
-            before = self.widest.get(name)
-            if width is not None and (
-                before is None or width > (before.half_widths[name] or 0)
-            ):
-                self.widest[name] = row
-        if row.over and not row.over.narrow:
-            self.wide = more(self.wide, row)
-        for check in checks:
-            if check.applies(row.point) and lies_within(check, row):
-                self.open[check] = more(self.open.get(check), row)
+    def __iter__(self) -> Iterator[Row]:
+        """Give the rows in order."""
+        return iter(self.rows)
 
+    def __getitem__(self, number: int) -> Row:
+        """Give one row."""
+        return self.rows[number]
 
-def more(before: Count | None, row: Row, cases: int = 1) -> Count:
-    """Give a count with so many more cases in it, the first of which is a row."""
-    return Count(before.cases + cases, before.first) if before else Count(cases, row)
+    def __repr__(self) -> str:
+        """Give what the cases come to, in a line."""
+        name, kept = self.scenario.name, judged(self.checks, self.warnings)
+        tallies = list(self.tallies.values())
+        told = [f"{several(tally.cases, 'case')} by {tally.approach}" for tally in tallies]
+        # What a comparison is judged by comes last of those that were asked for.
+        own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
+        found = f"{spans(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}" if own else ""
+        return line("Table", name, ", ".join(told), found, kept)
 
+    @property
+    def approaches(self) -> tuple[str, ...]:
+        """The approaches in the order in which they were asked for."""
+        return tuple(self.tallies)
 
-def lies_within(check: Check, row: Row) -> bool:
-    """Tell whether the limit of a check lies within the interval of a mean."""
-    mean = row.metrics.get(check.metric)
-    return mean is not None and abs(mean - check.limit) < (
-        row.half_widths.get(check.metric) or 0
-    )
+    @cached_property
+    def tallies(self) -> Mapping[str, Tally]:
+        """What the cases come to, by approach; the one that was asked for comes first."""
+        return self.told or Tally.of(batches_of(self.rows))
 
+    def exit_code(self, strict: bool = False) -> int:
+        """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
+        lost = any(FAILED in tally.lost for tally in self.tallies.values())
+        return exit_code(self.checks, self.warnings, strict, lost)
 
-# Quantiles of any number of values in little memory, whatever the blocks they come in.
+    @property
+    def own(self) -> tuple[Row, ...]:
+        """The rows of the approach that was asked for, those of its reference left aside."""
+        return tuple(self.of(self.approaches[0])) if self.rows else ()
 
-
-FINENESS = 256
-"""Bins to a factor of e: a quantile is known within 0.2 % of its value."""
-
-LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""The quantiles that are told."""
-
-
-class Quantiles:
-    """A histogram in bins of equal ratio; values at or below zero share one bin."""
-
-    def __init__(self) -> None:
-        self._counts: Counter[int] = Counter()
-        self._none = 0
-        self._low, self._high = np.inf, -np.inf
-
-    def add(self, values: NDArray[np.float64]) -> None:
-        """Count values; NaN is passed over."""
-        values = values[values == values]
-        if not len(values):
-            return
-        self._low = min(self._low, float(values.min()))
-        self._high = max(self._high, float(values.max()))
-        above = values[values > 0.0]
-        self._none += len(values) - len(above)
-        if len(above):
-            bins = np.floor(np.log(above) * FINENESS).astype(np.int64)
-            counts = np.bincount(bins - (first := int(bins.min())))
-            held = np.flatnonzero(counts)
-            found = zip((held + first).tolist(), counts[held].tolist(), strict=True)
-            self._counts.update(dict(found))
-
-    def at(self, level: float) -> float | None:
-        """Give a quantile; None where there are no values."""
-        total = self._none + self._counts.total()
-        if not total:
-            return None
-        for value, below in self._steps():
-            if below >= level * total:
-                return float(min(max(value, self._low), self._high))
-        return self._high
-
-    def told(self) -> dict[str, float]:
-        """Give the quantiles of `LEVELS` by name, such as `0.5`; empty without values."""
-        found = ((f"{level:g}", self.at(level)) for level in LEVELS)
-        return {name: value for name, value in found if value is not None}
-
-    def _steps(self) -> Iterator[tuple[float, int]]:
-        """Give the middle of every bin and how many values lie up to its end."""
-        below = self._none
-        yield min(self._low, 0.0), below
-        for at in sorted(self._counts):
-            below += self._counts[at]
-            yield float(np.exp((at + 0.5) / FINENESS)), below
+    def of(self, approach: str) -> Iterator[Row]:
+        """Give the rows of one approach."""
+        return (row for row in self.rows if row.approach == approach)
 
 
-# Tally: what many cases come to at a glance, gathered block by block.
+def stroke_limit(scenario: Scenario, row: Row) -> float | None:
+    """Give the stroke limit of a case [m]: its own where it is swept; None without one."""
+    stroke = scenario.stroke
+    return None if stroke is None else row.point.get(LIMIT, stroke.limit)
 
 
-if TYPE_CHECKING:
-    RowAt = Callable[[int], Row]
-
+# Tally: what the cases of an approach come to, gathered block by block.
 
 TOLD = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
 """Metrics whose quantiles are gathered."""
@@ -174,6 +125,9 @@ class Extreme(NamedTuple):
 
     value: float
     row: Row
+
+
+RowAt = Callable[[int], Row]
 
 
 @dataclass
@@ -256,9 +210,8 @@ class Tally:
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
         """One for every check, in order."""
-        return tuple(
-            self._decided.get(i) or check.missed() for i, check in enumerate(self.checks)
-        )
+        checks = enumerate(self.checks)
+        return tuple(self._decided.get(i) or check.missed() for i, check in checks)
 
     @property
     def shared(self) -> dict[str, bool]:
@@ -322,93 +275,129 @@ class Tally:
                 self._decided[i] = verdict
 
 
-# Table: the outcomes of many cases, without their responses.
+class Count(NamedTuple):
+    """How many cases have something in common, and the first of them."""
+
+    cases: int
+    first: Row
 
 
-def stroke_limit(scenario: Scenario, row: Row) -> float | None:
-    """Give the stroke limit of a case [m]: its own where it is swept; None without one."""
-    stroke = scenario.stroke
-    return None if stroke is None else row.point.get(LIMIT, stroke.limit)
+def more(before: Count | None, row: Row, cases: int = 1) -> Count:
+    """Give a count with so many more cases in it, the first of which is a row."""
+    return Count(before.cases + cases, before.first) if before else Count(cases, row)
 
 
-@dataclass(frozen=True, eq=False)
-class Table:
-    """All cases of a sweep or of a comparison.
+@dataclass
+class Seeds:
+    """What the cases of one approach have in common that are means over many seeds.
 
     Attributes
     ----------
-    scenario : Scenario
-    axes : tuple of Axis
-        Swept keys with unit and values; the first varies fastest. Empty for a comparison of one
-        case.
-    rows : sequence of Row
-        Approach by approach, each in the order of the grid.
-    checks : tuple of Verdict
-    warnings : tuple of Caution
-    complete : bool
-        Whether every case was computed.
-    motion : Sines or Samples or None
-        The base motion, where all cases share one.
-    numerics : mapping
-        How the numbers were made, as far as all cases share it: core, why, engine, ...
-    told : mapping
-        What the cases of each approach come to, where it was gathered as they were computed.
+    cases : int
+        Those of them that have numbers.
+    least, most : int
+        Seeds of a case.
+    hashes : set of str
+        Of the base motions of all seeds; no more than two are held.
+    widest : dict
+        By metric the row with the widest interval.
+    wide : Count or None
+        Cases whose interval is wider than asked.
+    open : dict
+        By check: cases in which its limit lies within the interval.
     """
 
-    scenario: Scenario
-    axes: tuple[Axis, ...]
-    rows: Sequence[Row]
-    checks: tuple[Verdict, ...] = ()
-    warnings: tuple[Caution, ...] = ()
-    complete: bool = True
-    motion: Sines | Samples | None = None
-    numerics: Mapping[str, object] = field(default_factory=dict)
-    told: Mapping[str, Tally] = field(default_factory=dict)
+    cases: int = 0
+    least: int = 0
+    most: int = 0
+    hashes: set[str] = field(default_factory=set)
+    widest: dict[str, Row] = field(default_factory=dict)
+    wide: Count | None = None
+    open: dict[Check, Count] = field(default_factory=dict)
 
-    def __len__(self) -> int:
-        """Give the number of rows."""
-        return len(self.rows)
+    def add(self, batch: Batch, checks: Sequence[Check]) -> None:
+        """Take a block of cases into account; blocks come in order."""
+        for row in map(batch.row, batch.over):
+            self.least = min(self.least or row.seeds, row.seeds)
+            self.most = max(self.most, row.seeds)
+            if row.status == OK:
+                self._add(row, checks)
 
-    def __iter__(self) -> Iterator[Row]:
-        """Give the rows in order."""
-        return iter(self.rows)
+    def _add(self, row: Row, checks: Sequence[Check]) -> None:
+        self.cases += 1
+        if row.over and len(self.hashes) < 2:
+            self.hashes.add(row.over.sha256)
+        for name, width in row.half_widths.items():
+            before = self.widest.get(name)
+            if width is not None and (
+                before is None or width > (before.half_widths[name] or 0)
+            ):
+                self.widest[name] = row
+        if row.over and not row.over.narrow:
+            self.wide = more(self.wide, row)
+        for check in checks:
+            if check.applies(row.point) and lies_within(check, row):
+                self.open[check] = more(self.open.get(check), row)
 
-    def __getitem__(self, number: int) -> Row:
-        """Give one row."""
-        return self.rows[number]
 
-    def __repr__(self) -> str:
-        """Give what the cases come to, in a line."""
-        name, kept = self.scenario.name, judged(self.checks, self.warnings)
-        tallies = list(self.tallies.values())
-        told = [f"{several(tally.cases, 'case')} by {tally.approach}" for tally in tallies]
-        # What a comparison is judged by comes last of those that were asked for.
-        own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
-        found = f"{spans(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}" if own else ""
-        return line("Table", name, ", ".join(told), found, kept)
+def lies_within(check: Check, row: Row) -> bool:
+    """Tell whether the limit of a check lies within the interval of a mean."""
+    mean = row.metrics.get(check.metric)
+    return mean is not None and abs(mean - check.limit) < (
+        row.half_widths.get(check.metric) or 0
+    )
 
-    @property
-    def approaches(self) -> tuple[str, ...]:
-        """The approaches in the order in which they were asked for."""
-        return tuple(self.tallies)
 
-    @cached_property
-    def tallies(self) -> Mapping[str, Tally]:
-        """What the cases come to, by approach; the one that was asked for comes first."""
-        from drysim.study.rows import batches_of
+FINENESS = 256
+"""Bins to a factor of e: a quantile is known within 0.2 % of its value."""
 
-        return self.told or Tally.of(batches_of(self.rows))
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""The quantiles that are told."""
 
-    def exit_code(self, strict: bool = False) -> int:
-        """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
-        lost = any(FAILED in tally.lost for tally in self.tallies.values())
-        return exit_code(self.checks, self.warnings, strict, lost)
 
-    @property
-    def own(self) -> tuple[Row, ...]:
-        """The rows of the approach that was asked for, those of its reference left aside."""
-        return tuple(self.of(self.approaches[0])) if self.rows else ()
+class Quantiles:
+    """A histogram in bins of equal ratio; values at or below zero share one bin."""
 
-    def of(self, approach: str) -> Iterator[Row]:
-        """Give the rows of one approach."""
-        return (row for row in self.rows if row.approach == approach)
+    def __init__(self) -> None:
+        self._counts: Counter[int] = Counter()
+        self._none = 0
+        self._low, self._high = np.inf, -np.inf
+
+    def add(self, values: NDArray[np.float64]) -> None:
+        """Count values; NaN is passed over."""
+        values = values[values == values]
+        if not len(values):
+            return
+        self._low = min(self._low, float(values.min()))
+        self._high = max(self._high, float(values.max()))
+        above = values[values > 0.0]
+        self._none += len(values) - len(above)
+        if len(above):
+            bins = np.floor(np.log(above) * FINENESS).astype(np.int64)
+            counts = np.bincount(bins - (first := int(bins.min())))
+            held = np.flatnonzero(counts)
+            found = zip((held + first).tolist(), counts[held].tolist(), strict=True)
+            self._counts.update(dict(found))
+
+    def at(self, level: float) -> float | None:
+        """Give a quantile; None where there are no values."""
+        total = self._none + self._counts.total()
+        if not total:
+            return None
+        for value, below in self._steps():
+            if below >= level * total:
+                return float(min(max(value, self._low), self._high))
+        return self._high
+
+    def told(self) -> dict[str, float]:
+        """Give the quantiles of `LEVELS` by name, such as `0.5`; empty without values."""
+        found = ((f"{level:g}", self.at(level)) for level in LEVELS)
+        return {name: value for name, value in found if value is not None}
+
+    def _steps(self) -> Iterator[tuple[float, int]]:
+        """Give the middle of every bin and how many values lie up to its end."""
+        below = self._none
+        yield min(self._low, 0.0), below
+        for at in sorted(self._counts):
+            below += self._counts[at]
+            yield float(np.exp((at + 0.5) / FINENESS)), below
