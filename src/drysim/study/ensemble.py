@@ -1,4 +1,10 @@
-"""Many seeds of a case: means, intervals, stopping rule."""
+"""Ensemble: a scenario under many seeds of its base motion, and what they have in common.
+
+The seeds are taken in their order, a number of them at a time, until they are all, or enough
+for the interval of a mean to be as narrow as asked. Where the scene allows it, one call of the
+kernel measures a block of them; every other seed is solved by itself. What a seed comes to
+depends neither on those beside it nor on the number of threads.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +18,24 @@ import numpy as np
 
 from drysim import system
 from drysim.approach import EXACT
+from drysim.approach.solution import Events, Response
 from drysim.core import compile
 from drysim.core.compile import COMPILED, engine
-from drysim.core.model import Law, Samples
-from drysim.errors import SolverError
+from drysim.core.model import Law, Samples, Sines
+from drysim.errors import Caution, SolverError
 from drysim.metrics import METRICS, energies, means
+from drysim.metrics.checks import Verdict
 from drysim.metrics.stroke import Values, excursions, stroke_statistics
 from drysim.scenario.blocks import SEED
+from drysim.scenario.model import Scenario
+from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, bytes_of, prepare, sha256_of
-from drysim.study.outcome import exit_code, judged, line, values
+from drysim.study.outcome import Outcome, exit_code, judged, line, values
 from drysim.study.rows import FAILED, OK, Row
-from drysim.study.run import attempted, track_of
+from drysim.study.run import MotionOf, attempted, track_of
 from drysim.study.statistics import (
     Statistic,
+    about_mean,
     asked,
     enough,
     most,
@@ -32,21 +43,244 @@ from drysim.study.statistics import (
     statistics,
     until_of,
 )
+from drysim.study.warnings import remarks
 from drysim.system import hands, in_order
 from drysim.wording import several
 
 if TYPE_CHECKING:
     from drysim.approach.many_records import Measured
-    from drysim.approach.solution import Events, Response
-    from drysim.core.model import Sines
-    from drysim.errors import Caution
-    from drysim.metrics.checks import Verdict
-    from drysim.scenario.model import Scenario
-    from drysim.study.outcome import Outcome
 
 
-# Seeds of one case by blocks: one call of the kernel measures a block of them.
+@dataclass(frozen=True, eq=False)
+class Ensemble:
+    """A scenario under many seeds.
 
+    Attributes
+    ----------
+    scenario : Scenario
+        What was asked.
+    rows : tuple of Row
+        One for each seed, in order.
+    statistics : mapping
+        `Statistic` by name of the metric; None where no seed knows it.
+    shown : Outcome
+        The first seed that has numbers, as a run of its own: with its response.
+    checks : tuple of Verdict
+        On the means.
+    warnings : tuple of Caution
+    complete : bool
+        Whether every seed was computed that is needed.
+    """
+
+    scenario: Scenario
+    rows: tuple[Row, ...]
+    statistics: Mapping[str, Statistic | None]
+    shown: Outcome
+    checks: tuple[Verdict, ...] = ()
+    warnings: tuple[Caution, ...] = ()
+    complete: bool = True
+
+    @property
+    def metrics(self) -> Values:
+        """The mean of every metric over the seeds that know it, SI."""
+        return {name: found and found.mean for name, found in self.statistics.items()}
+
+    @property
+    def response(self) -> Response:
+        """The response of the first seed."""
+        return self.shown.response
+
+    @property
+    def events(self) -> Events:
+        """The events of the first seed."""
+        return self.shown.events
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds, in order."""
+        return tuple(row.seed for row in self.rows)
+
+    def __repr__(self) -> str:
+        """Give what came out, in a line."""
+        kept, many = judged(self.checks, self.warnings), several(len(self.rows), "seed")
+        return line("Ensemble", self.scenario.name, many, values(self.metrics), kept)
+
+    def exit_code(self, strict: bool = False) -> int:
+        """Give 3 when a seed failed, 1 when a check did; `strict` counts warnings as checks."""
+        lost = any(row.status == FAILED for row in self.rows)
+        return exit_code(self.checks, self.warnings, strict, lost)
+
+
+def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble:
+    """Give the response, the metrics and the verdicts of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        As `drysim.load` gives it.
+    workers : int, optional
+        Threads for many seeds; default: one for each processor.
+
+    Returns
+    -------
+    Outcome or Ensemble
+        An ensemble where the scenario asks for many seeds; its metrics are means.
+
+    Raises
+    ------
+    RecordError
+        When the record of the excitation cannot be used.
+    ScenarioError
+        When the case needs more memory than the machine has.
+    SolverError
+        When the numerics fail; the time is named.
+    UsageError
+        When it is no scenario, or `workers` no number of threads.
+    """
+    case = prepare(scenario)
+    hands(workers)  # what is no number of threads is refused for one seed, too
+    if most(scenario) == 1:
+        return one_case.solve(case)
+    return solve(case, workers=workers)
+
+
+Finished = Callable[[int, Row], None]
+
+
+def nothing(number: int, row: Row) -> None:
+    """Do nothing with a finished seed."""
+
+
+def solve(
+    case: Case,
+    *,
+    workers: int | None = None,
+    done: Mapping[int, Row] | None = None,
+    finished: Finished = nothing,
+) -> Ensemble:
+    """Give the ensemble of a case that is ready to be solved.
+
+    Parameters
+    ----------
+    case : Case
+        Of the first seed.
+    workers : int, optional
+        Threads; default: one for each processor. The ensemble does not depend on it.
+    done : mapping, optional
+        Rows by number of the seed, from 0, that an interrupted run has left.
+    finished : callable, optional
+        Called with number and row of every seed as it is computed, in order.
+
+    Raises
+    ------
+    SolverError
+        When the numerics fail with every seed.
+    """
+    compile.settle(case.work * most(case.scenario), case.price.kernels)
+    rows: list[Row] = []
+    for row in rows_of(case.scenario, threads(case, workers), done or {}):
+        if len(rows) not in (done or {}):
+            finished(len(rows), row)
+        rows.append(row)
+    return ensemble_of(case, rows)
+
+
+def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
+    """Give the ensemble of finished seeds, with all verdicts; errors as in `solve`."""
+    scenario, good = case.scenario, [row for row in rows if row.status == OK]
+    if not good:
+        raise SolverError(f"the numerics fail with every seed; the first says: {rows[0].note}")
+    alone = of_seed(scenario, good[0].seed)
+    shown = one_case.solve(assemble(alone, base_motion(alone)))
+    found = statistics(good)
+    means = {name: one and one.mean for name, one in found.items()}
+    verdicts = []
+    for check in scenario.checks:
+        verdict, known = check.judge(means), found[check.metric]
+        verdicts.append(
+            about_mean(verdict, known.half_width, known.seeds) if known else verdict
+        )
+    warnings = tuple(remarks(case, rows, found, verdicts, shown))
+    return Ensemble(scenario, tuple(rows), found, shown, tuple(verdicts), warnings, complete)
+
+
+def threads(case: Case, workers: int | None) -> int:
+    """Give how many seeds may be under way at a time: as many as fit into the memory."""
+    wanted = hands(workers)
+    if compile.engine() == compile.PLAIN:
+        return 1  # plain Python does one thing at a time
+    room = int(system.memory() // bytes_of(case.steps, bool(case.scenario.measure.weights)))
+    return max(1, min(wanted, room))
+
+
+# The rows, seed by seed in their order.
+
+
+def rows_of(
+    scenario: Scenario,
+    threads: int,
+    done: Mapping[int, Row] | None = None,
+    motion_of: MotionOf = base_motion,
+) -> Iterator[Row]:
+    """Give the row of every seed that a scenario needs, in order."""
+    seeds, kept = asked(scenario), done or {}
+    alone = of_seed(scenario, seeds[0])
+    first = assemble(alone, motion_of(alone))
+    step = length_of(first, len(seeds))
+
+    def block(begin: int) -> list[Row]:
+        every = seeds[begin : begin + step]
+        missing = [seed for seed in every if seed - seeds[0] not in kept]
+        new = dict(zip(missing, rows_of_block(first, missing, motion_of), strict=True))
+        return [new[seed] if seed in new else kept[seed - seeds[0]] for seed in every]
+
+    rows: list[Row] = []
+    with closing(in_order(block, range(0, len(seeds), step), threads)) as found:
+        for one in chain.from_iterable(found):
+            rows.append(one)
+            yield one
+            if enough(scenario, rows):
+                return
+
+
+def rows_of_block(case: Case, seeds: Sequence[int], motion_of: MotionOf) -> Iterator[Row]:
+    """Give the rows of some seeds, which are measured together where there are several."""
+    scenario, law = case.scenario, case.law
+    if len(seeds) < 2:
+        yield from (row_of_seed(scenario, seed, motion_of) for seed in seeds)
+        return
+    digests: list[str] = []
+
+    def drawn() -> Iterator[Samples]:
+        for seed in seeds:
+            motion = sampled(motion_of(of_seed(scenario, seed)))
+            digests.append(sha256_of(motion.u_dd))
+            yield motion
+
+    same, found = (scenario.word, law.F_fk, law.F_fs), measured_block(case, drawn(), len(seeds))
+    for i, (seed, metrics) in enumerate(zip(seeds, found, strict=True)):
+        if metrics is None:
+            yield row_of_seed(scenario, seed, motion_of)
+        else:
+            yield Row({SEED: seed}, *same, metrics, sha256=digests[i])
+
+
+def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
+    """Give the row of one seed; a failure of the numerics is a status, not an end."""
+    alone, law = of_seed(scenario, seed), scenario.law()
+    motion = sampled(motion_of(alone))
+    found = attempted(alone, lambda _: motion)
+    sha256 = sha256_of(motion.u_dd)
+    return Row({SEED: seed}, scenario.word, law.F_fk, law.F_fs, *found, sha256)
+
+
+def sampled(motion: Sines | Samples) -> Samples:
+    """Give a motion that was drawn, which is samples."""
+    assert isinstance(motion, Samples), "what is drawn is samples"
+    return motion
+
+
+# Blocks of seeds: one call of the kernel measures a block of them.
 
 MOST, FEWEST = 128, 8
 """Seeds of a block: as many as the kernel marches together, and a group of them."""
@@ -115,8 +349,7 @@ def measured_block(
     assert window is not None, "asked for of what `fits` only"
     given = abreast(motions, count, window)
     many = measure_many(case.plant, case.law, given, case.start)
-    length = case.window[1] - case.window[0]
-    columns = means(many.totals, length)
+    columns = means(many.totals, case.window[1] - case.window[0])
     columns |= energies(case.plant, case.law.F_fk, many.totals, many.first, many.last)
     known = {name: numbers(column, count) for name, column in columns.items()}
     for i, found in enumerate(many.found.tolist()):
@@ -153,241 +386,3 @@ def of_stroke(case: Case, motion: Samples, many: Measured, i: int) -> Values:
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return values
-
-
-# The rows of an ensemble, seed by seed in their order: many are measured together.
-
-
-if TYPE_CHECKING:
-    MotionOf = Callable[[Scenario], Sines | Samples]
-
-
-def rows_of(
-    scenario: Scenario,
-    threads: int,
-    done: Mapping[int, Row] | None = None,
-    motion_of: MotionOf = base_motion,
-) -> Iterator[Row]:
-    """Give the row of every seed that a scenario needs, in order."""
-    seeds, kept = asked(scenario), done or {}
-    alone = of_seed(scenario, seeds[0])
-    first = assemble(alone, motion_of(alone))
-    step = length_of(first, len(seeds))
-
-    def block(begin: int) -> list[Row]:
-        every = seeds[begin : begin + step]
-        missing = [seed for seed in every if seed - seeds[0] not in kept]
-        new = dict(zip(missing, rows_of_block(first, missing, motion_of), strict=True))
-        return [new[seed] if seed in new else kept[seed - seeds[0]] for seed in every]
-
-    rows: list[Row] = []
-    with closing(in_order(block, range(0, len(seeds), step), threads)) as found:
-        for one in chain.from_iterable(found):
-            rows.append(one)
-            yield one
-            if enough(scenario, rows):
-                return
-
-
-def rows_of_block(case: Case, seeds: Sequence[int], motion_of: MotionOf) -> Iterator[Row]:
-    """Give the rows of some seeds, which are measured together where there are several."""
-    scenario, law = case.scenario, case.law
-    if len(seeds) < 2:
-        yield from (row_of_seed(scenario, seed, motion_of) for seed in seeds)
-        return
-    digests: list[str] = []
-
-    def drawn() -> Iterator[Samples]:
-        for seed in seeds:
-            motion = sampled(motion_of(of_seed(scenario, seed)))
-            digests.append(sha256_of(motion.u_dd))
-            yield motion
-
-    same, found = (scenario.word, law.F_fk, law.F_fs), measured_block(case, drawn(), len(seeds))
-    for i, (seed, metrics) in enumerate(zip(seeds, found, strict=True)):
-        if metrics is None:
-            yield row_of_seed(scenario, seed, motion_of)
-        else:
-            yield Row({SEED: seed}, *same, metrics, sha256=digests[i])
-
-
-def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
-    """Give the row of one seed; a failure of the numerics is a status, not an end."""
-    alone, law = of_seed(scenario, seed), scenario.law()
-    motion = sampled(motion_of(alone))
-    found = attempted(alone, lambda _: motion)
-    sha256 = sha256_of(motion.u_dd)
-    return Row({SEED: seed}, scenario.word, law.F_fk, law.F_fs, *found, sha256)
-
-
-def sampled(motion: Sines | Samples) -> Samples:
-    """Give a motion that was drawn, which is samples."""
-    assert isinstance(motion, Samples), "what is drawn is samples"
-    return motion
-
-
-def threads(case: Case, workers: int | None) -> int:
-    """Give how many seeds may be under way at a time: as many as fit into the memory."""
-    wanted = hands(workers)
-    if compile.engine() == compile.PLAIN:
-        return 1  # plain Python does one thing at a time
-    room = int(system.memory() // bytes_of(case.steps, bool(case.scenario.measure.weights)))
-    return max(1, min(wanted, room))
-
-
-# Ensemble: a scenario under many seeds of its base motion, and what they have in common.
-
-
-Finished = Callable[[int, Row], None]
-
-
-def nothing(number: int, row: Row) -> None:
-    """Do nothing with a finished seed."""
-
-
-@dataclass(frozen=True, eq=False)
-class Ensemble:
-    """A scenario under many seeds.
-
-    Attributes
-    ----------
-    scenario : Scenario
-        What was asked.
-    rows : tuple of Row
-        One for each seed, in order.
-    statistics : mapping
-        `Statistic` by name of the metric; None where no seed knows it.
-    shown : Outcome
-        The first seed that has numbers, as a run of its own: with its response.
-    checks : tuple of Verdict
-        On the means.
-    warnings : tuple of Caution
-    complete : bool
-        Whether every seed was computed that is needed.
-    """
-
-    scenario: Scenario
-    rows: tuple[Row, ...]
-    statistics: Mapping[str, Statistic | None]
-    shown: Outcome
-    checks: tuple[Verdict, ...] = ()
-    warnings: tuple[Caution, ...] = ()
-    complete: bool = True
-
-    @property
-    def metrics(self) -> Values:
-        """The mean of every metric over the seeds that know it, SI."""
-        return {name: found and found.mean for name, found in self.statistics.items()}
-
-    @property
-    def response(self) -> Response:
-        """The response of the first seed."""
-        return self.shown.response
-
-    @property
-    def events(self) -> Events:
-        """The events of the first seed."""
-        return self.shown.events
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """The seeds, in order."""
-        return tuple(row.seed for row in self.rows)
-
-    def __repr__(self) -> str:
-        """Give what came out, in a line."""
-        kept, many = judged(self.checks, self.warnings), several(len(self.rows), "seed")
-        return line("Ensemble", self.scenario.name, many, values(self.metrics), kept)
-
-    def exit_code(self, strict: bool = False) -> int:
-        """Give 3 when a seed failed, 1 when a check did; `strict` counts warnings as checks."""
-        lost = any(row.status == FAILED for row in self.rows)
-        return exit_code(self.checks, self.warnings, strict, lost)
-
-
-def solve(
-    case: Case,
-    *,
-    workers: int | None = None,
-    done: Mapping[int, Row] | None = None,
-    finished: Finished = nothing,
-) -> Ensemble:
-    """Give the ensemble of a case that is ready to be solved.
-
-    Parameters
-    ----------
-    case : Case
-        Of the first seed.
-    workers : int, optional
-        Threads; default: one for each processor. The ensemble does not depend on it.
-    done : mapping, optional
-        Rows by number of the seed, from 0, that an interrupted run has left.
-    finished : callable, optional
-        Called with number and row of every seed as it is computed, in order.
-
-    Raises
-    ------
-    SolverError
-        When the numerics fail with every seed.
-    """
-    compile.settle(case.work * most(case.scenario), case.price.kernels)
-    rows: list[Row] = []
-    for row in rows_of(case.scenario, threads(case, workers), done or {}):
-        if len(rows) not in (done or {}):
-            finished(len(rows), row)
-        rows.append(row)
-    return ensemble_of(case, rows)
-
-
-def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
-    """Give the ensemble of finished seeds, with all verdicts; errors as in `solve`."""
-    from drysim.study import run as one_case
-    from drysim.study.warnings import of_statistic, remarks
-
-    scenario, good = case.scenario, [row for row in rows if row.status == OK]
-    if not good:
-        raise SolverError(f"the numerics fail with every seed; the first says: {rows[0].note}")
-    alone = of_seed(scenario, good[0].seed)
-    shown = one_case.solve(assemble(alone, base_motion(alone)))
-    found = statistics(good)
-    means = {name: one and one.mean for name, one in found.items()}
-    verdicts = tuple(
-        of_statistic(check.judge(means), found[check.metric]) for check in scenario.checks
-    )
-    warnings = tuple(remarks(case, rows, found, verdicts, shown))
-    return Ensemble(scenario, tuple(rows), found, shown, verdicts, warnings, complete)
-
-
-def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble:
-    """Give the response, the metrics and the verdicts of a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        As `drysim.load` gives it.
-    workers : int, optional
-        Threads for many seeds; default: one for each processor.
-
-    Returns
-    -------
-    Outcome or Ensemble
-        An ensemble where the scenario asks for many seeds; its metrics are means.
-
-    Raises
-    ------
-    RecordError
-        When the record of the excitation cannot be used.
-    ScenarioError
-        When the case needs more memory than the machine has.
-    SolverError
-        When the numerics fail; the time is named.
-    UsageError
-        When it is no scenario, or `workers` no number of threads.
-    """
-    case = prepare(scenario)
-    hands(workers)  # what is no number of threads is refused for one seed, too
-    if most(scenario) == 1:
-        from drysim.study import run as one_case
-
-        return one_case.solve(case)
-    return solve(case, workers=workers)

@@ -1,29 +1,34 @@
-"""The cases of a sweep in blocks, and how a block is solved."""
+"""Plan: a sweep as pieces, blocks of cases that follow each other, and how a piece is solved.
+
+What a piece holds depends on the scenario and its number alone, so threads, processes and
+other machines compute the same. Periodic orbits under Coulomb friction are solved many at
+once, by one call of the kernel; every other case is solved by itself, and over its seeds where
+it has many.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.approach.stick_slip import Exact
 from drysim.core.model import Plant, Sines, State, Totals
-from drysim.errors import Caution, ScenarioError
+from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction.coulomb import Coulomb
 from drysim.metrics import energies, means
 from drysim.scenario.axes import columns_of, size
-from drysim.scenario.model import common_period
+from drysim.scenario.model import Scenario, common_period
 from drysim.scenario.sampling import Lazy
 from drysim.scenario.warnings import Columns, columned
-from drysim.study import run
-from drysim.study.case import sha256_together
+from drysim.study.case import Case, sha256_together
 from drysim.study.ensemble import rows_of, threads
 from drysim.study.rows import (
     FAILED,
@@ -38,20 +43,174 @@ from drysim.study.rows import (
 )
 from drysim.study.run import ONE_OF_MANY, Job, Motions, row_of, unsettled
 from drysim.study.statistics import most, narrow, statistics, until_of
-from drysim.wording import number, place
 
-if TYPE_CHECKING:
-    from drysim.scenario.model import Scenario
-    from drysim.study.case import Case
-    from drysim.study.table import Count, Seeds
+TOGETHER = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
+"""Up to so many cases, so many orbits to a call of the kernel: 10 ms of work, beside which the
+rest of a call is a tenth; of more cases longer calls, lest there be too many blocks."""
+
+MOST_BLOCKS, MOST_ALONE = 4096, 64
+"""Blocks that cases which are solved one by one are cut into, and cases of one at most."""
 
 
-# The periodic orbits of many cases at once: one call of the kernel solves a block of them.
+class Crew(NamedTuple):
+    """Who works at a case: how many seeds at a time, and whether anybody still waits for it."""
 
+    seeds: int
+    given_up: Callable[[], bool]
+
+    @classmethod
+    def at(cls, case: Case, workers: int, count: int, given_up: Callable[[], bool]) -> Self:
+        """Give those of so many cases: where threads are left over, seeds go side by side."""
+        return cls(max(1, threads(case, workers) // count), given_up)
+
+
+ALONE = Crew(1, lambda: False)
+"""One thread, which nothing interrupts but the end of the process."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The blocks of a sweep, which threads, processes and other machines compute alike.
+
+    Attributes
+    ----------
+    pieces : Pieces
+        Which cases each block holds.
+    motions : Motions
+        Base motions that blocks have in common: kept, not part of what a block depends on.
+    """
+
+    pieces: Pieces
+    motions: Motions = field(default_factory=Motions)
+
+    @classmethod
+    def of(cls, scenarios: Sequence[Scenario], case: Case) -> Self:
+        """Give the plan of the approaches to a case whose base motion is known."""
+        return cls(Pieces(scenarios), Motions.beginning_with(case))
+
+    def block(self, number: int, crew: Crew = ALONE) -> Batch:
+        """Give a block of cases by its number; errors as in `sweep`."""
+        return solve_piece(self.pieces[number], self.motions, crew)
+
+
+def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
+    """Give the scenario, and its reference where one is asked for.
+
+    Raises
+    ------
+    ScenarioError
+        When it has no sweep block.
+    """
+    if not scenario.sweep:
+        problem = scenario.problem(
+            "sweep is required: which keys to vary, and over what", "sweep"
+        )
+        raise ScenarioError(f"{scenario.name} has nothing to sweep: 1 problem", (problem,))
+    reference = scenario.reference
+    return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
+
+
+class Piece(NamedTuple):
+    """Cases of one approach that are solved at a time.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Of the approach, with its sweep block.
+    first : int
+        Number of the first case among those of all approaches.
+    begin, end : int
+        Numbers of the first case and of the one after the last in the approach's own grid.
+    """
+
+    scenario: Scenario
+    first: int
+    begin: int
+    end: int
+
+
+class Pieces(Lazy[Piece]):
+    """The pieces of every scenario, in order; each is made from its number when asked for."""
+
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        self.scenarios = tuple(scenarios)
+        self.cases = [size(scenario.sweep) for scenario in scenarios]
+        together = map(are_orbits, scenarios)
+        self._steps = [length_of(*one) for one in zip(self.cases, together, strict=True)]
+        self._counts = [-(-n // step) for n, step in zip(self.cases, self._steps, strict=True)]
+        self._ends = list(accumulate(self._counts))
+
+    def __len__(self) -> int:
+        """Give the number of pieces."""
+        return self._ends[-1]
+
+    def one(self, number: int) -> Piece:
+        """Give one piece."""
+        i = bisect_right(self._ends, number)
+        begin = (number - self._ends[i] + self._counts[i]) * self._steps[i]
+        end = min(begin + self._steps[i], self.cases[i])
+        return Piece(self.scenarios[i], sum(self.cases[:i]) + begin, begin, end)
+
+
+def length_of(cases: int, together: bool) -> int:
+    """Give the length of the pieces of so many cases; the same on every machine."""
+    if together:
+        return next(step for most, step in TOGETHER if most is None or cases <= most)
+    return min(max(1, cases // MOST_BLOCKS), MOST_ALONE)
+
+
+def solve_piece(piece: Piece, motions: Motions, crew: Crew = ALONE) -> Batch:
+    """Give the cases of a piece, solved; errors as in `sweep`."""
+    scenario, first, begin, end = piece
+    if are_orbits(scenario):
+        return solve_orbits(scenario, first, begin, end)
+    points = columns_of(scenario.sweep, begin, end)
+    rows = [
+        row_over_seeds(Job(first + i, scenario, point), motions, crew)
+        for i in range(end - begin)
+        for point in [{key: column[i].item() for key, column in points.items()}]
+    ]
+    return Batch.of(first, rows)
+
+
+# A case that is many seeds: its row holds means, and how well they are known.
+
+
+def row_over_seeds(job: Job, motions: Motions, crew: Crew) -> Row:
+    """Give the row of a case, of one seed or of many."""
+    if most(job.scenario) == 1 and "excitation.seeds" not in job.point:
+        return row_of(job, motions)
+    scenario, rows = job.scenario.at(job.point), []
+    for row in rows_of(scenario, crew.seeds, motion_of=motions.of):
+        if crew.given_up():
+            raise CancelledError
+        rows.append(row)
+    return join_rows(scenario, job.point, rows)
+
+
+def join_rows(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]) -> Row:
+    """Give the rows of all seeds of a case as one; one that fails lets the case fail."""
+    first, lost = rows[0], [row for row in rows if row.status != OK]
+    case = Row(point, first.approach, first.F_fk, first.F_fs, {}, over=OverSeeds(len(rows)))
+    if lost:
+        which = f"{len(lost)} of {len(rows)} seeds, the first {lost[0].seed}"
+        return replace(case, status=FAILED, note=f"{which}: {lost[0].note}")
+    found = statistics(rows)
+    until = until_of(scenario)
+    over = OverSeeds(
+        len(rows),
+        {name: one.half_width for name, one in found.items() if one},
+        tuple(row.metrics.get("T_a") for row in rows),
+        sha256_together(row.sha256 for row in rows),
+        until is None or narrow(scenario, rows),
+    )
+    means = {name: one and one.mean for name, one in found.items()}
+    return replace(case, metrics=means, over=over)
+
+
+# Periodic orbits: one call of the kernel solves a block of them.
 
 Floats = NDArray[np.float64]
-
-AMPLITUDE = "friction.normal_variation.amplitude"
 
 
 def are_orbits(scenario: Scenario) -> bool:
@@ -70,7 +229,8 @@ def are_orbits(scenario: Scenario) -> bool:
 def _lifts(scenario: Scenario) -> bool:
     """Tell whether the normal force of any case may be zero; a recorded one has no orbits."""
     varied = getattr(scenario.acting, "normal_variation", None)
-    swept = (axis for axis in scenario.sweep if axis.key == AMPLITUDE)
+    key = "friction.normal_variation.amplitude"
+    swept = (axis for axis in scenario.sweep if axis.key == key)
     most = max((max(axis.values) for axis in swept), default=0.0)
     return max(most, varied.amplitude if varied else 0.0) >= 1.0
 
@@ -78,12 +238,7 @@ def _lifts(scenario: Scenario) -> bool:
 def solve_orbits(scenario: Scenario, first: int, begin: int, end: int) -> Batch:
     """Give the cases from number `begin` to the one before `end` of a scenario's grid.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        One whose cases are solved `together`.
-    first : int
-        Number of the first of them among the cases of all approaches.
+    The first of them is number `first` among the cases of all approaches.
 
     Raises
     ------
@@ -98,8 +253,7 @@ def solve_orbits(scenario: Scenario, first: int, begin: int, end: int) -> Batch:
     answers = solve_orbits(scenes)
     status, notes = orbit_statuses(answers)
     metrics = orbit_metrics(scenes, answers, status)
-    approach = scenario.word
-    batch = Batch(first, approach, points, *forces, metrics, status, notes)
+    batch = Batch(first, scenario.word, points, *forces, metrics, status, notes)
     crowded = answers[:, STATUS] == CROWDED
     return alone(scenario, batch, crowded) if crowded.any() else batch
 
@@ -170,18 +324,16 @@ def orbit_statuses(answers: Floats) -> tuple[NDArray[np.int8], dict[int, str]]:
     from drysim.approach.scene import overflow, storm
     from drysim.core import orbit as o
 
-    def said(i: int, code: int) -> tuple[str, str]:
-        at = float(answers[i, o.TIME])
-        if code == o.NOT_SETTLED:
-            return NOT_SETTLED, unsettled(at)
-        if code == o.NOT_UNIQUE:
-            return NOT_UNIQUE, ONE_OF_MANY
-        return FAILED, str(storm(at) if code == o.STORM else overflow(at))
-
     codes = answers[:, o.STATUS].astype(np.int64)
     status, notes = np.zeros(len(codes), dtype=np.int8), {}
     for i in np.flatnonzero(codes != o.SETTLED).tolist():
-        word, notes[i] = said(i, int(codes[i]))
+        code, at = int(codes[i]), float(answers[i, o.TIME])
+        if code == o.NOT_SETTLED:
+            word, notes[i] = NOT_SETTLED, unsettled(at)
+        elif code == o.NOT_UNIQUE:
+            word, notes[i] = NOT_UNIQUE, ONE_OF_MANY
+        else:
+            word, notes[i] = FAILED, str(storm(at) if code == o.STORM else overflow(at))
         status[i] = STATUSES.index(word)
     return status, notes
 
@@ -216,202 +368,3 @@ def orbit_metrics(
     failed = status == STATUSES.index(FAILED)
     found["closure"] = np.where(failed, np.nan, answer[o.CLOSURE])
     return {name: found.get(name, none) for name in NAMES}
-
-
-# A case of a sweep that is many seeds: its row holds means, and how well they are known.
-
-
-COUNT = "excitation.seeds"
-
-
-class Crew(NamedTuple):
-    """Who works at a case: how many seeds at a time, and whether anybody still waits for it."""
-
-    seeds: int
-    given_up: Callable[[], bool]
-
-    @classmethod
-    def at(cls, case: Case, workers: int, count: int, given_up: Callable[[], bool]) -> Crew:
-        """Give those of so many cases: where threads are left over, seeds go side by side."""
-        return cls(max(1, threads(case, workers) // count), given_up)
-
-
-ALONE = Crew(1, lambda: False)
-"""One thread, which nothing interrupts but the end of the process."""
-
-
-def row_over_seeds(job: Job, motions: Motions, crew: Crew) -> Row:
-    """Give the row of a case, of one seed or of many."""
-    if most(job.scenario) == 1 and COUNT not in job.point:
-        return run.row_of(job, motions)
-    scenario, rows = job.scenario.at(job.point), []
-    for row in rows_of(scenario, crew.seeds, motion_of=motions.of):
-        if crew.given_up():
-            raise CancelledError
-        rows.append(row)
-    return join_rows(scenario, job.point, rows)
-
-
-def join_rows(scenario: Scenario, point: Mapping[str, float], rows: Sequence[Row]) -> Row:
-    """Give the rows of all seeds of a case as one; one that fails lets the case fail."""
-    first, lost = rows[0], [row for row in rows if row.status != OK]
-    case = Row(point, first.approach, first.F_fk, first.F_fs, {}, over=OverSeeds(len(rows)))
-    if lost:
-        which = f"{len(lost)} of {len(rows)} seeds, the first {lost[0].seed}"
-        return replace(case, status=FAILED, note=f"{which}: {lost[0].note}")
-    found = statistics(rows)
-    until = until_of(scenario)
-    over = OverSeeds(
-        len(rows),
-        {name: one.half_width for name, one in found.items() if one},
-        tuple(row.metrics.get("T_a") for row in rows),
-        sha256_together(row.sha256 for row in rows),
-        until is None or narrow(scenario, rows),
-    )
-    means = {name: one and one.mean for name, one in found.items()}
-    return replace(case, metrics=means, over=over)
-
-
-def remarks(scenario: Scenario, found: Seeds | None) -> Iterator[Caution]:
-    """Say which intervals are wider than asked, and which checks are not decided."""
-    if found is None:
-        return
-    until = until_of(scenario)
-    if found.wide and until:
-        sentence = (
-            f"in {found.wide.cases} of {found.cases} cases the interval of {until.metric} is "
-            f"wider than ±{number(100 * until.half_width, '%')} of its mean after "
-            f"{most(scenario)} seeds, the most there may be{first_of(found.wide, scenario)}"
-        )
-        yield Caution("interval-wide", sentence, {"cases": found.wide.cases})
-    for check, undecided in found.open.items():
-        sentence = (
-            f"`{check}` is not decided in {undecided.cases} of {found.cases} cases"
-            f"{first_of(undecided, scenario)}: the limit lies within the 95 % confidence "
-            "interval of the mean; only more seeds can decide"
-        )
-        yield Caution("check-undecided", sentence, {"cases": undecided.cases})
-
-
-def first_of(found: Count, scenario: Scenario) -> str:
-    """Say where the first of some cases is, unless there is only one place."""
-    where = place(found.first.point, scenario.sweep)
-    return f", the first at {where}" if where else ""
-
-
-# Plan: a sweep as pieces, blocks of cases that follow each other.
-#
-# What a piece holds depends on the scenario and its number alone.
-
-
-TOGETHER = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
-"""Up to so many cases, so many orbits to a call of the kernel: 10 ms of work, beside which the
-rest of a call is a tenth; of more cases longer calls, lest there be too many blocks."""
-
-MOST_BLOCKS, MOST_ALONE = 4096, 64
-"""Blocks that cases which are solved one by one are cut into, and cases of one at most."""
-
-
-class Piece(NamedTuple):
-    """Cases of one approach that are solved at a time.
-
-    Attributes
-    ----------
-    scenario : Scenario
-        Of the approach, with its sweep block.
-    first : int
-        Number of the first case among those of all approaches.
-    begin, end : int
-        Numbers of the first case and of the one after the last in the approach's own grid.
-    """
-
-    scenario: Scenario
-    first: int
-    begin: int
-    end: int
-
-
-class Pieces(Lazy[Piece]):
-    """The pieces of every scenario, in order; each is made from its number when asked for."""
-
-    def __init__(self, scenarios: Sequence[Scenario]) -> None:
-        self.scenarios = tuple(scenarios)
-        self.cases = [size(scenario.sweep) for scenario in scenarios]
-        together = map(are_orbits, scenarios)
-        self._steps = [length_of(*one) for one in zip(self.cases, together, strict=True)]
-        self._counts = [-(-n // step) for n, step in zip(self.cases, self._steps, strict=True)]
-        self._ends = list(accumulate(self._counts))
-
-    def __len__(self) -> int:
-        """Give the number of pieces."""
-        return self._ends[-1]
-
-    def one(self, number: int) -> Piece:
-        """Give one piece."""
-        i = bisect_right(self._ends, number)
-        begin = (number - self._ends[i] + self._counts[i]) * self._steps[i]
-        end = min(begin + self._steps[i], self.cases[i])
-        return Piece(self.scenarios[i], sum(self.cases[:i]) + begin, begin, end)
-
-
-def length_of(cases: int, together: bool) -> int:
-    """Give the length of the pieces of so many cases; the same on every machine."""
-    if together:
-        return next(step for most, step in TOGETHER if most is None or cases <= most)
-    return min(max(1, cases // MOST_BLOCKS), MOST_ALONE)
-
-
-def solve_piece(piece: Piece, motions: Motions, crew: Crew = ALONE) -> Batch:
-    """Give the cases of a piece, solved; errors as in `sweep`."""
-    scenario, first, begin, end = piece
-    if are_orbits(scenario):
-        return solve_orbits(scenario, first, begin, end)
-    points = columns_of(scenario.sweep, begin, end)
-    rows = [
-        row_over_seeds(Job(first + i, scenario, point), motions, crew)
-        for i in range(end - begin)
-        for point in [{key: column[i].item() for key, column in points.items()}]
-    ]
-    return Batch.of(first, rows)
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """The blocks of a sweep, which threads, processes and other machines compute alike.
-
-    Attributes
-    ----------
-    pieces : Pieces
-        Which cases each block holds.
-    motions : Motions
-        Base motions that blocks have in common: kept, not part of what a block depends on.
-    """
-
-    pieces: Pieces
-    motions: Motions = field(default_factory=Motions)
-
-    @classmethod
-    def of(cls, scenarios: Sequence[Scenario], case: Case) -> Self:
-        """Give the plan of the approaches to a case whose base motion is known."""
-        return cls(Pieces(scenarios), Motions.beginning_with(case))
-
-    def block(self, number: int, crew: Crew = ALONE) -> Batch:
-        """Give a block of cases by its number; errors as in `sweep`."""
-        return solve_piece(self.pieces[number], self.motions, crew)
-
-
-def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
-    """Give the scenario, and its reference where one is asked for.
-
-    Raises
-    ------
-    ScenarioError
-        When it has no sweep block.
-    """
-    if not scenario.sweep:
-        problem = scenario.problem(
-            "sweep is required: which keys to vary, and over what", "sweep"
-        )
-        raise ScenarioError(f"{scenario.name} has nothing to sweep: 1 problem", (problem,))
-    reference = scenario.reference
-    return (scenario, scenario.with_approach(reference)) if reference else (scenario,)

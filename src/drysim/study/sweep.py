@@ -1,121 +1,34 @@
-"""Sweep: blocks solved, gathered into a table."""
+"""Sweep: every case of the sweep block, block by block, gathered into a table.
+
+Threads here, or the workers of a cluster, solve the blocks; the table takes them in the order
+of the grid, so it does not depend on who solved them. Blocks that a store holds are not solved
+anew.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from threading import Event
 from typing import TYPE_CHECKING
 
 from drysim.approach.solution import FIXED_STEP
 from drysim.approach.stick_slip import Exact
 from drysim.core import compile
-from drysim.study import plan
+from drysim.errors import Caution
+from drysim.scenario.axes import Axis
+from drysim.scenario.model import Scenario
 from drysim.study.case import Case, prepare, price
 from drysim.study.plan import Crew, Piece, Pieces, Plan, approaches_of
-from drysim.study.rows import HELD, Batch, Rows
+from drysim.study.rows import HELD, Batch, Finished, Rows, nothing
 from drysim.study.run import count, run_only
 from drysim.study.statistics import most
 from drysim.study.store import Store, Stored
 from drysim.study.table import Table, Tally
-from drysim.study.warnings import case_strokes, statuses
+from drysim.study.warnings import case_strokes, statuses, wide_means
 from drysim.system import hands, in_order
 
 if TYPE_CHECKING:
-    from drysim.errors import Caution
-    from drysim.scenario.axes import Axis
-    from drysim.scenario.model import Scenario
     from drysim.study.cluster import Link
-
-
-# How the finished blocks of a sweep become its table.
-
-
-MOVERS = ("excitation.", "solver.step", "measure.")
-"""Beginnings of the keys that change the base motion."""
-
-
-def gathered(
-    case: Case,
-    blocks: Iterator[tuple[Piece, Batch]],
-    store: Store | None,
-    complete: bool = True,
-) -> Table:
-    """Give the table of blocks as they come; few are held where a store has them."""
-    scenario = case.scenario
-    held: list[Batch] = []
-    kept: list[Piece] = []
-
-    def passing() -> Iterator[Batch]:
-        for piece, batch in blocks:
-            kept.append(piece)
-            if store is None or piece.first < HELD:
-                held.append(batch)
-            yield batch
-
-    tallies = Tally.of(passing(), scenario.checks, scenario.word)
-    small = len(held) == len(kept)
-    batches: Sequence[Batch] = held if small or store is None else Stored(store, kept)
-    rows = Rows.of(batches, [piece.end - piece.begin for piece in kept])
-    return table_of(scenario, case, rows, tallies, complete=complete)
-
-
-def table_of(
-    scenario: Scenario,
-    case: Case,
-    rows: Rows,
-    tallies: Mapping[str, Tally],
-    losses: Iterable[Caution] = (),
-    complete: bool = True,
-) -> Table:
-    """Give the table of finished cases, with its verdicts and warnings.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Whose sweep it is.
-    case : Case
-        The same by the approach, or the law, that is judged and warned of.
-    rows, tallies
-        The cases, and what those of each approach come to.
-    losses : iterable of Caution
-        What is to be said before anything else.
-    """
-    own = tallies.get(case.scenario.word, Tally("", scenario.checks))
-    lost, met = statuses(tallies.values(), scenario.sweep), case_strokes(own, scenario)
-    means = plan.remarks(scenario, own.seeds)
-    warnings = (*losses, *case.cautions, *run_only(case), *lost, *met, *means)
-    motion = case.motion if shared(scenario.sweep) else None
-    return Table(
-        scenario, scenario.sweep, rows, own.verdicts, warnings, complete, motion, how(case),
-        tallies,
-    )  # fmt: skip
-
-
-def shared(axes: Sequence[Axis]) -> bool:
-    """Tell whether all cases have one base motion."""
-    return not any(axis.key.startswith(MOVERS) for axis in axes)
-
-
-def how(case: Case) -> dict[str, object]:
-    """Give how the cases are solved, as far as they share it."""
-    from drysim.approach.scene import core_of
-
-    exact = isinstance(case.approach, Exact)
-    core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
-    return {"core": core, "why": why, "engine": compile.engine(), "step": case.step}
-
-
-# Sweep: every case of the sweep block, block by block, in the order of the grid.
-
-
-STEPS_A_CASE = 2_000
-"""What an orbit weighs against loading the compiler, in steps of a plain march."""
-
-Finished = Callable[[Batch], None]
-
-
-def nothing(batch: Batch) -> None:
-    """Do nothing with finished cases."""
 
 
 def sweep(
@@ -184,6 +97,10 @@ def leftover(case: Case, store: Store) -> Table:
     return gathered(case, found, store, complete=False)
 
 
+STEPS_A_CASE = 2_000
+"""What an orbit weighs against loading the compiler, in steps of a plain march."""
+
+
 def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
     """Settle the engine for so many cases like this one, by the law that costs the most."""
     prices = [price(scenario.solver.member(), scenario.law()) for scenario in scenarios]
@@ -220,3 +137,81 @@ def solved(
             yield piece, batch
     finally:
         given_up.set()
+
+
+# How the finished blocks of a sweep become its table.
+
+
+def gathered(
+    case: Case,
+    blocks: Iterator[tuple[Piece, Batch]],
+    store: Store | None,
+    complete: bool = True,
+) -> Table:
+    """Give the table of blocks as they come; few are held where a store has them."""
+    scenario = case.scenario
+    held: list[Batch] = []
+    kept: list[Piece] = []
+
+    def passing() -> Iterator[Batch]:
+        for piece, batch in blocks:
+            kept.append(piece)
+            if store is None or piece.first < HELD:
+                held.append(batch)
+            yield batch
+
+    tallies = Tally.of(passing(), scenario.checks, scenario.word)
+    small = len(held) == len(kept)
+    batches: Sequence[Batch] = held if small or store is None else Stored(store, kept)
+    rows = Rows.of(batches, [piece.end - piece.begin for piece in kept])
+    return table_of(scenario, case, rows, tallies, complete=complete)
+
+
+def table_of(
+    scenario: Scenario,
+    case: Case,
+    rows: Rows,
+    tallies: Mapping[str, Tally],
+    losses: Iterable[Caution] = (),
+    complete: bool = True,
+) -> Table:
+    """Give the table of finished cases, with its verdicts and warnings.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Whose sweep it is.
+    case : Case
+        The same by the approach, or the law, that is judged and warned of.
+    rows, tallies
+        The cases, and what those of each approach come to.
+    losses : iterable of Caution
+        What is to be said before anything else.
+    """
+    own = tallies.get(case.scenario.word, Tally("", scenario.checks))
+    lost, met = statuses(tallies.values(), scenario.sweep), case_strokes(own, scenario)
+    means = wide_means(scenario, own.seeds)
+    warnings = (*losses, *case.cautions, *run_only(case), *lost, *met, *means)
+    motion = case.motion if shared(scenario.sweep) else None
+    return Table(
+        scenario, scenario.sweep, rows, own.verdicts, warnings, complete, motion, how(case),
+        tallies,
+    )  # fmt: skip
+
+
+MOVERS = ("excitation.", "solver.step", "measure.")
+"""Beginnings of the keys that change the base motion."""
+
+
+def shared(axes: Sequence[Axis]) -> bool:
+    """Tell whether all cases have one base motion."""
+    return not any(axis.key.startswith(MOVERS) for axis in axes)
+
+
+def how(case: Case) -> dict[str, object]:
+    """Give how the cases are solved, as far as they share it."""
+    from drysim.approach.scene import core_of
+
+    exact = isinstance(case.approach, Exact)
+    core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
+    return {"core": core, "why": why, "engine": compile.engine(), "step": case.step}

@@ -1,34 +1,28 @@
-"""Warnings found after the work."""
+"""What a reader of the numbers should know: warnings as values, found after the work.
+
+They are about a case (its response, its orbit, the ends of its record), about the many cases
+of a table, or about the many seeds of an ensemble. What is known before any work is said by
+`study.case`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import ceil
-from typing import TYPE_CHECKING
 
-from drysim.approach.solution import FIXED_STEP
+from drysim.approach.solution import FIXED_STEP, Orbit, Response
 from drysim.core.model import AnyLaw, Stopped
 from drysim.errors import Caution
-from drysim.study.rows import FAILED, LIMIT
-from drysim.study.statistics import about_mean, most, narrow, until_of, width_of
-from drysim.study.table import stroke_limit
+from drysim.metrics import Metrics
+from drysim.metrics.checks import Verdict
+from drysim.scenario.axes import Axis
+from drysim.scenario.model import Scenario
+from drysim.study.case import Case
+from drysim.study.outcome import Outcome
+from drysim.study.rows import FAILED, LIMIT, Row
+from drysim.study.statistics import Statistic, most, narrow, until_of, width_of
+from drysim.study.table import Count, Seeds, Tally, stroke_limit
 from drysim.wording import length, listed, number, place, several, times
-
-if TYPE_CHECKING:
-    from drysim.approach.solution import Orbit, Response
-    from drysim.metrics import Metrics
-    from drysim.metrics.checks import Verdict
-    from drysim.scenario.axes import Axis
-    from drysim.scenario.model import Scenario
-    from drysim.study.case import Case
-    from drysim.study.outcome import Outcome
-    from drysim.study.rows import Row
-    from drysim.study.statistics import Statistic
-    from drysim.study.table import Tally
-
-
-# What a reader of the numbers of a case should know: warnings as values, found after it.
-
 
 RESIDUAL = 1e-9
 """A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""
@@ -44,6 +38,9 @@ RATED = ("a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "v_r_rms", "a_w", "S
 
 CLOSE = 1e-6
 """A decision nearer than this [-] to its opposite is within what inputs are known to."""
+
+
+# Of one case.
 
 
 def found(
@@ -83,10 +80,20 @@ def found(
         yield energy_open(residual)
     error = response.numerics.error
     if error is not None and not error <= INEXACT:
-        yield inexact(error)
+        sentence = (
+            f"x_r may be off by {number(100.0 * error, '%', digits=2)} of its peak: a coarser "
+            "solution is that far away, or the orbit is not closed any better; a smaller "
+            "`friction.tolerance` tells whether the motion itself makes small errors large"
+        )
+        yield Caution("inexact", sentence, {"error": error})
     closest = response.numerics.closest_decision
     if closest is not None and closest < CLOSE:
-        yield close_decision(closest)
+        sentence = (
+            f"a stop or the start was decided by a relative margin of {closest:.1e} between "
+            "|F_L| and F_fs: an input changed by 1e-6 may change the answer; vary "
+            "friction.static a little to see"
+        )
+        yield Caution("close-decision", sentence, {"closest_decision": closest})
 
 
 def stroke_violated(
@@ -126,26 +133,6 @@ def energy_open(residual: float) -> Caution:
         "trust no digit beyond it, and please report the scenario"
     )
     return Caution("energy-open", sentence, {"energy_residual": residual})
-
-
-def inexact(error: float) -> Caution:
-    """Say that the stated error of x_r is no small one."""
-    sentence = (
-        f"x_r may be off by {number(100.0 * error, '%', digits=2)} of its peak: a coarser "
-        "solution is that far away, or the orbit is not closed any better; a smaller "
-        "`friction.tolerance` tells whether the motion itself makes small errors large"
-    )
-    return Caution("inexact", sentence, {"error": error})
-
-
-def close_decision(closest: float) -> Caution:
-    """Say that the answer hinges on the last digits of the input."""
-    sentence = (
-        f"a stop or the start was decided by a relative margin of {closest:.1e} between |F_L| "
-        "and F_fs: an input changed by 1e-6 may change the answer; vary friction.static a "
-        "little to see"
-    )
-    return Caution("close-decision", sentence, {"closest_decision": closest})
 
 
 def orbit_doubtful(orbit: Orbit, case: Case) -> Iterator[Caution]:
@@ -207,7 +194,7 @@ def ends_decide(moved: Mapping[str, float], below: float) -> Caution:
     return Caution("record-ends", sentence, moved)
 
 
-# What a reader of many cases should know: warnings as values, found after the work.
+# Of many cases.
 
 
 def statuses(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[Caution]:
@@ -256,19 +243,39 @@ def at(row: Row, axes: Sequence[Axis]) -> str:
     return f" at {place(row.point, axes)}" if row.point else ""
 
 
-# What a reader of means over many seeds should know: warnings as values.
+def wide_means(scenario: Scenario, found: Seeds | None) -> Iterator[Caution]:
+    """Say which intervals are wider than asked, and which checks are not decided."""
+    if found is None:
+        return
+    until = until_of(scenario)
+    if found.wide and until:
+        sentence = (
+            f"in {found.wide.cases} of {found.cases} cases the interval of {until.metric} is "
+            f"wider than ±{number(100 * until.half_width, '%')} of its mean after "
+            f"{most(scenario)} seeds, the most there may be{first_of(found.wide, scenario)}"
+        )
+        yield Caution("interval-wide", sentence, {"cases": found.wide.cases})
+    for check, undecided in found.open.items():
+        sentence = (
+            f"`{check}` is not decided in {undecided.cases} of {found.cases} cases"
+            f"{first_of(undecided, scenario)}: the limit lies within the 95 % confidence "
+            "interval of the mean; only more seeds can decide"
+        )
+        yield Caution("check-undecided", sentence, {"cases": undecided.cases})
 
 
-if TYPE_CHECKING:
-    Found = Mapping[str, Statistic | None]
+def first_of(found: Count, scenario: Scenario) -> str:
+    """Say where the first of some cases is, unless there is only one place."""
+    where = place(found.first.point, scenario.sweep)
+    return f", the first at {where}" if where else ""
+
+
+# Of many seeds of one case.
+
+Found = Mapping[str, Statistic | None]
 
 OF_ALL = {"energy-open", "stroke-violated", "impacts-left-out"}
 """Warnings about a single seed in whose place stand those about all of them."""
-
-
-def of_statistic(verdict: Verdict, found: Statistic | None) -> Verdict:
-    """Give a verdict with what is known of the mean that it is about."""
-    return about_mean(verdict, found.half_width, found.seeds) if found else verdict
 
 
 def remarks(
@@ -287,18 +294,14 @@ def remarks(
     if isinstance(case.law, Stopped) and case.law.rigid and contacts(found):
         yield impacts_left_out()
     residual = found.get("energy_residual")
-    if residual and residual.greatest[0] > RESIDUAL and "energy-open" in slugs(shown):
+    slugs = {caution.slug for caution in shown.warnings}
+    if residual and residual.greatest[0] > RESIDUAL and "energy-open" in slugs:
         yield energy_open(residual.greatest[0])
     yield from wide(case, rows)
     yield from undecided(verdicts)
     if case.scenario.measure.spectra:
         sentence = f"spectra.csv and spectra.png are of seed {rows[0].seed} alone"
         yield Caution("spectra-of-one-seed", sentence)
-
-
-def slugs(shown: Outcome) -> set[str]:
-    """Give the names of the warnings of a run."""
-    return {caution.slug for caution in shown.warnings}
 
 
 def failures(rows: Sequence[Row]) -> Iterator[Caution]:
