@@ -1,4 +1,10 @@
-"""Finished blocks and seeds on disk, resume."""
+"""What is finished of a sweep or a run under way, on disk, so that a kill loses none of it.
+
+`Store` keeps blocks of the cases of a sweep, `Journal` the seeds of a run. Both begin with
+what they belong to, so that work goes on with its own parts alone: those of another scenario,
+record or drysim are refused. Whatever a kill has cut short is passed over, and every number
+reads back to its last bit.
+"""
 
 from __future__ import annotations
 
@@ -11,153 +17,24 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, TextIO
+from typing import Any, NamedTuple, Self, TextIO
 from uuid import uuid4
 
 import numpy as np
+from numpy.typing import NDArray
 
 import drysim
 from drysim import system
 from drysim.core.compile import source_digest
 from drysim.errors import OutputError, UsageError
 from drysim.scenario.axes import columns_of
+from drysim.scenario.model import Scenario
 from drysim.scenario.sampling import Lazy
 from drysim.study.case import hashes_of
 from drysim.study.plan import Piece
 from drysim.study.rows import NAMES, Batch, OverSeeds, Row
-from drysim.system import removed
 
-if TYPE_CHECKING:
-    from types import TracebackType
-
-    from numpy.typing import NDArray
-
-    from drysim.scenario.model import Scenario
-
-
-# A block of cases as bytes, the same on the disk and on the way between machines.
-
-
-FORCES = ("F_fk", "F_fs")
-
-CHECKSUM = 4
-"""Bytes at the end of a block: the CRC-32 of all before them."""
-
-
-def packed(batch: Batch, sweep: str) -> bytes:
-    """Give a block of cases as bytes: a line of JSON, statuses, columns of doubles, checksum.
-
-    Every number is kept to its last bit; a column of one value alone is a number in the line.
-    The points are left out: they follow from the number of the first case. That number and the
-    digest of the sweep are in the line, so a block is never taken for another one.
-    """
-    columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
-    own = {name: np.ascontiguousarray(columns[name], "<f8") for name in (*FORCES, *NAMES)}
-    same = {name: column[0].item() for name, column in own.items() if _is_one_value(column)}
-    rest = [column.data for name, column in own.items() if name not in same]
-    body: list[Any] = [np.ascontiguousarray(batch.status).data, *rest]
-    head = {
-        "sweep": sweep,
-        "first": batch.first,
-        "cases": len(batch),
-        "bytes": sum(part.nbytes for part in body),
-        "columns": [name for name in own if name not in same],
-        "same": same,
-        "notes": {str(i): note for i, note in batch.notes.items()},
-        "over": {str(i): vars(over) for i, over in batch.over.items()},
-    }
-    parts = [json.dumps(head).encode() + b"\n", *body]
-    return b"".join([*parts, _checksum(parts)])
-
-
-def unpacked(words: bytes, piece: Piece, sweep: str) -> Batch:
-    """Give the cases of a piece from their bytes.
-
-    Raises
-    ------
-    ValueError, KeyError, TypeError
-        When the bytes are not those of a whole block, or are those of another one.
-    """
-    whole = memoryview(words)[:-CHECKSUM]
-    if words[-CHECKSUM:] != _checksum([whole]):
-        raise ValueError("the block was cut short or spoiled")
-    end = words.index(b"\n")
-    head, rest = json.loads(words[:end]), whole[end + 1 :]
-    n, names = head["cases"], head["columns"]
-    own = sweep, piece.first, piece.end - piece.begin
-    if (head["sweep"], head["first"], n) != own:
-        raise ValueError("the block is that of another place")
-    status = np.frombuffer(rest, np.int8, n)
-    numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
-    known: dict[str, Any] = dict(zip(names, numbers, strict=True))
-    known |= {name: np.full(n, value) for name, value in head["same"].items()}
-    points = columns_of(piece.scenario.sweep, piece.begin, piece.end)
-    metrics = {name: known[name] for name in NAMES}
-    notes = {int(i): note for i, note in head["notes"].items()}
-    over = {int(i): OverSeeds(**said) for i, said in head["over"].items()}
-    approach = piece.scenario.word
-    F_fk, F_fs = (known[force] for force in FORCES)
-    return Batch(piece.first, approach, points, F_fk, F_fs, metrics, status, notes, over)
-
-
-class Heading(NamedTuple):
-    """What the first line of a block says: of which sweep and case, and its size [B]."""
-
-    sweep: str
-    first: int
-    size: int
-
-
-def heading(line: bytes) -> Heading | None:
-    """Read the first line of a block; None where it is not one."""
-    try:
-        head = json.loads(line)
-        first, size = int(head["first"]), int(head["bytes"])
-        return Heading(head["sweep"], first, len(line) + size + CHECKSUM) if size >= 0 else None
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
-        return None
-
-
-def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:
-    """Give what tells whether a byte was lost or changed."""
-    total = 0
-    for part in parts:
-        total = zlib.crc32(part, total)
-    return total.to_bytes(CHECKSUM, "little")
-
-
-def _is_one_value(column: NDArray[np.float64]) -> bool:
-    """Tell whether all numbers of a column are alike in every bit."""
-    bits = column.view(np.int64)
-    return bool((bits == bits[:1]).all()) and bits.size > 0
-
-
-# What makes two pieces of work one, so that one may go on with what another has left.
-
-
-def identity(scenario: Scenario) -> dict[str, Any]:
-    """Give what makes it one: all words of the scenario, its files, and drysim."""
-    words = json.dumps(scenario.resolved(), sort_keys=True)
-    digest = hashlib.sha256(words.encode()).hexdigest()
-    own = {"drysim": drysim.__version__, "core": source_digest()}
-    return own | {"scenario": digest, "files": hashes_of(scenario)}
-
-
-def digest_of(what: Mapping[str, Any]) -> str:
-    """Return what makes it one in short (hex): each finished part of the work bears it."""
-    return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
-
-
-def of_another(folder: Path) -> UsageError:
-    """Give the error for finished cases that are none of this sweep."""
-    return UsageError(
-        f"{folder} holds cases of another sweep, another record or another drysim",
-        "run the command without --resume to begin anew",
-    )
-
-
-# Store: the finished blocks of a sweep under way, so that a kill loses none of them.
-
+# The finished blocks of a sweep under way.
 
 WHAT = "sweep.json"
 """What is swept, so that blocks of another sweep are not taken for its own."""
@@ -232,7 +109,7 @@ class Store:
                     stream.seek(place.begin)
                     stream.write(words)
             except FileNotFoundError:
-                raise removed(self.folder.parent) from None
+                raise system.removed(self.folder.parent) from None
             except BaseException:
                 with suppress(OSError):  # what is cut short takes room on a full disk
                     os.truncate(place.file, place.begin)
@@ -296,7 +173,102 @@ class Stored(Lazy[Batch]):
         return batch
 
 
-# Journal: the finished seeds of a run under way, so that a kill loses none of them.
+# A block of cases as bytes, the same on the disk and on the way between machines.
+
+FORCES = ("F_fk", "F_fs")
+
+CHECKSUM = 4
+"""Bytes at the end of a block: the CRC-32 of all before them."""
+
+
+def packed(batch: Batch, sweep: str) -> bytes:
+    """Give a block of cases as bytes: a line of JSON, statuses, columns of doubles, checksum.
+
+    Every number is kept to its last bit; a column of one value alone is a number in the line.
+    The points are left out: they follow from the number of the first case. That number and the
+    digest of the sweep are in the line, so a block is never taken for another one.
+    """
+    columns = {"F_fk": batch.F_fk, "F_fs": batch.F_fs, **batch.metrics}
+    own = {name: np.ascontiguousarray(columns[name], "<f8") for name in (*FORCES, *NAMES)}
+    same = {name: column[0].item() for name, column in own.items() if _is_one_value(column)}
+    rest = [column.data for name, column in own.items() if name not in same]
+    body: list[Any] = [np.ascontiguousarray(batch.status).data, *rest]
+    head = {
+        "sweep": sweep,
+        "first": batch.first,
+        "cases": len(batch),
+        "bytes": sum(part.nbytes for part in body),
+        "columns": [name for name in own if name not in same],
+        "same": same,
+        "notes": {str(i): note for i, note in batch.notes.items()},
+        "over": {str(i): vars(over) for i, over in batch.over.items()},
+    }
+    parts = [json.dumps(head).encode() + b"\n", *body]
+    return b"".join([*parts, _checksum(parts)])
+
+
+def unpacked(words: bytes, piece: Piece, sweep: str) -> Batch:
+    """Give the cases of a piece from their bytes.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError
+        When the bytes are not those of a whole block, or are those of another one.
+    """
+    whole = memoryview(words)[:-CHECKSUM]
+    if words[-CHECKSUM:] != _checksum([whole]):
+        raise ValueError("the block was cut short or spoiled")
+    end = words.index(b"\n")
+    head, rest = json.loads(words[:end]), whole[end + 1 :]
+    n, names = head["cases"], head["columns"]
+    if (head["sweep"], head["first"], n) != (sweep, piece.first, piece.end - piece.begin):
+        raise ValueError("the block is that of another place")
+    status = np.frombuffer(rest, np.int8, n)
+    numbers = np.frombuffer(rest, "<f8", n * len(names), n).reshape(len(names), n)
+    known: dict[str, Any] = dict(zip(names, numbers, strict=True))
+    known |= {name: np.full(n, value) for name, value in head["same"].items()}
+    points = columns_of(piece.scenario.sweep, piece.begin, piece.end)
+    metrics = {name: known[name] for name in NAMES}
+    notes = {int(i): note for i, note in head["notes"].items()}
+    over = {int(i): OverSeeds(**said) for i, said in head["over"].items()}
+    F_fk, F_fs = (known[force] for force in FORCES)
+    word = piece.scenario.word
+    return Batch(piece.first, word, points, F_fk, F_fs, metrics, status, notes, over)
+
+
+class Heading(NamedTuple):
+    """What the first line of a block says: of which sweep and case, and its size [B]."""
+
+    sweep: str
+    first: int
+    size: int
+
+
+def heading(line: bytes) -> Heading | None:
+    """Read the first line of a block; None where it is not one."""
+    try:
+        head = json.loads(line)
+        first, size = int(head["first"]), int(head["bytes"])
+        return Heading(head["sweep"], first, len(line) + size + CHECKSUM) if size >= 0 else None
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
+        return None
+
+
+def _checksum(parts: Iterable[bytes | memoryview]) -> bytes:
+    """Give what tells whether a byte was lost or changed."""
+    total = 0
+    for part in parts:
+        total = zlib.crc32(part, total)
+    return total.to_bytes(CHECKSUM, "little")
+
+
+def _is_one_value(column: NDArray[np.float64]) -> bool:
+    """Tell whether all numbers of a column are alike in every bit."""
+    bits = column.view(np.int64)
+    return bool((bits == bits[:1]).all()) and bits.size > 0
+
+
+# The finished seeds of a run under way.
 
 
 class Journal:
@@ -306,7 +278,6 @@ class Journal:
     cut short, that was changed or is of another run, is passed over. Numbers are written so
     that they read back as they were: a run that goes on gives the very ensemble of one that
     was never interrupted.
-    Not to be confused with `Store`, which keeps blocks of the cases of a sweep.
     """
 
     def __init__(self, file: Path, what: Mapping[str, Any], resume: bool) -> None:
@@ -329,12 +300,7 @@ class Journal:
         self._stream = self.file.open("a", encoding="utf-8")
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        fault: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *fault: object) -> None:
         """Close the file; what is in it stays."""
         if self._stream is not None:
             self._stream.close()
@@ -351,7 +317,7 @@ class Journal:
         self._stream.write(entry(number, row, self.run))
         self._stream.flush()
         if not os.fstat(self._stream.fileno()).st_nlink:
-            raise removed(self.file.parent)
+            raise system.removed(self.file.parent)
         self.done[number] = row
 
     def _read(self) -> dict[int, Row]:
@@ -401,3 +367,27 @@ def _is_there(file: Path) -> bool:
         return system.size(file) > 0
     except (OSError, system.Irregular):
         return False
+
+
+# What makes two pieces of work one, so that one may go on with what another has left.
+
+
+def identity(scenario: Scenario) -> dict[str, Any]:
+    """Give what makes it one: all words of the scenario, its files, and drysim."""
+    words = json.dumps(scenario.resolved(), sort_keys=True)
+    digest = hashlib.sha256(words.encode()).hexdigest()
+    own = {"drysim": drysim.__version__, "core": source_digest()}
+    return own | {"scenario": digest, "files": hashes_of(scenario)}
+
+
+def digest_of(what: Mapping[str, Any]) -> str:
+    """Return what makes it one in short (hex): each finished part of the work bears it."""
+    return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def of_another(folder: Path) -> UsageError:
+    """Give the error for finished cases that are none of this sweep."""
+    return UsageError(
+        f"{folder} holds cases of another sweep, another record or another drysim",
+        "run the command without --resume to begin anew",
+    )
