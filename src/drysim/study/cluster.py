@@ -1,4 +1,11 @@
-"""Sweep blocks on Dask workers."""
+"""Blocks of a sweep on the workers of a Dask cluster: one that runs already, or one of our own.
+
+`joined` connects to a scheduler and makes sure that all workers run what runs here, else their
+numbers might differ. `solved` then gives the cases in order: workers compute the blocks from a
+parcel with all that the sweep stands on, while they are kept and told here. Several blocks go
+together, so that handing them out costs little; one under way when its worker dies is begun
+anew by another. Whatever is lost, finished blocks are kept, and the same command goes on.
+"""
 
 from __future__ import annotations
 
@@ -18,122 +25,26 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from shutil import rmtree
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 from uuid import uuid4
 from weakref import finalize
 
 from drysim import system
 from drysim.core import compile
 from drysim.errors import ClusterError, DrysimError, UsageError
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario
 from drysim.study import worker_preload
-from drysim.study.case import named_files
-from drysim.study.plan import Plan
-from drysim.study.store import packed
+from drysim.study.case import named_files, prepare
+from drysim.study.plan import Piece, Plan, approaches_of
+from drysim.study.rows import Batch
+from drysim.study.store import Store, packed
 from drysim.yaml_document import dump
 
-if TYPE_CHECKING:
-    from drysim.scenario.model import Scenario
-    from drysim.study.plan import Piece
-    from drysim.study.rows import Batch
-    from drysim.study.store import Store
+Say = Callable[[str], None]
 
-
-# Whether the workers of a cluster run what runs here: else their numbers might differ.
-
-
-Versions = Mapping[str, str | None]
-
-PACKAGES = ("drysim", "numpy", "scipy", "numba", "distributed")
-"""Whatever a number or its way may depend on."""
-
-
-def teller() -> Callable[[], dict[str, str | None]]:
-    """Give a function that tells the versions of everything that numbers depend on.
-
-    It carries all that it needs, so that it also runs where there is no drysim, or another.
-    """
-    names = PACKAGES
-
-    def told() -> dict[str, str | None]:
-        import hashlib
-        import importlib
-        import pathlib
-        import platform
-
-        found: dict[str, str | None] = {"Python": ".".join(platform.python_version_tuple()[:2])}
-        for name in names:
-            try:
-                found[name] = str(importlib.import_module(name).__version__)
-            except Exception:
-                found[name] = None
-        found["source of drysim"] = None
-        if found["drysim"] is not None:
-            home = pathlib.Path(str(importlib.import_module("drysim").__file__)).parent
-            files = sorted(home.rglob("*.py"), key=lambda file: file.relative_to(home).parts)
-            content = b"".join(file.read_bytes() for file in files)
-            found["source of drysim"] = hashlib.sha256(content).hexdigest()[:12]
-        return found
-
-    return told
-
-
-@cache
-def versions() -> Versions:
-    """Give the versions of what runs here."""
-    return teller()()
-
-
-def refuse_others(there: Mapping[str, Any]) -> None:
-    """Make sure that all workers run what runs here.
-
-    Parameters
-    ----------
-    there : mapping
-        By the address of a worker what it tells, or the exception that it gives instead.
-
-    Raises
-    ------
-    UsageError
-        Names a worker and what is other there.
-    """
-    for worker, told in there.items():
-        if isinstance(told, BaseException):
-            raise UsageError(f"the worker {worker} cannot be asked: {told}", remedy(versions()))
-        if other := difference(told, versions()):
-            raise UsageError(f"the worker {worker} {other}", remedy(versions()))
-
-
-def refuse_late(asked: Versions) -> None:
-    """Make sure that this worker runs what runs where its work comes from.
-
-    Raises
-    ------
-    ClusterError
-    """
-    if other := difference(versions(), asked):
-        from distributed import get_worker
-
-        worker = f"the worker {get_worker().address}, which has come late,"
-        raise ClusterError(f"{worker} {other}", f"{remedy(asked)}; --resume goes on")
-
-
-def difference(there: Versions, here: Versions) -> str:
-    """Say what is other there; empty where nothing is."""
-    for name, version in here.items():
-        if there.get(name) != version:
-            has = f"has {name} {there[name]}" if there.get(name) else f"has no {name}"
-            return f"{has}, here is {version}"
-    return ""
-
-
-def remedy(here: Versions) -> str:
-    """Say how to make all machines alike."""
-    words = " ".join(f"{name}=={here[name]}" for name in PACKAGES)
-    return f"install the same on all machines, pip install {words}, and start the workers anew"
-
-
-# Link: a client of a Dask scheduler, one that runs already or one of our own.
-
+TLS = "tls://"
+"""What the address of a scheduler begins with that asks for certificates."""
 
 LOCAL = "local"
 """The word for processes on this machine in place of the address of a scheduler."""
@@ -141,24 +52,12 @@ LOCAL = "local"
 CONNECT = 10.0
 """Time that a scheduler may take to answer [s]."""
 
-LOOK = 2.0
-"""Time between two looks at how many workers there are [s]."""
-
-AHEAD = 2
-"""Loads under way for each thread of a worker: one at work, the other waiting or coming."""
-
-LONELY = 10.0
-"""Time without a worker after which that is said, even by a quiet command [s]."""
-
-LEAST = 4
-"""Loads under way while there is no worker yet."""
-
 INSTALL = 'install what it needs by pip install "drysim[cluster]", or leave --cluster out'
 WAY = "name three files (PEM) by --tls-ca-file, --tls-cert and --tls-key"
-
 SPEAKERS = (
     "asyncio", "bokeh", "distributed", "distributed.client", "tornado", "tornado.application"
 )  # fmt: skip
+
 QUIET = dict.fromkeys(SPEAKERS, "critical")
 """What Dask would log: whatever matters of it we say ourselves."""
 
@@ -169,11 +68,6 @@ UNWATCHED = {
     "distributed.worker.http.routes": [],
 }
 """What a cluster of our own need not do beside its work: nobody looks at its pages."""
-
-TLS = "tls://"
-"""What the address of a scheduler begins with that asks for certificates."""
-
-Say = Callable[[str], None]
 
 
 class Certificates(NamedTuple):
@@ -192,108 +86,12 @@ class Certificates(NamedTuple):
     key: Path | None = None
 
 
-class Link:
-    """A connection to the workers behind a scheduler."""
-
-    def __init__(self, client: Any, name: str, remedy: str, say: Say, warn: Say) -> None:
-        self.client = client
-        self.name = name
-        self.remedy = remedy
-        self.say = say
-        self.warn = warn
-        self._threads, self._looked = 0, 0.0
-        self._said = self._warned = self._had = False
-        self._lonely = time.monotonic()
-
-    def room(self) -> int:
-        """Give how many loads of blocks may be under way."""
-        if time.monotonic() - self._looked > LOOK:
-            self.look()
-        return max(LEAST, AHEAD * self._threads)
-
-    def look(self) -> None:
-        """See how many workers there are; say so where there is none, as that may last.
-
-        Of workers that die, others may take the place: that is waited for.
-
-        Raises
-        ------
-        ClusterError
-            When the scheduler has left us.
-        """
-        try:
-            self._threads = sum(self.client.nthreads().values())
-        except (OSError, TimeoutError) as fault:
-            raise self.gone() from fault
-        self._looked = time.monotonic()
-        if self._threads:
-            self._had, self._warned, self._lonely = True, False, self._looked
-        elif not self._had and not self._said:
-            self._said = True
-            self.say(f"{self.name} has no worker; waiting for one: {self.remedy}")
-        if self._looked - self._lonely >= LONELY and not self._warned:
-            self._warned = True
-            none = "no worker left" if self._had else f"had no worker for {LONELY:.0f} s"
-            why = "; a block may have ended them" * self._had
-            self.warn(f"{self.name} has {none}{why}; waiting for one: {self.remedy}")
-
-    def wait(self, landed: SimpleQueue[Any]) -> Any:
-        """Give what lands next."""
-        while True:
-            try:
-                return landed.get(timeout=LOOK)
-            except Empty:
-                self.look()
-
-    def result(self, future: Any) -> Any:
-        """Give what a task has come to; it is computed again where its worker died before."""
-        patience = LOOK
-        while True:
-            try:
-                return future.result(timeout=patience)
-            except TimeoutError:
-                self.look()
-                patience *= 2.0  # what comes slowly begins anew each time
-
-    def gone(self) -> ClusterError:
-        """Give the error for a scheduler that has left us."""
-        return ClusterError(
-            f"{self.name} is gone; finished blocks are kept",
-            "start it again, and the same command with --resume goes on; so does one without "
-            "--cluster",
-        )
-
-
 NONE = Certificates()
-
-
-def require() -> None:
-    """Make sure that Dask is there.
-
-    Raises
-    ------
-    UsageError
-        With the command that installs it.
-    """
-    try:
-        import dask
-
-        with dask.config.set(logging=QUIET):  # which it reads when it is loaded
-            import distributed  # noqa: F401 - only whether it is there
-    except ImportError:
-        raise UsageError(
-            "--cluster needs the packages dask and distributed, which are not installed",
-            INSTALL,
-        ) from None
 
 
 @contextmanager
 def joined(
-    where: str,
-    workers: int | None,
-    say: Say,
-    warn: Say,
-    certificates: Certificates = NONE,
+    where: str, workers: int | None, say: Say, warn: Say, certificates: Certificates = NONE
 ) -> Iterator[Link]:
     """Connect to the workers of a scheduler for as long as the block.
 
@@ -343,13 +141,24 @@ def joined(
         yield Link(client, name, remedy, say, warn)
 
 
+def require() -> None:
+    """Raise a UsageError with the command that installs it unless Dask is there."""
+    try:
+        import dask
+
+        with dask.config.set(logging=QUIET):  # which it reads when it is loaded
+            import distributed  # noqa: F401 - only whether it is there
+    except ImportError:
+        raise UsageError(
+            "--cluster needs the packages dask and distributed, which are not installed",
+            INSTALL,
+        ) from None
+
+
 def trusted(certificates: Certificates) -> Any:
     """Return what Dask needs to know a scheduler, and to be known by it.
 
-    Raises
-    ------
-    UsageError
-        When certificates are missing, or cannot be read.
+    A UsageError says when certificates are missing, or cannot be read.
     """
     from distributed.security import Security
 
@@ -419,13 +228,7 @@ def own(workers: int | None) -> Iterator[Any]:
 
 
 def secret(security: Any) -> Any:
-    """Return credentials for one cluster, made by Dask's Security, on no disk.
-
-    Raises
-    ------
-    UsageError
-        When the package is missing that makes them.
-    """
+    """Return credentials for one cluster, made by Dask's Security, on no disk."""
     try:
         return security.temporary()
     except ImportError:
@@ -434,162 +237,198 @@ def secret(security: Any) -> Any:
         ) from None
 
 
-# Load: how many blocks go to a worker together, so that handing them out costs little.
+LOOK = 2.0
+"""Time between two looks at how many workers there are [s]."""
+
+AHEAD = 2
+"""Loads under way for each thread of a worker: one at work, the other waiting or coming."""
+
+LONELY = 10.0
+"""Time without a worker after which that is said, even by a quiet command [s]."""
+
+LEAST = 4
+"""Loads under way while there is no worker yet."""
 
 
-WORK = 0.5
-"""Work that goes together [s]: a task of its own costs scheduler, worker and client some 6 ms
-of processor time, however little there is in it."""
+class Link:
+    """A connection to the workers behind a scheduler."""
 
-MOST_BYTES = 16_000_000
-"""Bytes that come back together at most: a scheduler passes them on whole."""
+    def __init__(self, client: Any, name: str, remedy: str, say: Say, warn: Say) -> None:
+        self.client, self.name, self.remedy = client, name, remedy
+        self.say, self.warn = say, warn
+        self._threads, self._looked = 0, 0.0
+        self._said = self._warned = self._had = False
+        self._lonely = time.monotonic()
+
+    def room(self) -> int:
+        """Give how many loads of blocks may be under way."""
+        if time.monotonic() - self._looked > LOOK:
+            self.look()
+        return max(LEAST, AHEAD * self._threads)
+
+    def look(self) -> None:
+        """See how many workers there are; say so where there is none, as that may last.
+
+        Of workers that die, others may take the place: that is waited for.
+
+        Raises
+        ------
+        ClusterError
+            When the scheduler has left us.
+        """
+        try:
+            self._threads = sum(self.client.nthreads().values())
+        except (OSError, TimeoutError) as fault:
+            raise self.gone() from fault
+        self._looked = time.monotonic()
+        if self._threads:
+            self._had, self._warned, self._lonely = True, False, self._looked
+        elif not self._had and not self._said:
+            self._said = True
+            self.say(f"{self.name} has no worker; waiting for one: {self.remedy}")
+        if self._looked - self._lonely >= LONELY and not self._warned:
+            self._warned = True
+            none = "no worker left" if self._had else f"had no worker for {LONELY:.0f} s"
+            why = "; a block may have ended them" * self._had
+            self.warn(f"{self.name} has {none}{why}; waiting for one: {self.remedy}")
+
+    def wait(self, landed: SimpleQueue[Any]) -> Any:
+        """Give what lands next."""
+        while True:
+            try:
+                return landed.get(timeout=LOOK)
+            except Empty:
+                self.look()
+
+    def result(self, future: Any) -> Any:
+        """Give what a task has come to; it is computed again where its worker died before."""
+        patience = LOOK
+        while True:
+            try:
+                return future.result(timeout=patience)
+            except TimeoutError:
+                self.look()
+                patience *= 2.0  # what comes slowly begins anew each time
+
+    def gone(self) -> ClusterError:
+        """Give the error for a scheduler that has left us."""
+        return ClusterError(
+            f"{self.name} is gone; finished blocks are kept",
+            "start it again, and the same command with --resume goes on; so does one without "
+            "--cluster",
+        )
 
 
-class Load:
-    """What the blocks that have come tell of those to come.
+# Whether the workers run what runs here: else their numbers might differ.
 
-    The first go one by one: nobody knows yet what they take. The last go one by one, too, so
-    that no worker is left with many of them while others have none.
+Versions = Mapping[str, str | None]
 
-    Parameters
-    ----------
-    count : int
-        How many blocks there are, those included that nobody wants any more.
+PACKAGES = ("drysim", "numpy", "scipy", "numba", "distributed")
+"""Whatever a number or its way may depend on."""
+
+
+def teller() -> Callable[[], dict[str, str | None]]:
+    """Give a function that tells the versions of everything that numbers depend on.
+
+    It carries all that it needs, so that it also runs where there is no drysim, or another.
     """
+    names = PACKAGES
 
-    def __init__(self, count: int) -> None:
-        self._count = self._left = count
-        self._fit = 1
+    def told() -> dict[str, str | None]:
+        import hashlib
+        import importlib
+        import pathlib
+        import platform
 
-    def blocks(self, room: int) -> int:
-        """Give how many go together now, where so many tasks may be under way."""
-        return max(1, min(self._fit, self._left // room))
+        found: dict[str, str | None] = {"Python": ".".join(platform.python_version_tuple()[:2])}
+        for name in names:
+            try:
+                found[name] = str(importlib.import_module(name).__version__)
+            except Exception:
+                found[name] = None
+        found["source of drysim"] = None
+        if found["drysim"] is not None:
+            home = pathlib.Path(str(importlib.import_module("drysim").__file__)).parent
+            files = sorted(home.rglob("*.py"), key=lambda file: file.relative_to(home).parts)
+            content = b"".join(file.read_bytes() for file in files)
+            found["source of drysim"] = hashlib.sha256(content).hexdigest()[:12]
+        return found
 
-    def sent(self, numbers: Sequence[int]) -> None:
-        """Note which blocks are on their way."""
-        self._left = self._count - numbers[-1] - 1
-
-    def took(self, blocks: Sequence[bytes | None], seconds: float) -> None:
-        """Note how long some blocks took."""
-        size = sum(map(len, filter(None, blocks)))
-        share = max(seconds / WORK, size / MOST_BYTES, 1e-9)
-        self._fit = max(1, int(len(blocks) / share))
-
-
-# Parcel: all that a worker needs to compute any block of a sweep. It travels once.
-
-
-SCENARIO = "scenario.yaml"
-
-SWEEPS_KEPT = 2
-"""Sweeps that a worker keeps open: the latest, and one that is worked at beside it."""
+    return told
 
 
-@dataclass(frozen=True)
-class Parcel:
-    """A scenario as words, and the files that it names; no worker reads another disk.
-
-    Attributes
-    ----------
-    words : str
-        The resolved scenario as YAML, its files named as they are here.
-    files : tuple of (str, bytes)
-        Names and contents.
-    versions : tuple of (str, str)
-        What runs where the parcel was made up.
-    sweep : str
-        Digest of the sweep, which its blocks bear.
-    """
-
-    words: str
-    files: tuple[tuple[str, bytes], ...]
-    versions: tuple[tuple[str, str | None], ...]
-    sweep: str
-
-    @classmethod
-    def of(cls, scenario: Scenario, sweep: str) -> Self:
-        """Give the parcel of a scenario whose files are there."""
-        words, files = scenario.resolved(), []
-        for number, (keys, path) in enumerate(named_files(scenario)):
-            name = f"{number}{path.suffix}"
-            files.append((name, path.read_bytes()))
-            block: Any = words
-            for key in keys:
-                block = block[key]
-            block["file"] = name
-        return cls(dump(words), tuple(files), tuple(versions().items()), sweep)
-
-    @property
-    def digest(self) -> str:
-        """The SHA-256 (hex) of everything in it."""
-        digest = hashlib.sha256(f"{self.sweep}\0{self.words}".encode())
-        for name, content in self.files:
-            digest.update(f"\0{name}\0{len(content)}\0".encode())
-            digest.update(content)
-        return digest.hexdigest()
+@cache
+def versions() -> Versions:
+    """Give the versions of what runs here."""
+    return teller()()
 
 
-@lru_cache(SWEEPS_KEPT)
-def opened(parcel: Parcel) -> Plan:
-    """Give the plan that a parcel holds.
-
-    A worker lives longer than a sweep, so it compiles: a small one may not settle for plain.
-    """
-    from drysim.scenario.load import load
-    from drysim.study.case import prepare
-    from drysim.study.plan import approaches_of
-
-    compile.settle(compile.PLAIN_STEPS + 1)
-    folder = Path(tempfile.mkdtemp(prefix="drysim-", dir=own_folder()))
-    with ExitStack() as leave:
-        leave.callback(rmtree, folder, ignore_errors=True)
-        (folder / SCENARIO).write_text(parcel.words, encoding="utf-8")
-        for file, content in parcel.files:
-            (folder / file).write_bytes(content)
-        case = prepare(load(folder / SCENARIO))
-        plan = Plan.of(approaches_of(case.scenario), case)
-        if parcel.files:  # long samples stay in their file
-            finalize(plan, leave.pop_all().close)
-    return plan
-
-
-def own_folder() -> str | None:
-    """Give the folder of this worker, None outside of one.
-
-    When a worker was killed, the next one on its machine removes what it has left there.
-    """
-    from distributed import get_worker
-
-    try:
-        return str(get_worker().local_directory)
-    except ValueError:
-        return None
-
-
-def compute(parcel: Parcel, numbers: Sequence[int]) -> tuple[list[bytes | None], float]:
-    """Give blocks, packed, and the processor time that they took [s].
-
-    A block with a case at fault is None, as whoever asks can say better what is wrong.
+def refuse_others(there: Mapping[str, Any]) -> None:
+    """Make sure that all workers, by address, tell what runs here; one may give an exception.
 
     Raises
     ------
-    ClusterError
-        When this worker, which has come late, runs something else.
+    UsageError
+        Names a worker and what is other there.
     """
-    refuse_late(dict(parcel.versions))
-    began = time.thread_time()
-    return [_block(parcel, number) for number in numbers], time.thread_time() - began
+    for worker, told in there.items():
+        if isinstance(told, BaseException):
+            raise UsageError(f"the worker {worker} cannot be asked: {told}", remedy(versions()))
+        if other := difference(told, versions()):
+            raise UsageError(f"the worker {worker} {other}", remedy(versions()))
 
 
-def _block(parcel: Parcel, number: int) -> bytes | None:
-    """Give a block, packed; None where a case is at fault."""
-    try:
-        return packed(opened(parcel).block(number), parcel.sweep)
-    except DrysimError:
-        return None
+def refuse_late(asked: Versions) -> None:
+    """Raise a ClusterError unless this worker runs what runs where its work comes from."""
+    if other := difference(versions(), asked):
+        from distributed import get_worker
+
+        worker = f"the worker {get_worker().address}, which has come late,"
+        raise ClusterError(f"{worker} {other}", f"{remedy(asked)}; --resume goes on")
 
 
-# Flight: blocks on their way to the workers and back, few of them at a time.
+def difference(there: Versions, here: Versions) -> str:
+    """Say what is other there; empty where nothing is."""
+    for name, version in here.items():
+        if there.get(name) != version:
+            has = f"has {name} {there[name]}" if there.get(name) else f"has no {name}"
+            return f"{has}, here is {version}"
+    return ""
+
+
+def remedy(here: Versions) -> str:
+    """Say how to make all machines alike."""
+    words = " ".join(f"{name}=={here[name]}" for name in PACKAGES)
+    return f"install the same on all machines, pip install {words}, and start the workers anew"
+
+
+# Blocks on their way to the workers and back, few of them at a time.
+
+
+def solved(
+    plan: Plan, scenario: Scenario, link: Link, store: Store, finished: Callable[[Batch], None]
+) -> Iterator[tuple[Piece, Batch]]:
+    """Give the cases of every piece in order, as `study.sweeps.sweep.solved` does.
+
+    A block is kept as soon as it comes, whatever its turn: whoever is killed here loses no more
+    than is under way. In its turn it is read again, so that none is held meanwhile.
+    """
+    wanted = (k for k, piece in enumerate(plan.pieces) if not store.holds(piece))
+    come: set[int] = set()
+    parcel = Parcel.of(scenario, store.sweep)
+    with closing(computed(link, parcel, wanted, len(plan.pieces))) as flight:
+        for turn, piece in enumerate(plan.pieces):
+            while (batch := store.read(piece)) is None:
+                # A fault of a case is met again here, where its file and line are known.
+                number, words = next(flight, (turn, None))
+                store.keep(
+                    plan.pieces[number], words or packed(plan.block(number), store.sweep)
+                )
+                come.add(number)
+            if turn in come:
+                come.remove(turn)
+                finished(batch)
+            yield piece, batch
 
 
 DEADLY = 3
@@ -637,8 +476,7 @@ class Flight:
     """The blocks that are under way."""
 
     def __init__(self, link: Link, parcel: Parcel) -> None:
-        self.link = link
-        self.name = f"drysim-{parcel.digest[:16]}"
+        self.link, self.name = link, f"drysim-{parcel.digest[:16]}"
         self._held: dict[str, tuple[list[int], Any]] = {}
         self._landed: SimpleQueue[Any] = SimpleQueue()
         self._suspects: list[int] = []
@@ -726,30 +564,143 @@ def told(fault: BaseException) -> BaseException:
     return fault
 
 
-# Far: a sweep whose blocks other machines compute, while they are kept and told here.
+WORK = 0.5
+"""Work that goes together [s]: a task of its own costs scheduler, worker and client some 6 ms
+of processor time, however little there is in it."""
+
+MOST_BYTES = 16_000_000
+"""Bytes that come back together at most: a scheduler passes them on whole."""
 
 
-def solved(
-    plan: Plan, scenario: Scenario, link: Link, store: Store, finished: Callable[[Batch], None]
-) -> Iterator[tuple[Piece, Batch]]:
-    """Give the cases of every piece in order, as `study.sweeps.sweep.solved` does.
+class Load:
+    """How many blocks go to a worker together; what has come tells of what is to come.
 
-    A block is kept as soon as it comes, whatever its turn: whoever is killed here loses no more
-    than is under way. In its turn it is read again, so that none is held meanwhile.
+    The first go one by one: nobody knows yet what they take. The last go one by one, too, so
+    that no worker is left with many of them while others have none.
     """
-    wanted = (k for k, piece in enumerate(plan.pieces) if not store.holds(piece))
-    come: set[int] = set()
-    parcel = Parcel.of(scenario, store.sweep)
-    with closing(computed(link, parcel, wanted, len(plan.pieces))) as flight:
-        for turn, piece in enumerate(plan.pieces):
-            while (batch := store.read(piece)) is None:
-                # A fault of a case is met again here, where its file and line are known.
-                number, words = next(flight, (turn, None))
-                store.keep(
-                    plan.pieces[number], words or packed(plan.block(number), store.sweep)
-                )
-                come.add(number)
-            if turn in come:
-                come.remove(turn)
-                finished(batch)
-            yield piece, batch
+
+    def __init__(self, count: int) -> None:
+        self._count = self._left = count  # with those that nobody wants any more
+        self._fit = 1
+
+    def blocks(self, room: int) -> int:
+        """Give how many go together now, where so many tasks may be under way."""
+        return max(1, min(self._fit, self._left // room))
+
+    def sent(self, numbers: Sequence[int]) -> None:
+        """Note which blocks are on their way."""
+        self._left = self._count - numbers[-1] - 1
+
+    def took(self, blocks: Sequence[bytes | None], seconds: float) -> None:
+        """Note how long some blocks took."""
+        size = sum(map(len, filter(None, blocks)))
+        share = max(seconds / WORK, size / MOST_BYTES, 1e-9)
+        self._fit = max(1, int(len(blocks) / share))
+
+
+# What a worker does: a parcel, which travels once, holds all that it needs for any block.
+
+SCENARIO = "scenario.yaml"
+
+SWEEPS_KEPT = 2
+"""Sweeps that a worker keeps open: the latest, and one that is worked at beside it."""
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """A scenario as words, and the files that it names; no worker reads another disk.
+
+    Attributes
+    ----------
+    words : str
+        The resolved scenario as YAML, its files named as they are here.
+    files : tuple of (str, bytes)
+        Names and contents.
+    versions : tuple of (str, str)
+        What runs where the parcel was made up.
+    sweep : str
+        Digest of the sweep, which its blocks bear.
+    """
+
+    words: str
+    files: tuple[tuple[str, bytes], ...]
+    versions: tuple[tuple[str, str | None], ...]
+    sweep: str
+
+    @classmethod
+    def of(cls, scenario: Scenario, sweep: str) -> Self:
+        """Give the parcel of a scenario whose files are there."""
+        words, files = scenario.resolved(), []
+        for number, (keys, path) in enumerate(named_files(scenario)):
+            name = f"{number}{path.suffix}"
+            files.append((name, path.read_bytes()))
+            block: Any = words
+            for key in keys:
+                block = block[key]
+            block["file"] = name
+        return cls(dump(words), tuple(files), tuple(versions().items()), sweep)
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 (hex) of everything in it."""
+        digest = hashlib.sha256(f"{self.sweep}\0{self.words}".encode())
+        for name, content in self.files:
+            digest.update(f"\0{name}\0{len(content)}\0".encode())
+            digest.update(content)
+        return digest.hexdigest()
+
+
+@lru_cache(SWEEPS_KEPT)
+def opened(parcel: Parcel) -> Plan:
+    """Give the plan that a parcel holds.
+
+    A worker lives longer than a sweep, so it compiles: a small one may not settle for plain.
+    """
+    compile.settle(compile.PLAIN_STEPS + 1)
+    folder = Path(tempfile.mkdtemp(prefix="drysim-", dir=own_folder()))
+    with ExitStack() as leave:
+        leave.callback(rmtree, folder, ignore_errors=True)
+        (folder / SCENARIO).write_text(parcel.words, encoding="utf-8")
+        for file, content in parcel.files:
+            (folder / file).write_bytes(content)
+        case = prepare(load(folder / SCENARIO))
+        plan = Plan.of(approaches_of(case.scenario), case)
+        if parcel.files:  # long samples stay in their file
+            finalize(plan, leave.pop_all().close)
+    return plan
+
+
+def own_folder() -> str | None:
+    """Give the folder of this worker, None outside of one.
+
+    When a worker was killed, the next one on its machine removes what it has left there.
+    """
+    from distributed import get_worker
+
+    try:
+        return str(get_worker().local_directory)
+    except ValueError:
+        return None
+
+
+def compute(parcel: Parcel, numbers: Sequence[int]) -> tuple[list[bytes | None], float]:
+    """Give blocks, packed, and the processor time that they took [s].
+
+    A block with a case at fault is None, as whoever asks can say better what is wrong.
+
+    Raises
+    ------
+    ClusterError
+        When this worker, which has come late, runs something else.
+    """
+    refuse_late(dict(parcel.versions))
+    began = time.thread_time()
+    return [_block(parcel, number) for number in numbers], time.thread_time() - began
+
+
+def _block(parcel: Parcel, number: int) -> bytes | None:
+    """Give a block, packed; None where a case is at fault."""
+    try:
+        return packed(opened(parcel).block(number), parcel.sweep)
+    except DrysimError:
+        return None
