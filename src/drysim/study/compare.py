@@ -1,4 +1,10 @@
-"""Approaches or laws on one motion: how far apart, and why."""
+"""Compare: what approaches and laws make of one base motion, how far apart they are, and why.
+
+The last word is the yardstick that all others are held against, case by case; `viscous` is
+always compared, too. A comparison tells where the words agree, and its verdict says in
+sentences, each decided by computing, what ails those that do not: vibration that fixed steps
+bring in, too long a step, too soft a friction law.
+"""
 
 from __future__ import annotations
 
@@ -7,34 +13,26 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, log2, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
 from drysim.approach import SHELF
-from drysim.approach.solution import FIXED_STEP
+from drysim.approach.solution import FIXED_STEP, Response
 from drysim.approach.stick_slip import Exact
 from drysim.errors import Caution, SolverError, UsageError
+from drysim.scenario.axes import Axis
+from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
-from drysim.study.case import prepare, require
+from drysim.study.case import Case, prepare, require
 from drysim.study.outcome import line
-from drysim.study.rows import OK, Row, Rows
+from drysim.study.rows import OK, Finished, Row, Rows, nothing
 from drysim.study.run import Motions, attempted, case_at, response_of
 from drysim.study.statistics import interval
-from drysim.study.sweep import Finished, nothing, settle, solved, table_of
 from drysim.study.table import Table, Tally
 from drysim.study.warnings import at
 from drysim.units import near, short
 from drysim.wording import listed, number, percent, places, stretch
-
-if TYPE_CHECKING:
-    from drysim.approach.solution import Response
-    from drysim.scenario.axes import Axis
-    from drysim.scenario.model import Scenario
-    from drysim.study.case import Case
-
-
-# Comparison: what approaches and laws make of one base motion, and how far they are apart.
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,358 +148,6 @@ def _place(row: Row, keys: Collection[str]) -> frozenset[tuple[str, float]]:
     return frozenset((key, value) for key, value in row.point.items() if key in keys)
 
 
-# What a table says at a glance: extremes with where they are, and where the seat isolates.
-
-
-FREQUENCY = "excitation.frequency"
-"""The key over which a transmissibility is drawn and read."""
-
-AGREE = 0.05
-"""Deviation of T_a up to which two approaches agree [-]."""
-
-
-class Isolation(NamedTuple):
-    """From which frequency [Hz] on T_a stays below 1; None where it does nowhere."""
-
-    point: Mapping[str, float]
-    above: float | None
-
-
-class Deviation(NamedTuple):
-    """T_a of a row relative to the yardstick's at the same point, minus 1 [-].
-
-    The row is the one of the two that tells the point in full. Of many seeds the value is a
-    mean, with half the width of its confidence interval.
-    """
-
-    value: float
-    row: Row
-    half_width: float | None = None
-
-
-def isolation(rows: Iterable[Row]) -> list[Isolation]:
-    """Give where isolation begins on every curve over the frequency.
-
-    Notes
-    -----
-    A frequency at which T_a is not known counts as one that is not isolated.
-    """
-    curves: dict[tuple[tuple[str, float], ...], list[Row]] = {}
-    for row in rows:
-        rest = tuple(item for item in row.point.items() if item[0] != FREQUENCY)
-        curves.setdefault(rest, []).append(row)
-    return [Isolation(dict(rest), _begin(curve)) for rest, curve in curves.items()]
-
-
-def _begin(curve: Sequence[Row]) -> float | None:
-    """Give the frequency from which on T_a stays below 1."""
-    begin = None
-    for row in sorted(curve, key=lambda row: -row.point[FREQUENCY]):
-        T_a = row.metrics.get("T_a")
-        if T_a is None or T_a >= 1.0:
-            break
-        begin = row.point[FREQUENCY]
-    return begin
-
-
-def compared(
-    comparison: Comparison, approach: str
-) -> Iterator[tuple[Row, tuple[float, float | None] | None]]:
-    """Give what an approach is off by, with half of its interval, at every point.
-
-    Each row is the one of the approach or of the yardstick that tells the point in full.
-    """
-    for row, other in comparison.pairs(approach):
-        yield row if len(row.point) >= len(other.point) else other, off_by(row, other)
-
-
-def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
-    """Give by how much an approach is off its yardstick, wherever both know T_a."""
-    found = compared(comparison, approach)
-    return [Deviation(off[0], row, off[1]) for row, off in found if off is not None]
-
-
-def worst_of(found: Sequence[Deviation]) -> Deviation | None:
-    """Give the greatest deviation, the first of its kind."""
-    return max(found, key=lambda one: abs(one.value), default=None)
-
-
-# Where approaches agree: cases in which T_a is the yardstick's, and words that coincide.
-
-
-MOTION = ("T_a", "x_r_rms", "x_r_peak")
-"""The metrics by which words are told apart."""
-
-SAME = 1e-6
-"""Difference of a metric, relative to it, that no picture shows."""
-
-Values = dict[frozenset[tuple[str, float]], tuple[float, ...]]
-
-FEW = 5
-"""Cases up to which each is named where they do not lie together."""
-
-
-def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
-    """Say in how many cases an approach agrees with the yardstick, and where they lie."""
-    found, axes = list(compared(comparison, name)), comparison.table.axes
-    rows = [row for row, _ in found]
-    good = [row for row, off in found if agrees(off and off[0])]
-    if len(rows) < 2:
-        return
-    if not good:
-        yield f"{name} agrees within {percent(AGREE)} nowhere in this sweep"
-        return
-    share = f"{len(good)} of {len(rows)} cases"
-    yield f"{name} agrees within {percent(AGREE)} in {share}{whereabouts(good, rows, axes)}"
-
-
-def whereabouts(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axis]) -> str:
-    """Give where some of all cases lie; a range that is that of all tells nothing."""
-    ends, every = _ends(good), _ends(rows)
-    inside = [
-        row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
-    ]
-    narrower = stretch({key: at for key, at in ends.items() if at != every[key]}, axes)
-    if len(inside) == len(good):
-        return f": {narrower}"
-    if len(good) <= FEW:
-        varied = [key for key, (low, high) in every.items() if low < high]
-        return f": {places([{key: row.point[key] for key in varied} for row in good], axes)}"
-    return f", all within {narrower}" if narrower else ", scattered over the whole sweep"
-
-
-def _ends(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
-    """Give the least and the greatest value of every key."""
-    columns = {key: [row.point[key] for row in rows] for key in rows[0].point}
-    return {key: (min(column), max(column)) for key, column in columns.items()}
-
-
-def coinciding(comparison: Comparison) -> Iterator[str]:
-    """Say which words but the yardstick move alike in every case: one curve hides another."""
-    groups: list[tuple[Values, list[str]]] = []
-    for name in comparison.table.approaches:
-        if name == comparison.yardstick:
-            continue
-        own = _values(comparison.table.of(name))
-        like = (words for values, words in groups if _same(values, own))
-        if words := next(like, None):
-            words.append(name)
-        else:
-            groups.append((own, [name]))
-    for _, words in groups:
-        if len(words) > 1:
-            yield f"{listed(words)} coincide"
-
-
-def _values(rows: Iterable[Row]) -> Values:
-    """Give what is compared, by where it is."""
-    return {
-        frozenset(row.point.items()): tuple(
-            nan if (value := row.metrics.get(name)) is None else value for name in MOTION
-        )
-        for row in rows
-    }
-
-
-def _same(one: Values, other: Values) -> bool:
-    """Tell whether values are the same but for rounding, and not all of them unknown."""
-    if one.keys() != other.keys():
-        return False
-    own, others = np.array([*one.values()]), np.array([other[place] for place in one])
-    known = bool(np.isfinite(own).any())
-    return known and np.allclose(own, others, SAME, 0.0, equal_nan=True)
-
-
-def agrees(deviation: float | None) -> bool:
-    """Tell whether a deviation of T_a is within what counts as agreement; none is not."""
-    return deviation is not None and abs(deviation) <= AGREE
-
-
-# Diagnosis: what a comparison says in sentences, each decided by computing.
-
-
-CURED = 0.7
-"""Share of an error that a halved step may leave to be a cure: first order leaves half."""
-
-PARASITIC = -0.3
-"""Correlation of neighbouring errors of x_dd below which they flip with every step."""
-
-WANTED = 0.01
-"""Error of T_a for which the needed sharpness is told [-]."""
-
-
-AT_REST = "the base stands still"
-"""Why a case that was solved has no T_a."""
-
-
-def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
-    """Give the verdict on every approach that is not the yardstick, the worst first."""
-    names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
-    found = [(worst_of(deviations(comparison, name)), name) for name in names]
-    known = [(deviation, name) for deviation, name in found if deviation is not None]
-    said: list[str] = []
-    for deviation, name in sorted(known, key=lambda pair: -abs(pair[0].value)):
-        said += sentences(comparison, scenarios, name, deviation.row, deviation.value)
-    said += unknown(comparison, [name for deviation, name in found if deviation is None])
-    said += coinciding(comparison)
-    return (*said, *without_friction(comparison))
-
-
-def sentences(
-    comparison: Comparison,
-    scenarios: Mapping[str, Scenario],
-    name: str,
-    row: Row,
-    deviation: float,
-) -> Iterator[str]:
-    """Give what is to be said about one approach at the case where it deviates most."""
-    yardstick, exact = comparison.yardstick, comparison.counterpart(row)
-    place = at(row, comparison.table.axes)
-    if same(scenarios[name], scenarios[yardstick]):
-        law = comparison.laws[name]
-        yield f"{name} is {yardstick} here: {law} is the law of the scene, solved by stick-slip"
-        return
-    if abs(deviation) <= AGREE:
-        yield f"{name} agrees with {told(comparison)}: T_a {signed(deviation)}{place}"
-    elif (doubt := doubtful(comparison)) or comparison.laws.get(name) == name:
-        # A law is no error, whatever it changes; nor is what the yardstick may err in itself.
-        yield f"{name} differs from {told(comparison)}: T_a {signed(deviation)}{place}{doubt}"
-        yield from range_of_agreement(comparison, name)
-    else:
-        yield f"{name} is off: T_a {signed(deviation)} against {told(comparison)}{place}"
-        yield from range_of_agreement(comparison, name)
-    if exact is None or doubtful(comparison):
-        return
-    case = case_at(scenarios[name], row.point)
-    response = response_of(case)
-    if response.numerics.core != FIXED_STEP:
-        return
-    flipping = flips(response, response_of(scenarios[yardstick].at(exact.point)))
-    if flipping < PARASITIC and abs(deviation) > AGREE:
-        yield (
-            f"the error of {name} is parasitic vibration of period 2Δt = "
-            f"{number(2 * response.dt, 's')}: where the mass should stick, friction of "
-            f"{number(row.F_fk, 'N')} flips with every step"
-        )
-    if abs(deviation) > WANTED:
-        yield from remedy(case, name, deviation, first_T_a(exact))
-
-
-def unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:
-    """Say of which words T_a is held against no other, and why."""
-    yardstick = comparison.yardstick
-    if names and (reason := why_unknown(comparison, yardstick)):
-        yield f"T_a of {yardstick}, the yardstick, is not known: {reason}"
-        return
-    for name in names:
-        reason = why_unknown(comparison, name)
-        where = f": {reason}" if reason else f" where that of {yardstick} is"
-        yield f"T_a of {name} is not known{where}"
-
-
-def why_unknown(comparison: Comparison, name: str) -> str:
-    """Say why no case of a word has T_a; nothing where one has."""
-    rows = list(comparison.table.of(name))
-    if any(row.metrics.get("T_a") is not None for row in rows):
-        return ""
-    lost = (f"{row.status}; {row.note}".removesuffix("; ") for row in rows if row.status != OK)
-    return next(lost, AT_REST)
-
-
-def same(one: Scenario, other: Scenario) -> bool:
-    """Tell whether two words of a comparison mean one law under one approach."""
-    return one.solver.member() == other.solver.member() and one.acting == other.acting
-
-
-def doubtful(comparison: Comparison) -> str:
-    """Say why the yardstick proves no other wrong; nothing where it solves all of the scene."""
-    yardstick, scenario = comparison.yardstick, comparison.table.scenario
-    if losses := scenario.losses(yardstick):
-        return f"; {'; '.join(losses)}"
-    if not isinstance(scenario.compared_by(yardstick).solver.member(), Exact):
-        return f"; {yardstick} marches by fixed steps, so that it may be off itself"
-    return ""
-
-
-def told(comparison: Comparison) -> str:
-    """Give the yardstick; where laws are compared also the law of an approach."""
-    yardstick, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
-    tells = comparison.of_laws and law not in (None, "", yardstick)
-    return f"{yardstick} ({law})" if tells else yardstick
-
-
-def flips(response: Response, exact: Response) -> float:
-    """Give the correlation of neighbouring errors of x_dd: -1 where they flip each step."""
-    last = min(response.t[-1], exact.t[-1])
-    t = response.t[response.t <= last]
-    error = response.x_dd[: len(t)] - np.interp(t, exact.t, exact.x_dd)
-    error -= error.mean()
-    power = float(np.dot(error, error))
-    return float(np.dot(error[1:], error[:-1])) / power if power else 0.0
-
-
-def remedy(case: Scenario, name: str, deviation: float, T_a: float | None) -> Iterator[str]:
-    """Say whether a smaller step or a sharper function helps, by trying it."""
-    step, chosen = case.solver.step, case.solver.member()
-    if step is not None:
-        finer, halved = tried(case, {"step": 0.5 * step}, T_a), number(0.5 * step, "s")
-        if cures(finer, deviation):
-            yield f"halving the step of {name} leaves {signed(finer)}"
-        elif finer is not None and abs(deviation) > AGREE:
-            yield f"a smaller step will not help {name}: at {halved} T_a is {signed(finer)}"
-    sharpness = getattr(chosen, "sharpness", None)
-    if sharpness is not None:
-        doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
-        sharper, twice = tried(case, {name: doubled}, T_a), number(2 * sharpness, "s/m")
-        if cures(sharper, deviation):
-            order = log2(abs(deviation / sharper)) if sharper else inf
-            needed = number(sharpness * (abs(deviation) / WANTED) ** (1 / order), "s/m", 2)
-            share = percent(WANTED)
-            yield f"{name} needs a sharpness of about {needed} for an error of {share}"
-        elif sharper is not None and abs(deviation) > AGREE:
-            yield f"a sharper {name} will not help: at {twice} T_a is {signed(sharper)}"
-
-
-def cures(left: float | None, deviation: float) -> TypeGuard[float]:
-    """Tell whether what a change leaves of a deviation is what first order leaves."""
-    return left is not None and abs(left) <= CURED * abs(deviation)
-
-
-def first_T_a(row: Row) -> float | None:
-    """Give T_a of a case; of many seeds that of the first, which is tried."""
-    return row.over.T_a[0] if row.over else row.metrics["T_a"]
-
-
-def tried(case: Scenario, change: Mapping[str, Any], T_a: float | None) -> float | None:
-    """Give the deviation from T_a of a case whose solver is changed; None where it fails."""
-    solver = case.solver.model_copy(update=dict(change))
-    changed = case.model_copy(update={"solver": solver})
-    metrics, _, _ = attempted(changed, Motions().of)
-    found = metrics.get("T_a")
-    return found / T_a - 1.0 if found is not None and T_a else None
-
-
-def without_friction(comparison: Comparison) -> Iterator[str]:
-    """Say what dry friction does to the transmissibility, where one case is compared."""
-    if comparison.table.axes or comparison.yardstick == "viscous":
-        return
-    by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
-    bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
-    if bare and exact and number(bare) != number(exact):
-        yield f"without dry friction T_a would be {number(bare)} in place of {number(exact)}"
-
-
-def signed(value: float) -> str:
-    """Give a deviation in percent with its sign."""
-    return f"{100 * value:+.3g} %"
-
-
-# Compare: the same base motion under several approaches and laws, and a verdict on each.
-
-
-ALWAYS = "viscous"
-"""The approach that is added to every comparison: the curve without dry friction."""
-
 WORDS = (*SHELF, *LAWS)
 """What a comparison may name: an approach to the scene's law, or a law to be solved exactly."""
 
@@ -588,16 +234,15 @@ def solve(
     finished: Finished = nothing,
 ) -> Comparison:
     """Compare where the yardstick's case is ready to be solved; otherwise as `compare` does."""
+    from drysim.study.sweep import settle, solved, table_of  # readers of a comparison need none
+
     yardstick, scenarios = names[-1], scenarios_of(scenario, names)
     compared = list(scenarios.values())
     settle(case, compared)
     batches = [batch for _, batch in solved(compared, case, workers, finished=finished)]
     tallies = Tally.of(batches, scenario.checks, yardstick)
-    losses = [
-        Caution("left-out", sentence)
-        for name in scenarios
-        for sentence in scenario.losses(name)
-    ]
+    left_out = (sentence for name in scenarios for sentence in scenario.losses(name))
+    losses = [Caution("left-out", sentence) for sentence in left_out]
     table = table_of(scenario, case, Rows.of(batches), tallies, losses)
     shown = telling(table, names, yardstick)
     responses = dict(responses_at(shown.point, scenarios, yardstick))
@@ -607,9 +252,8 @@ def solve(
 
 
 def scenarios_of(scenario: Scenario, names: Sequence[str]) -> dict[str, Scenario]:
-    """Give the scenario by every word that is compared, `viscous` included."""
-    every = dict.fromkeys((*names, ALWAYS))
-    return {name: scenario.compared_by(name) for name in every}
+    """Give the scenario by every word; `viscous`, without dry friction, is always compared."""
+    return {name: scenario.compared_by(name) for name in dict.fromkeys((*names, "viscous"))}
 
 
 def telling(table: Table, names: Sequence[str], yardstick: str) -> Row:
@@ -639,3 +283,337 @@ def responses_at(
         except SolverError:
             if name == yardstick:
                 raise
+
+
+# At a glance: where the seat isolates, how far an approach is off and where the most.
+
+FREQUENCY = "excitation.frequency"
+"""The key over which a transmissibility is drawn and read."""
+
+
+class Isolation(NamedTuple):
+    """From which frequency [Hz] on T_a stays below 1; None where it does nowhere."""
+
+    point: Mapping[str, float]
+    above: float | None
+
+
+def isolation(rows: Iterable[Row]) -> list[Isolation]:
+    """Give where isolation begins on every curve over the frequency.
+
+    Notes
+    -----
+    A frequency at which T_a is not known counts as one that is not isolated.
+    """
+    curves: dict[tuple[tuple[str, float], ...], list[Row]] = {}
+    for row in rows:
+        rest = tuple(item for item in row.point.items() if item[0] != FREQUENCY)
+        curves.setdefault(rest, []).append(row)
+    return [Isolation(dict(rest), _begin(curve)) for rest, curve in curves.items()]
+
+
+def _begin(curve: Sequence[Row]) -> float | None:
+    """Give the frequency from which on T_a stays below 1."""
+    begin = None
+    for row in sorted(curve, key=lambda row: -row.point[FREQUENCY]):
+        T_a = row.metrics.get("T_a")
+        if T_a is None or T_a >= 1.0:
+            break
+        begin = row.point[FREQUENCY]
+    return begin
+
+
+class Deviation(NamedTuple):
+    """T_a of a row relative to the yardstick's at the same point, minus 1 [-].
+
+    The row is the one of the two that tells the point in full. Of many seeds the value is a
+    mean, with half the width of its confidence interval.
+    """
+
+    value: float
+    row: Row
+    half_width: float | None = None
+
+
+def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
+    """Give by how much an approach is off its yardstick, wherever both know T_a."""
+    found = compared(comparison, approach)
+    return [Deviation(off[0], row, off[1]) for row, off in found if off is not None]
+
+
+def worst_of(found: Sequence[Deviation]) -> Deviation | None:
+    """Give the greatest deviation, the first of its kind."""
+    return max(found, key=lambda one: abs(one.value), default=None)
+
+
+def compared(
+    comparison: Comparison, approach: str
+) -> Iterator[tuple[Row, tuple[float, float | None] | None]]:
+    """Give what an approach is off by, with half of its interval, at every point.
+
+    Each row is the one of the approach or of the yardstick that tells the point in full.
+    """
+    for row, other in comparison.pairs(approach):
+        yield row if len(row.point) >= len(other.point) else other, off_by(row, other)
+
+
+# Where approaches agree: cases in which T_a is the yardstick's, and words that coincide.
+
+AGREE = 0.05
+"""Deviation of T_a up to which two approaches agree [-]."""
+
+FEW = 5
+"""Cases up to which each is named where they do not lie together."""
+
+
+def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
+    """Say in how many cases an approach agrees with the yardstick, and where they lie."""
+    found, axes = list(compared(comparison, name)), comparison.table.axes
+    rows = [row for row, _ in found]
+    good = [row for row, off in found if agrees(off and off[0])]
+    if len(rows) < 2:
+        return
+    if not good:
+        yield f"{name} agrees within {percent(AGREE)} nowhere in this sweep"
+        return
+    share = f"{len(good)} of {len(rows)} cases"
+    yield f"{name} agrees within {percent(AGREE)} in {share}{whereabouts(good, rows, axes)}"
+
+
+def agrees(deviation: float | None) -> bool:
+    """Tell whether a deviation of T_a is within what counts as agreement; none is not."""
+    return deviation is not None and abs(deviation) <= AGREE
+
+
+def whereabouts(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axis]) -> str:
+    """Give where some of all cases lie; a range that is that of all tells nothing."""
+    ends, every = _ends(good), _ends(rows)
+    inside = [
+        row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
+    ]
+    narrower = stretch({key: at for key, at in ends.items() if at != every[key]}, axes)
+    if len(inside) == len(good):
+        return f": {narrower}"
+    if len(good) <= FEW:
+        varied = [key for key, (low, high) in every.items() if low < high]
+        return f": {places([{key: row.point[key] for key in varied} for row in good], axes)}"
+    return f", all within {narrower}" if narrower else ", scattered over the whole sweep"
+
+
+def _ends(rows: Sequence[Row]) -> dict[str, tuple[float, float]]:
+    """Give the least and the greatest value of every key."""
+    columns = {key: [row.point[key] for row in rows] for key in rows[0].point}
+    return {key: (min(column), max(column)) for key, column in columns.items()}
+
+
+MOTION = ("T_a", "x_r_rms", "x_r_peak")
+"""The metrics by which words are told apart."""
+
+SAME = 1e-6
+"""Difference of a metric, relative to it, that no picture shows."""
+
+Values = dict[frozenset[tuple[str, float]], tuple[float, ...]]
+
+
+def coinciding(comparison: Comparison) -> Iterator[str]:
+    """Say which words but the yardstick move alike in every case: one curve hides another."""
+    groups: list[tuple[Values, list[str]]] = []
+    for name in comparison.table.approaches:
+        if name == comparison.yardstick:
+            continue
+        own = _values(comparison.table.of(name))
+        like = (words for values, words in groups if _same(values, own))
+        if words := next(like, None):
+            words.append(name)
+        else:
+            groups.append((own, [name]))
+    for _, words in groups:
+        if len(words) > 1:
+            yield f"{listed(words)} coincide"
+
+
+def _values(rows: Iterable[Row]) -> Values:
+    """Give what is compared, by where it is."""
+    return {
+        frozenset(row.point.items()): tuple(
+            nan if (value := row.metrics.get(name)) is None else value for name in MOTION
+        )
+        for row in rows
+    }
+
+
+def _same(one: Values, other: Values) -> bool:
+    """Tell whether values are the same but for rounding, and not all of them unknown."""
+    if one.keys() != other.keys():
+        return False
+    own, others = np.array([*one.values()]), np.array([other[place] for place in one])
+    known = bool(np.isfinite(own).any())
+    return known and np.allclose(own, others, SAME, 0.0, equal_nan=True)
+
+
+# The verdict in sentences, each decided by computing.
+
+CURED = 0.7
+"""Share of an error that a halved step may leave to be a cure: first order leaves half."""
+
+PARASITIC = -0.3
+"""Correlation of neighbouring errors of x_dd below which they flip with every step."""
+
+WANTED = 0.01
+"""Error of T_a for which the needed sharpness is told [-]."""
+
+
+def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
+    """Give the verdict on every approach that is not the yardstick, the worst first."""
+    names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
+    found = [(worst_of(deviations(comparison, name)), name) for name in names]
+    known = [(deviation, name) for deviation, name in found if deviation is not None]
+    said: list[str] = []
+    for deviation, name in sorted(known, key=lambda pair: -abs(pair[0].value)):
+        said += sentences(comparison, scenarios, name, deviation)
+    said += unknown(comparison, [name for deviation, name in found if deviation is None])
+    said += coinciding(comparison)
+    return (*said, *without_friction(comparison))
+
+
+def sentences(
+    comparison: Comparison, scenarios: Mapping[str, Scenario], name: str, worst: Deviation
+) -> Iterator[str]:
+    """Give what is to be said about one approach at the case where it deviates most."""
+    deviation, row, _ = worst
+    yardstick, exact = comparison.yardstick, comparison.counterpart(row)
+    place = at(row, comparison.table.axes)
+    if same(scenarios[name], scenarios[yardstick]):
+        law = comparison.laws[name]
+        yield f"{name} is {yardstick} here: {law} is the law of the scene, solved by stick-slip"
+        return
+    if abs(deviation) <= AGREE:
+        yield f"{name} agrees with {told(comparison)}: T_a {signed(deviation)}{place}"
+    elif (doubt := doubtful(comparison)) or comparison.laws.get(name) == name:
+        # A law is no error, whatever it changes; nor is what the yardstick may err in itself.
+        yield f"{name} differs from {told(comparison)}: T_a {signed(deviation)}{place}{doubt}"
+        yield from range_of_agreement(comparison, name)
+    else:
+        yield f"{name} is off: T_a {signed(deviation)} against {told(comparison)}{place}"
+        yield from range_of_agreement(comparison, name)
+    if exact is None or doubtful(comparison):
+        return
+    case = case_at(scenarios[name], row.point)
+    response = response_of(case)
+    if response.numerics.core != FIXED_STEP:
+        return
+    flipping = flips(response, response_of(scenarios[yardstick].at(exact.point)))
+    if flipping < PARASITIC and abs(deviation) > AGREE:
+        yield (
+            f"the error of {name} is parasitic vibration of period 2Δt = "
+            f"{number(2 * response.dt, 's')}: where the mass should stick, friction of "
+            f"{number(row.F_fk, 'N')} flips with every step"
+        )
+    if abs(deviation) > WANTED:
+        # Of many seeds the first is tried.
+        T_a = exact.over.T_a[0] if exact.over else exact.metrics["T_a"]
+        yield from remedy(case, name, deviation, T_a)
+
+
+def same(one: Scenario, other: Scenario) -> bool:
+    """Tell whether two words of a comparison mean one law under one approach."""
+    return one.solver.member() == other.solver.member() and one.acting == other.acting
+
+
+def doubtful(comparison: Comparison) -> str:
+    """Say why the yardstick proves no other wrong; nothing where it solves all of the scene."""
+    yardstick, scenario = comparison.yardstick, comparison.table.scenario
+    if losses := scenario.losses(yardstick):
+        return f"; {'; '.join(losses)}"
+    if not isinstance(scenario.compared_by(yardstick).solver.member(), Exact):
+        return f"; {yardstick} marches by fixed steps, so that it may be off itself"
+    return ""
+
+
+def told(comparison: Comparison) -> str:
+    """Give the yardstick; where laws are compared also the law of an approach."""
+    yardstick, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
+    tells = comparison.of_laws and law not in (None, "", yardstick)
+    return f"{yardstick} ({law})" if tells else yardstick
+
+
+def flips(response: Response, exact: Response) -> float:
+    """Give the correlation of neighbouring errors of x_dd: -1 where they flip each step."""
+    last = min(response.t[-1], exact.t[-1])
+    t = response.t[response.t <= last]
+    error = response.x_dd[: len(t)] - np.interp(t, exact.t, exact.x_dd)
+    error -= error.mean()
+    power = float(np.dot(error, error))
+    return float(np.dot(error[1:], error[:-1])) / power if power else 0.0
+
+
+def remedy(case: Scenario, name: str, deviation: float, T_a: float | None) -> Iterator[str]:
+    """Say whether a smaller step or a sharper function helps, by trying it."""
+    step, chosen = case.solver.step, case.solver.member()
+    if step is not None:
+        finer, halved = tried(case, {"step": 0.5 * step}, T_a), number(0.5 * step, "s")
+        if cures(finer, deviation):
+            yield f"halving the step of {name} leaves {signed(finer)}"
+        elif finer is not None and abs(deviation) > AGREE:
+            yield f"a smaller step will not help {name}: at {halved} T_a is {signed(finer)}"
+    sharpness = getattr(chosen, "sharpness", None)
+    if sharpness is not None:
+        doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
+        sharper, twice = tried(case, {name: doubled}, T_a), number(2 * sharpness, "s/m")
+        if cures(sharper, deviation):
+            order = log2(abs(deviation / sharper)) if sharper else inf
+            needed = number(sharpness * (abs(deviation) / WANTED) ** (1 / order), "s/m", 2)
+            share = percent(WANTED)
+            yield f"{name} needs a sharpness of about {needed} for an error of {share}"
+        elif sharper is not None and abs(deviation) > AGREE:
+            yield f"a sharper {name} will not help: at {twice} T_a is {signed(sharper)}"
+
+
+def cures(left: float | None, deviation: float) -> TypeGuard[float]:
+    """Tell whether what a change leaves of a deviation is what first order leaves."""
+    return left is not None and abs(left) <= CURED * abs(deviation)
+
+
+def tried(case: Scenario, change: Mapping[str, Any], T_a: float | None) -> float | None:
+    """Give the deviation from T_a of a case whose solver is changed; None where it fails."""
+    solver = case.solver.model_copy(update=dict(change))
+    changed = case.model_copy(update={"solver": solver})
+    metrics, _, _ = attempted(changed, Motions().of)
+    found = metrics.get("T_a")
+    return found / T_a - 1.0 if found is not None and T_a else None
+
+
+def unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:
+    """Say of which words T_a is held against no other, and why."""
+    yardstick = comparison.yardstick
+    if names and (reason := why_unknown(comparison, yardstick)):
+        yield f"T_a of {yardstick}, the yardstick, is not known: {reason}"
+        return
+    for name in names:
+        reason = why_unknown(comparison, name)
+        where = f": {reason}" if reason else f" where that of {yardstick} is"
+        yield f"T_a of {name} is not known{where}"
+
+
+def why_unknown(comparison: Comparison, name: str) -> str:
+    """Say why no case of a word has T_a; nothing where one has."""
+    rows = list(comparison.table.of(name))
+    if any(row.metrics.get("T_a") is not None for row in rows):
+        return ""
+    lost = (f"{row.status}; {row.note}".removesuffix("; ") for row in rows if row.status != OK)
+    return next(lost, "the base stands still")
+
+
+def without_friction(comparison: Comparison) -> Iterator[str]:
+    """Say what dry friction does to the transmissibility, where one case is compared."""
+    if comparison.table.axes or comparison.yardstick == "viscous":
+        return
+    by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
+    bare, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
+    if bare and exact and number(bare) != number(exact):
+        yield f"without dry friction T_a would be {number(bare)} in place of {number(exact)}"
+
+
+def signed(value: float) -> str:
+    """Give a deviation in percent with its sign."""
+    return f"{100 * value:+.3g} %"
