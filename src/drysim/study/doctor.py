@@ -1,4 +1,4 @@
-"""Whether this installation gives the right numbers: versions, engine and known answers."""
+"""Doctor: whether this installation gives right numbers, by versions, engine, known answers."""
 
 from __future__ import annotations
 
@@ -98,8 +98,6 @@ def release(text: str) -> tuple[int, ...]:
 def engine() -> list[Finding]:
     """Give the engine in force and the state of the folder that keeps compiled kernels.
 
-    Notes
-    -----
     The known answers are short, so `auto` settles on the plain engine, as it does for any short
     job; DRYSIM_ENGINE=compiled lets the doctor look at the compiled one.
     """
@@ -161,11 +159,8 @@ def steady(law: Law) -> tuple[float | int | None, float | int | None]:
     from drysim.approach.stick_slip import StickSlip
     from drysim.metrics import measure
 
-    approach, plant, base = (
-        StickSlip(),
-        Plant(1.0, 1.0, 2 / 3),
-        Sines((1.0,), (0.5 / pi,), (0.0,)),
-    )
+    approach, plant = StickSlip(), Plant(1.0, 1.0, 2 / 3)
+    base = Sines((1.0,), (0.5 / pi,), (0.0,))
     orbit = approach.orbit(plant, law, base, State(0.0, 0.0), 2 * pi)
     repetition = orbit.periods * 2 * pi
     response = approach.solve(plant, law, base, orbit.state, STEP, repetition)

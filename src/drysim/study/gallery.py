@@ -1,10 +1,9 @@
-"""Scenarios shipped with drysim."""
+"""The gallery: scenarios shipped with drysim, found by name, copied with their records."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +16,6 @@ SUFFIX = ".yaml"
 
 HARD = "hard"
 """Part of the gallery that holds the hard cases: scenes that are hard to compute."""
-
 
 LOOPS = Path("pictures", "loops")
 """Folder of the gallery that holds the loops of its friction laws."""
@@ -38,26 +36,9 @@ class Piece:
         return file if file.is_file() else None
 
 
-def folder() -> Path:
-    """Give the gallery's folder: inside an installed package, else in the checkout."""
-    home = Path(drysim.__file__).resolve().parent
-    installed = home / "scenarios"
-    return installed if installed.is_dir() else home.parents[1] / "scenarios"
-
-
 def pieces(part: str = "") -> list[Piece]:
     """Give the scenarios of the gallery, or of a part of it, in the order of their names."""
     return [piece(file) for file in sorted((folder() / part).glob(f"*{SUFFIX}"))]
-
-
-def piece(file: Path) -> Piece:
-    """Give one scenario of the gallery by its file."""
-    return Piece(name_of(file), str(read(file).value.get("about", "")), file)
-
-
-def name_of(file: Path) -> str:
-    """Give the name by which a file of the gallery is asked for, such as `hard/never-moves`."""
-    return file.relative_to(folder()).with_suffix("").as_posix()
 
 
 def find(name: str) -> Piece:
@@ -82,13 +63,6 @@ def copy(name: str, target: Path) -> list[Path]:
 
     A file that is there already is never replaced; the very same record is left alone.
 
-    Parameters
-    ----------
-    name : str
-        Name in the gallery.
-    target : Path
-        Folder that receives the files.
-
     Returns
     -------
     list of Path
@@ -111,6 +85,36 @@ def copy(name: str, target: Path) -> list[Path]:
     return [target / file for file in (chosen.name, *missing)]
 
 
+def folder() -> Path:
+    """Give the gallery's folder: inside an installed package, else in the checkout."""
+    home = Path(drysim.__file__).resolve().parent
+    installed = home / "scenarios"
+    return installed if installed.is_dir() else home.parents[1] / "scenarios"
+
+
+def piece(file: Path) -> Piece:
+    """Give one scenario of the gallery by its file."""
+    return Piece(name_of(file), str(read(file).value.get("about", "")), file)
+
+
+def name_of(file: Path) -> str:
+    """Give the name by which a file of the gallery is asked for, such as `hard/never-moves`."""
+    return file.relative_to(folder()).with_suffix("").as_posix()
+
+
+def records(value: object) -> Iterator[str]:
+    """Give every file that a scenario of the gallery reads, relative to the gallery."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            if key == "file" and isinstance(inner, str):
+                yield inner
+            else:
+                yield from records(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from records(inner)
+
+
 def in_place(record: Path, copied: Path) -> bool:
     """Tell whether a record lies there already; refuse when something else does."""
     if copied.is_file() and copied.read_bytes() == record.read_bytes():
@@ -129,40 +133,15 @@ def refuse_existing(file: Path) -> None:
 
 
 def write_new(file: Path, content: bytes) -> None:
-    """Write a file that must not be there yet, completely or not at all.
-
-    Raises
-    ------
-    OutputError
-        When it cannot be written.
-    """
+    """Write a file that must not be there yet, completely or not at all."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with file.open("xb") as stream, removed_on_failure(file):
-            stream.write(content)
-            stream.flush()
+        with file.open("xb") as stream:
+            try:
+                stream.write(content)
+                stream.flush()
+            except BaseException:  # be it a full disk or Ctrl-C
+                file.unlink(missing_ok=True)
+                raise
     except OSError as fault:
         raise OutputError(f"{file} cannot be written: {fault.strerror}") from fault
-
-
-@contextmanager
-def removed_on_failure(file: Path) -> Iterator[None]:
-    """Remove a new file when writing it ends early, be it a full disk or Ctrl-C."""
-    try:
-        yield
-    except BaseException:
-        file.unlink(missing_ok=True)
-        raise
-
-
-def records(value: object) -> Iterator[str]:
-    """Give every file that a scenario of the gallery reads, relative to the gallery."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            if key == "file" and isinstance(inner, str):
-                yield inner
-            else:
-                yield from records(inner)
-    elif isinstance(value, list):
-        for inner in value:
-            yield from records(inner)

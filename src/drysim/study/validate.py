@@ -1,4 +1,4 @@
-"""Validate, doctor."""
+"""Validate: what `run` would say about a file before it computes."""
 
 from __future__ import annotations
 
@@ -12,19 +12,9 @@ from drysim.wording import clean_up, excitation
 
 
 def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
-    """Give what `run` would say about a file before it computes.
+    """Give the problems of a file, changed by `KEY=VALUE` words.
 
-    Parameters
-    ----------
-    file : str
-        Name of the scenario file.
-    overrides : sequence of str
-        `KEY=VALUE` words.
-
-    Returns
-    -------
-    tuple of Problem
-        Those of severity `error` are the ones for which `run` would compute nothing.
+    Those of severity `error` are the ones for which `run` would compute nothing.
     """
     try:
         case = prepare(load(file, overrides))
