@@ -269,12 +269,8 @@ class Link:
     def look(self) -> None:
         """See how many workers there are; say so where there is none, as that may last.
 
-        Of workers that die, others may take the place: that is waited for.
-
-        Raises
-        ------
-        ClusterError
-            When the scheduler has left us.
+        Of workers that die, others may take the place: that is waited for. A ClusterError says
+        when the scheduler has left us.
         """
         try:
             self._threads = sum(self.client.nthreads().values())
@@ -364,12 +360,9 @@ def versions() -> Versions:
 
 
 def refuse_others(there: Mapping[str, Any]) -> None:
-    """Make sure that all workers, by address, tell what runs here; one may give an exception.
+    """Raise a UsageError unless all workers, by address, tell what runs here.
 
-    Raises
-    ------
-    UsageError
-        Names a worker and what is other there.
+    In place of what it runs, a worker may tell an exception.
     """
     for worker, told in there.items():
         if isinstance(told, BaseException):
@@ -408,7 +401,7 @@ def remedy(here: Versions) -> str:
 def solved(
     plan: Plan, scenario: Scenario, link: Link, store: Store, finished: Callable[[Batch], None]
 ) -> Iterator[tuple[Piece, Batch]]:
-    """Give the cases of every piece in order, as `study.sweeps.sweep.solved` does.
+    """Give the cases of every piece in order, as `study.sweep.solved` does.
 
     A block is kept as soon as it comes, whatever its turn: whoever is killed here loses no more
     than is under way. In its turn it is read again, so that none is held meanwhile.
@@ -444,16 +437,8 @@ def computed(
 
     A block under way when its worker dies is begun anew by another. One that was there when
     several died is tried once more alone, so that it is blamed for none but its own deeds.
-
-    Parameters
-    ----------
-    link : Link
-    parcel : Parcel
-        What to compute.
-    numbers : iterable of int
-        Of the blocks that are wanted, ascending; taken up as there is room.
-    count : int
-        How many blocks there are, wanted or not: towards the end fewer go together.
+    The numbers of those wanted ascend, and are taken up as there is room; of all blocks there
+    are `count`, wanted or not: towards the end fewer go together.
 
     Raises
     ------

@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from drysim.metrics.spectra import Spectra
 
 
-TRACKED = "an approach gives its response with its track"
 Solved = tuple[Response, tuple[float, float], tuple[Caution, ...]]
 
 
@@ -46,8 +45,7 @@ def solve(case: Case) -> Outcome:
     """Give the outcome of a case that is ready to be solved."""
     settle(case.work, case.price.kernels)
     response, window, doubts = march(case) if case.period is None else repetition(case)
-    track = response.track
-    assert track is not None, TRACKED
+    track = tracked(response)
     metrics = measure(track, window, case.limit, response.numerics.closure, case.goes_on)
     metrics |= weighted(case, response, window)
     spectra, unclear = spectra_of(case, response, window)
@@ -78,7 +76,7 @@ def repetition(case: Case) -> Solved:
     orbit, step = orbit_of(case)
     assert case.period is not None
     length = orbit.periods * case.period
-    response = case.approach.solve(case.plant, case.law, case.motion, orbit.state, step, length)
+    response = on_step(case, orbit.state, step, length)
     error = response.numerics.error
     how = partial(
         replace,
@@ -182,18 +180,25 @@ def follow(
         return track_of(case, start, step, window[1]), {}
     step = step_of(case, step, window[1])
     response = on_step(case, start, step, window[1])
-    assert response.track is not None, TRACKED
-    return response.track, weighted(case, response, window)
+    return tracked(response), weighted(case, response, window)
 
 
 def track_of(case: Case, start: AnyState, step: float, duration: float) -> Track:
     """Give the solution of a case, without its grid where the approach needs none."""
-    scene = (case.plant, case.law, case.motion, start, step, duration)
     if isinstance(case.approach, Exact):
-        return case.approach.track(*scene)
-    track = case.approach.solve(*scene).track
-    assert track is not None, TRACKED
-    return track
+        return case.approach.track(case.plant, case.law, case.motion, start, step, duration)
+    return tracked(on_step(case, start, step, duration))
+
+
+def tracked(response: Response) -> Track:
+    """Give the track of a response; every approach gives one."""
+    assert response.track is not None, "an approach gives its response with its track"
+    return response.track
+
+
+def on_step(case: Case, start: AnyState, step: float, length: float) -> Response:
+    """Give the response of a case from a start state, on a grid of some step [s]."""
+    return case.approach.solve(case.plant, case.law, case.motion, start, step, length)
 
 
 KEPT = 4
@@ -258,13 +263,7 @@ SAME = 1e-9
 def weighted(case: Case, response: Response, window: tuple[float, float]) -> Values:
     """Give the weighted metrics that a case asks for; none where it asks for none.
 
-    Parameters
-    ----------
-    case : Case
-    response : Response
-        Its motion; one repetition where an orbit is wanted.
-    window : tuple of float
-        Begin and end [s].
+    The response is one repetition where an orbit is wanted.
     """
     weights = case.scenario.measure.weights
     if weights is None:
@@ -273,19 +272,13 @@ def weighted(case: Case, response: Response, window: tuple[float, float]) -> Val
 
     step, length = step_of(case, response.dt, window[1]), window[1]
     if not isclose(step, response.dt, rel_tol=SAME):
-        assert response.track is not None, TRACKED
-        response = on_step(case, response.track.state(0.0), step, length)
+        response = on_step(case, tracked(response).state(0.0), step, length)
     return comfort(response, window, *weights, periodic=case.period is not None)
 
 
 def step_of(case: Case, step: float, length: float) -> float:
     """Give the step of the grid to weight on [s]: one that divides what repeats."""
     return step if case.period is None else fitted(step, length)
-
-
-def on_step(case: Case, start: AnyState, step: float, length: float) -> Response:
-    """Give the response of a case on a grid of another step [s]."""
-    return case.approach.solve(case.plant, case.law, case.motion, start, step, length)
 
 
 FEW = 8
@@ -360,29 +353,23 @@ def orbit_of(case: Case) -> tuple[Orbit, float]:
     assert period is not None, "only what repeats has an orbit"
     approach, motion = case.approach, case.motion
     assert isinstance(motion, Sines), "samples end, so they repeat nothing"
-    scene = (case.plant, case.law, motion)
+    scene = (case.plant, case.law, motion, case.start, period)
     if isinstance(approach, Exact):
-        return approach.orbit(*scene, case.start, period), case.step
-    step = fitted(case.step, period)
-    exact = StickSlip().orbit(*scene, case.start, period)
+        return approach.orbit(*scene), case.step
+    step, exact = fitted(case.step, period), StickSlip().orbit(*scene)
     return march_to_orbit(case, exact.state, step, period, max(BURST, exact.periods)), step
 
 
-def march_to_orbit(
-    case: Case, state: AnyState, dt: float, period: float, burst: int = BURST
-) -> Orbit:
+def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst: int) -> Orbit:
     """Follow the exact orbit, step by step, to the orbit of a fixed-step approach.
 
-    Notes
-    -----
     Fixed steps have an orbit of their own near that of the motion, so a march begins on the
     latter. One that chatters may have none, and its closure says so.
     """
     steps = round(period / dt)
-    scene = (case.plant, case.law, case.motion)
     peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, burst, 0
     while bursts < PATIENCE or (CLOSED < closure < BETTER * before and bursts < MOST_BURSTS):
-        response = case.approach.solve(*scene, state, dt, burst * period)
+        response = on_step(case, state, dt, burst * period)
         x_r, v_r = response.x_r, response.v_r
         changes = np.maximum(repeats(x_r, steps, burst), repeats(v_r, steps, burst))
         closed = np.flatnonzero(changes <= CLOSED)

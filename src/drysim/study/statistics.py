@@ -164,14 +164,7 @@ def one_only(scenario: Scenario) -> Iterator[Caution]:
 
 
 def enough(scenario: Scenario, rows: Sequence[Row]) -> bool:
-    """Tell whether these seeds, the first ones, are all that are needed.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    rows : sequence of Row
-        One for each seed, in order.
-    """
+    """Tell whether these seeds, the first ones in order, are all that are needed."""
     return len(rows) == most(scenario) or (len(rows) % LOOK == 0 and narrow(scenario, rows))
 
 

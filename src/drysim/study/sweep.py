@@ -175,18 +175,10 @@ def table_of(
     losses: Iterable[Caution] = (),
     complete: bool = True,
 ) -> Table:
-    """Give the table of finished cases, with its verdicts and warnings.
+    """Give the table of a scenario's finished cases, with its verdicts and warnings.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Whose sweep it is.
-    case : Case
-        The same by the approach, or the law, that is judged and warned of.
-    rows, tallies
-        The cases, and what those of each approach come to.
-    losses : iterable of Caution
-        What is to be said before anything else.
+    The case is the scenario by the approach, or the law, that is judged and warned of; tallies
+    are what the cases of each approach come to, losses what is to be said before anything else.
     """
     own = tallies.get(case.scenario.word, Tally("", scenario.checks))
     lost, met = statuses(tallies.values(), scenario.sweep), case_strokes(own, scenario)

@@ -50,24 +50,11 @@ def found(
     late: bool = False,
     beside: float | None = None,
 ) -> Iterator[Caution]:
-    """Give every warning that follows from a response and its metrics.
+    """Give every warning that follows from a response, its metrics and the stroke limit [m].
 
-    Parameters
-    ----------
-    response : Response
-    metrics : mapping
-        Over the whole response where they concern the stroke.
-    limit : float or None
-        Stroke limit x_rM [m].
-    late : bool, optional
-        Whether the metrics of the stroke are of more than the window: of the settling, too.
-    beside : float or None, optional
-        Peak of |x_r| in the window [m], which gives lengths their unit; default: that of
-        `metrics`.
-
-    Yields
-    ------
-    Caution
+    Where the stroke is concerned the metrics are those of the whole response, `late` when this
+    is more than the window: the settling, too. The peak of |x_r| in the window [m], `beside`,
+    gives lengths their unit; default: that of the metrics.
     """
     if limit is not None and metrics["violations"]:
         yield stroke_violated(metrics, limit, response.law, late, beside)
