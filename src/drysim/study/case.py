@@ -210,14 +210,12 @@ ROUNDING = 1e-9
 
 
 def base_motion(scenario: Scenario) -> Sines | Samples:
-    """Give the motion of the base.
+    """Give the motion of the base; a signal that would not fit into memory is not made.
 
     Raises
     ------
-    ScenarioError
-        When a signal would not fit into memory; it is not made then.
-    RecordError
-        When the record cannot be used.
+    ScenarioError, RecordError
+        When it would not fit, or the record cannot be used.
     """
     excitation, step, measure = scenario.excitation, scenario.solver.step, scenario.measure
     end = None if measure.duration is None else measure.settle + measure.duration
@@ -232,13 +230,7 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
 
 
 def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
-    """Give begin and end of the metrics [s].
-
-    Raises
-    ------
-    ScenarioError
-        When a record does not reach to the end.
-    """
+    """Give begin and end of the metrics [s]; a ScenarioError when a record ends before."""
     settle, duration = scenario.measure.settle, scenario.measure.duration
     if not isinstance(motion, Samples):
         assert duration is not None, "a scenario has a duration unless its record ends it"
@@ -280,10 +272,11 @@ def refusal(case: Case) -> tuple[str, str] | None:
     least = FEWEST_STEPS * case.step
     if segment < least * (1 - ROUNDING):
         key = "segment" if case.scenario.measure.segment else "spectra"
-        sentence = f"needs segments of {number(least, 's')} at least, {FEWEST_STEPS} steps"
-        return f"measure.{key} {sentence}; here they have {number(segment, 's')}", (
-            f"measure.{key}"
+        sentence = (
+            f"measure.{key} needs segments of {number(least, 's')} at least, {FEWEST_STEPS} "
+            f"steps; here they have {number(segment, 's')}"
         )
+        return sentence, f"measure.{key}"
     if segment > length * (1 + ROUNDING):
         sentence = f"is longer than the window of {number(length, 's')}"
         return f"measure.segment {sentence}", "measure.segment"
@@ -297,8 +290,6 @@ LINES = 3
 def segment_of(case: Case) -> float:
     """Return the length of a segment [s]: the one asked for, or the default.
 
-    Notes
-    -----
     The default is no longer than it takes to resolve the resonance: what a long window has
     beyond that goes into the number of averages.
     """

@@ -301,8 +301,6 @@ class Isolation(NamedTuple):
 def isolation(rows: Iterable[Row]) -> list[Isolation]:
     """Give where isolation begins on every curve over the frequency.
 
-    Notes
-    -----
     A frequency at which T_a is not known counts as one that is not isolated.
     """
     curves: dict[tuple[tuple[str, float], ...], list[Row]] = {}
@@ -370,7 +368,7 @@ def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
     """Say in how many cases an approach agrees with the yardstick, and where they lie."""
     found, axes = list(compared(comparison, name)), comparison.table.axes
     rows = [row for row, _ in found]
-    good = [row for row, off in found if agrees(off and off[0])]
+    good = [row for row, off in found if off is not None and abs(off[0]) <= AGREE]
     if len(rows) < 2:
         return
     if not good:
@@ -378,11 +376,6 @@ def range_of_agreement(comparison: Comparison, name: str) -> Iterator[str]:
         return
     share = f"{len(good)} of {len(rows)} cases"
     yield f"{name} agrees within {percent(AGREE)} in {share}{whereabouts(good, rows, axes)}"
-
-
-def agrees(deviation: float | None) -> bool:
-    """Tell whether a deviation of T_a is within what counts as agreement; none is not."""
-    return deviation is not None and abs(deviation) <= AGREE
 
 
 def whereabouts(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axis]) -> str:

@@ -178,8 +178,9 @@ def solve(
     """
     compile.settle(case.work * most(case.scenario), case.price.kernels)
     rows: list[Row] = []
-    for row in rows_of(case.scenario, threads(case, workers), done or {}):
-        if len(rows) not in (done or {}):
+    known = done or {}
+    for row in rows_of(case.scenario, threads(case, workers), known):
+        if len(rows) not in known:
             finished(len(rows), row)
         rows.append(row)
     return ensemble_of(case, rows)
@@ -196,10 +197,8 @@ def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensem
     means = {name: one and one.mean for name, one in found.items()}
     verdicts = []
     for check in scenario.checks:
-        verdict, known = check.judge(means), found[check.metric]
-        verdicts.append(
-            about_mean(verdict, known.half_width, known.seeds) if known else verdict
-        )
+        verdict, one = check.judge(means), found[check.metric]
+        verdicts.append(about_mean(verdict, one.half_width, one.seeds) if one else verdict)
     warnings = tuple(remarks(case, rows, found, verdicts, shown))
     return Ensemble(scenario, tuple(rows), found, shown, tuple(verdicts), warnings, complete)
 
@@ -378,9 +377,8 @@ def of_stroke(case: Case, motion: Samples, many: Measured, i: int) -> Values:
     if x_rM is not None:
         times, t_first, t_beyond = 0, None, 0.0
         if suffices >= x_rM:
-            track = track_of(
-                replace(case, motion=motion), case.start, case.step, case.window[1]
-            )
+            alone = replace(case, motion=motion)
+            track = track_of(alone, case.start, case.step, case.window[1])
             path = track.path((0.0, track.end), x_rM)
             times, t_first, t_beyond = excursions(track, path, x_rM)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
