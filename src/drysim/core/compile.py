@@ -1,4 +1,14 @@
-"""Numba or plain Python; kernel cache."""
+"""Numba or plain Python; kernel cache.
+
+The kernels of the core have one source and two engines: compiled by numba, or left as plain
+Python. The engine is settled once, before the first kernel is imported.
+
+Compiled kernels are kept in the user's cache folder under a name made from the core's source,
+Python and numba, so that they are never stale. A power loss may leave a file that is cut short
+or ends in zeros. Numba would fail on the first in every process, and run the second: so each
+file is kept with its checksum, which is verified before a byte is unpickled, and one that is
+not whole counts as not there and is compiled again. Nor is a full disk an error.
+"""
 
 from __future__ import annotations
 
@@ -16,112 +26,10 @@ from typing import Any, TypeVar, cast
 
 from drysim.errors import DrysimError
 
-# Compiled kernels as they are kept on disk: what cannot be read is compiled again.
-
-
-CHECKSUM = 32
-"""Bytes at the beginning of a file: the SHA-256 of all behind them."""
-
-
-def keep(kernel: Any) -> None:
-    """Make a kernel live on in the cache folder that numba is set to."""
-    kernel._cache = cache_class()(kernel.py_func)
-
-
-def sealed(words: bytes) -> bytes:
-    """Return bytes with their checksum before them."""
-    return hashlib.sha256(words).digest() + words
-
-
-def unsealed(words: bytes) -> bytes:
-    """Return what was sealed.
-
-    Raises
-    ------
-    ValueError
-        When it is not what was written.
-    """
-    if hashlib.sha256(words[CHECKSUM:]).digest() != words[:CHECKSUM]:
-        raise ValueError("a kernel on disk is not what was written")
-    return words[CHECKSUM:]
-
-
-@cache
-def cache_class() -> Any:
-    """Give the class of numba's caches that hold what is whole, and else nothing.
-
-    Notes
-    -----
-    A power loss may leave a file that is cut short or ends in zeros. Numba would fail on the
-    first in every process, and run the second: so each file is kept with its checksum, which is
-    verified before a byte is unpickled, and one that is not whole counts as not there. Nor is a
-    full disk an error. The folder is named for the version of numba and belongs to the user
-    alone: see `compiled.cache_folder`.
-    """
-    from numba.core.caching import FunctionCache, IndexDataCacheFile
-
-    class Sealed(IndexDataCacheFile):
-        """The index of a function's kernels, and the kernels, in files with a checksum."""
-
-        def _load_index(self) -> Any:
-            try:
-                stamp, overloads = self._read(self._index_path)
-            except FileNotFoundError:
-                return {}
-            return overloads if stamp == self._source_stamp else {}
-
-        def _save_index(self, overloads: Any) -> None:
-            self._write(self._index_path, (self._source_stamp, overloads))
-
-        def _load_data(self, name: str) -> Any:
-            return self._read(self._data_path(name))
-
-        def _save_data(self, name: str, data: Any) -> None:
-            self._write(self._data_path(name), data)
-
-        def _read(self, path: str) -> Any:
-            with open(path, "rb") as stream:
-                return pickle.loads(unsealed(stream.read()))
-
-        def _write(self, path: str, data: Any) -> None:
-            with self._open_for_write(path) as stream:
-                stream.write(sealed(self._dump(data)))
-
-    class Sound(FunctionCache):
-        """The kernels of one function that can be read."""
-
-        def __init__(self, py_func: Any) -> None:
-            super().__init__(py_func)
-            stamp = self._impl.locator.get_source_stamp()
-            self._cache_file = Sealed(self._cache_path, self._impl.filename_base, stamp)
-
-        def load_overload(self, sig: Any, target_context: Any) -> Any:
-            """Give a kernel, or None where there is none that is whole."""
-            try:
-                return super().load_overload(sig, target_context)
-            except Exception:  # what numba makes of a file of another machine may be anything
-                with contextlib.suppress(OSError):
-                    self.flush()
-                return None
-
-        def save_overload(self, sig: Any, data: Any) -> None:
-            """Keep a kernel, if there is room for it."""
-            with contextlib.suppress(OSError):
-                super().save_overload(sig, data)
-
-    return Sound
-
-
-# The two engines of the kernels: compiled by numba, or the same source as plain Python.
-#
-# The engine is settled once, before the first kernel is imported. Compiled kernels are kept in
-# the user's cache folder under a name made from the core's source, so that they are never
-# stale.
-
-
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 VARIABLE = "DRYSIM_ENGINE"
+
 PLAIN, COMPILED, AUTO = "plain", "compiled", "auto"
 
 PLAIN_STEPS = 200_000
@@ -130,44 +38,11 @@ PLAIN_STEPS = 200_000
 FIRST_TIMES = 10
 """So many times as much work is worth it to compile what a law has of its own: 20 s, once."""
 
-
-def engine() -> str:
-    """Give the engine in force: `plain` or `compiled`.
-
-    Raises
-    ------
-    ValueError
-        When the environment variable DRYSIM_ENGINE holds another word.
-    """
-    word = os.environ.get(VARIABLE, AUTO)
-    if word not in (PLAIN, COMPILED, AUTO):
-        raise ValueError(f"{VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}")
-    return COMPILED if word == AUTO else word
+CHECKSUM = 32
+"""Bytes at the beginning of a cached file: the SHA-256 of all behind them."""
 
 
-def settle(steps: int, kernels: str = "") -> None:
-    """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded.
-
-    Parameters
-    ----------
-    steps : int
-        In steps of sampled motion under Coulomb's law.
-    kernels : str
-        What the job needs besides, as `module.function`, any of them, separated by blanks.
-    """
-    loaded = "drysim.core.oscillator" in sys.modules
-    if loaded or os.environ.get(VARIABLE, AUTO) != AUTO:
-        return
-    plain = steps <= PLAIN_STEPS or (steps <= FIRST_TIMES * PLAIN_STEPS and not kept(kernels))
-    os.environ[VARIABLE] = PLAIN if plain else COMPILED
-
-
-def kept(kernels: str) -> bool:
-    """Tell whether one of these kernels is on disk already, named as in `settle`."""
-    folder = cache_folder()
-    return not kernels or any(
-        folder is not None and any(folder.glob(f"*/{name}-*.nbi")) for name in kernels.split()
-    )
+# The kernels.
 
 
 def compiled(function: Kernel) -> Kernel:
@@ -208,7 +83,7 @@ def jit(function: Kernel, beneath: str = "", **options: Any) -> Kernel:
     if folder is not None:
         settings.CACHE_DIR = str(folder / beneath)
         try:
-            keep(kernel)
+            kernel._cache = cache_class()(kernel.py_func)
         finally:
             settings.CACHE_DIR = before
     return cast(Kernel, kernel)
@@ -235,25 +110,135 @@ def compiler() -> Any:
 
 
 def compiling() -> bool:
-    """Tell whether a kernel is being compiled at this moment, which nothing may interrupt."""
+    """Return whether a kernel is being compiled just now, which nothing may interrupt."""
     lock = sys.modules.get("numba.core.compiler_lock")
     return lock is not None and bool(lock.global_compiler_lock.is_locked())
 
 
 def held(values: Any) -> Any:
-    """Give an array as the engine reads it fastest: plain Python indexes lists, not arrays."""
+    """Return an array as the engine reads it fastest: plain Python indexes lists."""
     return values.tolist() if is_plain() and hasattr(values, "tolist") else values
+
+
+# The engine.
+
+
+def engine() -> str:
+    """Return the engine in force: `plain` or `compiled`.
+
+    Raises
+    ------
+    ValueError
+        When the environment variable DRYSIM_ENGINE holds another word.
+    """
+    word = os.environ.get(VARIABLE, AUTO)
+    if word not in (PLAIN, COMPILED, AUTO):
+        raise ValueError(f"{VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}")
+    return COMPILED if word == AUTO else word
 
 
 @cache
 def is_plain() -> bool:
-    """Tell whether the kernels are plain; the first kernel settles it for all of them."""
+    """Return whether the kernels are plain; the first kernel settles it for all of them."""
     return engine() == PLAIN
+
+
+def settle(steps: int, kernels: str = "") -> None:
+    """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded.
+
+    Parameters
+    ----------
+    steps : int
+        In steps of sampled motion under Coulomb's law.
+    kernels : str
+        What the job needs besides, as `module.function`, any of them, separated by blanks.
+    """
+    loaded = "drysim.core.oscillator" in sys.modules
+    if loaded or os.environ.get(VARIABLE, AUTO) != AUTO:
+        return
+    plain = steps <= PLAIN_STEPS or (steps <= FIRST_TIMES * PLAIN_STEPS and not kept(kernels))
+    os.environ[VARIABLE] = PLAIN if plain else COMPILED
+
+
+def kept(kernels: str) -> bool:
+    """Return whether one of these kernels is on disk already, named as in `settle`."""
+    folder = cache_folder()
+    return not kernels or any(
+        folder is not None and any(folder.glob(f"*/{name}-*.nbi")) for name in kernels.split()
+    )
+
+
+# The cache.
+
+
+@cache
+def cache_class() -> Any:
+    """Return the class of numba's caches that hold what is whole, and else nothing.
+
+    The folder is that which numba is set to, see `cache_folder`.
+    """
+    from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+    class Sealed(IndexDataCacheFile):
+        """The index of a function's kernels, and the kernels, in files with a checksum."""
+
+        def _load_index(self) -> Any:
+            try:
+                stamp, overloads = self._read(self._index_path)
+            except FileNotFoundError:
+                return {}
+            return overloads if stamp == self._source_stamp else {}
+
+        def _save_index(self, overloads: Any) -> None:
+            self._write(self._index_path, (self._source_stamp, overloads))
+
+        def _load_data(self, name: str) -> Any:
+            return self._read(self._data_path(name))
+
+        def _save_data(self, name: str, data: Any) -> None:
+            self._write(self._data_path(name), data)
+
+        def _read(self, path: str) -> Any:
+            with open(path, "rb") as stream:
+                sealed = stream.read()
+            checksum, words = sealed[:CHECKSUM], sealed[CHECKSUM:]
+            if hashlib.sha256(words).digest() != checksum:
+                raise ValueError("a kernel on disk is not what was written")
+            return pickle.loads(words)
+
+        def _write(self, path: str, data: Any) -> None:
+            words = self._dump(data)
+            with self._open_for_write(path) as stream:
+                stream.write(hashlib.sha256(words).digest() + words)
+
+    class Sound(FunctionCache):
+        """The kernels of one function that can be read."""
+
+        def __init__(self, py_func: Any) -> None:
+            super().__init__(py_func)
+            stamp = self._impl.locator.get_source_stamp()
+            self._cache_file = Sealed(self._cache_path, self._impl.filename_base, stamp)
+
+        def load_overload(self, sig: Any, target_context: Any) -> Any:
+            """Return a kernel, or None where there is none that is whole."""
+            try:
+                return super().load_overload(sig, target_context)
+            except Exception:  # what numba makes of a file of another machine may be anything
+                with contextlib.suppress(OSError):
+                    self.flush()
+                return None
+
+        def save_overload(self, sig: Any, data: Any) -> None:
+            """Keep a kernel, if there is room for it."""
+            with contextlib.suppress(OSError):
+                super().save_overload(sig, data)
+
+    return Sound
 
 
 @cache
 def cache_folder() -> Path | None:
-    """Give a folder for compiled kernels of exactly this source that the user alone may write.
+    """Return a folder for kernels of exactly this source that the user alone may write.
 
     It lies in the user's cache folder, else below the temporary folder, where anybody may have
     made one before: there each folder on the way must be the user's own. None without either.
@@ -282,11 +267,6 @@ def cache_folder() -> Path | None:
     return None
 
 
-def _user() -> int:
-    """Return the number of the user; 0 where the system knows none."""
-    return os.getuid() if hasattr(os, "getuid") else 0
-
-
 def _is_private(folder: Path) -> bool:
     """Return whether a folder, no link, is the user's own, and nobody else may write there."""
     about = folder.lstat()
@@ -295,15 +275,20 @@ def _is_private(folder: Path) -> bool:
     return not hasattr(os, "getuid") or not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
+def _user() -> int:
+    """Return the number of the user; 0 where the system knows none."""
+    return os.getuid() if hasattr(os, "getuid") else 0
+
+
 def source_key() -> str:
-    """Give a short name that changes with any line of the core, with Python and with numba."""
+    """Return a short name that changes with any line of the core, Python and numba."""
     numba = compiler()
     words = f"{sys.version}{numba.__version__}{source_digest()}"
     return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
 def source_digest() -> str:
-    """Give the SHA-256 of the core's source (hex): what makes two tables of numbers alike."""
+    """Return the SHA-256 of the core's source (hex): what makes two tables of numbers alike."""
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(file.read_bytes())
