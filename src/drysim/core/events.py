@@ -1,4 +1,8 @@
-"""Event codes, event log, stick/slip decision."""
+"""Event codes, event log, stick/slip decision.
+
+A march writes what happens to a `Log`, and to a `Trail` or `Pieces` where each segment of the
+motion begins: parallel arrays, as kernels do not allocate.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +10,6 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import compiled, inlined
-
-# Events of stick and slip: the rules that decide them, and the log they are written to.
-
 
 STICK, SLIP, REVERSAL, LIFT = 0, 1, 2, 3
 CONTACT, RELEASE, IMPACT = 4, 5, 6
@@ -19,6 +20,9 @@ ROUNDING = 1e-15
 
 ROOM = 4096
 """Most events that one step may hold; more is a scene at the end of double precision."""
+
+ENOUGH = 3
+"""Events and steps that one step may add to their logs, and one to spare."""
 
 
 class Log(NamedTuple):
@@ -44,96 +48,15 @@ class Log(NamedTuple):
     F_L: Any
 
 
-@compiled
-def limit_force(plant, x_r, u_dd):
-    """Force the interface must carry for the mass to stay stuck [N].
+class Pieces(NamedTuple):
+    """Where each segment of a motion begins that is solved in closed form, as in `Trail`."""
 
-    Notes
-    -----
-    Valid at v_r = 0 only: no damper term. Not to be confused with F_f, which balances it while
-    stuck. Eq. (9).
-    """
-    return plant.m * u_dd + plant.k_x * x_r
-
-
-@compiled
-def holding_force(plant, law, x_r):
-    """Give the greatest |F_L| that a stuck mass bears [N]: F_fs, to the rounding of F_L.
-
-    Equality sticks, and a force a few roundings beyond is equal: else a mass that creeps up to
-    its limit would stop and start at each rounding.
-    """
-    return law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
-
-
-@compiled
-def sign(value):
-    """Give -1, 0 or 1."""
-    return 1 if value > 0.0 else (-1 if value < 0.0 else 0)
-
-
-@inlined
-def onset(v_r, a, j):
-    """Give the direction in which a mass sets out: of v_r, else of acceleration or jerk."""
-    if v_r != 0.0:
-        return sign(v_r)
-    return sign(a) if a != 0.0 else sign(j)
-
-
-@compiled
-def first_mode(plant, law, x_r, v_r, u_dd):
-    """Give the direction of sliding at the start, 0 for stuck."""
-    if v_r != 0.0:
-        return sign(v_r)
-    F_L = limit_force(plant, x_r, u_dd)
-    return 0 if abs(F_L) <= holding_force(plant, law, x_r) else -sign(F_L)
-
-
-@compiled
-def opening(plant, law, x_r, v_r, u_dd):
-    """Give the mode at t = 0, F_L, and how near the mode is to the other [-].
-
-    The limits may vary; the margin is infinite where nothing pulls.
-    """
-    load = 1.0 + law.variation * math.sin(law.phase)
-    F_L = limit_force(plant, x_r, u_dd)
-    if v_r != 0.0:
-        return sign(v_r), F_L, math.inf
-    F_fs = law.F_fs * load
-    hold = F_fs + ROUNDING * (F_fs + abs(plant.k_x * x_r))
-    margin = tightness(F_L, F_fs) if F_L != 0.0 else math.inf
-    return 0 if abs(F_L) <= hold else -sign(F_L), F_L, margin
-
-
-@compiled
-def note(log, count, n, s, kind, x_r, F_L):
-    """Write one event; gives the new count."""
-    log.n[count] = n
-    log.s[count] = s
-    log.kind[count] = kind
-    log.x_r[count] = x_r
-    log.F_L[count] = F_L
-    return count + 1
-
-
-@compiled
-def tightness(F_L, F_fs):
-    """Relative distance of a stop decision from the other outcome [-]."""
-    larger = max(abs(F_L), F_fs)
-    return abs(abs(F_L) - F_fs) / larger if larger > 0.0 else 1.0
-
-
-@compiled
-def direction(kind):
-    """Give the direction of sliding after an event of this kind, 0 for stuck."""
-    return sign(kind)
-
-
-# The trail of a motion: where each of its pieces begins.
-
-
-ENOUGH = 3
-"""Events and steps that one step may add to their logs, and one to spare."""
+    n: Any
+    s: Any
+    x_r: Any
+    v_r: Any
+    z: Any
+    d: Any
 
 
 class Trail(NamedTuple):
@@ -169,26 +92,20 @@ class Trail(NamedTuple):
     bend: Any
 
 
-class Pieces(NamedTuple):
-    """The trail of a motion that is solved in closed form: no series belongs to its pieces.
-
-    Attributes
-    ----------
-    n, s, x_r, v_r, z, d
-        As in `Trail`.
-    """
-
-    n: Any
-    s: Any
-    x_r: Any
-    v_r: Any
-    z: Any
-    d: Any
+@compiled
+def note(log, count, n, s, kind, x_r, F_L):
+    """Write one event; returns the new count."""
+    log.n[count] = n
+    log.s[count] = s
+    log.kind[count] = kind
+    log.x_r[count] = x_r
+    log.F_L[count] = F_L
+    return count + 1
 
 
 @inlined
 def mark(trail, at, n, s, x_r, v_r, z, d):
-    """Write where a piece begins; gives the new number of pieces."""
+    """Write where a segment begins; returns the new number of segments."""
     trail.n[at] = n
     trail.s[at] = s
     trail.x_r[at] = x_r
@@ -196,3 +113,77 @@ def mark(trail, at, n, s, x_r, v_r, z, d):
     trail.z[at] = z
     trail.d[at] = d
     return at + 1
+
+
+@compiled
+def direction(kind):
+    """Return the direction of sliding after an event of this kind, 0 for stuck."""
+    return sign(kind)
+
+
+@compiled
+def sign(value):
+    """Return -1, 0 or 1."""
+    return 1 if value > 0.0 else (-1 if value < 0.0 else 0)
+
+
+@inlined
+def onset(v_r, a, j):
+    """Return the direction in which a mass sets out: of v_r, else of acceleration or jerk."""
+    if v_r != 0.0:
+        return sign(v_r)
+    return sign(a) if a != 0.0 else sign(j)
+
+
+@compiled
+def limit_force(plant, x_r, u_dd):
+    """Force the interface must carry for the mass to stay stuck [N].
+
+    Notes
+    -----
+    Valid at v_r = 0 only: no damper term. Not to be confused with F_f, which balances it while
+    stuck. Eq. (9).
+    """
+    return plant.m * u_dd + plant.k_x * x_r
+
+
+@compiled
+def holding_force(plant, law, x_r):
+    """Return the greatest |F_L| that a stuck mass bears [N]: F_fs, to the rounding of F_L.
+
+    Equality sticks, and a force a few roundings beyond is equal: else a mass that creeps up to
+    its limit would stop and start at each rounding.
+    """
+    return law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
+
+
+@compiled
+def tightness(F_L, F_fs):
+    """Relative distance of a stop decision from the other outcome [-]."""
+    larger = max(abs(F_L), F_fs)
+    return abs(abs(F_L) - F_fs) / larger if larger > 0.0 else 1.0
+
+
+@compiled
+def first_mode(plant, law, x_r, v_r, u_dd):
+    """Return the direction of sliding at the start, 0 for stuck."""
+    if v_r != 0.0:
+        return sign(v_r)
+    F_L = limit_force(plant, x_r, u_dd)
+    return 0 if abs(F_L) <= holding_force(plant, law, x_r) else -sign(F_L)
+
+
+@compiled
+def opening(plant, law, x_r, v_r, u_dd):
+    """Return the mode at t = 0, F_L, and how near the mode is to the other [-].
+
+    The limits may vary; the margin is infinite where nothing pulls.
+    """
+    load = 1.0 + law.variation * math.sin(law.phase)
+    F_L = limit_force(plant, x_r, u_dd)
+    if v_r != 0.0:
+        return sign(v_r), F_L, math.inf
+    F_fs = law.F_fs * load
+    hold = F_fs + ROUNDING * (F_fs + abs(plant.k_x * x_r))
+    margin = tightness(F_L, F_fs) if F_L != 0.0 else math.inf
+    return 0 if abs(F_L) <= hold else -sign(F_L), F_L, margin
