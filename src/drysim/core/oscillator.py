@@ -1,4 +1,20 @@
-"""Closed-form flow, sine response, affine step maps, short series of the linear oscillator."""
+"""Closed-form flow, sine response, affine step maps, short series of the linear oscillator.
+
+The equation is x" + c x' + w x = g(s) with c = b/m and w = k_x/m; every exact solution is made
+of its closed-form flow.
+
+- `flow`: response to a kick, a step and a ramp. A short segment is summed as its power series
+  until nothing is left to add; a long one is doubled up from a short one. No damping regime is
+  special: no formula divides by w, by c, or by a difference of roots. `fade` is the same
+  without the ramp, by the shortest way: what motion under waves needs.
+- `wave`: what a sine adds to the flow. Resonance without damping is no special case either.
+- `recursion`: the oscillator without dry friction over samples, without any event code.
+- `series`, `longer_series`: most steps that hold an event are far shorter than the times of the
+  oscillator; there ten terms of v(s) do the same as the flow for a third of the work, and six
+  more serve a segment five times as long. `fall` finds a stop in them.
+- `Steps` (Coulomb) and `Whole` (elastic contact): the affine map of whole steps of sampled base
+  motion, and all else about them that does not change during a march.
+"""
 
 from __future__ import annotations
 
@@ -7,52 +23,43 @@ from typing import NamedTuple
 
 from drysim.core.compile import compiled, inlined
 
-# The closed-form flow of the oscillator: what every exact solution is made of.
-#
-# The equation is x" + c x' + w x = g(s) with c = b/m and w = k_x/m. A short stretch is summed
-# as its power series until nothing is left to add; a long one is doubled up from a short one.
-# No damping regime is special: no formula divides by w, by c, or by a difference of roots.
+# The flow.
 
 
 SHORT = 0.5
-"""A stretch is short when its length times the fastest rate is below this."""
+"""A segment is short when its length times the fastest rate is below this."""
 
 TERMS = 17
-"""Terms that exhaust double precision on a short stretch: 0.5^17·17/19! is below 1e-20."""
+"""Terms that exhaust double precision on a short segment: 0.5^17·17/19! is below 1e-20."""
 
 HELD = 0.75
 """Value of c y that only a motion far beyond critical damping comes to, critical is 2/e, and
 only while its spring has given back less than the rest of 1."""
 
+CALM = 0.05
+"""Share of w that is left of w - c²/4 where sines and cosines are as good as the series."""
+
 INVERSE_FACTORIAL = tuple(1.0 / math.factorial(n) for n in range(TERMS + 4))
 
 
 @compiled
-def few(rate):
-    """Give the number of series terms that exhaust double precision at rate·length `rate`."""
-    if rate > 0.0625:
-        return TERMS
-    return 10 if rate > 0.004 else 7
-
-
-@compiled
 def flow(c, w, s):
-    """Give the response to a unit kick, its slope, and its first two integrals.
+    """Return the response to a unit kick, its slope, and its first two integrals.
 
     Parameters
     ----------
     c, w : float
         b/m [1/s] and k_x/m [1/s²], at least 0.
     s : float
-        Length of the stretch [s], at least 0.
+        Length of the segment [s], at least 0.
 
     Returns
     -------
     y, y_d : float
         Solution of y" + c y' + w y = 0, y(0) = 0, y'(0) = 1 [s], and its slope [-].
     Y, YY : float
-        Integral of y from 0 to s [s²], the response to a unit step, and the integral of Y
-        [s³], the response to a unit ramp.
+        Integral of y from 0 to s [s²], the response to a unit step, and the integral of Y [s³],
+        the response to a unit ramp.
 
     Notes
     -----
@@ -90,18 +97,19 @@ def flow(c, w, s):
     return y, y_d, Y, YY
 
 
-# The flow without its last integral, by the shortest way: what motion under waves needs.
-
-
-CALM = 0.05
-"""Share of w that is left of w - c²/4 where sines and cosines are as good as the series."""
+@compiled
+def few(rate):
+    """Return the number of series terms that exhaust double precision at rate·length `rate`."""
+    if rate > 0.0625:
+        return TERMS
+    return 10 if rate > 0.004 else 7
 
 
 @inlined
 def fade(c, w, s):
-    """Give y, y_d and Y as `flow` does: in closed form where that loses nothing.
+    """Return y, y_d and Y as `flow` does: in closed form where that loses nothing.
 
-    It would cancel on a short stretch, and near critical damping.
+    It would cancel on a short segment, and near critical damping.
     """
     square = w - 0.25 * c * c
     if square < CALM * w or w * s * s < SHORT * SHORT:
@@ -113,12 +121,12 @@ def fade(c, w, s):
     return y, even - 0.5 * c * y, (1.0 - even - 0.5 * c * y) / w
 
 
-# The response of the oscillator to a sine, from rest: what sines add to the flow.
+# The response to a sine.
 
 
 @compiled
 def wave(c, w, omega, s, y, y_d):
-    """Give the response from rest to sin(omega s)/omega, and the wave itself.
+    """Return the response from rest to sin(omega s)/omega, and the wave itself.
 
     Parameters
     ----------
@@ -127,7 +135,7 @@ def wave(c, w, omega, s, y, y_d):
     omega : float
         Angular frequency of the wave [rad/s], at least 0.
     y, y_d : float
-        What `flow` gives for the stretch.
+        What `flow` gives for the segment.
 
     Returns
     -------
@@ -136,10 +144,6 @@ def wave(c, w, omega, s, y, y_d):
         cos(omega s) [s²]; and the slope of that [s].
     sine, cosine : float
         sin(omega s)/omega [s] and cos(omega s) [-].
-
-    Notes
-    -----
-    Resonance without damping is no special case.
     """
     if (c + math.sqrt(w) + omega) * s <= SHORT:
         return short_wave(c, w, omega, s)
@@ -155,7 +159,7 @@ def wave(c, w, omega, s, y, y_d):
 
 @compiled
 def roots(c, w, y, y_d):
-    """Give the slower root of the oscillator [1/s], the other, and exp(root s)."""
+    """Return the slower root of the oscillator [1/s], the other, and exp(root s)."""
     square = w - 0.25 * c * c
     if square > 0.0:
         omega_d = math.sqrt(square)
@@ -169,14 +173,9 @@ def roots(c, w, y, y_d):
 
 @compiled
 def confluent(difference, decay, turn, s):
-    """Give (exp(mu s) - exp(root s))/(mu - root), also where mu and root meet.
+    """Return (exp(mu s) - exp(root s))/(mu - root), also where mu and root meet.
 
-    Parameters
-    ----------
-    difference, decay, turn : complex
-        mu - root [1/s], exp(root s) and exp(mu s).
-    s : float
-        Time [s].
+    `difference` is mu - root [1/s], `decay` exp(root s) and `turn` exp(mu s).
     """
     z = difference * s
     if abs(z) > 0.25:
@@ -191,7 +190,7 @@ def confluent(difference, decay, turn, s):
 
 @compiled
 def short_wave(c, w, omega, s):
-    """Give what `wave` gives for a stretch that is short for wave and oscillator: a series."""
+    """Return what `wave` does by a series: short for wave and oscillator."""
     rate = (c + math.sqrt(w) + omega) * s
     cs = c * s
     ws = w * s * s
@@ -217,7 +216,7 @@ def short_wave(c, w, omega, s):
     return R, P, sine - c * P - w * R, sine, cosine
 
 
-# The oscillator without dry friction over samples: a linear recursion, no event code.
+# Samples without dry friction.
 
 
 @compiled
@@ -257,20 +256,14 @@ def recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
         v_out[n] = v_r
 
 
-# A short stretch of sliding as its power series: what most steps that hold an event need.
-#
-# Ten terms serve a brief one; with those that `longer` adds they serve one five times as long.
-#
-# The general way (`flow`, `stop`) serves every length; on a step far shorter than the times of
-# the oscillator itself a few terms do the same for a third of the work.
-
+# The power series of a short segment of sliding.
 
 SERIES_TERMS, MORE = 10, 6
-"""Terms of the series, and those that `longer` adds. They are counted from the end, for the
-compiler leaves out what a series has not, but looks whether it could be there."""
+"""Terms of the series, and those that `longer_series` adds. They are counted from the end, for
+the compiler leaves out what a series has not, but looks whether it could be there."""
 
 BRIEF = 0.1
-"""Radians (or decays) in a brief stretch: ten terms of its series exhaust double precision."""
+"""Radians (or decays) in a brief segment: ten terms of its series exhaust double precision."""
 
 NEARLY = 1e-6
 """Relative step of Halley's method, of third order, after which nothing is left to mend."""
@@ -298,9 +291,26 @@ class Tail(NamedTuple):
     j_9: float
 
 
+class More(NamedTuple):
+    """How acceleration (a) and jerk (j) at the start go on in v's terms from s¹⁰ to s¹⁵."""
+
+    a_10: float
+    j_10: float
+    a_11: float
+    j_11: float
+    a_12: float
+    j_12: float
+    a_13: float
+    j_13: float
+    a_14: float
+    j_14: float
+    a_15: float
+    j_15: float
+
+
 @compiled
 def tail_of(c, w):
-    """Give the tail of the series: each derivative is minus c times the last, w that before."""
+    """Return the tail: each derivative is -(c times the last + w times the one before)."""
     a_3, j_3 = -w, -c
     a_4, j_4 = -c * a_3, -(c * j_3 + w)
     a_5, j_5 = -(c * a_4 + w * a_3), -(c * j_4 + w * j_3)
@@ -316,8 +326,28 @@ def tail_of(c, w):
 
 
 @compiled
+def more_of(tail, c, w):
+    """Return what follows on a tail: each term from the two before it."""
+    a_10, j_10 = term(c, w, tail.a_9, tail.a_8, 10), term(c, w, tail.j_9, tail.j_8, 10)
+    a_11, j_11 = term(c, w, a_10, tail.a_9, 11), term(c, w, j_10, tail.j_9, 11)
+    a_12, j_12 = term(c, w, a_11, a_10, 12), term(c, w, j_11, j_10, 12)
+    a_13, j_13 = term(c, w, a_12, a_11, 13), term(c, w, j_12, j_11, 13)
+    a_14, j_14 = term(c, w, a_13, a_12, 14), term(c, w, j_13, j_12, 14)
+    a_15, j_15 = term(c, w, a_14, a_13, 15), term(c, w, j_14, j_13, 15)
+    return More(
+        a_10, j_10, a_11, j_11, a_12, j_12, a_13, j_13, a_14, j_14, a_15, j_15
+    )  # fmt: skip
+
+
+@compiled
+def term(c, w, last, one_before, n):
+    """Return the coefficient of sⁿ in v from the two before it."""
+    return -(c * last + w * one_before / (n - 1)) / n
+
+
+@compiled
 def series(tail, v, a, j):
-    """Give the coefficients of v(s) = q_0 + q_1 s + q_2 s² + ... from v, a and the jerk."""
+    """Return the coefficients of v(s) = q_0 + q_1 s + q_2 s² + ... from v, a and jerk."""
     return (
         v, a, 0.5 * j, tail.a_3 * a + tail.j_3 * j, tail.a_4 * a + tail.j_4 * j,
         tail.a_5 * a + tail.j_5 * j, tail.a_6 * a + tail.j_6 * j, tail.a_7 * a + tail.j_7 * j,
@@ -326,8 +356,19 @@ def series(tail, v, a, j):
 
 
 @compiled
+def longer_series(tail, more, v, a, j):
+    """Return the coefficients of `series` and six more."""
+    return (
+        *series(tail, v, a, j),
+        more.a_10 * a + more.j_10 * j, more.a_11 * a + more.j_11 * j,
+        more.a_12 * a + more.j_12 * j, more.a_13 * a + more.j_13 * j,
+        more.a_14 * a + more.j_14 * j, more.a_15 * a + more.j_15 * j,
+    )  # fmt: skip
+
+
+@compiled
 def distance(q, s):
-    """Give the distance slid in time s."""
+    """Return the distance slid in time s."""
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * (1.0 / 2.0) * s) + s_2 * (q[2] * (1.0 / 3.0) + q[3] * (1.0 / 4.0) * s)
@@ -347,7 +388,7 @@ def distance(q, s):
 
 @compiled
 def speed(q, s):
-    """Give the velocity after time s."""
+    """Return the velocity after time s."""
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * s) + s_2 * (q[2] + q[3] * s)
@@ -363,7 +404,7 @@ def speed(q, s):
 
 @compiled
 def rate(q, s):
-    """Give the acceleration after time s."""
+    """Return the acceleration after time s."""
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[1] + 2.0 * q[2] * s) + s_2 * (3.0 * q[3] + 4.0 * q[4] * s)
@@ -381,11 +422,11 @@ def rate(q, s):
 
 @inlined
 def fall(q, h):
-    """Give when in (0, h] a velocity above zero that ends below is zero, and the way there.
+    """Return when in (0, h] a velocity above zero that ends below is zero, and the path there.
 
-    A short stretch holds at most one extremum, so there is one such time. The first guess is
+    A short segment holds at most one extremum, so there is one such time. The first guess is
     where the parabola through the start is zero, mended by the next two terms; where Halley's
-    method strays from there, a time of -1 says so. The way is that to the last guess and what
+    method strays from there, a time of -1 says so. The path is that to the last guess and what
     the last step adds, so it need not wait for the time.
     """
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
@@ -408,59 +449,7 @@ def fall(q, h):
     return -1.0, 0.0
 
 
-# The series of a short stretch with six terms more: it serves one five times as long.
-
-
-class More(NamedTuple):
-    """How acceleration (a) and jerk (j) at the start go on in v's terms from s¹⁰ to s¹⁵."""
-
-    a_10: float
-    j_10: float
-    a_11: float
-    j_11: float
-    a_12: float
-    j_12: float
-    a_13: float
-    j_13: float
-    a_14: float
-    j_14: float
-    a_15: float
-    j_15: float
-
-
-@compiled
-def more_of(tail, c, w):
-    """Give what follows on a tail: each term from the two before it."""
-    a_10, j_10 = term(c, w, tail.a_9, tail.a_8, 10), term(c, w, tail.j_9, tail.j_8, 10)
-    a_11, j_11 = term(c, w, a_10, tail.a_9, 11), term(c, w, j_10, tail.j_9, 11)
-    a_12, j_12 = term(c, w, a_11, a_10, 12), term(c, w, j_11, j_10, 12)
-    a_13, j_13 = term(c, w, a_12, a_11, 13), term(c, w, j_12, j_11, 13)
-    a_14, j_14 = term(c, w, a_13, a_12, 14), term(c, w, j_13, j_12, 14)
-    a_15, j_15 = term(c, w, a_14, a_13, 15), term(c, w, j_14, j_13, 15)
-    return More(
-        a_10, j_10, a_11, j_11, a_12, j_12, a_13, j_13, a_14, j_14, a_15, j_15
-    )  # fmt: skip
-
-
-@compiled
-def term(c, w, last, one_before, n):
-    """Give the coefficient of sⁿ in v from the two before it."""
-    return -(c * last + w * one_before / (n - 1)) / n
-
-
-@compiled
-def longer_series(tail, more, v, a, j):
-    """Give the coefficients of v(s) = q_0 + q_1 s + q_2 s² + ... from v, a and the jerk."""
-    return (
-        *series(tail, v, a, j),
-        more.a_10 * a + more.j_10 * j, more.a_11 * a + more.j_11 * j,
-        more.a_12 * a + more.j_12 * j, more.a_13 * a + more.j_13 * j,
-        more.a_14 * a + more.j_14 * j, more.a_15 * a + more.j_15 * j,
-    )  # fmt: skip
-
-
-# Whole steps of sliding: everything about them that does not change during a march.
-
+# Whole steps of sliding.
 
 FINE = 3.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a twentieth, far above
@@ -475,7 +464,7 @@ MARGIN = 2.0
 
 
 class Map(NamedTuple):
-    """The affine map of a stretch of sliding, without what the base does.
+    """The affine map of a segment of sliding, without what the base does.
 
     x_r becomes x_x x_r + x_v v_r - d x_f, and v_r becomes v_x x_r + v_v v_r - d v_f.
     """
@@ -541,35 +530,8 @@ class Steps(NamedTuple):
 
 
 @compiled
-def rate_of(c, w):
-    """Give the radians, or the decays of what lasts, that a second holds at most [1/s]."""
-    return max(math.sqrt(w), 0.5 * c)
-
-
-@compiled
-def faint_per_force(c, w):
-    """Return the largest faint velocity [m/s] for forces of 1 N/kg, see `faint_below`."""
-    rate = rate_of(c, w)
-    return FAINT / rate if rate > 0.0 else 0.0
-
-
-@compiled
-def map_of(c, w, f, s):
-    """Give the affine map of a stretch of length s [s]."""
-    y, y_d, Y, _ = flow(c, w, s)
-    return Map(1.0 - w * Y, y, Y * f, -w * y, y_d, y * f)
-
-
-@compiled
-def left_of(c, w, s, x_r, v_r):
-    """Give what is left of a state after free motion of length s [s]."""
-    y, y_d, Y, _ = flow(c, w, s)
-    return x_r * (1.0 - w * Y) + v_r * y, v_r * y_d - w * y * x_r
-
-
-@compiled
 def steps_of(plant, law, dt):
-    """Give the steps of a march, each of length dt [s].
+    """Return the steps of a march, each of length dt [s].
 
     Notes
     -----
@@ -602,13 +564,30 @@ def steps_of(plant, law, dt):
 
 
 @compiled
-def step_end(steps, x_r, v_r, d, u_0, u_1):
-    """Give x_r and v_r at the end of a step, should nothing happen in it."""
-    one = steps.one
-    return (
-        one.x_x * x_r + one.x_v * v_r - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * one.x_f),
-        one.v_x * x_r + one.v_v * v_r - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * one.v_f),
-    )
+def map_of(c, w, f, s):
+    """Return the affine map of a segment of length s [s]."""
+    y, y_d, Y, _ = flow(c, w, s)
+    return Map(1.0 - w * Y, y, Y * f, -w * y, y_d, y * f)
+
+
+@compiled
+def left_of(c, w, s, x_r, v_r):
+    """Return what is left of a state after free motion of length s [s]."""
+    y, y_d, Y, _ = flow(c, w, s)
+    return x_r * (1.0 - w * Y) + v_r * y, v_r * y_d - w * y * x_r
+
+
+@compiled
+def rate_of(c, w):
+    """Return the radians, or the decays of what lasts, that a second holds at most [1/s]."""
+    return max(math.sqrt(w), 0.5 * c)
+
+
+@compiled
+def faint_per_force(c, w):
+    """Return the largest faint |v_r| [m/s] for forces of 1 N/kg, see `faint_below`."""
+    rate = rate_of(c, w)
+    return FAINT / rate if rate > 0.0 else 0.0
 
 
 @inlined
@@ -621,8 +600,17 @@ def faint_below(steps, x_r):
     return steps.faint_f + steps.faint_x * abs(x_r)
 
 
-# Steps of sampled base motion over a spring contact: whole ones by a map, and parts.
+@compiled
+def step_end(steps, x_r, v_r, d, u_0, u_1):
+    """Return x_r and v_r at the end of a step, should nothing happen in it."""
+    one = steps.one
+    return (
+        one.x_x * x_r + one.x_v * v_r - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * one.x_f),
+        one.v_x * x_r + one.v_v * v_r - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * one.v_f),
+    )
 
+
+# Whole steps over an elastic contact, and parts of them.
 
 STEP_TERMS = 16
 """Terms that exhaust double precision on a fine step: 6/19! is below 1e-16."""
@@ -649,7 +637,7 @@ class Whole(NamedTuple):
         Of the state, with a unit of constant force per mass against it.
     x_0, x_1, v_0, v_1 : float
         What ü at both ends of a step takes from x_r [s²] and v_r [s].
-    second, third : tuple of float, shape (TERMS,)
+    second, third : tuple of float, shape (STEP_TERMS,)
         Series of the second and third integral of the flow in the share of a step.
     """
 
@@ -670,7 +658,7 @@ class Whole(NamedTuple):
 
 
 def whole_steps(plant, dt):
-    """Give the steps of length dt [s] of an oscillator."""
+    """Return the steps of length dt [s] of an oscillator."""
     c, w = plant.b / plant.m, plant.k_x / plant.m
     rate = c + math.sqrt(w)
     end = flow(c, w, dt)
@@ -690,20 +678,8 @@ def whole_steps(plant, dt):
 
 
 @inlined
-def summed(q, z):
-    """Give the sum of a series of `TERMS` terms."""
-    z_2 = z * z
-    z_4 = z_2 * z_2
-    low = q[0] + q[1] * z + z_2 * (q[2] + q[3] * z)
-    middle = q[4] + q[5] * z + z_2 * (q[6] + q[7] * z)
-    high = q[8] + q[9] * z + z_2 * (q[10] + q[11] * z)
-    last = q[12] + q[13] * z + z_2 * (q[14] + q[15] * z)
-    return low + z_4 * (middle + z_4 * (high + z_4 * last))
-
-
-@inlined
 def part_flow(steps, s):
-    """Give what `flow` gives, for a time s within a step [s]."""
+    """Return what `flow` does, for a time s within a step [s]."""
     c, w = steps.c, steps.w
     if s == steps.dt:
         return steps.end
@@ -716,3 +692,15 @@ def part_flow(steps, s):
     Y = s_2 * (0.5 - c * second - w * s_2 * summed(steps.third, z))
     y = s - c * Y - w * YY
     return y, 1.0 - c * y - w * Y, Y, YY
+
+
+@inlined
+def summed(q, z):
+    """Return the sum of a series of `STEP_TERMS` terms."""
+    z_2 = z * z
+    z_4 = z_2 * z_2
+    low = q[0] + q[1] * z + z_2 * (q[2] + q[3] * z)
+    middle = q[4] + q[5] * z + z_2 * (q[6] + q[7] * z)
+    high = q[8] + q[9] * z + z_2 * (q[10] + q[11] * z)
+    last = q[12] + q[13] * z + z_2 * (q[14] + q[15] * z)
+    return low + z_4 * (middle + z_4 * (high + z_4 * last))
