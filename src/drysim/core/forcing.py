@@ -1,4 +1,13 @@
-"""Base acceleration and normal force within a segment."""
+"""Base acceleration and normal force within a segment.
+
+A segment is driven by ü = u_0 + slope s + Σ A sin(omega s + theta). Friction limits that vary
+with the normal force are one more wave, in the direction of sliding. The waves stand in a flat
+table, in which `anchor` writes their phases as a segment starts.
+
+The motion (`slide_and_snap`) is the free flow and, wave by wave, the steady response, with what
+the start lacks of it dying out; where the time is too short, or the steady response too large,
+to set off one against the other, it is the response from rest.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +19,7 @@ from drysim.core.events import ROUNDING
 from drysim.core.model import Law, Plant
 from drysim.core.oscillator import SHORT, fade, flow, wave
 
-# The sines of a scene as kernels read them, and where each is as a stretch starts.
-
+# Waves.
 
 STRIDE = 12
 """Columns of a wave in the flat table: one array is quicker to hand on than one a column."""
@@ -20,11 +28,12 @@ A, FREQUENCY, OMEGA, PHASE = 0, 1, 2, 3
 """Amplitude of ü [m/s²], frequency [Hz], angular frequency [rad/s], phase at t = 0 [rad]."""
 
 THETA, SINE, COSINE = 4, 5, 6
-"""Phase at the start of the stretch [rad], its sine and cosine."""
+"""Phase at the start of the segment [rad], its sine and cosine."""
 
 ALONG, ACROSS, X_START, V_START, STEADY = 7, 8, 9, 10, 11
-"""Steady response to the wave: ALONG sin + ACROSS cos [m], its state as the stretch starts
-[m, m/s], and whether it may be set off against the motion (1 or 0)."""
+"""Steady response to the wave: ALONG sin + ACROSS cos [m], its state as the segment starts
+[m, m/s], and whether it may be set off against the motion (0 or 1; 2 where a stiff
+spring follows the wave at once)."""
 
 UNSET = (0.0,) * (STRIDE - THETA)
 """What `anchor` sets."""
@@ -65,7 +74,7 @@ def set_wave(values, i, amplitude, frequency, phase):
 
 @inlined
 def anchor(waves, plant, law, t, d):
-    """Start a stretch at time t [s] in direction d: set the phases, and friction's wave."""
+    """Start a segment at time t [s] in direction d: set the phases, and friction's wave."""
     c = plant.b / plant.m
     w = plant.k_x / plant.m
     values = waves.values
@@ -73,7 +82,7 @@ def anchor(waves, plant, law, t, d):
         values[STRIDE * waves.base + A] = d * law.F_fk * law.variation / plant.m
     for i in range(waves.size):
         at = STRIDE * i
-        theta = 2.0 * math.pi * ((values[at + FREQUENCY] * t) % 1.0) + values[at + PHASE]
+        theta = angle(values[at + FREQUENCY], values[at + PHASE], t)
         sine, cosine = math.sin(theta), math.cos(theta)
         values[at + THETA] = theta
         values[at + SINE] = sine
@@ -93,8 +102,23 @@ def anchor(waves, plant, law, t, d):
 
 
 @inlined
+def angle(f, phase, t):
+    """Return the phase of a wave at time t [rad]."""
+    return 2.0 * math.pi * ((f * t) % 1.0) + phase
+
+
+@inlined
+def sine_and_cosine(values, at, omega, s):
+    """Return sine and cosine of the phase of a wave at time s of a segment."""
+    if s == 0.0:
+        return values[at + SINE], values[at + COSINE]
+    phase = omega * s + values[at + THETA]
+    return math.sin(phase), math.cos(phase)
+
+
+@inlined
 def base_motion(waves, u_0, slope, s):
-    """Give ü [m/s²] and its first two rates at time s of a stretch."""
+    """Return ü [m/s²] and its first two rates at time s of a segment."""
     u_dd = u_0 + slope * s
     rate = slope
     bend = 0.0
@@ -102,10 +126,7 @@ def base_motion(waves, u_0, slope, s):
     for i in range(waves.base):
         at = STRIDE * i
         omega = values[at + OMEGA]
-        sine, cosine = values[at + SINE], values[at + COSINE]
-        if s != 0.0:
-            angle = omega * s + values[at + THETA]
-            sine, cosine = math.sin(angle), math.cos(angle)
+        sine, cosine = sine_and_cosine(values, at, omega, s)
         value = values[at + A] * sine
         u_dd += value
         rate += values[at + A] * omega * cosine
@@ -115,114 +136,17 @@ def base_motion(waves, u_0, slope, s):
 
 @inlined
 def normal_force(law, waves, s):
-    """Give the normal force relative to its mean [-], and its first two rates, at time s."""
+    """Return the normal force at time s, relative to its mean, and its first two rates."""
     if waves.size == waves.base:
         return 1.0, 0.0, 0.0
-    at = STRIDE * waves.base
-    sine, cosine = waves.values[at + SINE], waves.values[at + COSINE]
-    if s != 0.0:
-        angle = law.omega * s + waves.values[at + THETA]
-        sine, cosine = math.sin(angle), math.cos(angle)
+    sine, cosine = sine_and_cosine(waves.values, STRIDE * waves.base, law.omega, s)
     swing = law.variation * sine
     return 1.0 + swing, law.variation * law.omega * cosine, -swing * law.omega**2
 
 
-# Mean squares of a base that moves by sines, in closed form.
-
-
-SMALL = 0.5
-"""Angle up to which six terms of a series exhaust double precision: 0.5^14·6/15! is 3e-16 of
-the first."""
-
-
-@compiled
-def mean_squares(waves, begin, end):
-    """Give the mean squares of ü [m²/s⁴] and of u [m²] over a window [s].
-
-    u is the displacement without offset and drift, -Σ A/(2π f)² sin(2π f t + phase).
-    """
-    length, middle = end - begin, 0.5 * (begin + end)
-    u_dd2, u2 = 0.0, 0.0
-    values = waves.values
-    for i in range(waves.base):
-        for j in range(waves.base):
-            p, q = STRIDE * i, STRIDE * j
-            at_i = angle(values[p + FREQUENCY], values[p + PHASE], middle)
-            at_j = angle(values[q + FREQUENCY], values[q + PHASE], middle)
-            # About the middle of the window, sines and cosines of what is left do not mix.
-            half_i = math.pi * values[p + FREQUENCY] * length
-            half_j = math.pi * values[q + FREQUENCY] * length
-            apart, along = lack(half_i - half_j), lack(half_i + half_j)
-            product = values[p + A] * values[q + A] * (
-                math.sin(at_i) * math.sin(at_j) * (1.0 - 0.5 * (apart + along))
-                + math.cos(at_i) * math.cos(at_j) * 0.5 * (along - apart)
-            )  # fmt: skip
-            both = values[p + OMEGA] * values[q + OMEGA]
-            u_dd2 += product
-            u2 += product / (both * both)
-    return u_dd2, u2
-
-
-@compiled
-def angle(f, phase, t):
-    """Give the angle of a wave at time t [rad]."""
-    return 2.0 * math.pi * ((f * t) % 1.0) + phase
-
-
-@compiled
-def lack(x):
-    """Give 1 - sin(x)/x, to its last digits however small x is."""
-    if abs(x) > SMALL:
-        return 1.0 - math.sin(x) / x
-    s = x * x
-    tail = 1.0 - s / 72.0 * (1.0 - s / 110.0 * (1.0 - s / 156.0))
-    return s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * tail))
-
-
-# A stretch of one mode under waves, as it starts, and how fast the force on it may change.
-
-
-class Stretch(NamedTuple):
-    """A stretch of one mode, as it starts.
-
-    Attributes
-    ----------
-    c, w, x_r, v_r, g, r : float
-        As in `slide`.
-    a, j, k : float
-        Acceleration [m/s²], jerk [m/s³] and its rate [m/s⁴] at the start.
-    """
-
-    c: float
-    w: float
-    x_r: float
-    v_r: float
-    a: float
-    j: float
-    k: float
-    g: float
-    r: float
-
-
-@inlined
-def starting(c, w, waves, x_r, v_r, g, r):
-    """Give the stretch that starts now, waves anchored; parameters as in `slide`."""
-    push, push_d, push_dd = g, r, 0.0
-    for i in range(waves.size):
-        at = STRIDE * i
-        omega = waves.values[at + OMEGA]
-        swing = waves.values[at + A] * waves.values[at + SINE]
-        push -= swing
-        push_d -= waves.values[at + A] * omega * waves.values[at + COSINE]
-        push_dd += omega * omega * swing
-    a = push - c * v_r - w * x_r
-    j = push_d - c * a - w * v_r
-    return Stretch(c, w, x_r, v_r, a, j, push_dd - c * j - w * a, g, r)
-
-
 @compiled
 def force_rates(waves, r):
-    """Give bounds of the first three rates of the force per mass, and the greatest omega.
+    """Return bounds of the first three rates of the force per mass, and the greatest omega.
 
     Parameters
     ----------
@@ -242,8 +166,7 @@ def force_rates(waves, r):
     return first, second, third, fastest
 
 
-# A scene under sines as a row of numbers: quicker to hand on than tuples.
-
+# A scene as a row of numbers: quicker to hand on than tuples.
 
 M, K_X, B, F_FK, F_FS, VARIATION, OMEGA_N, PHASE_N, X_R, V_R, REST = range(11)
 """Columns of a scene: plant, law and start; from REST on what its waves hold, or what else a
@@ -252,46 +175,80 @@ kernel asks for."""
 
 @inlined
 def plant_and_law(scene):
-    """Give the plant and the law of a scene."""
+    """Return the plant and the law of a scene."""
     law = Law(scene[F_FK], scene[F_FS], scene[VARIATION], scene[OMEGA_N], scene[PHASE_N])
     return Plant(scene[M], scene[K_X], scene[B]), law
 
 
 @inlined
 def unpacked(scene):
-    """Give plant, law and waves of a scene; the last wave is friction's, where that varies."""
+    """Return plant, law and waves of a scene; a normal force that varies is the last wave."""
     plant, law = plant_and_law(scene)
     values = scene[REST:]
     size = len(values) // STRIDE
     return plant, law, Waves(values, size, size - 1 if law.variation != 0.0 else size)
 
 
-# Sliding and sticking under waves: the motion, and the margin to break-away.
-#
-# A stretch is driven by ü = u_0 + slope s + Σ A sin(omega s + theta); friction limits that vary
-# are one more wave.
-
+# Motion and break-away within a segment.
 
 FADED = 40.0
 """Decays after which a strong damper has left nothing of what the start lacked in velocity."""
 
 
+class Stretch(NamedTuple):
+    """A segment of one mode, as it starts.
+
+    Attributes
+    ----------
+    c, w, x_r, v_r, g, r : float
+        As in `slide_and_snap`.
+    a, j, k : float
+        Acceleration [m/s²], jerk [m/s³] and its rate [m/s⁴] at the start.
+    """
+
+    c: float
+    w: float
+    x_r: float
+    v_r: float
+    a: float
+    j: float
+    k: float
+    g: float
+    r: float
+
+
+@inlined
+def starting(c, w, waves, x_r, v_r, g, r):
+    """Return the segment that starts now, waves anchored; parameters as in `Stretch`."""
+    push, push_d, push_dd = g, r, 0.0
+    for i in range(waves.size):
+        at = STRIDE * i
+        omega = waves.values[at + OMEGA]
+        swing = waves.values[at + A] * waves.values[at + SINE]
+        push -= swing
+        push_d -= waves.values[at + A] * omega * waves.values[at + COSINE]
+        push_dd += omega * omega * swing
+    a = push - c * v_r - w * x_r
+    j = push_d - c * a - w * v_r
+    return Stretch(c, w, x_r, v_r, a, j, push_dd - c * j - w * a, g, r)
+
+
 @compiled
 def slide(c, w, waves, x_r, v_r, g, r, s):
-    """Give x_r, v_r, a and j as `slide_and_snap` does."""
+    """Return x_r, v_r, a and j as `slide_and_snap` does."""
     return slide_and_snap(c, w, waves, x_r, v_r, g, r, s)[:4]
 
 
 @inlined
 def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
-    """Give the motion at time s of a stretch of sliding.
+    """Return the motion at time s of a segment of sliding.
 
     Parameters
     ----------
     c, w : float
         As in `flow`.
     waves : Waves
-        Anchored at the start of the stretch.
+        Anchored at the start of the segment.
     x_r, v_r : float
         State at the start [m, m/s].
     g, r : float
@@ -302,8 +259,8 @@ def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
     Returns
     -------
     x_r, v_r, a, j, k : float
-        Relative displacement [m], velocity [m/s], acceleration [m/s²], jerk [m/s³] and its
-        rate [m/s⁴].
+        Relative displacement [m], velocity [m/s], acceleration [m/s²], jerk [m/s³] and its rate
+        [m/s⁴].
     """
     YY = 0.0
     if r == 0.0:
@@ -345,10 +302,9 @@ def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
 
 @inlined
 def steady_response(values, at, s):
-    """Give x_r, v_r, a, j and k of the steady response to a wave at time s."""
+    """Return x_r, v_r, a, j and k of the steady response to a wave at time s."""
     omega = values[at + OMEGA]
-    angle = omega * s + values[at + THETA]
-    sine, cosine = math.sin(angle), math.cos(angle)
+    sine, cosine = sine_and_cosine(values, at, omega, s)
     swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
     rate = omega * (values[at + ALONG] * cosine - values[at + ACROSS] * sine)
     push, push_d = -omega * omega * swing, -omega * omega * rate
@@ -357,7 +313,7 @@ def steady_response(values, at, s):
 
 @inlined
 def from_rest(c, w, values, at, s, y, y_d):
-    """Give x_r, v_r, a, j and k that a wave alone has made from rest by time s."""
+    """Return x_r, v_r, a, j and k that a wave alone has made from rest by time s."""
     omega = values[at + OMEGA]
     from_sine = -values[at + A] * values[at + COSINE]
     from_cosine = -values[at + A] * values[at + SINE]
@@ -372,14 +328,14 @@ def from_rest(c, w, values, at, s, y, y_d):
 
 @inlined
 def margin(plant, law, waves, x_r, u_0, slope, side, s):
-    """Give the force still missing for break-away on one side, with its first two rates.
+    """Return the force still missing for break-away on one side, with its first two rates.
 
     Parameters
     ----------
     side : int
         +1 where F_L would break the contact by rising, -1 by falling.
     s : float
-        Time since the start of the stretch [s].
+        Time since the start of the segment [s].
 
     Returns
     -------
@@ -396,3 +352,48 @@ def margin(plant, law, waves, x_r, u_0, slope, side, s):
         law.F_fs * load_d - side * plant.m * rate,
         law.F_fs * load_dd - side * plant.m * bend,
     )
+
+
+# Mean squares of a base that moves by sines, in closed form.
+
+SMALL = 0.5
+"""Angle up to which six terms of a series exhaust double precision: 0.5^14·6/15! is 3e-16 of
+the first."""
+
+
+@compiled
+def mean_squares(waves, begin, end):
+    """Return the mean squares of ü [m²/s⁴] and of u [m²] over a window [s].
+
+    u is the displacement without offset and drift, -Σ A/(2π f)² sin(2π f t + phase).
+    """
+    length, middle = end - begin, 0.5 * (begin + end)
+    u_dd2, u2 = 0.0, 0.0
+    values = waves.values
+    for i in range(waves.base):
+        for j in range(waves.base):
+            p, q = STRIDE * i, STRIDE * j
+            at_i = angle(values[p + FREQUENCY], values[p + PHASE], middle)
+            at_j = angle(values[q + FREQUENCY], values[q + PHASE], middle)
+            # About the middle of the window, sines and cosines of what is left do not mix.
+            half_i = math.pi * values[p + FREQUENCY] * length
+            half_j = math.pi * values[q + FREQUENCY] * length
+            apart, along = lack(half_i - half_j), lack(half_i + half_j)
+            product = values[p + A] * values[q + A] * (
+                math.sin(at_i) * math.sin(at_j) * (1.0 - 0.5 * (apart + along))
+                + math.cos(at_i) * math.cos(at_j) * 0.5 * (along - apart)
+            )  # fmt: skip
+            both = values[p + OMEGA] * values[q + OMEGA]
+            u_dd2 += product
+            u2 += product / (both * both)
+    return u_dd2, u2
+
+
+@compiled
+def lack(x):
+    """Return 1 - sin(x)/x, to its last digits however small x is."""
+    if abs(x) > SMALL:
+        return 1.0 - math.sin(x) / x
+    s = x * x
+    tail = 1.0 - s / 72.0 * (1.0 - s / 110.0 * (1.0 - s / 156.0))
+    return s / 6.0 * (1.0 - s / 20.0 * (1.0 - s / 42.0 * tail))
