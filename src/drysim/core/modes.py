@@ -1,4 +1,27 @@
-"""Mode automaton of every piecewise-linear law: flow, exits, resets."""
+"""Mode automaton of every piecewise-linear law: flow, exits, resets.
+
+In each mode of a law the relative motion is that of a linear oscillator under waves and a force
+that changes linearly. Three laws have more modes than stick and slip:
+
+======================  ==============================  ===================================
+law                     modes                           exits
+======================  ==============================  ===================================
+elastic contact         hold, yield ±1, lifted off      limit, its rate, normal force
+end stops               apart, touching, away × stick,  position, force of the bumper, v_r
+                        slip ±1
+vanishing normal force  parted, stick, slip ±1          normal force, v_r, break-away
+======================  ==============================  ===================================
+
+An exit is the first root of an observable, found by `roots`. Only a stiff contact needs more:
+what it has of its own swings fast about its slow response to the base, and fades. The motion is
+within an envelope and comes near it once a swing only, so `end_of_hold` looks at the peaks of
+the swing, and only where the envelope does not show that the contact holds.
+
+Beside a stop the mass is placed by xi, how far x_r is beyond z = ±x_rM: so a contact or a
+rebound of any size keeps all its digits, next to a limit however far from zero. The flights of
+a chatter that no number for x_r can show, whose v_r² is below rounding, are not followed one by
+one: what they take of the time and of x"² is summed in closed form.
+"""
 
 from __future__ import annotations
 
@@ -41,20 +64,14 @@ from drysim.core.roots import (
     WINDOW,
     Blend,
     above_zero,
-    blended,
-    bound_of,
     break_away,
-    far_from_zero,
-    instant,
     kept_between,
     leave_slip,
     leave_stick,
-    most_twist,
-    seek,
     vanish,
 )
 
-# A spring contact: its modes, and the oscillator and the force in each of them.
+# Elastic contact: its modes, and the oscillator and the force in each of them.
 
 
 HOLD, FREE, POISED = 0, 2, 4
@@ -70,19 +87,19 @@ SLACK = 1e-14
 
 @compiled
 def holds(mode):
-    """Tell whether the contact holds."""
+    """Return whether the contact holds."""
     return mode == HOLD or abs(mode) == POISED
 
 
 @compiled
 def spring(plant, law, mode):
-    """Give the oscillator as it is in a mode: a holding contact is one more spring."""
+    """Return the oscillator as it is in a mode: a holding contact is one more spring."""
     return Plant(plant.m, plant.k_x + (law.k_t if holds(mode) else 0.0), plant.b)
 
 
 @compiled
 def steady_force(law, mode, x_0):
-    """Give the part of the contact force that is constant in a mode [N]."""
+    """Return the part of the contact force that is constant in a mode [N]."""
     if holds(mode):
         return -law.k_t * x_0
     return 0.0 if mode == FREE else mode * law.F_fk
@@ -90,7 +107,7 @@ def steady_force(law, mode, x_0):
 
 @compiled
 def contact_force(law, mode, x_r, x_0, load):
-    """Give the contact force [N]; `load` is the normal force relative to its mean."""
+    """Return the contact force [N]; `load` is the normal force relative to its mean."""
     if holds(mode):
         return law.k_t * (x_r - x_0)
     return 0.0 if mode == FREE else mode * law.F_fk * load
@@ -98,7 +115,7 @@ def contact_force(law, mode, x_r, x_0, load):
 
 @compiled
 def begin_stretch(plant, law, waves, mode, x_0, t):
-    """Set the waves for a stretch from time t [s]; gives b/m, k/m and steady force/m."""
+    """Set the waves for a segment from t [s]; returns b/m, k/m and steady force/m."""
     effective = spring(plant, law, mode)
     anchor(waves, effective, law, t, mode if abs(mode) == 1 else 0)
     m = plant.m
@@ -110,21 +127,12 @@ def begin_stretch(plant, law, waves, mode, x_0, t):
     return effective.b / m, w, steady_force(law, mode, x_0) / m
 
 
-@inlined
-def just_met(law, v_r, rate):
-    """Give the mode of surfaces that carry nothing yet: what outruns their limit yields.
-
-    `rate` is that of the limit [N/s].
-    """
-    return sign(v_r) if law.k_t * abs(v_r) > rate else HOLD
-
-
 @compiled
 def first_contact(law, x_r, v_r, x_0):
-    """Give mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
+    """Return mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
 
     One that is bent to its limit, and bent on, yields already: its next event is not at once.
-    One that would be bent beyond, as what an orbit is summed up to may tell, has given way.
+    One that would be bent beyond, as the rounded sum of an orbit may say, has given way.
     """
     load = 1.0 + law.variation * math.sin(law.phase)
     rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
@@ -141,18 +149,133 @@ def first_contact(law, x_r, v_r, x_0):
     return (way if bent and law.k_t * way * v_r > rate else HOLD), x_0
 
 
-# How far a contact that holds may ring: what bounds the motion, whatever its turns are.
-#
-# What a stiff contact has of its own swings fast about the slow response to the base, and
-# fades: the motion is within an envelope, and comes near it once a swing only.
+@inlined
+def just_met(law, v_r, rate):
+    """Return the mode of surfaces that carry nothing yet: what outruns their limit yields.
 
+    `rate` is that of the limit [N/s].
+    """
+    return sign(v_r) if law.k_t * abs(v_r) > rate else HOLD
+
+
+# Elastic contact: until when it holds, and until when it yields.
 
 SWINGS = 0.5
 """Radians of its own swing below which a contact is no longer led on by its envelope."""
 
+HALF_SWING = 3.2
+"""Radians of the oscillator within which a contact that its swing makes yield does so."""
+
+
+@compiled
+def end_of_hold(stretch, waves, law, x_0, poised, h):
+    """Return when within h [s] a contact that holds yields, and how.
+
+    Parameters
+    ----------
+    stretch, waves, law, x_0
+        As in `leave_hold`.
+    poised : int
+        The side at whose limit it holds just so, 0 for none.
+    h : float
+        Length of the segment [s].
+
+    Returns
+    -------
+    s, side, x_r, v_r
+        Time [s], infinite for never, direction of yielding, and the state then.
+
+    Notes
+    -----
+    A peak of the swing stands for half a swing on either side, so that the one before has
+    covered the other side up to this peak.
+    """
+    reach, way = law.F_fk / law.k_t, onset(stretch.v_r, stretch.a, stretch.j)
+    gap = reach * normal_force(law, waves, 0.0)[0] - way * (stretch.x_r - x_0)
+    if way * poised <= 0 and swings_to(stretch, way, gap):
+        looked = min(HALF_SWING / math.sqrt(stretch.w), h)
+        s, x, v = leave_hold(stretch, waves, law, x_0, way, False, 0.0, looked)
+        if s < NEVER:
+            other = -way, poised == -way, 0.0, s
+            return or_before(stretch, waves, law, x_0, *other, s, x, v)
+    own = ringing(stretch, waves)
+    if own.side == 0 or h <= own.half:
+        side = way if way != 0 else 1
+        # Window by window: a side that never yields is not followed to the end each time.
+        fastest = force_rates(waves, stretch.r)[3]
+        begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
+        while True:
+            s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
+            other = -side, poised == -side, begin, min(s, until)
+            s, side, x, v = or_before(stretch, waves, law, x_0, *other, s, x, v)
+            if s < NEVER or until >= h:
+                return s, side, x, v
+            begin, until = until, min(3.0 * until, h)
+    number, clear = -1 if own.phase > 0.0 else 0, 0.0
+    while clear < h:
+        side = own.side if number % 2 == 0 else -own.side
+        peak = own.phase / own.omega + number * own.half
+        before = own.half
+        if clear > 0.0 or side != poised:
+            before = clear_of(own, stretch, waves, law, x_0, side, peak)
+        begin, until = max(clear, peak - before), min(peak + own.half, h)
+        if before >= 0.0 and begin < until:
+            s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
+            if s < NEVER:
+                other = -side, poised == -side, max(clear, peak), s
+                return or_before(stretch, waves, law, x_0, *other, s, x, v)
+        number += 1
+        if peak >= clear:
+            clear = stays_within(own, stretch, waves, law, x_0, reach, True, peak, h)
+            number = max(number, math.floor((own.omega * clear - own.phase) / math.pi))
+    return NEVER, 0, stretch.x_r, stretch.v_r
+
+
+@compiled
+def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
+    """Return the first time at which a holding contact yields to one side, and the state.
+
+    Parameters
+    ----------
+    stretch, waves
+        As in `vanish`, with the spring of the contact in the stretch.
+    law : Slider
+    x_0 : float
+        Where the contact carries no force [m].
+    side : int
+        +1 where x_r yields upwards, -1 downwards.
+    poised : bool
+        Whether at the start of the segment it holds at this very limit, and just so: value and
+        rate are zero exactly.
+    begin, until : float
+        Times of the segment [s].
+    """
+    room = Blend(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
+    return vanish(stretch, waves, law, room, 2 if poised else 0, begin, until)
+
+
+@compiled
+def or_before(stretch, waves, law, x_0, side, poised, begin, until, s, x, v):
+    """Return time, side and state of a contact that yields, unless it yields before.
+
+    s, x and v say when it yields to the other side; the rest is as in `leave_hold`.
+    """
+    if begin < until:
+        t, x_t, v_t = leave_hold(stretch, waves, law, x_0, side, poised, begin, until)
+        if t < s:
+            return t, side, x_t, v_t
+    return s, -side, x, v
+
+
+@compiled
+def swings_to(stretch, way, gap):
+    """Guess whether the oscillator, left alone, goes so far [m] in its direction."""
+    lean = way * stretch.a / stretch.w
+    return lean + math.sqrt(lean * lean + stretch.v_r * stretch.v_r / stretch.w) >= gap
+
 
 class Ringing(NamedTuple):
-    """What a stretch has besides the steady response to its force.
+    """What a segment has besides the steady response to its force.
 
     Attributes
     ----------
@@ -180,7 +303,7 @@ class Ringing(NamedTuple):
 
 @compiled
 def ringing(stretch, waves):
-    """Give what a stretch has of its own, waves anchored at its start."""
+    """Return what a segment has of its own, waves anchored at its start."""
     c, w, x_r, v_r, _, _, _, g, r = stretch
     fade, square = 0.5 * c, w - 0.25 * c * c
     none = Ringing(0, 0.0, fade, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -208,7 +331,7 @@ def ringing(stretch, waves):
 
 @inlined
 def slow(stretch, waves, s):
-    """Give the steady response at time s of a stretch: x_r and v_r."""
+    """Return the steady response at time s of a segment: x_r and v_r."""
     c, w, _, _, _, _, _, g, r = stretch
     x, v = (g + r * (s - c / w)) / w, r / w
     for i in range(waves.size):
@@ -222,12 +345,12 @@ def slow(stretch, waves, s):
 
 @compiled
 def stays_within(own, stretch, waves, law, middle, reach, loaded, begin, h):
-    """Give until when x_r surely stays nearer to a middle than some reach, or h.
+    """Return until when x_r surely stays nearer to a middle than some reach, or h.
 
     Parameters
     ----------
     own : Ringing
-        Of the stretch, known.
+        Of the segment, known.
     stretch, waves, law
         Waves anchored at its start.
     middle, reach : float
@@ -235,7 +358,7 @@ def stays_within(own, stretch, waves, law, middle, reach, loaded, begin, h):
     loaded : bool
         Whether the reach varies as the normal force does.
     begin, h : float
-        Time of the stretch to begin at, and its length [s].
+        Time of the segment to begin at, and its length [s].
 
     Notes
     -----
@@ -265,22 +388,10 @@ def stays_within(own, stretch, waves, law, middle, reach, loaded, begin, h):
 
 @compiled
 def clear_of(own, stretch, waves, law, x_0, side, peak):
-    """Give how long before a peak of the swing a contact surely holds on one side [s].
+    """Return how long before a peak of the swing a contact surely holds on one side [s].
 
-    Parameters
-    ----------
-    own, stretch, waves, law
-        As in `stays_within`.
-    x_0 : float
-        Where the contact carries no force [m].
-    side, peak : int, float
-        Side of the peak, and its time [s].
-
-    Returns
-    -------
-    float
-        Below 0 where the contact holds for half a swing on either side of the peak; half a
-        swing at most.
+    Below 0 where it holds for half a swing on either side of the peak; half a swing at most.
+    `side` is that of the peak, whose time [s] is `peak`; x_0 is as in `leave_hold`.
 
     Notes
     -----
@@ -303,233 +414,90 @@ def clear_of(own, stretch, waves, law, x_0, side, peak):
     return before / (2.0 * recedes) if before < 2.0 * recedes * half else half
 
 
-# When a spring contact that holds yields.
-
-
-HALF_SWING = 3.2
-"""Radians of the oscillator within which a contact that its swing makes yield does so."""
-
-
-@compiled
-def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
-    """Give the first time at which a holding contact yields to one side, and how.
-
-    Parameters
-    ----------
-    stretch, waves
-        As in `vanish`, with the spring of the contact in the stretch.
-    law : Slider
-    x_0 : float
-        Where the contact carries no force [m].
-    side : int
-        +1 where x_r yields upwards, -1 downwards.
-    poised : bool
-        Whether at the start it holds at this very limit, and just so: value and rate are zero
-        exactly.
-    begin, until : float
-        Times of the stretch [s].
-
-    Returns
-    -------
-    s, x_r, v_r
-        As `vanish` gives them, of what the contact may still bear.
-    """
-    room = Blend(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
-    if begin == 0.0:
-        return vanish(stretch, waves, law, room, 2 if poised else 0, until)
-    bound = bound_of(waves, law, room, stretch.r, until)
-    now = instant(stretch, waves, begin)
-    course = blended(law, waves, room, now)
-    if course.value <= 0.0:
-        return now.s, now.x_r, now.v_r
-    if far_from_zero(course, most_twist(room, stretch.w, now, bound), bound, until - begin):
-        return NEVER, now.x_r, now.v_r
-    return seek(stretch, waves, law, room, bound, now, course, until)
-
-
-@compiled
-def or_before(stretch, waves, law, x_0, side, poised, begin, until, s, x, v):
-    """Give time, side and state of a contact that yields, unless it yields before.
-
-    Parameters
-    ----------
-    stretch, waves, law, x_0, side, poised, begin, until
-        As in `leave_hold`: what may be before.
-    s, x, v
-        When it yields to the other side, as `leave_hold` gives it.
-    """
-    if begin < until:
-        t, x_t, v_t = leave_hold(stretch, waves, law, x_0, side, poised, begin, until)
-        if t < s:
-            return t, side, x_t, v_t
-    return s, -side, x, v
-
-
-@compiled
-def swings_to(stretch, way, gap):
-    """Guess whether the oscillator, left alone, goes so far [m] in its direction."""
-    lean = way * stretch.a / stretch.w
-    return lean + math.sqrt(lean * lean + stretch.v_r * stretch.v_r / stretch.w) >= gap
-
-
-@compiled
-def end_of_hold(stretch, waves, law, x_0, poised, h):
-    """Give when within h [s] a contact that holds yields.
-
-    Parameters
-    ----------
-    stretch, waves, law, x_0
-        As in `leave_hold`.
-    poised : int
-        The side at whose limit it holds just so, 0 for none.
-    h : float
-        Length of the stretch [s].
-
-    Returns
-    -------
-    s, side, x_r, v_r
-        Time [s], infinite for never, direction of yielding, and the state then.
-
-    Notes
-    -----
-    A contact that swings within the stretch is looked at swing by swing, and only where its
-    envelope does not show that it holds. A peak stands for half a swing on either side, so
-    that the one before has told of the other side up to this peak.
-    """
-    reach, way = law.F_fk / law.k_t, onset(stretch.v_r, stretch.a, stretch.j)
-    gap = reach * normal_force(law, waves, 0.0)[0] - way * (stretch.x_r - x_0)
-    if way * poised <= 0 and swings_to(stretch, way, gap):
-        looked = min(HALF_SWING / math.sqrt(stretch.w), h)
-        s, x, v = leave_hold(stretch, waves, law, x_0, way, False, 0.0, looked)
-        if s < NEVER:
-            other = -way, poised == -way, 0.0, s
-            return or_before(stretch, waves, law, x_0, *other, s, x, v)
-    own = ringing(stretch, waves)
-    if own.side == 0 or h <= own.half:
-        side = way if way != 0 else 1
-        # Window by window: a side that never yields is not followed to the end each time.
-        fastest = force_rates(waves, stretch.r)[3]
-        begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
-        while True:
-            s, x, v = leave_hold(
-                stretch, waves, law, x_0, side, begin == 0.0 and poised == side, begin, until
-            )
-            other = -side, begin == 0.0 and poised == -side, begin, min(s, until)
-            s, side, x, v = or_before(stretch, waves, law, x_0, *other, s, x, v)
-            if s < NEVER or until >= h:
-                return s, side, x, v
-            begin, until = until, min(3.0 * until, h)
-    number, clear = -1 if own.phase > 0.0 else 0, 0.0
-    while clear < h:
-        side = own.side if number % 2 == 0 else -own.side
-        peak = own.phase / own.omega + number * own.half
-        before = own.half
-        if clear > 0.0 or side != poised:
-            before = clear_of(own, stretch, waves, law, x_0, side, peak)
-        begin, until = max(clear, peak - before), min(peak + own.half, h)
-        if before >= 0.0 and begin < until:
-            s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
-            if s < NEVER:
-                other = -side, poised == -side, max(clear, peak), s
-                return or_before(stretch, waves, law, x_0, *other, s, x, v)
-        number += 1
-        if peak >= clear:
-            clear = stays_within(own, stretch, waves, law, x_0, reach, True, peak, h)
-            number = max(number, math.floor((own.omega * clear - own.phase) / math.pi))
-    return NEVER, 0, stretch.x_r, stretch.v_r
-
-
-# When a spring contact that yields holds again.
-
-
 @compiled
 def end_of_yield(stretch, waves, law, d, h):
-    """Give when within h [s] a contact that yields in direction d holds again, and how.
+    """Return when within h [s] a contact yielding in direction d holds again, and the state.
 
     It does when the mass no longer outruns the limit of its spring, which with a constant
-    normal force is when it stops. Parameters and result as in `leave_hold`.
+    normal force is when it stops.
     """
     c, w, x_r, v_r, a, j, _, g, r = stretch
     if law.variation > 0.0:
         faster = Blend(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
-        return vanish(stretch, waves, law, faster, 0, h)
+        return vanish(stretch, waves, law, faster, 0, 0.0, h)
     if onset(stretch.v_r, stretch.a, stretch.j) != d:
         return 0.0, x_r, v_r
     stop, x = leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h)
     return stop, x, 0.0
 
 
-# End stops: the modes of a mass between them, the force of a bumper, and when it ends.
-#
-# Beside a stop the mass is placed by xi, how far x_r is beyond z = ±x_rM: so a contact or a
-# rebound of any size keeps all its digits, next to a limit however far from zero.
-
+# End stops: the modes of a mass between them, and the force of a bumper.
 
 APART, TOUCHING, AWAY = 0, 1, 2
 """How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
 apart, as a bumper that only pushes cannot follow what leaves fast; times the side."""
 
 BUMPER_STEADY, BROKE, BUMPER_POISED, CHATTERS = 0, 1, 2, 3
-"""How a stretch begins: on its way, breaking away just then, with a bumper's force that is
+"""How a segment begins: on its way, breaking away just then, with a bumper's force that is
 zero just then; or it is the rest of a chatter against a rigid stop, with v_r that of the first
 rebound."""
 
 MEET = 1000
-"""Mode of a mark that tells with which velocity the mass comes to a stop."""
+"""Mode of a mark that holds the velocity with which the mass comes to a stop."""
 
 
 @compiled
 def mode_of(touch, d, fresh):
-    """Give one number for how the mass is to the stops, its direction, and its beginning."""
+    """Return the mode of a mass that is so to the stops, moves and begins so."""
     return d + 4 * touch + 64 * fresh
 
 
 @compiled
 def fresh_of(mode):
-    """Give how a stretch in this mode begins."""
+    """Return how a segment in this mode begins."""
     return (mode + 32) // 64
 
 
 @compiled
 def touch_of(mode):
-    """Give how the mass is to the stops: one of the constants times the side."""
+    """Return how the mass is to the stops: one of the constants times the side."""
     return (mode - 64 * fresh_of(mode) + 1) // 4
 
 
 @compiled
 def way_of(mode):
-    """Give the direction of sliding, 0 where stuck."""
+    """Return the direction of sliding, 0 where stuck."""
     return mode - 64 * fresh_of(mode) - 4 * touch_of(mode)
 
 
 @compiled
 def pushes(law, touch):
-    """Tell whether a bumper acts."""
+    """Return whether a bumper acts."""
     return law.k_s > 0.0 and abs(touch) == TOUCHING
 
 
 @compiled
 def bumper_force(law, touch, xi, v_r):
-    """Give the force of a bumper against the mass [N], positive at the positive stop.
+    """Return the force of a bumper against the mass [N], positive at the positive stop.
 
     Notes
     -----
     F = k_s xi + b_s v_r while xi is beyond the limit and the bumper presses, else 0: it cannot
-    pull. Where the mass leaves faster than the bumper relaxes, contact is lost beyond the
-    limit already; if the mass slows down there enough, the bumper touches it again.
+    pull. Where the mass leaves faster than the bumper relaxes, contact is lost beyond the limit
+    already; if the mass slows down there enough, the bumper touches it again.
     """
     return law.k_s * xi + law.b_s * v_r if pushes(law, touch) else 0.0
 
 
 @compiled
 def steady_pull(plant, law, touch, z, xi):
-    """Give what springs pull the mass back with [N], that of a bumper included."""
+    """Return the pull of springs on the mass [N], that of a bumper included."""
     return plant.k_x * (z + xi) + bumper_force(law, touch, xi, 0.0)
 
 
 @compiled
 def wall_of(law, z, xi):
-    """Give the side of the rigid stop that the mass is at, 0 for none."""
+    """Return the side of the rigid stop that the mass is at, 0 for none."""
     if law.k_s > 0.0 or xi != 0.0 or abs(z) != law.x_rM:
         return 0
     return 1 if z > 0.0 else -1
@@ -537,7 +505,7 @@ def wall_of(law, z, xi):
 
 @compiled
 def place(law, x_r, v_r):
-    """Give z, xi and how the mass is to the stops at a state."""
+    """Return z, xi and how the mass is to the stops at a state."""
     if abs(x_r) < law.x_rM:
         return 0.0, x_r, APART
     side = 1 if x_r > 0.0 else -1
@@ -550,8 +518,21 @@ def place(law, x_r, v_r):
 
 
 @compiled
+def first_bounds(plant, law, x_r, v_r, u_dd, load):
+    """Return xi, v_r, z and the mode at t = 0."""
+    z, xi, touch = place(law, x_r, v_r)
+    d = sign(v_r)
+    if d == 0:
+        d, _ = at_rest(plant, law, touch, z, xi, u_dd, load)
+    return xi, v_r, z, mode_of(touch, d, BUMPER_STEADY)
+
+
+# End stops: exits.
+
+
+@compiled
 def meet(c, w, waves, xi, v_r, g, r, d, far, until):
-    """Give the first time in [0, until] at which xi, moving in direction d, is at d·far.
+    """Return when within [0, until] xi, moving in direction d, is at d·far; or infinity.
 
     Parameters
     ----------
@@ -559,11 +540,6 @@ def meet(c, w, waves, xi, v_r, g, r, d, far, until):
         As in `slide`; xi stands for x_r. The velocity does not change its sign up to `until`.
     far : float
         Where to, seen in the direction of motion [m].
-
-    Returns
-    -------
-    float
-        Time [s]; infinity when it does not come so far.
     """
     gap = far - d * xi
     if gap <= 0.0:
@@ -588,10 +564,10 @@ def meet(c, w, waves, xi, v_r, g, r, d, far, until):
 
 @compiled
 def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
-    """Give the first time in [0, h] at which side·(k_s xi + b_s v_r) is no longer above zero.
+    """Return when within [0, h] side·(k_s xi + b_s v_r) is no longer above zero, or infinity.
 
-    With the stop's own side that is where contact is lost, with the other one where it is
-    found again.
+    With the stop's own side that is where contact is lost, with the other one where it is found
+    again.
 
     Parameters
     ----------
@@ -603,19 +579,122 @@ def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
     poised : bool
         Whether the value is zero exactly at the start.
     h : float
-        Length of the stretch [s].
+        Length of the segment [s].
     """
     if not poised and side * (law.k_s * xi + law.b_s * v_r) <= 0.0:
         return 0.0
     push = Blend(0.0, side * law.k_s, side * law.b_s, 0.0, 0.0)
     stretch = starting(c, w, waves, xi, v_r, g, r)
-    return vanish(stretch, waves, law, push, 1 if poised else 0, h)[0]
+    return vanish(stretch, waves, law, push, 1 if poised else 0, 0.0, h)[0]
 
 
-# Rigid end stops: the rebound, and how a chatter of ever smaller rebounds ends in rest.
-#
-# The flights that no number for x_r can show are not followed one by one: what they take of the
-# time and of x"² is summed in closed form. Their v_r² is below rounding.
+@compiled
+def leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left):
+    """Return when a stuck mass breaks away, or infinity, and in which direction."""
+    # What springs pull with is constant: one spring of 1 N/m that is so many metres long.
+    pull = steady_pull(plant, law, touch, z, xi)
+    wall = wall_of(law, z, xi)
+    one = Plant(plant.m, 1.0, 0.0)
+    if wall == 0:
+        return break_away(one, law, waves, pull, u_0, slope, slope, left)
+    return leave_stick(one, law, waves, pull, u_0, slope, wall, 0.0, left), -wall
+
+
+# End stops: resets.
+
+
+@compiled
+def at_rest(plant, law, touch, z, xi, u_dd, load):
+    """Return the direction in which a mass with v_r = 0 slides on, 0 to stick, and F_L.
+
+    Eq. (9) with the force of a bumper. A rigid stop bears what presses the mass against it.
+    """
+    pull = steady_pull(plant, law, touch, z, xi)
+    F_L = plant.m * u_dd + pull
+    hold = law.F_fs * load
+    d = -sign(F_L) if abs(F_L) > hold + ROUNDING * (hold + abs(pull)) else 0
+    return (0 if d != 0 and d == wall_of(law, z, xi) else d), F_L
+
+
+@compiled
+def stand(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
+    """Decide whether a mass with v_r = 0 sticks or slides on; returns its mode."""
+    touch = touch_of(mode)
+    if abs(touch) == AWAY:
+        touch = touch // AWAY
+    d, F_L = at_rest(plant, law, touch, z, xi, u_dd, load)
+    count = note(log, count, n, s, d * REVERSAL if d != 0 else STICK, z + xi, F_L)
+    return mode_of(touch, d, BUMPER_STEADY), count
+
+
+@compiled
+def let_go(touch, after, d, n, s, z, xi, F_L, log, count):
+    """Change how the mass is to a bumper on its way inwards; returns xi and mode."""
+    if abs(after) == AWAY and d * xi >= 0.0:
+        after = APART
+    if abs(touch) == TOUCHING:
+        count = note(log, count, n, s, d * RELEASE, z + xi, F_L)
+    elif after != APART:
+        count = note(log, count, n, s, d * CONTACT, z + xi, F_L)
+    if after == APART:
+        return 0.0, mode_of(APART, d, BUMPER_STEADY), count
+    return xi, mode_of(after, d, BUMPER_POISED), count
+
+
+@compiled
+def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count):
+    """Throw the mass back from a rigid stop, or let it chatter to rest; returns v_r and mode.
+
+    Parameters
+    ----------
+    n, s, t : int, float, float
+        Interval, time in it [s]; and time since the start of the motion [s].
+    v_r, d : float, int
+        Velocity [m/s] before the impact, and its direction: the side of the stop.
+    z : float
+        Where the stop is [m].
+    u_dd, load : float
+        ü [m/s²] and the relative normal force then.
+    """
+    F_L = plant.m * u_dd + plant.k_x * z
+    count = note(log, count, n, s, -d * IMPACT, z, F_L)
+    speed = law.e * max(d * v_r, 0.0)
+    if speed == 0.0:
+        return 0.0, mode_of(APART, -d, BUMPER_STEADY), count
+    if comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed):
+        return -d * speed, mode_of(APART, 0, CHATTERS), count
+    return -d * speed, mode_of(APART, -d, BUMPER_STEADY), count
+
+
+@compiled
+def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
+    """Return whether a chatter is such that no number for x_r can show it.
+
+    Parameters
+    ----------
+    plant, law, waves
+        Waves anchored at the impact.
+    slope : float
+        Rate of ü besides the waves [m/s³].
+    side, F_L, load, t
+        Side of the stop; F_L [N], relative normal force [-] and time [s] of the impact.
+    v : float
+        Speed of the rebound [m/s].
+
+    Notes
+    -----
+    That is so when the next flight is so low that x_r and the limit are one number, or so short
+    that t and its end are, and when the force provably presses until the last of all flights is
+    over, see `chatter_time`. The motion after them is then the same to the last bit, and what
+    they take of the time is a closed form.
+    """
+    p, q = pressures(plant, law, side, F_L, load)
+    if p <= 0.0:
+        return False
+    whole, flight = chatter_time(law, p, q, v)
+    if law.x_rM - v * v / (2.0 * p) != law.x_rM and t + flight != t:
+        return False
+    return q <= 0.0 or force_rates(waves, slope)[0] * whole < q
 
 
 @compiled
@@ -657,138 +736,7 @@ def chatter_acceleration(plant, law, p, q, z, load):
     return away * (pull - friction) ** 2 + (1.0 - away) * (pull + friction) ** 2
 
 
-@compiled
-def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
-    """Tell whether a chatter is such that no number for x_r can show it.
-
-    Parameters
-    ----------
-    plant, law, waves
-        Waves anchored at the impact.
-    slope : float
-        Rate of ü besides the waves [m/s³].
-    side : int
-        Of the stop.
-    F_L : float
-        Limit force at the impact [N].
-    load : float
-        Normal force relative to its mean [-].
-    t : float
-        Time of the impact [s].
-    v : float
-        Speed of the rebound [m/s].
-
-    Notes
-    -----
-    That is so when the next flight is so low that x_r and the limit are one number, or so
-    short that t and its end are, and when the force provably presses until the last of all
-    flights is over, see `chatter_time`. The motion after them is then the same to the last
-    bit, and what they take of the time is a closed form.
-    """
-    p, q = pressures(plant, law, side, F_L, load)
-    if p <= 0.0:
-        return False
-    whole, flight = chatter_time(law, p, q, v)
-    if not low_or_short(law, v * v / (2.0 * p), t, flight):
-        return False
-    return q <= 0.0 or force_rates(waves, slope)[0] * whole < q
-
-
-@compiled
-def low_or_short(law, high, t, flight):
-    """Tell whether a flight leaves no trace in the numbers for x_r or for t."""
-    return law.x_rM - high == law.x_rM or t + flight == t
-
-
-@compiled
-def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count):
-    """Throw the mass back from a rigid stop, or let it chatter to rest; gives v_r and mode.
-
-    Parameters
-    ----------
-    n, s, t : int, float, float
-        Interval, time in it [s]; and time since the start of the motion [s].
-    v_r, d : float, int
-        Velocity [m/s] before the impact, and its direction: the side of the stop.
-    z : float
-        Where the stop is [m].
-    u_dd, load : float
-        ü [m/s²] and the relative normal force then.
-    """
-    F_L = plant.m * u_dd + plant.k_x * z
-    count = note(log, count, n, s, -d * IMPACT, z, F_L)
-    speed = law.e * max(d * v_r, 0.0)
-    if speed == 0.0:
-        return 0.0, mode_of(APART, -d, BUMPER_STEADY), count
-    if comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed):
-        return -d * speed, mode_of(APART, 0, CHATTERS), count
-    return -d * speed, mode_of(APART, -d, BUMPER_STEADY), count
-
-
-# Between end stops: what a mass without velocity does, and what a bumper leaves it to do.
-
-
-@compiled
-def at_rest(plant, law, touch, z, xi, u_dd, load):
-    """Give the direction in which a mass with v_r = 0 slides on, 0 where it sticks, and F_L.
-
-    Eq. (9) with the force of a bumper. A rigid stop bears what presses the mass against it.
-    """
-    pull = steady_pull(plant, law, touch, z, xi)
-    F_L = plant.m * u_dd + pull
-    hold = law.F_fs * load
-    d = -sign(F_L) if abs(F_L) > hold + ROUNDING * (hold + abs(pull)) else 0
-    return (0 if d != 0 and d == wall_of(law, z, xi) else d), F_L
-
-
-@compiled
-def first_bounds(plant, law, x_r, v_r, u_dd, load):
-    """Give xi, v_r, z and the mode at t = 0."""
-    z, xi, touch = place(law, x_r, v_r)
-    d = sign(v_r)
-    if d == 0:
-        d, _ = at_rest(plant, law, touch, z, xi, u_dd, load)
-    return xi, v_r, z, mode_of(touch, d, BUMPER_STEADY)
-
-
-@compiled
-def leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left):
-    """Give when a stuck mass breaks away, or infinity, and in which direction."""
-    # What springs pull with is constant: one spring of 1 N/m that is so many metres long.
-    pull = steady_pull(plant, law, touch, z, xi)
-    wall = wall_of(law, z, xi)
-    one = Plant(plant.m, 1.0, 0.0)
-    if wall == 0:
-        return break_away(one, law, waves, pull, u_0, slope, slope, left)
-    return leave_stick(one, law, waves, pull, u_0, slope, wall, 0.0, left), -wall
-
-
-@compiled
-def let_go(touch, after, d, n, s, z, xi, F_L, log, count):
-    """Change how the mass is to a bumper on its way inwards; gives xi and mode."""
-    if abs(after) == AWAY and d * xi >= 0.0:
-        after = APART
-    if abs(touch) == TOUCHING:
-        count = note(log, count, n, s, d * RELEASE, z + xi, F_L)
-    elif after != APART:
-        count = note(log, count, n, s, d * CONTACT, z + xi, F_L)
-    if after == APART:
-        return 0.0, mode_of(APART, d, BUMPER_STEADY), count
-    return xi, mode_of(after, d, BUMPER_POISED), count
-
-
-@compiled
-def stand(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
-    """Decide what a mass does whose velocity is zero: stick, or slide on; gives its mode."""
-    touch = touch_of(mode)
-    if abs(touch) == AWAY:
-        touch = touch // AWAY
-    d, F_L = at_rest(plant, law, touch, z, xi, u_dd, load)
-    count = note(log, count, n, s, d * REVERSAL if d != 0 else STICK, z + xi, F_L)
-    return mode_of(touch, d, BUMPER_STEADY), count
-
-
-# A normal force that varies, as kernels read it: its course, and when it vanishes.
+# A normal force that varies, and when it vanishes.
 
 
 class Limits(NamedTuple):
@@ -814,7 +762,7 @@ class Limits(NamedTuple):
 
 
 class Span(NamedTuple):
-    """The normal force of a stretch without its wave, relative to its mean.
+    """The normal force of a segment without its wave, relative to its mean.
 
     Attributes
     ----------
@@ -831,7 +779,7 @@ class Span(NamedTuple):
 
 @compiled
 def span_at(law, t):
-    """Give the span of the normal force from time t [s] on."""
+    """Return the span of the normal force from time t [s] on."""
     if law.step == 0.0:
         return Span(1.0, 0.0, NEVER)
     last = len(law.load) - 2
@@ -847,16 +795,34 @@ def span_at(law, t):
 
 @compiled
 def load_within(law, waves, span, s):
-    """Give the normal force relative to its mean [-] at time s of a stretch, and its rate."""
+    """Return the normal force relative to its mean [-] at time s, and its rate."""
     swing, swing_d, _ = normal_force(law, waves, s)
     return span.load * swing + span.rate * s, swing_d + span.rate
 
 
 @compiled
-def next_zero_load(law, waves, t, falling):
-    """Give how long after t [s] the normal force is zero next, falling or rising; or infinity.
+def parts_at(law, waves, span, t):
+    """Return how long after t [s] the surfaces part, or infinity."""
+    if law.step == 0.0:
+        return next_zero_load(law, waves, t, True)
+    if span.rate < 0.0:
+        return max(span.load / -span.rate, 0.0)
+    return 0.0 if span.load <= 0.0 and span.rate == 0.0 else NEVER
 
-    The stretch starts at t; the force is 1 + variation·sin(omega t + phase) of its mean.
+
+@compiled
+def meets_at(law, waves, span, t):
+    """Return how long after t [s] surfaces that are apart meet, or infinity."""
+    if law.step == 0.0:
+        return next_zero_load(law, waves, t, False)
+    return max(-span.load / span.rate, 0.0) if span.rate > 0.0 else NEVER
+
+
+@compiled
+def next_zero_load(law, waves, t, falling):
+    """Return how long after t [s] the normal force next falls or rises to zero, or infinity.
+
+    The segment starts at t; the force is 1 + variation·sin(omega t + phase) of its mean.
     """
     if law.variation <= 1.0:
         return NEVER
@@ -868,21 +834,3 @@ def next_zero_load(law, waves, t, falling):
     dip = math.asin(1.0 / law.variation)
     angle = math.pi + dip if falling else 2.0 * math.pi - dip
     return (angle - (law.omega * t + law.phase)) % (2.0 * math.pi) / law.omega
-
-
-@compiled
-def parts_at(law, waves, span, t):
-    """Give how long after t [s] the surfaces part, or infinity."""
-    if law.step == 0.0:
-        return next_zero_load(law, waves, t, True)
-    if span.rate < 0.0:
-        return max(span.load / -span.rate, 0.0)
-    return 0.0 if span.load <= 0.0 and span.rate == 0.0 else NEVER
-
-
-@compiled
-def meets_at(law, waves, span, t):
-    """Give how long after t [s] surfaces that are apart meet, or infinity."""
-    if law.step == 0.0:
-        return next_zero_load(law, waves, t, False)
-    return max(-span.load / span.rate, 0.0) if span.rate > 0.0 else NEVER

@@ -1,4 +1,30 @@
-"""First root of a linear observable of the motion, guaranteed."""
+"""First root of a linear observable of the motion, guaranteed.
+
+Problem
+    Within a segment the motion is smooth, and an observable starts at or above zero: a
+    velocity, the force still missing for break-away, what a contact may still bear, the force
+    of a bumper. Find the *first* time at which it reaches zero. Looking for a change of sign
+    between samples is not enough: two roots may lie between them.
+
+Method
+    1. The force changes linearly (`locate_stop`): the acceleration obeys the free equation, so
+       the extrema of the velocity are known in closed form; between them it is monotone.
+    2. Waves act (`leave_slip` for v_r, `vanish` for any `Blend` of x_r, v_r and normal force):
+       a Taylor polynomial less a bound on its remainder lies below the observable. The first
+       root of the polynomial is a step that cannot skip a root of the observable (`safe_slip`).
+       Step there and repeat: the root is approached from one side, and a near miss is passed at
+       its own distance. Once the bound proves that the observable only falls until it is below
+       zero (`falls_surely`), Newton's method on the cubic has nothing to miss.
+    3. The mass sticks under waves (`break_away`): such steps by a bound on the curvature. 4. A
+    power series is given (`locate`): such steps too; the series is moved along. 5. A step is
+    far shorter than the times of the oscillator (`next_stop`, `next_crossing`): the
+       cubic through both ends guesses; the closed form at the guess, and the series about that
+       point, leave rounding only. What they do not settle takes the general way.
+
+Bound
+    The jerk j obeys the oscillator's equation driven by the second rate of the force, so that
+    |j|(s) <= sqrt(j² + w a²) + s·max|second rate|, and likewise one rate higher.
+"""
 
 from __future__ import annotations
 
@@ -21,98 +47,68 @@ from drysim.core.forcing import (
 )
 from drysim.core.oscillator import flow, part_flow
 
-# Where a stretch of sliding under linearly changing force comes to a stop, rigorously.
-#
-# Within such a stretch the relative acceleration obeys the free equation, so its zeros - the
-# extrema of the velocity - are known in closed form. Between neighbouring extrema the velocity
-# is monotone.
-
-
 NEVER = math.inf
-
-STOP_NEWTON_CAP = 100
-"""Newton needs about 3 rounds; a halved bracket is down to one float after 60."""
 
 RESOLUTION = 4e-16
 """Relative step below which a root is as sharp as double precision makes it."""
 
+BISECTIONS = 100
+"""Newton needs about 4 rounds; a halved bracket is down to one float after 60."""
+
+
+@inlined
+def kept_between(low, high, s):
+    """Return a guess of a root that lies between two bounds, else the middle of them.
+
+    What is not between them then, either, is next to `high`: one float is left.
+    """
+    return s if low < s < high else 0.5 * (low + high)
+
+
+# A velocity under linearly changing force.
+
 
 @compiled
-def spacing_of_extrema(c, w):
-    """Give the distance of neighbouring extrema of v_r [s]: π/ω_d, or infinity at ξ >= 1."""
-    square = w - 0.25 * c * c
-    return math.pi / math.sqrt(square) if square > 0.0 else NEVER
-
-
-@compiled
-def first_extremum(c, w, a, j):
-    """Give the first time after 0 at which the relative acceleration vanishes.
+def locate_stop(c, w, v, a, r, h):
+    """Return the first time in (0, h] at which a velocity above zero is zero again.
 
     Parameters
     ----------
     c, w : float
         As in `flow`.
-    a, j : float
-        Relative acceleration [m/s²] and jerk [m/s³] at time 0.
+    v, a, r : float
+        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0;
+        rate of the force per mass [m/s³].
+    h : float
+        Length of the segment [s].
 
     Returns
     -------
     float
-        Time [s], above 0; infinity when there is none.
+        Time [s], or infinity when the velocity stays above zero.
+
+    Notes
+    -----
+    No stop is missed: every falling part between extrema is looked at in turn. A velocity
+    that just touches zero has stopped. One that decays for so long that it underflows has not.
     """
+    if (v > 0.0 or a > 0.0) and never_stops(c, w, v, a, r):
+        return NEVER
+    j = r - c * a - w * v
+    end = first_extremum(c, w, a, j)
     square = w - 0.25 * c * c
-    lean = j + 0.5 * c * a
-    if square > 0.0:
-        omega_d = math.sqrt(square)
-        # a cos + (lean/omega_d) sin = 0; both arguments turn together, so angles are mod π.
-        angle = math.atan2(-a * omega_d, lean) if a != 0.0 else math.pi
-        return (angle if angle > 0.0 else angle + math.pi) / omega_d
-    if a == 0.0 or a * lean >= 0.0:
-        return NEVER
-    kappa = math.sqrt(-square)
-    reach = -a * kappa / lean
-    if reach >= 1.0:
-        return NEVER
-    return math.atanh(reach) / kappa if reach > 0.0 else -a / lean
-
-
-@compiled
-def velocity(c, w, v, a, r, s):
-    """Give the velocity and acceleration at time s from those at time 0.
-
-    Written so that a motion that dies away keeps its sign: where r = 0 nothing is subtracted
-    from what is left of it.
-    """
-    y, y_d, Y, _ = flow(c, w, s)
-    return v * y_d + (a + c * v) * y + r * Y, a * y_d + (r - w * v) * y
-
-
-@compiled
-def polish(c, w, v, a, r, lo, hi):
-    """Give the zero of a velocity that falls once through it from lo to hi: guarded Newton."""
-    s = hi
-    if lo == 0.0 and a < 0.0:
-        # Where the parabola through the start meets zero.
-        square = a * a - 2.0 * v * (r - c * a - w * v)
-        if square >= 0.0:
-            s = min(2.0 * v / (-a + math.sqrt(square)), hi)
-    for _ in range(STOP_NEWTON_CAP):
-        value, slope = velocity(c, w, v, a, r, s)
-        if value > 0.0:
-            lo = s
-        elif value < 0.0:
-            hi = s
-        else:
-            return s
-        step = -value / slope if slope < 0.0 else NEVER
-        if abs(step) <= RESOLUTION * s:
-            return s
-        s += step
-        if not lo < s < hi:
-            s = 0.5 * (lo + hi)
-            if s <= lo or s >= hi:
-                return hi
-    return s
+    gap = math.pi / math.sqrt(square) if square > 0.0 else NEVER  # between neighbouring extrema
+    begin = 0.0
+    if a > 0.0 or (a == 0.0 and j > 0.0):
+        begin = end
+        end = begin + gap
+    while begin < h:
+        until = min(end, h)
+        if velocity(c, w, v, a, r, until)[0] <= 0.0:
+            return polish(c, w, v, a, r, begin, until)
+        begin = end + gap
+        end = begin + gap
+    return NEVER
 
 
 @inlined
@@ -137,69 +133,65 @@ def never_stops(c, w, v, a, r):
 
 
 @compiled
-def locate_stop(c, w, v, a, r, h):
-    """Give the first time in (0, h] at which a velocity above zero is zero again.
+def first_extremum(c, w, a, j):
+    """Return the first time above 0 [s] at which the acceleration vanishes, or infinity.
 
-    Parameters
-    ----------
-    c, w : float
-        As in `flow`.
-    v, a, r : float
-        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0;
-        rate of the force per mass [m/s³].
-    h : float
-        Length of the stretch [s].
-
-    Returns
-    -------
-    float
-        Time [s], or infinity when the velocity stays above zero.
-
-    Notes
-    -----
-    No stop is missed: every falling stretch between extrema is looked at in turn. A velocity
-    that just touches zero has stopped. One that decays for so long that it underflows has not.
+    `a` and `j` are acceleration [m/s²] and jerk [m/s³] at time 0.
     """
-    if (v > 0.0 or a > 0.0) and never_stops(c, w, v, a, r):
+    square = w - 0.25 * c * c
+    lean = j + 0.5 * c * a
+    if square > 0.0:
+        omega_d = math.sqrt(square)
+        # a cos + (lean/omega_d) sin = 0; both arguments turn together, so angles are mod π.
+        angle = math.atan2(-a * omega_d, lean) if a != 0.0 else math.pi
+        return (angle if angle > 0.0 else angle + math.pi) / omega_d
+    if a == 0.0 or a * lean >= 0.0:
         return NEVER
-    j = r - c * a - w * v
-    end = first_extremum(c, w, a, j)
-    gap = spacing_of_extrema(c, w)
-    begin = 0.0
-    if a > 0.0 or (a == 0.0 and j > 0.0):
-        begin = end
-        end = begin + gap
-    while begin < h:
-        until = min(end, h)
-        if velocity(c, w, v, a, r, until)[0] <= 0.0:
-            return polish(c, w, v, a, r, begin, until)
-        begin = end + gap
-        end = begin + gap
-    return NEVER
+    kappa = math.sqrt(-square)
+    reach = -a * kappa / lean
+    if reach >= 1.0:
+        return NEVER
+    return math.atanh(reach) / kappa if reach > 0.0 else -a / lean
 
 
-# A root between two bounds: where Newton's method may go, and bisection where it may not.
+@compiled
+def velocity(c, w, v, a, r, s):
+    """Return velocity and acceleration at time s from those at time 0.
 
-
-BISECTIONS = 100
-"""Newton needs about 4 rounds; a halved bracket is down to one float after 60."""
-
-
-@inlined
-def kept_between(low, high, s):
-    """Give a guess of a root that lies between two bounds, else the middle of them.
-
-    What is not between them then, either, is next to `high`: one float is left.
+    A motion that dies away keeps its sign: where r = 0 nothing is subtracted from the rest of
+    it.
     """
-    return s if low < s < high else 0.5 * (low + high)
+    y, y_d, Y, _ = flow(c, w, s)
+    return v * y_d + (a + c * v) * y + r * Y, a * y_d + (r - w * v) * y
 
 
-# When a stretch of sliding under waves ceases, rigorously.
-#
-# The zero of v_r is approached from below by steps that a bound on its third rate proves safe,
-# so none is skipped and a near miss is passed at its own distance. Where the bound proves that
-# v_r only falls until it is below zero, Newton's method has nothing to miss.
+@compiled
+def polish(c, w, v, a, r, lo, hi):
+    """Return the zero of a velocity that falls once from lo to hi: guarded Newton."""
+    s = hi
+    if lo == 0.0 and a < 0.0:
+        # Where the parabola through the start meets zero.
+        square = a * a - 2.0 * v * (r - c * a - w * v)
+        if square >= 0.0:
+            s = min(2.0 * v / (-a + math.sqrt(square)), hi)
+    for _ in range(BISECTIONS):
+        value, slope = velocity(c, w, v, a, r, s)
+        if value > 0.0:
+            lo = s
+        elif value < 0.0:
+            hi = s
+        else:
+            return s
+        step = -value / slope if slope < 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s = kept_between(lo, hi, s + step)
+        if not lo < s < hi:
+            return hi
+    return s
 
+
+# Safe steps, and Newton's method where it has nothing to miss.
 
 FALLS = 3.0
 """A slope this many times what it may lose up to 1.5 times the zero of its parabola leads below
@@ -220,57 +212,8 @@ millionth of it."""
 
 
 @inlined
-def to_zero(v, a, j):
-    """Give the smaller time at which v + a h + j h²/2, falling, is zero; infinity for none."""
-    square = a * a - 2.0 * v * j
-    return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
-
-
-@inlined
-def to_zero_of_cubic(v, a, j, k):
-    """Give what `to_zero` does with k h³/6 besides, but for what a round of Newton's leaves."""
-    h = to_zero(v, a, j)
-    return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
-
-
-@inlined
-def is_sharp(h, a, fourth, s):
-    """Tell whether the zero at time s is, as the cubic errs after h by fourth h⁴/24 at most."""
-    return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
-
-
-@inlined
-def falls_surely(v, a, j, snap, growth):
-    """Tell whether a velocity only falls until it is below zero, at 1.5 times its parabola's.
-
-    Parameters
-    ----------
-    v, a, j, snap, growth : float
-        As in `safe_slip`; the velocity may be below zero.
-    """
-    if not a < 0.0 < v:
-        return False
-    far = 1.5 * to_zero(v, a, j)
-    return -a >= FALLS * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
-
-
-@inlined
-def above_zero(v, a, bend):
-    """Give the largest h up to which v + a h - bend h²/2, not below zero, stays so."""
-    square = a * a + 2.0 * bend * v
-    if square < 0.0:
-        return NEVER
-    root = math.sqrt(square)
-    if a > 0.0:
-        return (a + root) / bend if bend > 0.0 else NEVER
-    if root > a:
-        return 2.0 * v / (root - a)
-    return 0.0 if bend > 0.0 else NEVER
-
-
-@inlined
 def safe_slip(v, a, j, snap, growth, cap):
-    """Give a step within which a velocity provably stays above zero.
+    """Return a step within which a velocity provably stays above zero.
 
     Parameters
     ----------
@@ -307,17 +250,67 @@ def safe_slip(v, a, j, snap, growth, cap):
 
 @inlined
 def below_slip(v, a, j, third, twelfth, h):
-    """Give what a velocity is above after a time h, see `safe_slip`."""
+    """Return the lower bound P of `safe_slip` after a time h."""
     return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
 
 
 @inlined
-def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
-    """Give the first time in (0, h] at which sliding in direction d stops, and where it does.
+def above_zero(v, a, bend):
+    """Return the largest h up to which v + a h - bend h²/2, not below zero, stays so."""
+    square = a * a + 2.0 * bend * v
+    if square < 0.0:
+        return NEVER
+    root = math.sqrt(square)
+    if a > 0.0:
+        return (a + root) / bend if bend > 0.0 else NEVER
+    if root > a:
+        return 2.0 * v / (root - a)
+    return 0.0 if bend > 0.0 else NEVER
 
-    The snap and its rate obey the oscillator's equation driven by the third rate of ü, so
-    |snap|(s) <= sqrt(snap² + w jerk²) + s·max|third rate|: the bound that makes every step
-    safe. The time is infinite where nothing stops.
+
+@inlined
+def falls_surely(v, a, j, snap, growth):
+    """Return whether a velocity falls below zero within 1.5 times the zero of its parabola.
+
+    It does not rise on the way.
+
+    Parameters as in `safe_slip`; the velocity may be below zero.
+    """
+    if not a < 0.0 < v:
+        return False
+    far = 1.5 * to_zero(v, a, j)
+    return -a >= FALLS * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
+
+
+@inlined
+def to_zero(v, a, j):
+    """Return the time at which v + a h + j h²/2, falling, is zero; infinity for none."""
+    square = a * a - 2.0 * v * j
+    return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
+
+
+@inlined
+def to_zero_of_cubic(v, a, j, k):
+    """Return what `to_zero` does with k h³/6 besides, to within a round of Newton's."""
+    h = to_zero(v, a, j)
+    return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
+
+
+@inlined
+def is_sharp(h, a, fourth, s):
+    """Return whether a zero is sharp: the cubic errs after h by fourth h⁴/24 at most."""
+    return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
+
+
+# A velocity under waves.
+
+
+@inlined
+def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
+    """Return the first time in (0, h] at which sliding in direction d stops, and x_r there.
+
+    The time is infinite where nothing stops. It is the root of `vanish` for v_r alone, in fewer
+    operations.
     """
     moves = d * v_r > 0.0 or d * a > 0.0
     if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
@@ -338,15 +331,14 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     while True:
         snap = math.sqrt(k * k + w * j * j)
         if falls_surely(v, a, j, snap, growth):
-            s, x = sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth)
-            return (s, x) if s < h else (NEVER, x)
+            break
         step = safe_slip(v, a, j, snap, growth, cap)
         if j > 0.0 and step < SMALL * cap:
             # A jerk that is next to nothing proves less than one that is left out: what is
             # strongly damped would take a million steps.
             step = max(step, safe_slip(v, a, 0.0, snap, growth, cap))
         if s + step >= h:
-            # The end of the stretch lies within the safe step.
+            # The end of the segment lies within the safe step.
             return NEVER, x
         if step <= RESOLUTION * s:
             return s, x
@@ -355,24 +347,20 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
         v, a, j, k = d * v, d * a, d * j, d * k
         if v <= 0.0:
             return s, x
-
-
-@inlined
-def sharpen(c, w, waves, x_r, v_r, g, r, d, s, x, v, a, j, k, growth):
-    """Give the zero of a velocity that only falls, and x_r there, from what is at time s."""
     for _ in range(NEWTON_CAP):
-        h = to_zero_of_cubic(v, a, j, k)
-        snap = math.sqrt(k * k + w * j * j) + growth * abs(h)
+        step = to_zero_of_cubic(v, a, j, k)
+        snap = math.sqrt(k * k + w * j * j) + growth * abs(step)
         fourth = (c + math.sqrt(w)) * snap + growth
-        s += h
-        if is_sharp(h, a, fourth, s):
-            return s, x + d * h * (v + h * (0.5 * a + h * (j / 6.0 + h * k / 24.0)))
+        s += step
+        if is_sharp(step, a, fourth, s):
+            x += d * step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
+            break
         x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
         v, a, j, k = d * v, d * a, d * j, d * k
-    return s, x
+    return (s, x) if s < h else (NEVER, x)
 
 
-# A blend of the motion and of the normal force, and what bounds it within a stretch.
+# Any linear observable under waves.
 
 
 class Blend(NamedTuple):
@@ -396,7 +384,7 @@ class Blend(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """A time of a stretch [s], and the motion then as `slide_and_snap` gives it."""
+    """A time of a segment [s], and the motion then as `slide_and_snap` gives it."""
 
     s: float
     x_r: float
@@ -415,27 +403,84 @@ class Course(NamedTuple):
     twist: float
 
 
-class Bound(NamedTuple):
-    """What bounds the third rate of a blend within a stretch.
+@compiled
+def vanish(stretch, waves, law, blend, zeros, begin, h):
+    """Return the first time in [begin, h] at which a blend is not above zero, and the state.
 
-    Attributes
+    Parameters
     ----------
-    growth : float
-        How fast it may grow at most.
-    swing : float
-        Share of the normal force in it at most.
-    cap : float
-        Longest step that is tried [s].
-    """
+    stretch : Stretch
+    waves : Waves
+        Anchored at its start.
+    law
+        Whose normal force it is.
+    blend : Blend
+        What is at least zero at the start, roundings apart.
+    zeros : int
+        What is zero exactly at the start of the segment: 1 the blend, 2 its rate as well.
+    begin, h : float
+        Time of the segment to begin at, and its length [s].
 
-    growth: float
-    swing: float
-    cap: float
+    Returns
+    -------
+    s, x_r, v_r : float
+        Time [s], infinite where the blend stays above zero, and the state then.
+    """
+    w = stretch.w
+    # The third rate of the blend grows so fast at most; the normal force adds so much to it.
+    _, second, third, fastest = force_rates(waves, stretch.r)
+    growth = abs(blend.x) * second + abs(blend.v) * third
+    swing = law.variation * (abs(blend.load) + abs(blend.rate) * law.omega) * law.omega**3
+    cap = min(REACH / fastest, h) if fastest > 0.0 else h
+    if begin == 0.0:
+        now = Instant(0.0, stretch.x_r, stretch.v_r, stretch.a, stretch.j, stretch.k)
+        value, rate, bend, twist = blended(law, waves, blend, now)
+        value = 0.0 if zeros > 0 else max(value, 0.0)
+        course = Course(value, 0.0 if zeros > 1 else rate, bend, twist)
+    else:
+        now = instant(stretch, waves, begin)
+        course = blended(law, waves, blend, now)
+        if course.value <= 0.0:
+            return now.s, now.x_r, now.v_r
+    most = most_twist(blend, w, swing, now)
+    if far_from_zero(course, most, growth, h - begin):
+        return NEVER, now.x_r, now.v_r
+    while not falls_surely(course.value, course.rate, course.bend, most, growth):
+        value, rate, bend, _ = course
+        step = safe_slip(value, rate, bend, most, growth, cap)
+        if value > 0.0 and bend > 0.0 and step < cap:
+            # Where it hardly bends upwards, what it bends is better left out.
+            step = max(step, safe_slip(value, rate, 0.0, most, growth, cap))
+        if step != 0.0 and now.s + step >= h:
+            return NEVER, now.x_r, now.v_r
+        if step <= RESOLUTION * now.s:
+            return now.s, now.x_r, now.v_r
+        now = instant(stretch, waves, now.s + step)
+        course = blended(law, waves, blend, now)
+        if course.value <= 0.0:
+            return now.s, now.x_r, now.v_r
+        most = most_twist(blend, w, swing, now)
+    s, x, v, a, j, k = now
+    for _ in range(NEWTON_CAP):
+        value, rate, bend, twist = course
+        step = to_zero_of_cubic(value, rate, bend, twist)
+        most += growth * abs(step)
+        fourth = (stretch.c + math.sqrt(w)) * most + growth + swing * law.omega
+        s += step
+        if is_sharp(step, rate, fourth, s):
+            x += step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
+            v += step * (a + step * (0.5 * j + step * k / 6.0))
+            break
+        now = instant(stretch, waves, s)
+        s, x, v, a, j, k = now
+        course = blended(law, waves, blend, now)
+        most = most_twist(blend, w, swing, now)
+    return (s, x, v) if s < h else (NEVER, x, v)
 
 
 @inlined
 def instant(stretch, waves, s):
-    """Give the motion at time s of a stretch."""
+    """Return the motion at time s of a segment."""
     c, w, x_r, v_r, _, _, _, g, r = stretch
     x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
     return Instant(s, x, v, a, j, k)
@@ -443,7 +488,7 @@ def instant(stretch, waves, s):
 
 @inlined
 def blended(law, waves, blend, now):
-    """Give a blend at an instant of a stretch."""
+    """Return a blend at an instant of a segment."""
     s, x, v, a, j, k = now
     value, rate = blend.x * (x - blend.x_0) + blend.v * v, blend.x * v + blend.v * a
     bend, twist = blend.x * a + blend.v * j, blend.x * j + blend.v * k
@@ -458,143 +503,21 @@ def blended(law, waves, blend, now):
 
 
 @inlined
-def starting_course(law, waves, blend, now, zeros):
-    """Give a blend as a stretch starts; `zeros` as in `vanish`."""
-    value, rate, bend, twist = blended(law, waves, blend, now)
-    value = 0.0 if zeros > 0 else max(value, 0.0)
-    return Course(value, 0.0 if zeros > 1 else rate, bend, twist)
-
-
-@inlined
-def most_twist(blend, w, now, bound):
-    """Give a bound of the third rate of a blend, up to what its growth adds."""
+def most_twist(blend, w, swing, now):
+    """Return a bound of the third rate of a blend, up to what its growth adds."""
     a, j, k = now.a, now.j, now.k
-    most = bound.swing + abs(blend.x) * math.sqrt(j * j + w * a * a)
+    most = swing + abs(blend.x) * math.sqrt(j * j + w * a * a)
     return most + abs(blend.v) * math.sqrt(k * k + w * j * j)
 
 
 @inlined
-def bound_of(waves, law, blend, r, h):
-    """Give the bound of a blend; r and h as in `slide` and `vanish`."""
-    _, second, third, fastest = force_rates(waves, r)
-    growth = abs(blend.x) * second + abs(blend.v) * third
-    swing = law.variation * (abs(blend.load) + abs(blend.rate) * law.omega) * law.omega**3
-    return Bound(growth, swing, min(REACH / fastest, h) if fastest > 0.0 else h)
-
-
-@inlined
-def far_from_zero(course, most, bound, h):
-    """Tell whether a blend is above zero for h [s] to come, as in most steps of a record."""
-    loses = max(-course.bend, 0.0) + h * (most + h * bound.growth)
+def far_from_zero(course, most, growth, h):
+    """Return whether a blend is above zero for h [s] to come, as in most steps of a record."""
+    loses = max(-course.bend, 0.0) + h * (most + h * growth)
     return course.value > h * (max(-course.rate, 0.0) + h * loses)
 
 
-@inlined
-def safe_blend(course, most, bound):
-    """Give a step within which a blend provably stays above zero."""
-    value, rate, bend, _ = course
-    step = safe_slip(value, rate, bend, most, bound.growth, bound.cap)
-    if value > 0.0 and bend > 0.0 and step < bound.cap:
-        # Where it hardly bends upwards, what it bends is better left out.
-        step = max(step, safe_slip(value, rate, 0.0, most, bound.growth, bound.cap))
-    return step
-
-
-# When a blend of the motion and of the normal force vanishes, rigorously.
-#
-# What a contact may still bear, how fast it yields, the force of a bumper: each is a sum of
-# x_r, v_r and the normal force, whose rates a stretch knows. Steps that a bound on the third
-# rate proves safe lead to the zero from below; where the bound proves that the blend only falls
-# until it is below zero, Newton's method does.
-
-
-@compiled
-def vanish(stretch, waves, law, blend, zeros, h):
-    """Give the first time in [0, h] at which a blend is no longer above zero, and the motion.
-
-    Parameters
-    ----------
-    stretch : Stretch
-    waves : Waves
-        Anchored at its start.
-    law
-        Whose normal force it is.
-    blend : Blend
-        What is at least zero at the start, roundings apart.
-    zeros : int
-        What is zero exactly at the start: 1 the blend, 2 its rate as well.
-    h : float
-        Length of the stretch [s].
-
-    Returns
-    -------
-    s, x_r, v_r : float
-        Time [s], infinite where the blend stays above zero, and the state then.
-
-    Notes
-    -----
-    Jerk and its rate obey the oscillator's equation driven by rates of the force, so that
-    |jerk|(s) <= sqrt(jerk² + w a²) + s·max|second rate|, and likewise the next one.
-    """
-    bound = bound_of(waves, law, blend, stretch.r, h)
-    now = Instant(0.0, stretch.x_r, stretch.v_r, stretch.a, stretch.j, stretch.k)
-    course = starting_course(law, waves, blend, now, zeros)
-    if far_from_zero(course, most_twist(blend, stretch.w, now, bound), bound, h):
-        return NEVER, now.x_r, now.v_r
-    return seek(stretch, waves, law, blend, bound, now, course, h)
-
-
-@compiled
-def seek(stretch, waves, law, blend, bound, now, course, h):
-    """Give what `vanish` gives, from some time of the stretch on.
-
-    Parameters
-    ----------
-    stretch, waves, law, blend, h
-        As in `vanish`.
-    bound : Bound
-    now, course : Instant, Course
-        Where to begin.
-    """
-    w = stretch.w
-    while True:
-        most = most_twist(blend, w, now, bound)
-        if falls_surely(course.value, course.rate, course.bend, most, bound.growth):
-            break
-        step = safe_blend(course, most, bound)
-        if step == 0.0:
-            return now.s, now.x_r, now.v_r
-        if now.s + step >= h:
-            return NEVER, now.x_r, now.v_r
-        if step <= RESOLUTION * now.s:
-            return now.s, now.x_r, now.v_r
-        now = instant(stretch, waves, now.s + step)
-        course = blended(law, waves, blend, now)
-        if course.value <= 0.0:
-            return now.s, now.x_r, now.v_r
-    s, x, v, a, j, k = now
-    for _ in range(NEWTON_CAP):
-        value, rate, bend, twist = course
-        step = to_zero_of_cubic(value, rate, bend, twist)
-        most += bound.growth * abs(step)
-        fourth = (stretch.c + math.sqrt(w)) * most + bound.growth + bound.swing * law.omega
-        s += step
-        if is_sharp(step, rate, fourth, s):
-            x += step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
-            v += step * (a + step * (0.5 * j + step * k / 6.0))
-            break
-        now = instant(stretch, waves, s)
-        s, x, v, a, j, k = now
-        course = blended(law, waves, blend, now)
-        most = most_twist(blend, w, now, bound)
-    return (s, x, v) if s < h else (NEVER, x, v)
-
-
-# When a stretch of sticking under waves ends, rigorously.
-#
-# The next zero is approached from below by steps that a bound on the curvature proves safe, so
-# none is skipped and a near miss is passed at its own distance.
-
+# Break-away under waves.
 
 TOUCH = 1e-6
 """A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
@@ -604,27 +527,6 @@ WINDOW = 32.0
 
 FAINT = 1e-140
 """Below this, squares lose digits to the end of double precision."""
-
-
-@compiled
-def parabola(value, rate, bend):
-    """Give the largest h up to which value + rate h - bend h²/2 stays above zero."""
-    root = math.sqrt(rate * rate + 2.0 * bend * value)
-    if root < FAINT and value > 0.0:
-        root = math.hypot(rate, math.sqrt(2.0 * bend) * math.sqrt(value))
-    if rate <= 0.0:
-        return 2.0 * value / (root - rate) if root > rate else NEVER
-    return (rate + root) / bend if bend > 0.0 else NEVER
-
-
-@compiled
-def first_step(rate, bend, bend_bound, third_bound):
-    """Give a step that provably leaves zero upwards; 0 or less where the function falls."""
-    by_rate = rate / bend_bound if rate > 0.0 else 0.0
-    by_bend = 0.0
-    if rate >= 0.0 and bend > 0.0:
-        by_bend = 1.5 * bend / third_bound if third_bound > 0.0 else NEVER
-    return max(by_rate, by_bend)
 
 
 @inlined
@@ -655,12 +557,6 @@ def break_away(plant, law, waves, x_r, u_0, rise, fall, h):
         if up < NEVER or down < NEVER or until >= h:
             return (down, 1) if down < up else (up, -1)
         begin, until = until, min(3.0 * until, h)
-
-
-@inlined
-def is_one_sine(waves, u_0, slope):
-    """Tell whether one sine alone moves the base."""
-    return waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0
 
 
 @inlined
@@ -705,8 +601,14 @@ def leave_stick(plant, law, waves, x_r, u_0, slope, side, begin, h):
 
 
 @inlined
+def is_one_sine(waves, u_0, slope):
+    """Return whether one sine alone moves the base."""
+    return waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0
+
+
+@inlined
 def leave_one_sine(plant, law, waves, x_r, side, h):
-    """Give what `leave_stick` gives where one sine moves the base: its inverse."""
+    """Return what `leave_stick` does where one sine moves the base: its inverse."""
     values = waves.values
     F_k, force = plant.k_x * x_r, side * plant.m * values[A]
     level = law.F_fs + ROUNDING * (law.F_fs + abs(F_k)) - side * F_k
@@ -723,11 +625,28 @@ def leave_one_sine(plant, law, waves, x_r, side, h):
     return s if s <= h else NEVER
 
 
-# Where a step over a spring contact holds a stop or the limit: a guess, made exact at once.
-#
-# The cubic through both ends of a stretch guesses; the closed form at the guess, and the series
-# about that point, leave rounding only. What they do not settle takes the general way.
+@compiled
+def parabola(value, rate, bend):
+    """Return the largest h up to which value + rate h - bend h²/2, bend >= 0, is above zero."""
+    root = math.sqrt(rate * rate + 2.0 * bend * value)
+    if root < FAINT and value > 0.0:
+        root = math.hypot(rate, math.sqrt(2.0 * bend) * math.sqrt(value))
+    if rate <= 0.0:
+        return 2.0 * value / (root - rate) if root > rate else NEVER
+    return (rate + root) / bend if bend > 0.0 else NEVER
 
+
+@compiled
+def first_step(rate, bend, bend_bound, third_bound):
+    """Return a step that provably leaves zero upwards; 0 or less where the function falls."""
+    by_rate = rate / bend_bound if rate > 0.0 else 0.0
+    by_bend = 0.0
+    if rate >= 0.0 and bend > 0.0:
+        by_bend = 1.5 * bend / third_bound if third_bound > 0.0 else NEVER
+    return max(by_rate, by_bend)
+
+
+# A fine step over a spring contact: a stop, or the limit.
 
 NEAR = 2e-4
 """Radians from a point within which four terms of the series about it are exact: the next is
@@ -737,121 +656,9 @@ ROUNDS = 6
 """One round does mostly; what has not settled after some takes the general way."""
 
 
-@compiled
-def cross(c, w, v, a, r, gap, h):
-    """Give the time in (0, h] at which a mass has gone the way `gap` [m], or infinity.
-
-    Parameters
-    ----------
-    c, w, v, a, r
-        As in `locate_stop`; the velocity does not change its sign up to h.
-    """
-    y, _, Y, YY = flow(c, w, h)
-    p = a + c * v
-    if v * y + p * Y + r * YY <= gap:
-        return NEVER
-    low, high = 0.0, h
-    s = gap / v if 0.0 < gap < v * h else 0.5 * h
-    for _ in range(BISECTIONS):
-        y, y_d, Y, YY = flow(c, w, s)
-        beyond = v * y + p * Y + r * YY - gap
-        low, high = (low, s) if beyond > 0.0 else (s, high)
-        speed = v * y_d + p * y + r * Y
-        step = -beyond / speed if speed > 0.0 else NEVER
-        if abs(step) <= RESOLUTION * s:
-            return s
-        s = kept_between(low, high, s + step)
-        if not low < s < high:
-            return high
-    return s
-
-
-@inlined
-def guess(value, rate, value_end, rate_end, h):
-    """Give where the cubic through both ends of a stretch, falling from above zero, is zero."""
-    per_h = 1.0 / h
-    bend = (value_end - value - rate * h) * per_h * per_h
-    root = math.sqrt(max(rate * rate - 4.0 * bend * value, 0.0))
-    s = 2.0 * value / (root - rate) if rate < 0.0 else -0.5 * (rate + root) / bend
-    twist = (rate_end - rate - 2.0 * bend * h) * per_h * per_h
-    slope = rate + 2.0 * bend * s + twist * s * (3.0 * s - 2.0 * h)
-    return s - twist * s * s * (s - h) / slope if slope < 0.0 else s
-
-
-@inlined
-def sharpened(steps, v, a, r, gap, crossing, s):
-    """Give a time, and the way and velocity then, of which s is a good guess.
-
-    Parameters
-    ----------
-    steps, v, a, r
-        As in `locate_stop`.
-    gap : float
-        The way that is looked for [m], where it is `crossing`; else it is a stop.
-
-    Returns
-    -------
-    s, way, v
-        s is negative where the guess was not good.
-    """
-    c, w = steps.c, steps.w
-    p = a + c * v
-    for _ in range(ROUNDS):
-        y, y_d, Y, YY = part_flow(steps, s)
-        way = v * y + p * Y + r * YY
-        v_s = v * y_d + p * y + r * Y
-        a_s = a * y_d + (r - w * v) * y
-        j_s = r - c * a_s - w * v_s
-        k_s = -(c * j_s + w * a_s)
-        value, rate, bend, twist = v_s, a_s, j_s, k_s
-        if crossing:
-            value, rate, bend, twist = way - gap, v_s, a_s, j_s
-        step = -value / rate
-        step -= step * step * (0.5 * bend + twist * step / 6.0) / (rate + bend * step)
-        if abs(step) * steps.rate <= NEAR and abs(bend * step) <= NEAR * abs(rate):
-            way += step * (v_s + step * (0.5 * a_s + step * j_s / 6.0))
-            return s + step, way, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / 6.0))
-        s += step
-        if not 0.0 < s <= steps.dt:
-            break
-    return -1.0, 0.0, 0.0
-
-
-@inlined
-def moved(steps, v, a, r, s):
-    """Give way and velocity at time s of a stretch."""
-    y, y_d, Y, YY = part_flow(steps, s)
-    p = a + steps.c * v
-    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
-
-
-@inlined
-def turn_of(steps, v, a, r, v_end, a_end, h):
-    """Give when a velocity above zero that does not end above it is zero, and the way then.
-
-    Parameters
-    ----------
-    steps : Whole
-        Of fine steps.
-    v, a, r : float
-        As in `locate_stop`.
-    v_end, a_end : float
-        Velocity [m/s] and its rate [m/s²] at the end.
-    h : float
-        Length [s], a step at most.
-
-    Returns
-    -------
-    s, way
-        s is negative where the guess was not good.
-    """
-    s, way, _ = sharpened(steps, v, a, r, 0.0, False, guess(v, a, v_end, a_end, h))
-    return (s, way) if 0.0 < s <= h else (-1.0, 0.0)
-
-
 @inlined
 def next_stop(steps, v, a, r, h):
-    """Give the first stop within h, or infinity, and the way until then or the end.
+    """Return the first stop within h, or infinity, and the path until then or the end.
 
     Parameters
     ----------
@@ -881,8 +688,19 @@ def next_stop(steps, v, a, r, h):
 
 
 @inlined
+def turn_of(steps, v, a, r, v_end, a_end, h):
+    """Return when a velocity above zero that does not end above it is zero, and the path then.
+
+    Parameters as in `next_stop`, of fine steps, with velocity and acceleration at the end. The
+    time is negative where the guess was not good.
+    """
+    s, way, _ = sharpened(steps, v, a, r, 0.0, False, guess(v, a, v_end, a_end, h))
+    return (s, way) if 0.0 < s <= h else (-1.0, 0.0)
+
+
+@inlined
 def next_crossing(steps, v, a, r, gap, way, v_end, h):
-    """Give when a mass that does not stop before h [s] has gone the way `gap` [m], and v then.
+    """Return when a mass that does not stop before h [s] has moved by `gap` [m], and v then.
 
     `way` and `v_end` are those at h, and `way` is not less than `gap`.
     """
@@ -894,8 +712,83 @@ def next_crossing(steps, v, a, r, gap, way, v_end, h):
     return s, max(v_s, 0.0)
 
 
-# Where a series that begins above zero comes down to it first, however near it passes.
+@compiled
+def cross(c, w, v, a, r, gap, h):
+    """Return the time in (0, h] at which a mass has moved by `gap` [m], or infinity.
 
+    The other parameters are as in `locate_stop`; the velocity keeps its sign up to h.
+    """
+    y, _, Y, YY = flow(c, w, h)
+    p = a + c * v
+    if v * y + p * Y + r * YY <= gap:
+        return NEVER
+    low, high = 0.0, h
+    s = gap / v if 0.0 < gap < v * h else 0.5 * h
+    for _ in range(BISECTIONS):
+        y, y_d, Y, YY = flow(c, w, s)
+        beyond = v * y + p * Y + r * YY - gap
+        low, high = (low, s) if beyond > 0.0 else (s, high)
+        speed = v * y_d + p * y + r * Y
+        step = -beyond / speed if speed > 0.0 else NEVER
+        if abs(step) <= RESOLUTION * s:
+            return s
+        s = kept_between(low, high, s + step)
+        if not low < s < high:
+            return high
+    return s
+
+
+@inlined
+def guess(value, rate, value_end, rate_end, h):
+    """Return where the cubic through both ends of a segment falls to zero from above."""
+    per_h = 1.0 / h
+    bend = (value_end - value - rate * h) * per_h * per_h
+    root = math.sqrt(max(rate * rate - 4.0 * bend * value, 0.0))
+    s = 2.0 * value / (root - rate) if rate < 0.0 else -0.5 * (rate + root) / bend
+    twist = (rate_end - rate - 2.0 * bend * h) * per_h * per_h
+    slope = rate + 2.0 * bend * s + twist * s * (3.0 * s - 2.0 * h)
+    return s - twist * s * s * (s - h) / slope if slope < 0.0 else s
+
+
+@inlined
+def sharpened(steps, v, a, r, gap, crossing, s):
+    """Return the time of which s is a good guess, path and velocity; negative where it is not.
+
+    What is looked for is the path `gap` [m] if `crossing`, else a stop. Parameters as in
+    `next_stop`.
+    """
+    c, w = steps.c, steps.w
+    p = a + c * v
+    for _ in range(ROUNDS):
+        y, y_d, Y, YY = part_flow(steps, s)
+        way = v * y + p * Y + r * YY
+        v_s = v * y_d + p * y + r * Y
+        a_s = a * y_d + (r - w * v) * y
+        j_s = r - c * a_s - w * v_s
+        k_s = -(c * j_s + w * a_s)
+        value, rate, bend, twist = v_s, a_s, j_s, k_s
+        if crossing:
+            value, rate, bend, twist = way - gap, v_s, a_s, j_s
+        step = -value / rate
+        step -= step * step * (0.5 * bend + twist * step / 6.0) / (rate + bend * step)
+        if abs(step) * steps.rate <= NEAR and abs(bend * step) <= NEAR * abs(rate):
+            way += step * (v_s + step * (0.5 * a_s + step * j_s / 6.0))
+            return s + step, way, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / 6.0))
+        s += step
+        if not 0.0 < s <= steps.dt:
+            break
+    return -1.0, 0.0, 0.0
+
+
+@inlined
+def moved(steps, v, a, r, s):
+    """Return path and velocity at time s of a segment."""
+    y, y_d, Y, YY = part_flow(steps, s)
+    p = a + steps.c * v
+    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+
+
+# The root of a power series.
 
 SHORTER = 6
 """Times at most that the stretch over which the curvature is bounded is made shorter, before
@@ -904,7 +797,7 @@ the series is moved."""
 
 @compiled
 def locate(c, n, h):
-    """Give the first time in [0, h] at which a series comes down to zero, or infinity.
+    """Return the first time in [0, h] at which a series comes down to zero, or infinity.
 
     A bound on the curvature gives a step that is surely above zero; after it the series is
     moved there, so that its bounds are those of what is left. A zero at the beginning itself is
@@ -943,7 +836,7 @@ def locate(c, n, h):
 
 @inlined
 def lowered(c, n):
-    """Divide out zeros at the beginning; gives the last term and how many, -1 for all."""
+    """Divide out zeros at the beginning; returns the last term and how many, -1 for all."""
     zeros = 0
     while zeros <= n and c[zeros] == 0.0:
         zeros += 1
@@ -955,7 +848,7 @@ def lowered(c, n):
 
 @inlined
 def stride(c, n, left):
-    """Give a step of a scaled series within which it surely stays above zero."""
+    """Return a step of a scaled series within which it surely stays above zero."""
     best = 0.0
     for _ in range(SHORTER):
         bend = 0.0
