@@ -238,10 +238,8 @@ def recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
     m, k_x, b = plant
     w = k_x / m
     y, y_d, Y, YY = flow(b / m, w, dt)
-    x_x, x_1 = 1.0 - w * Y, YY / dt
-    v_x, v_1 = -w * y, Y / dt
-    x_0 = Y - x_1
-    v_0 = y - v_1
+    x_x, v_x = 1.0 - w * Y, -w * y
+    x_0, x_1, v_0, v_1 = shares_of_ends(y, Y, YY, dt)
     x_out[0] = x_r
     v_out[0] = v_r
     before = u_dd[0]
@@ -254,6 +252,13 @@ def recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
         before = now
         x_out[n] = x_r
         v_out[n] = v_r
+
+
+@compiled
+def shares_of_ends(y, Y, YY, dt):
+    """Return what ü at both ends of a step takes from x_r [s²], and from v_r [s]."""
+    x_1, v_1 = YY / dt, Y / dt
+    return Y - x_1, x_1, y - v_1, v_1
 
 
 # The power series of a short segment of sliding.
@@ -543,8 +548,7 @@ def steps_of(plant, law, dt):
     radians = (c + math.sqrt(w)) * dt
     whole = flow(c, w, dt)
     y, _, Y, YY = whole
-    x_1, v_1 = YY / dt, Y / dt
-    x_0, v_0 = Y - x_1, y - v_1
+    x_0, x_1, v_0, v_1 = shares_of_ends(y, Y, YY, dt)
     # What each end of a step gives, one, two and three steps later.
     a, p = left_of(c, w, dt, x_0, v_0), left_of(c, w, dt, x_1, v_1)
     b, q = left_of(c, w, 2.0 * dt, x_0, v_0), left_of(c, w, 2.0 * dt, x_1, v_1)
@@ -663,7 +667,7 @@ def whole_steps(plant, dt):
     rate = c + math.sqrt(w)
     end = flow(c, w, dt)
     y, _, Y, YY = end
-    x_1, v_1 = YY / dt, Y / dt
+    x_0, x_1, v_0, v_1 = shares_of_ends(y, Y, YY, dt)
     terms = [1.0, -c * dt]
     while len(terms) < STEP_TERMS:
         terms.append(-(c * dt * terms[-1] + w * dt * dt * terms[-2]))
@@ -673,7 +677,7 @@ def whole_steps(plant, dt):
     )
     return Whole(
         c, w, dt, 1.0 / dt, rate, rate * dt <= SERVED, end, map_of(c, w, 1.0, dt),
-        Y - x_1, x_1, y - v_1, v_1, second, third,
+        x_0, x_1, v_0, v_1, second, third,
     )  # fmt: skip
 
 
