@@ -448,7 +448,7 @@ MEET = 1000
 
 @compiled
 def mode_of(touch, d, fresh):
-    """Return the mode of a mass that is so to the stops, moves and begins so."""
+    """Return touch, direction and beginning (`BUMPER_STEADY`, ...) of a segment in one."""
     return d + 4 * touch + 64 * fresh
 
 
@@ -460,7 +460,7 @@ def fresh_of(mode):
 
 @compiled
 def touch_of(mode):
-    """Return how the mass is to the stops: one of the constants times the side."""
+    """Return how the mass is to a stop, see `APART`: times the side."""
     return (mode - 64 * fresh_of(mode) + 1) // 4
 
 

@@ -548,8 +548,7 @@ def break_away(plant, law, waves, x_r, u_0, rise, fall, h):
     """
     fastest = 0.0
     if not is_one_sine(waves, u_0, rise) or fall != 0.0:
-        for i in range(waves.size):
-            fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
+        fastest = force_rates(waves, 0.0)[3]
     begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
     while True:
         up = leave_stick(plant, law, waves, x_r, u_0, rise, 1, begin, until)
