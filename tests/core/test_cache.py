@@ -83,7 +83,7 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(site: Path) ->
 @pytest.mark.slow
 def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
     assert answer(start(site))[0] == HALF
-    source = site / "drysim" / "core" / "law.py"
+    source = site / "drysim" / "core" / "fixed_step.py"
     written, text = source.stat(), source.read_text()
     changed = text.replace("2.0 / math.pi", "4.0 / math.pi")
     assert changed != text
