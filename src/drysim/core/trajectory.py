@@ -1,4 +1,20 @@
-"""Segments to states, grids, integrals, turning points."""
+"""From the beginnings of stretches to states, grids, integrals and turning points.
+
+A march or a leap leaves where each stretch of a motion begins: time, state and mode. Within a
+stretch the motion is in closed form, so whatever is asked for later follows from there alone:
+
+- the state at any instant, by the flow of the stretch;
+- states on a grid: what the oscillator and the waves do in whole numbers of steps is put into a
+  table once, and points are sums of its columns, so that none waits for the one before it;
+- integrals: Gauss and Legendre's rules on panels short enough to exhaust double precision, as a
+  panel never holds more than a few radians of the fastest thing that is still alive; quadratic
+  forms for whole steps of sliding over samples; and sums of exponentials for a contact that
+  holds for long;
+- turning points, between two of which x_r is monotone: peaks, zeros and stroke limits.
+
+Solutions of Coulomb friction come as events, all others as a trail whose entry i begins at time
+trail.s[i] of step trail.n[i]. Kernels that `read` a trail go through ascending times.
+"""
 
 from __future__ import annotations
 
@@ -72,9 +88,74 @@ from drysim.core.oscillator import (
 )
 from drysim.core.roots import BISECTIONS, NEVER, RESOLUTION, leave_slip, next_stop
 
-# What the oscillator and the waves do in whole numbers of steps, column by column.
-#
-# States on a grid are then sums of columns: no point waits for the one before it.
+FOUR_NODES = (
+    0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
+)  # fmt: skip
+
+FOUR_WEIGHTS = (
+    0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692,
+)  # fmt: skip
+
+SIX_NODES = (
+    0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
+    0.8306046932331322, 0.966234757101576,
+)  # fmt: skip
+
+SIX_WEIGHTS = (
+    0.08566224618958518, 0.1803807865240693, 0.23395696728634552, 0.23395696728634552,
+    0.1803807865240693, 0.08566224618958518,
+)  # fmt: skip
+
+TWELVE_NODES = (
+    0.009219682876640378, 0.0479413718147626, 0.11504866290284765, 0.20634102285669126,
+    0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
+    0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
+)  # fmt: skip
+
+TWELVE_WEIGHTS = (
+    0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
+    0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
+    0.10158371336153287, 0.08003916427167321, 0.05346966299765953, 0.023587668193255706,
+)  # fmt: skip
+
+
+# States between events, at any instant.
+
+
+@compiled
+def state_within(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
+    """Give x_r and v_r at time s of a stretch that starts at time t with this state."""
+    if d == 0:
+        return x_r, 0.0
+    anchor(waves, plant, law, t, d)
+    c = plant.b / plant.m
+    w = plant.k_x / plant.m
+    return slide(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]
+
+
+@compiled
+def state_at(plant, law, waves, t, kind, x_r, v_first, at):
+    """Give x_r and v_r at a time [s] by events; the first is the start at `v_first` [m/s]."""
+    i = latest(t, at)
+    v_r = v_first if i == 0 else 0.0
+    d = direction(kind[i])
+    return state_within(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, at - t[i])
+
+
+@inlined
+def latest(t, at):
+    """Give the number of the last event that is not after a time [s]; the first is not."""
+    low, high = 0, len(t)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if t[middle] <= at:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+# States on a grid under sines: sums of columns of a table.
 
 
 ROWS = 128
@@ -97,120 +178,6 @@ def room(size: int) -> int:
 
 
 @compiled
-def fill(plant, waves, dt, table, begin, end):
-    """Write the motion from row `begin` to the one before `end`; gives the rows written.
-
-    The waves are anchored, wherever that may be: it tells which of them have a steady response.
-    """
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    for k in range(begin, end):
-        s = k * dt
-        y, y_d, Y = fade(c, w, s)
-        table[k] = y
-        table[ROWS + k] = y_d
-        table[2 * ROWS + k] = Y
-        for i in range(waves.size):
-            at = ROWS * (FLOW + WAVE * i) + k
-            omega = waves.values[STRIDE * i + OMEGA]
-            if waves.values[STRIDE * i + STEADY] > 0.0:
-                R, P = math.sin(omega * s) / omega if omega > 0.0 else s, math.cos(omega * s)
-                P_d = -omega * omega * R
-            else:
-                R, P, P_d, _, _ = wave(c, w, omega, s, y, y_d)
-            table[at] = R
-            table[at + ROWS] = P
-            table[at + 2 * ROWS] = P_d
-    return max(begin, end)
-
-
-@inlined
-def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x_out, v_out):
-    """Write the motion from a state [m, m/s] under a steady force per mass [m/s²].
-
-    What the first wave adds is in it, by its parts as in `add_wave`: 0 where there is none.
-    """
-    if row < 0 or at < 0:
-        # Never so; but the compiler is told that no index counts from the end.
-        return
-    # Added up here, not in the loop, or neighbours would not be loaded side by side.
-    second, third = row + ROWS, row + 2 * ROWS
-    # Without a wave there are no columns of it: nothing times any others is nothing.
-    wave = row + FLOW * ROWS if from_sine != 0.0 or from_cosine != 0.0 else row
-    wave_second, wave_third = wave + ROWS, wave + 2 * ROWS
-    for k in range(rows):
-        y, y_d, Y = table[row + k], table[second + k], table[third + k]
-        R, P, P_d = table[wave + k], table[wave_second + k], table[wave_third + k]
-        x_out[at + k] = x_r + (v_r * y + push * Y) + (from_sine * R + from_cosine * P)
-        v_out[at + k] = (v_r * y_d + push * y) + (from_sine * P + from_cosine * P_d)
-
-
-@inlined
-def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
-    """Add what wave i has done since row 0, or its steady response, of such parts there."""
-    begin = row + ROWS * (FLOW + WAVE * i)
-    if begin < 0 or at < 0:
-        # Never so; but the compiler is told that no index counts from the end.
-        return
-    second, third = begin + ROWS, begin + 2 * ROWS
-    for k in range(rows):
-        R, P, P_d = table[begin + k], table[second + k], table[third + k]
-        x_out[at + k] += from_sine * R + from_cosine * P
-        v_out[at + k] += from_sine * P + from_cosine * P_d
-
-
-@inlined
-def set_mode(d, at, rows, v_out, d_out):
-    """Write the direction of sliding; tells whether every velocity has it."""
-    if at < 0:
-        # Never so; but the compiler is told that no index counts from the end.
-        return False
-    for k in range(rows):
-        d_out[at + k] = d
-    against = 0
-    for k in range(rows):
-        against += v_out[at + k] * d <= 0.0
-    return against == 0
-
-
-# States between events: at any instant, or on a grid.
-
-
-@compiled
-def state_within(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
-    """Give x_r and v_r at time s of a stretch that starts at time t with this state."""
-    if d == 0:
-        return x_r, 0.0
-    anchor(waves, plant, law, t, d)
-    c = plant.b / plant.m
-    w = plant.k_x / plant.m
-    return slide(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]
-
-
-@inlined
-def point_before(t, dt):
-    """Give the number of the last grid point before time t [s]; -1 for none."""
-    n = int(t / dt)
-    while n * dt >= t:
-        n -= 1
-    while (n + 1) * dt < t:
-        n += 1
-    return n
-
-
-@inlined
-def latest(t, at):
-    """Give the number of the last event that is not after a time [s]; the first is not."""
-    low, high = 0, len(t)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if t[middle] <= at:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-@compiled
 def sample_leaps(scene, t, kind, x_r, first, dt, table, out, d_out):
     """Write a solution under waves on the grid n·dt, from point `first` on.
 
@@ -224,15 +191,15 @@ def sample_leaps(scene, t, kind, x_r, first, dt, table, out, d_out):
         Number of the first point.
     dt : float
         Distance of the grid points [s].
-    table : array, shape (`drysim.core.table.room`,)
+    table : array, shape (`room`,)
         Room for what the oscillator and the waves do in whole numbers of steps.
     out, d_out : array, shape (2, n) and (n,)
         Written: x_r and v_r, and the direction of sliding.
 
     Notes
     -----
-    Between two events the points are sums of a few columns of the table, anew from the first of
-    every `ROWS` behind the event: always the same ones, so that blocks change no number.
+    The sums begin anew at the first of every `ROWS` points behind an event: always the same
+    ones, so that blocks change no number.
     """
     plant, law, waves = unpacked(scene)
     x_out, v_out = out[0], out[1]
@@ -284,6 +251,74 @@ def sample_stretch(
             # Rounding has the last word where the velocity is next to nothing.
             s = (first + k) * dt - t
             x_out[k], v_out[k] = state_within(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
+
+
+@inlined
+def set_mode(d, at, rows, v_out, d_out):
+    """Write the direction of sliding; tells whether every velocity has it."""
+    if at < 0:
+        # Never so; but the compiler is told that no index counts from the end.
+        return False
+    for k in range(rows):
+        d_out[at + k] = d
+    against = 0
+    for k in range(rows):
+        against += v_out[at + k] * d <= 0.0
+    return against == 0
+
+
+@compiled
+def sample_contact(
+    plant, law, waves, trail, first, dt, bare, sprung, x_out, v_out, F_out, d_out
+):
+    """Write a solution under waves on the grid n·dt, from point `first` on.
+
+    Parameters
+    ----------
+    plant, law, waves
+    trail : Trail
+        Where each piece begins; the first one is before the first point.
+    first, dt
+        As in `sample_leaps`.
+    bare, sprung : array, shape (`room`,)
+        Room for the tables of the oscillator without and with the spring of the contact.
+    x_out, v_out, F_out, d_out : array, shape (n,)
+        Written: x_r, v_r, the contact force [N] and the direction of motion.
+    """
+    last = first + len(x_out)
+    n, filled, filled_sprung = first, 0, 0
+    for i in range(len(trail.s)):
+        until = last
+        if i + 1 < len(trail.s):
+            until = min(last, point_before(trail.s[i + 1], dt) + 1)
+        t, mode, x_0 = trail.s[i], trail.d[i], trail.z[i]
+        d = mode if abs(mode) == 1 else 0
+        effective = spring(plant, law, mode)
+        g = -steady_force(law, mode, x_0) / plant.m
+        begin = point_before(t, dt) + 1 if until > n else n
+        while n < until:
+            start = n - (n - begin) % ROWS
+            end = min(until, start + ROWS)
+            # Which waves have a steady response hangs on the spring.
+            anchor(waves, effective, law, t, d)
+            if holds(mode):
+                table = sprung
+                filled_sprung = fill(effective, waves, dt, sprung, filled_sprung, end - start)
+            else:
+                table = bare
+                filled = fill(effective, waves, dt, bare, filled, end - start)
+            write_stretch(
+                effective, law, waves, table, t, trail.x_r[i], trail.v_r[i], d, g, start, n,
+                end, first, dt, x_out, v_out,
+            )  # fmt: skip
+            for k in range(n, end):
+                at = k - first
+                load = 1.0
+                if d != 0 and law.variation > 0.0:
+                    load = max(normal_force(law, waves, (k - start) * dt)[0], 0.0)
+                F_out[at] = contact_force(law, mode, x_out[at], x_0, load)
+                d_out[at] = -1 if v_out[at] < 0.0 else 1
+            n = end
 
 
 @inlined
@@ -339,19 +374,96 @@ def lack(c, w, waves, x_r, v_r, g, s):
     return x + x_r + v_r * y + push * Y, v + v_r * y_d + push * y
 
 
-# The base on a grid: its acceleration, each wave by its sine and cosine after whole steps.
+@inlined
+def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x_out, v_out):
+    """Write the motion from a state [m, m/s] under a steady force per mass [m/s²].
+
+    What the first wave adds is in it, by its parts as in `add_wave`: 0 where there is none.
+    """
+    if row < 0 or at < 0:
+        # Never so; but the compiler is told that no index counts from the end.
+        return
+    # Added up here, not in the loop, or neighbours would not be loaded side by side.
+    second, third = row + ROWS, row + 2 * ROWS
+    # Without a wave there are no columns of it: nothing times any others is nothing.
+    wave = row + FLOW * ROWS if from_sine != 0.0 or from_cosine != 0.0 else row
+    wave_second, wave_third = wave + ROWS, wave + 2 * ROWS
+    for k in range(rows):
+        y, y_d, Y = table[row + k], table[second + k], table[third + k]
+        R, P, P_d = table[wave + k], table[wave_second + k], table[wave_third + k]
+        x_out[at + k] = x_r + (v_r * y + push * Y) + (from_sine * R + from_cosine * P)
+        v_out[at + k] = (v_r * y_d + push * y) + (from_sine * P + from_cosine * P_d)
+
+
+@inlined
+def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
+    """Add what wave i has done since row 0, or its steady response, of such parts there."""
+    begin = row + ROWS * (FLOW + WAVE * i)
+    if begin < 0 or at < 0:
+        # Never so; but the compiler is told that no index counts from the end.
+        return
+    second, third = begin + ROWS, begin + 2 * ROWS
+    for k in range(rows):
+        R, P, P_d = table[begin + k], table[second + k], table[third + k]
+        x_out[at + k] += from_sine * R + from_cosine * P
+        v_out[at + k] += from_sine * P + from_cosine * P_d
+
+
+@compiled
+def fill(plant, waves, dt, table, begin, end):
+    """Write the motion from row `begin` to the one before `end`; gives the rows written.
+
+    The waves are anchored, wherever that may be: it tells which of them have a steady response.
+    """
+    c, w = plant.b / plant.m, plant.k_x / plant.m
+    for k in range(begin, end):
+        s = k * dt
+        y, y_d, Y = fade(c, w, s)
+        table[k] = y
+        table[ROWS + k] = y_d
+        table[2 * ROWS + k] = Y
+        for i in range(waves.size):
+            at = ROWS * (FLOW + WAVE * i) + k
+            omega = waves.values[STRIDE * i + OMEGA]
+            if waves.values[STRIDE * i + STEADY] > 0.0:
+                R, P = math.sin(omega * s) / omega if omega > 0.0 else s, math.cos(omega * s)
+                P_d = -omega * omega * R
+            else:
+                R, P, P_d, _, _ = wave(c, w, omega, s, y, y_d)
+            table[at] = R
+            table[at + ROWS] = P
+            table[at + 2 * ROWS] = P_d
+    return max(begin, end)
+
+
+@inlined
+def point_before(t, dt):
+    """Give the number of the last grid point before time t [s]; -1 for none."""
+    n = int(t / dt)
+    while n * dt >= t:
+        n -= 1
+    while (n + 1) * dt < t:
+        n += 1
+    return n
 
 
 @compiled
 def sample_base(waves, first, dt, table, u_out):
-    """Write ü of the base [m/s²] on the grid n·dt, from point `first` on."""
-    fill_angles(waves, dt, table)
+    """Write ü of the base [m/s²] on the grid n·dt, from point `first` on.
+
+    Each wave is the sum of its sine and cosine after whole steps, with the parts that it has at
+    the first of every `ROWS` points.
+    """
     values = waves.values
     last = first + len(u_out)
     for k in range(len(u_out)):
         u_out[k] = 0.0
     for i in range(waves.base):
-        wave = STRIDE * i
+        wave, at = STRIDE * i, ROWS * (FLOW + WAVE * i + ANGLES)
+        omega = values[wave + OMEGA]
+        for k in range(ROWS):
+            table[at + k] = math.sin(omega * (k * dt))
+            table[at + ROWS + k] = math.cos(omega * (k * dt))
         f, phase, A_i = values[wave + FREQUENCY], values[wave + PHASE], values[wave + A]
         start = first - first % ROWS
         while start < last:
@@ -362,17 +474,6 @@ def sample_base(waves, first, dt, table, u_out):
                 n - first, u_out,
             )  # fmt: skip
             start = end
-
-
-@compiled
-def fill_angles(waves, dt, table):
-    """Write by what angle every wave of the base turns."""
-    for i in range(waves.base):
-        omega = waves.values[STRIDE * i + OMEGA]
-        at = ROWS * (FLOW + WAVE * i + ANGLES)
-        for k in range(ROWS):
-            table[at + k] = math.sin(omega * (k * dt))
-            table[at + ROWS + k] = math.cos(omega * (k * dt))
 
 
 @compiled
@@ -387,38 +488,171 @@ def add_angles(table, i, row, rows, sine, cosine, at, u_out):
         u_out[at + k] += sine * table[second + k] + cosine * table[begin + k]
 
 
-# Gauss and Legendre's rules on a panel of length 1: to import them takes longer.
+# Integrals over the stretches of Coulomb friction, in panels.
 
 
-FOUR_NODES = (
-    0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
-)  # fmt: skip
-FOUR_WEIGHTS = (
-    0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692,
-)  # fmt: skip
+PANEL = 4.0
+"""Radians (or decays) a panel may hold: 12 nodes integrate exp(±2i·4) to 4e-17."""
 
-SIX_NODES = (
-    0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
-    0.8306046932331322, 0.966234757101576,
-)  # fmt: skip
-SIX_WEIGHTS = (
-    0.08566224618958518, 0.1803807865240693, 0.23395696728634552, 0.23395696728634552,
-    0.1803807865240693, 0.08566224618958518,
-)  # fmt: skip
-
-TWELVE_NODES = (
-    0.009219682876640378, 0.0479413718147626, 0.11504866290284765, 0.20634102285669126,
-    0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
-    0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
-)  # fmt: skip
-TWELVE_WEIGHTS = (
-    0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
-    0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
-    0.10158371336153287, 0.08003916427167321, 0.05346966299765953, 0.023587668193255706,
-)  # fmt: skip
+FADED = 90.0
+"""What decays with rate c/2 is below double precision after 90/c."""
 
 
-# Exact integrals over a stretch between two events under ü that changes linearly.
+@compiled
+def panel_length(c, w, waves, s):
+    """Give the length of the panel that may start at time s of a stretch [s]."""
+    rate = 0.0
+    for i in range(waves.size):
+        rate = max(rate, waves.values[STRIDE * i + OMEGA])
+    rate = max(rate, own_rate(c, w, s))
+    return PANEL / rate if rate > 0.0 else math.inf
+
+
+@compiled
+def own_rate(c, w, s):
+    """Give the fastest rate of the oscillator that is still alive at time s of a stretch."""
+    if c * s < FADED:
+        return c + math.sqrt(w)
+    return w / (0.5 * c + math.sqrt(0.25 * c * c - w)) if 0.25 * c * c > w else 0.0
+
+
+@compiled
+def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
+    """Integrate a solution under waves from `begin` to `end` [s].
+
+    It is given by its events as in `state_at`. Returns x2, v2, x_dd2, power, rub and stuck, as
+    in `Totals`.
+    """
+    sums, stuck = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
+    for i in range(len(t)):
+        until = min(t[i + 1], end) if i + 1 < len(t) else end
+        if until <= begin or until <= t[i]:
+            continue
+        d = direction(kind[i])
+        v_r = v_first if i == 0 else 0.0
+        lo = max(begin - t[i], 0.0)
+        part = integrate(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i])
+        sums = plus(sums, part)
+        if d == 0:
+            stuck += until - t[i] - lo
+    return *sums, stuck
+
+
+@compiled
+def integrate_steps(plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log, begin, end):
+    """Integrate the named steps of a march; each may hold events or an end of the window.
+
+    Parameters
+    ----------
+    u_dd : array, shape (samples,)
+        Base acceleration [m/s²].
+    dt : float
+        Distance of the samples [s].
+    first : int
+        How many samples of the motion come before those that are given.
+    steps : array of int, shape (steps,)
+        Numbers of the steps, ascending; they and the log count from `first`.
+    x_r, v_r, d : array, shape (samples,)
+        The march.
+    log : Log
+        Its events, ascending.
+    begin, end : float
+        The window [s].
+
+    Returns
+    -------
+    x2, v2, x_dd2, power, rub, stuck : float
+        As in `Totals`.
+    """
+    sums, stuck, event = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0
+    for i in range(len(steps)):
+        n = steps[i]
+        while event < len(log.n) and log.n[event] < n:
+            event += 1
+        slope = (u_dd[n + 1] - u_dd[n]) / dt
+        t = (first + n) * dt
+        start, x, v, mode = 0.0, x_r[n], v_r[n], d[n]
+        going = True
+        while going:
+            going = event < len(log.n) and log.n[event] == n
+            stop = log.s[event] if going else dt
+            lo = max(begin - t - start, 0.0)
+            hi = min(end - t, stop) - start
+            if hi > lo:
+                part = integrate(
+                    plant, law, waves, u_dd[n] + slope * start, slope, t + start,
+                    x, v, mode, lo, hi,
+                )  # fmt: skip
+                sums = plus(sums, part)
+                if mode == 0:
+                    stuck += hi - lo
+            if going:
+                start, x, v, mode = stop, log.x_r[event], 0.0, direction(log.kind[event])
+                event += 1
+    return *sums, stuck
+
+
+@inlined
+def plus(sums, more):
+    """Give the sums of x2, v2, x_dd2, power and rub of two stretches."""
+    x2, v2, x_dd2, power, rub = sums
+    return x2 + more[0], v2 + more[1], x_dd2 + more[2], power + more[3], rub + more[4]
+
+
+@compiled
+def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
+    """Integrate one stretch.
+
+    Parameters
+    ----------
+    u_0, slope : float
+        Part of ü that is not waves: at the start of the stretch [m/s²], and its rate [m/s³].
+    t, x_r, v_r, d
+        Start of the stretch [s], state there [m, m/s] and direction of sliding, 0 when stuck.
+    lo, hi : float
+        Limits, counted from the start [s].
+
+    Returns
+    -------
+    x2, v2, x_dd2, power, rub : float
+        As in `Totals`.
+    """
+    m, k_x, b = plant
+    c = b / m
+    w = k_x / m
+    f = d * law.F_fk / m
+    if d != 0 and lo == 0.0 and waves.size == 0 and (c + math.sqrt(w)) * hi <= FADED:
+        # Without waves a panel by series takes half the time, until what decays is gone.
+        tail = tail_of(c, w)
+        return slid(c, w, f, tail, more_of(tail, c, w), u_0, slope, x_r, v_r, d, hi)
+    anchor(waves, plant, law, t, d)
+    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
+    s = lo
+    while s < hi:
+        own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck oscillator has no rate of its own
+        length = min(panel_length(own[0], own[1], waves, s), hi - s)
+        for i in range(len(TWELVE_NODES)):
+            at = s + length * TWELVE_NODES[i]
+            weight = length * TWELVE_WEIGHTS[i]
+            u_dd = base_motion(waves, u_0, slope, at)[0]
+            if d == 0:
+                x_dd2 += weight * u_dd * u_dd
+                continue
+            load = normal_force(law, waves, at)[0]
+            x, v, _, _ = slide(c, w, waves, x_r, v_r, -u_0 - f, -slope, at)
+            x_dd = -(w * x + c * v + f * load)
+            x2 += weight * x * x
+            v2 += weight * v * v
+            x_dd2 += weight * x_dd * x_dd
+            power += weight * u_dd * v
+            rub += weight * load * abs(v)
+        s = s + length if length < hi - s else hi
+    if d == 0:
+        x2 = x_r * x_r * (hi - lo)
+    return x2, v2, x_dd2, power, rub
+
+
+# Integrals of sliding without waves: the velocity as a series, and whole steps at once.
 
 
 @inlined
@@ -474,326 +708,6 @@ def summed(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
         x_dd2 += weights[i] * x_dd * x_dd
         power += weights[i] * (u_0 + slope * s) * v
     return h * x2, h * v2, h * x_dd2, h * power
-
-
-# Exact time integrals of the motion over stretches of sliding and sticking.
-#
-# Gauss-Legendre panels short enough to exhaust double precision; a panel never holds more than
-# a few radians of the fastest thing that is still alive.
-
-
-PANEL = 4.0
-"""Radians (or decays) a panel may hold: 12 nodes integrate exp(±2i·4) to 4e-17."""
-
-FADED = 90.0
-"""What decays with rate c/2 is below double precision after 90/c."""
-
-
-@compiled
-def own_rate(c, w, s):
-    """Give the fastest rate of the oscillator that is still alive at time s of a stretch."""
-    if c * s < FADED:
-        return c + math.sqrt(w)
-    return w / (0.5 * c + math.sqrt(0.25 * c * c - w)) if 0.25 * c * c > w else 0.0
-
-
-@compiled
-def panel_length(c, w, waves, s):
-    """Give the length of the panel that may start at time s of a stretch [s]."""
-    rate = 0.0
-    for i in range(waves.size):
-        rate = max(rate, waves.values[STRIDE * i + OMEGA])
-    rate = max(rate, own_rate(c, w, s))
-    return PANEL / rate if rate > 0.0 else math.inf
-
-
-@compiled
-def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
-    """Integrate one stretch from lo to hi.
-
-    Parameters
-    ----------
-    plant, law, waves
-    u_0, slope : float
-        Part of ü that is not waves: at the start of the stretch [m/s²], and its rate [m/s³].
-    t : float
-        Start of the stretch [s].
-    x_r, v_r, d
-        State at the start [m, m/s] and direction of sliding, 0 when stuck.
-    lo, hi : float
-        Limits, counted from the start [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power, rub : float
-        As in `Totals`.
-    """
-    m, k_x, b = plant
-    c = b / m
-    w = k_x / m
-    f = d * law.F_fk / m
-    if d != 0 and lo == 0.0 and waves.size == 0 and (c + math.sqrt(w)) * hi <= FADED:
-        # Without waves a panel by series takes half the time, until what decays is gone.
-        tail = tail_of(c, w)
-        return slid(c, w, f, tail, more_of(tail, c, w), u_0, slope, x_r, v_r, d, hi)
-    anchor(waves, plant, law, t, d)
-    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
-    s = lo
-    while s < hi:
-        own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck oscillator has no rate of its own
-        length = min(panel_length(own[0], own[1], waves, s), hi - s)
-        for i in range(len(TWELVE_NODES)):
-            at = s + length * TWELVE_NODES[i]
-            weight = length * TWELVE_WEIGHTS[i]
-            u_dd = base_motion(waves, u_0, slope, at)[0]
-            if d == 0:
-                x_dd2 += weight * u_dd * u_dd
-                continue
-            load = normal_force(law, waves, at)[0]
-            x, v, _, _ = slide(c, w, waves, x_r, v_r, -u_0 - f, -slope, at)
-            x_dd = -(w * x + c * v + f * load)
-            x2 += weight * x * x
-            v2 += weight * v * v
-            x_dd2 += weight * x_dd * x_dd
-            power += weight * u_dd * v
-            rub += weight * load * abs(v)
-        s = s + length if length < hi - s else hi
-    if d == 0:
-        x2 = x_r * x_r * (hi - lo)
-    return x2, v2, x_dd2, power, rub
-
-
-@compiled
-def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
-    """Integrate a solution under waves from `begin` to `end`.
-
-    Parameters
-    ----------
-    t, kind, x_r : array, shape (events,)
-        The events; the first is the start of the run, with velocity `v_first` [m/s].
-    begin, end : float
-        The window [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power, rub, stuck : float
-        As in `Totals`.
-    """
-    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(t)):
-        until = min(t[i + 1], end) if i + 1 < len(t) else end
-        if until <= begin or until <= t[i]:
-            continue
-        d = direction(kind[i])
-        v_r = v_first if i == 0 else 0.0
-        lo = max(begin - t[i], 0.0)
-        part = integrate(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i])
-        x2 += part[0]
-        v2 += part[1]
-        x_dd2 += part[2]
-        power += part[3]
-        rub += part[4]
-        if d == 0:
-            stuck += until - t[i] - lo
-    return x2, v2, x_dd2, power, rub, stuck
-
-
-@compiled
-def integrate_steps(plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log, begin, end):
-    """Integrate the named steps of a march; each may hold events or an end of the window.
-
-    Parameters
-    ----------
-    u_dd : array, shape (samples,)
-        Base acceleration [m/s²].
-    dt : float
-        Distance of the samples [s].
-    first : int
-        How many samples of the motion come before those that are given.
-    steps : array of int, shape (steps,)
-        Numbers of the steps, ascending; they and the log count from `first`.
-    x_r, v_r, d : array, shape (samples,)
-        The march.
-    log : Log
-        Its events, ascending.
-    begin, end : float
-        The window [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power, rub, stuck : float
-        As in `Totals`.
-    """
-    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    event = 0
-    for i in range(len(steps)):
-        n = steps[i]
-        while event < len(log.n) and log.n[event] < n:
-            event += 1
-        slope = (u_dd[n + 1] - u_dd[n]) / dt
-        t = (first + n) * dt
-        start, x, v, mode = 0.0, x_r[n], v_r[n], d[n]
-        going = True
-        while going:
-            going = event < len(log.n) and log.n[event] == n
-            stop = log.s[event] if going else dt
-            lo = max(begin - t - start, 0.0)
-            hi = min(end - t, stop) - start
-            if hi > lo:
-                part = integrate(
-                    plant, law, waves, u_dd[n] + slope * start, slope, t + start,
-                    x, v, mode, lo, hi,
-                )  # fmt: skip
-                x2 += part[0]
-                v2 += part[1]
-                x_dd2 += part[2]
-                power += part[3]
-                rub += part[4]
-                if mode == 0:
-                    stuck += hi - lo
-            if going:
-                start, x, v, mode = stop, log.x_r[event], 0.0, direction(log.kind[event])
-                event += 1
-    return x2, v2, x_dd2, power, rub, stuck
-
-
-# What follows from the turning points of a solution: between two x_r is monotone.
-
-
-NEWTON_CAP = 100
-"""Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
-
-
-@compiled
-def state_at(plant, law, waves, t, kind, x_r, v_first, at):
-    """Give x_r and v_r at a time.
-
-    Parameters
-    ----------
-    t, kind, x_r : array, shape (events,)
-        The events; the first is the start of the run, with velocity `v_first` [m/s].
-    at : float
-        The time [s], not before the first event.
-    """
-    i = latest(t, at)
-    v_r = v_first if i == 0 else 0.0
-    d = direction(kind[i])
-    return state_within(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, at - t[i])
-
-
-@compiled
-def passages(t, x_r, x_begin, x_end, end, x_rM):
-    """Count what x_r does on its way from turn to turn, from 0 to the end of a window.
-
-    Parameters
-    ----------
-    t, x_r : array, shape (events,)
-        The events.
-    x_begin, x_end : float
-        Displacement at the ends of the window [m].
-    end : float
-        Its end [s].
-    x_rM : float
-        Stroke limit [m]; infinite for none.
-
-    Returns
-    -------
-    peak : float
-        Greatest |x_r| [m].
-    upcrossings, entries : int
-        How often x_r passes zero upwards, and |x_r| reaches the limit anew.
-    """
-    peak = max(abs(x_begin), abs(x_end))
-    upcrossings, entries = 0, 0
-    side = sign(x_begin)
-    beyond = sign(x_begin) if abs(x_begin) >= x_rM else 0
-    for i in range(len(t) + 1):
-        x = x_r[i] if i < len(t) else x_end
-        if i < len(t):
-            peak = max(peak, abs(x))
-            if not 0.0 < t[i] < end:
-                continue
-        if x != 0.0:
-            upcrossings += side < 0 and x > 0.0
-            side = sign(x)
-        now = sign(x) if abs(x) >= x_rM else 0
-        entries += now != 0 and now != beyond
-        beyond = now
-    return peak, upcrossings, entries
-
-
-@compiled
-def reach(plant, law, waves, t, kind, x_r, v_first, level, lo, hi):
-    """Give the time at which x_r, monotone from lo to hi, is at a level [m] in between."""
-    scene = (plant, law, waves, t, kind, x_r, v_first)
-    rising = state_at(*scene, hi)[0] > state_at(*scene, lo)[0]
-    at = 0.5 * (lo + hi)
-    for _ in range(NEWTON_CAP):
-        x, v = state_at(*scene, at)
-        if x == level:
-            return at
-        if (x < level) == rising:
-            lo = at
-        else:
-            hi = at
-        before = at
-        at = at + (level - x) / v if v != 0.0 else lo
-        if not lo < at < hi:
-            at = 0.5 * (lo + hi)
-        if at == before or not lo < at < hi:
-            return hi
-    return at
-
-
-@compiled
-def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repeats):
-    """Give how often |x_r| is at or beyond a limit, when first [s], and for how long [s].
-
-    Parameters
-    ----------
-    t, kind, x_r, v_first
-        As in `state_at`.
-    x_end, end : float
-        Displacement at the end [m], and the end [s].
-    x_rM : float
-        Stroke limit [m], above 0.
-    repeats : bool
-        Whether the end goes on at the start, as on a periodic orbit.
-
-    Returns
-    -------
-    times : int
-    first : float
-        Below 0 when there is none.
-    beyond : float
-    """
-    scene = (plant, law, waves, t, kind, x_r, v_first)
-    begins = sign(x_r[0]) if abs(x_r[0]) >= x_rM else 0
-    times, first = (1, 0.0) if begins != 0 else (0, -1.0)
-    entered, left = 0.0, 0.0
-    side = begins
-    for i in range(len(t)):
-        until = t[i + 1] if i + 1 < len(t) else end
-        x = x_r[i + 1] if i + 1 < len(t) else x_end
-        now = sign(x) if abs(x) >= x_rM else 0
-        if now == side:
-            continue
-        if side != 0:
-            left += reach(*scene, side * x_rM, t[i], until)
-        if now != 0:
-            at = reach(*scene, now * x_rM, t[i], until)
-            entered += at
-            first = at if times == 0 else first
-            times += 1
-        side = now
-    if side != 0:
-        left += end
-    # An excursion across the seam of an orbit is one, unless there is nothing else.
-    seam = 1 if repeats and begins != 0 and side == begins and times > 1 else 0
-    return times - seam, first, left - entered
-
-
-# Forms that integrate a whole step of sliding at once.
 
 
 PAIRS = (
@@ -909,169 +823,36 @@ def integrals(forms, products, way):
     return sums
 
 
-# A motion over a spring contact under sines on a grid: sums of the columns of two tables.
-
-
-@compiled
-def sample_contact(
-    plant, law, waves, trail, first, dt, bare, sprung, x_out, v_out, F_out, d_out
-):
-    """Write a solution under waves on the grid n·dt, from point `first` on.
-
-    Parameters
-    ----------
-    plant, law, waves
-    trail : Trail
-        Where each piece begins; the first one is before the first point.
-    first, dt
-        As in `sample_leaps`.
-    bare, sprung : array, shape (`drysim.core.table.room`,)
-        Room for the tables of the oscillator without and with the spring of the contact.
-    x_out, v_out, F_out, d_out : array, shape (n,)
-        Written: x_r, v_r, the contact force [N] and the direction of motion.
-    """
-    last = first + len(x_out)
-    n, filled, filled_sprung = first, 0, 0
-    for i in range(len(trail.s)):
-        until = last
-        if i + 1 < len(trail.s):
-            until = min(last, point_before(trail.s[i + 1], dt) + 1)
-        t, mode, x_0 = trail.s[i], trail.d[i], trail.z[i]
-        d = mode if abs(mode) == 1 else 0
-        effective = spring(plant, law, mode)
-        g = -steady_force(law, mode, x_0) / plant.m
-        begin = point_before(t, dt) + 1 if until > n else n
-        while n < until:
-            start = n - (n - begin) % ROWS
-            end = min(until, start + ROWS)
-            # Which waves have a steady response hangs on the spring.
-            anchor(waves, effective, law, t, d)
-            if holds(mode):
-                table = sprung
-                filled_sprung = fill(effective, waves, dt, sprung, filled_sprung, end - start)
-            else:
-                table = bare
-                filled = fill(effective, waves, dt, bare, filled, end - start)
-            write_stretch(
-                effective, law, waves, table, t, trail.x_r[i], trail.v_r[i], d, g, start, n,
-                end, first, dt, x_out, v_out,
-            )  # fmt: skip
-            for k in range(n, end):
-                at = k - first
-                load = 1.0
-                if d != 0 and law.variation > 0.0:
-                    load = max(normal_force(law, waves, (k - start) * dt)[0], 0.0)
-                F_out[at] = contact_force(law, mode, x_out[at], x_0, load)
-                d_out[at] = -1 if v_out[at] < 0.0 else 1
-            n = end
-
-
-# Integrals over a long stretch of a holding contact under waves: sums of exponentials.
-#
-# Not for short stretches: there the parts of the motion all but cancel, and so would the sums.
-
-
-TERMS = 16
-"""Terms that exhaust double precision where z·length is below `SHORT`."""
-
-
-@compiled
-def settles(c, w, waves):
-    """Tell whether the motion is one that fades while it swings, and steady responses."""
-    steady = w > 0.0 and w - 0.25 * c * c >= CALM * w
-    for i in range(waves.base):
-        at = STRIDE * i
-        steady = steady and (waves.values[at + STEADY] > 0.0 or waves.values[at + A] == 0.0)
-    return steady
+# Trails, whatever the law.
 
 
 @inlined
-def part(c, w, waves, lag, rate, i, s):
-    """Give one part of the motion at time s: the waves in turn, then what fades.
-
-    Parameters
-    ----------
-    lag, rate : float
-        What x_r and v_r lacked of the steady response at the start of the stretch [m, m/s].
-
-    Returns
-    -------
-    root, x, u_dd : complex
-        The part of x_r is the real part of x exp(root·time), that of ü likewise.
-    """
-    if i == waves.base:
-        omega_d = math.sqrt(w - 0.25 * c * c)
-        root = complex(-0.5 * c, omega_d)
-        x = complex(lag, -(rate + 0.5 * c * lag) / omega_d) * cmath.exp(root * s)
-        return root, x, complex(0.0, 0.0)
-    at = STRIDE * i
-    omega = waves.values[at + OMEGA]
-    angle = omega * s + waves.values[at + THETA]
-    turn = complex(math.cos(angle), math.sin(angle))
-    u_dd = complex(0.0, -waves.values[at + A]) * turn
-    x = complex(0.0, 0.0)
-    if waves.values[at + A] != 0.0:
-        x = complex(waves.values[at + ACROSS], -waves.values[at + ALONG]) * turn
-    return complex(0.0, omega), x, u_dd
+def base_at(u_dd, dt, trail, i):
+    """Give when piece i begins [s], and ü and its rate besides the waves there."""
+    n, s = trail.n[i], trail.s[i]
+    slope = (u_dd[n + 1] - u_dd[n]) / dt
+    return n * dt + s, u_dd[n] + slope * s, slope
 
 
 @inlined
-def over(z, turned, length):
-    """Give the integral of exp(z s) from 0 to a length, where it is `turned` at the end."""
-    q = z * length
-    if abs(q) > SHORT:
-        return (turned - 1.0) / z
-    total = complex(0.0, 0.0)
-    for n in range(TERMS, 0, -1):
-        total = (1.0 + total) * q / (n + 1)
-    return length * (1.0 + total)
+def piece_at(trail, dt, i, t):
+    """Give the number of the piece that holds time t [s], from number i on."""
+    while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t:
+        i += 1
+    return i
 
 
-@compiled
-def integrate_long(c, w, waves, middle, lag, rate, lo, hi):
-    """Integrate from lo to hi.
-
-    Parameters
-    ----------
-    c, w, waves
-        Of the holding contact, anchored at the start of the stretch, as `settles` wants them.
-    middle : float
-        Where the mass would rest without waves [m].
-    lag, rate
-        As in `part`.
-    lo, hi : float
-        Limits, counted from the start [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power : float
-        As in `Totals`.
-    """
-    length = hi - lo
-    x2, v2, x_dd2, power = middle * middle * length, 0.0, 0.0, 0.0
-    for i in range(waves.base + 1):
-        root, x, u_dd = part(c, w, waves, lag, rate, i, lo)
-        turn = cmath.exp(root * length)
-        v, x_dd = root * x, -(w + c * root) * x
-        x2 += 2.0 * middle * (x * over(root, turn, length)).real
-        for k in range(i + 1):
-            twice, other, x_k, u_k, turn_k = 1.0, root, x, u_dd, turn
-            if k < i:
-                other, x_k, u_k = part(c, w, waves, lag, rate, k, lo)
-                twice, turn_k = 2.0, cmath.exp(other * length)
-            v_k, x_dd_k = other * x_k, -(w + c * other) * x_k
-            both = 0.5 * over(root + other, turn * turn_k, length)
-            against = 0.5 * over(root + other.conjugate(), turn * turn_k.conjugate(), length)
-            x2 += twice * (x * x_k * both + x * x_k.conjugate() * against).real
-            v2 += twice * (v * v_k * both + v * v_k.conjugate() * against).real
-            x_dd2 += twice * (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
-            power += (u_dd * (v_k * both + v_k.conjugate() * against)).real
-            if k < i:
-                power += (v * (u_k * both + u_k.conjugate() * against)).real
-    return x2, v2, x_dd2, power
+@inlined
+def within(trail, dt, i, begin, end):
+    """Give from when to when piece i is in a window, counted from its beginning [s]."""
+    t = trail.n[i] * dt + trail.s[i]
+    hi = end - t
+    if i + 1 < len(trail.n):
+        hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
+    return max(begin - t, 0.0), hi
 
 
-# A motion over a spring contact between its steps: at any instant, and its integrals.
+# A motion over a spring contact between its steps.
 
 
 SIX_SUFFICE = 0.125
@@ -1082,29 +863,17 @@ LONG = 2.0
 
 
 @compiled
-def resume_contact(plant, law, waves, u_dd, dt, trail, i):
-    """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
-    n = trail.n[i]
-    s = trail.s[i]
-    slope = (u_dd[n + 1] - u_dd[n]) / dt
-    u_0 = u_dd[n] + slope * s
-    c, w, f = begin_stretch(plant, law, waves, trail.d[i], trail.z[i], n * dt + s)
-    return c, w, -u_0 - f, -slope, u_0, slope
-
-
-@compiled
 def read_contact(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_out, d_out):
     """Write the motion at ascending times t [s].
 
-    Parameters as in `replay.read`; `z_out` is where the contact carries no force [m], and
-    `d_out` the direction of motion.
+    `x_out`, `v_out` and `F_out` are state [m, m/s] and friction force [N], `z_out` is where the
+    contact carries no force [m], and `d_out` the direction of motion.
     """
     i = 0
     known = -1
     c, w, g, r = 0.0, 0.0, 0.0, 0.0
     for k in range(len(t)):
-        while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t[k]:
-            i += 1
+        i = piece_at(trail, dt, i, t[k])
         if known != i:
             c, w, g, r, _, _ = resume_contact(plant, law, waves, u_dd, dt, trail, i)
             known = i
@@ -1120,13 +889,19 @@ def read_contact(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_o
         d_out[k] = -1 if v < 0.0 else 1
 
 
+@compiled
+def resume_contact(plant, law, waves, u_dd, dt, trail, i):
+    """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
+    t, u_0, slope = base_at(u_dd, dt, trail, i)
+    c, w, f = begin_stretch(plant, law, waves, trail.d[i], trail.z[i], t)
+    return c, w, -u_0 - f, -slope, u_0, slope
+
+
 def integrate_contact(plant, law, waves, u_dd, dt, trail, begin, end):
     """Integrate a motion over a spring contact from `begin` to `end` [s].
 
-    Returns
-    -------
-    x2, v2, x_dd2, power, rub, stuck : float
-        As in `Totals`; `rub` is the work that the contact took over F_fk.
+    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `rub` is the work that the
+    contact took over F_fk.
     """
     n, s = np.asarray(trail.n), np.asarray(trail.s)
     lengths = np.append(np.diff(n) * dt + np.diff(s), math.inf)
@@ -1140,7 +915,7 @@ def integrate_pieces(plant, law, waves, u_dd, dt, trail, lengths, begin, end):
 
     Returns as in `integrate_contact`, without the last.
     """
-    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
+    sums = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(trail.n)):
         t = trail.n[i] * dt + trail.s[i]
         s = max(begin - t, 0.0)
@@ -1156,12 +931,8 @@ def integrate_pieces(plant, law, waves, u_dd, dt, trail, lengths, begin, end):
             part = integrate_panels(
                 plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, s, hi
             )
-        x2 += part[0]
-        v2 += part[1]
-        x_dd2 += part[2]
-        power += part[3]
-        rub += part[4]
-    return x2, v2, x_dd2, power, rub
+        sums = plus(sums, part)
+    return sums
 
 
 @compiled
@@ -1171,18 +942,13 @@ def integrate_panels(plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, 
     longest = panel_length(c, w, waves, lo)
     if hi - lo <= SIX_SUFFICE * longest:
         return integrate_panel(SIX_NODES, SIX_WEIGHTS, *scene, lo, hi - lo)
-    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
-    s = lo
+    sums, s = (0.0, 0.0, 0.0, 0.0, 0.0), lo
     while s < hi:
         length = min(panel_length(c, w, waves, s), hi - s)
         part = integrate_panel(TWELVE_NODES, TWELVE_WEIGHTS, *scene, s, length)
-        x2 += part[0]
-        v2 += part[1]
-        x_dd2 += part[2]
-        power += part[3]
-        rub += part[4]
+        sums = plus(sums, part)
         s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, rub
+    return sums
 
 
 @inlined
@@ -1207,111 +973,468 @@ def integrate_panel(
 
 
 @compiled
+def settles(c, w, waves):
+    """Tell whether the motion is one that fades while it swings, and steady responses."""
+    steady = w > 0.0 and w - 0.25 * c * c >= CALM * w
+    for i in range(waves.base):
+        at = STRIDE * i
+        steady = steady and (waves.values[at + STEADY] > 0.0 or waves.values[at + A] == 0.0)
+    return steady
+
+
+@compiled
 def integrate_hold(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
-    """Integrate a hold under waves alone from lo to hi [s]; returns as `integrate_pieces`."""
-    middle = g / w
+    """Integrate a hold that `settles` from lo to hi [s]: sums of exponentials.
+
+    Not for short ones: there the parts of the motion all but cancel, and so would the sums.
+    Returns as `integrate_pieces`.
+    """
+    middle = g / w  # where the mass would rest without waves
     lag, rate = x_r - middle, v_r
     for i in range(waves.base):
         at = STRIDE * i
         if waves.values[at + A] != 0.0:
             lag -= waves.values[at + X_START]
             rate -= waves.values[at + V_START]
-    sums = integrate_long(c, w, waves, middle, lag, rate, lo, hi)
+    length = hi - lo
+    x2, v2, x_dd2, power = middle * middle * length, 0.0, 0.0, 0.0
+    for i in range(waves.base + 1):
+        root, x, u_dd = part(c, w, waves, lag, rate, i, lo)
+        turn = cmath.exp(root * length)
+        v, x_dd = root * x, -(w + c * root) * x
+        x2 += 2.0 * middle * (x * over(root, turn, length)).real
+        for k in range(i + 1):
+            twice, other, x_k, u_k, turn_k = 1.0, root, x, u_dd, turn
+            if k < i:
+                other, x_k, u_k = part(c, w, waves, lag, rate, k, lo)
+                twice, turn_k = 2.0, cmath.exp(other * length)
+            v_k, x_dd_k = other * x_k, -(w + c * other) * x_k
+            both = 0.5 * over(root + other, turn * turn_k, length)
+            against = 0.5 * over(root + other.conjugate(), turn * turn_k.conjugate(), length)
+            x2 += twice * (x * x_k * both + x * x_k.conjugate() * against).real
+            v2 += twice * (v * v_k * both + v * v_k.conjugate() * against).real
+            x_dd2 += twice * (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
+            power += (u_dd * (v_k * both + v_k.conjugate() * against)).real
+            if k < i:
+                power += (v * (u_k * both + u_k.conjugate() * against)).real
     x_lo = slide(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
     x_hi = slide(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
     work = law.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - x_0)
-    return sums[0], sums[1], sums[2], sums[3], work / law.F_fk
+    return x2, v2, x_dd2, power, work / law.F_fk
+
+
+@inlined
+def part(c, w, waves, lag, rate, i, s):
+    """Give one part of the motion at time s: the waves in turn, then what fades.
+
+    At first x_r and v_r lacked `lag` and `rate` of the steady response [m, m/s]. Returns root,
+    x and u_dd: the part of x_r is the real part of x exp(root·time), that of ü likewise.
+    """
+    if i == waves.base:
+        omega_d = math.sqrt(w - 0.25 * c * c)
+        root = complex(-0.5 * c, omega_d)
+        x = complex(lag, -(rate + 0.5 * c * lag) / omega_d) * cmath.exp(root * s)
+        return root, x, complex(0.0, 0.0)
+    at = STRIDE * i
+    omega = waves.values[at + OMEGA]
+    angle = omega * s + waves.values[at + THETA]
+    turn = complex(math.cos(angle), math.sin(angle))
+    u_dd = complex(0.0, -waves.values[at + A]) * turn
+    x = complex(0.0, 0.0)
+    if waves.values[at + A] != 0.0:
+        x = complex(waves.values[at + ACROSS], -waves.values[at + ALONG]) * turn
+    return complex(0.0, omega), x, u_dd
+
+
+TERMS = 16
+"""Terms that exhaust double precision where z·length is below `SHORT`."""
+
+
+@inlined
+def over(z, turned, length):
+    """Give the integral of exp(z s) from 0 to a length, where it is `turned` at the end."""
+    q = z * length
+    if abs(q) > SHORT:
+        return (turned - 1.0) / z
+    total = complex(0.0, 0.0)
+    for n in range(TERMS, 0, -1):
+        total = (1.0 + total) * q / (n + 1)
+    return length * (1.0 + total)
+
+
+# A motion between end stops between its steps: at any instant, its integrals, its hits.
+
+
+@compiled
+def read_bounded(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, stop_out, F_out, d_out):
+    """Write the motion at ascending times t [s], as `read_contact` does.
+
+    `stop_out` is the force of a stop [N], and `d_out` the direction of sliding, 0 where stuck.
+    """
+    i = 0
+    known = -1
+    c, w, g, r, u_0, slope = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(len(t)):
+        i = piece_at(trail, dt, i, t[k])
+        if known != i:
+            c, w, g, r, u_0, slope = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
+            known = i
+        s = t[k] - (trail.n[i] * dt + trail.s[i])
+        z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
+        if way_of(mode) == 0:
+            v = 0.0
+        elif s != 0.0:
+            xi, v, _, _ = slide(c, w, waves, xi, v, g, r, s)
+        u = base_motion(waves, u_0, slope, s)[0]
+        load = normal_force(law, waves, s)[0]
+        x_out[k] = z + xi
+        v_out[k] = v
+        F_out[k], stop_out[k] = forces(plant, law, mode, z, xi, v, u, load)
+        d_out[k] = way_of(mode)
+
+
+@compiled
+def integrate_bounded(plant, law, waves, u_dd, dt, trail, begin, end):
+    """Integrate a motion between end stops from `begin` to `end` [s].
+
+    Returns x2, v2, x_dd2, power, rub, stuck and hits, as in `Totals`; `hits` without what rigid
+    stops take, which is at instants.
+    """
+    m, k_x, b = plant
+    x2, v2, x_dd2, power, rub, stuck, hits = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(trail.n)):
+        s, hi = within(trail, dt, i, begin, end)
+        if hi <= s or trail.d[i] == MEET:
+            continue
+        c, w, g, r, u_0, slope = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
+        z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
+        d = way_of(mode)
+        if fresh_of(mode) == CHATTERS:
+            load = normal_force(law, waves, 0.0)[0]
+            F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + k_x * z
+            p, q = pressures(plant, law, 1 if z > 0.0 else -1, F_L, load)
+            x2 += z * z * (hi - s)
+            x_dd2 += chatter_acceleration(plant, law, p, q, z, load) * (hi - s)
+            continue
+        if d == 0:
+            stuck += hi - s
+            x2 += (z + xi) ** 2 * (hi - s)
+            c, w = 0.0, 0.0
+        while s < hi:
+            length = min(panel_length(c, w, waves, s), hi - s)
+            for k in range(len(TWELVE_NODES)):
+                at = s + length * TWELVE_NODES[k]
+                weight = length * TWELVE_WEIGHTS[k]
+                u = base_motion(waves, u_0, slope, at)[0]
+                if d == 0:
+                    x_dd2 += weight * u * u
+                    continue
+                xi, v, _, _ = slide(c, w, waves, trail.x_r[i], trail.v_r[i], g, r, at)
+                load = normal_force(law, waves, at)[0]
+                F_f, F = forces(plant, law, mode, z, xi, v, u, load)
+                x = z + xi
+                x_dd = (k_x * x + b * v + F_f + F) / m
+                x2 += weight * x * x
+                v2 += weight * v * v
+                x_dd2 += weight * x_dd * x_dd
+                power += weight * u * v
+                rub += weight * load * abs(v)
+                hits += weight * F * v
+            s = s + length if length < hi - s else hi
+    return x2, v2, x_dd2, power, rub, stuck, hits
+
+
+@compiled
+def resume_bounded(plant, law, waves, u_dd, dt, trail, i):
+    """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
+    t, u_0, slope = base_at(u_dd, dt, trail, i)
+    c, w, g = begin_bounded_stretch(plant, law, waves, trail.d[i], trail.z[i], u_0, t)
+    return c, w, g, -slope, u_0, slope
+
+
+@compiled
+def forces(plant, law, mode, z, xi, v_r, u_dd, load):
+    """Give friction force and force of a stop [N]; what neither shows is decided so.
+
+    At rest against a rigid stop friction bears what it can and the stop the rest.
+    """
+    touch, d = touch_of(mode), way_of(mode)
+    if d != 0:
+        return d * law.F_fk * load, bumper_force(law, touch, xi, v_r)
+    F_L = plant.m * u_dd + steady_pull(plant, law, touch, z, xi)
+    if wall_of(law, z, xi) != 0:
+        hold = law.F_fs * load
+        F_f = min(max(-F_L, -hold), hold)
+        return F_f, -F_L - F_f
+    return -F_L, bumper_force(law, touch, xi, 0.0)
+
+
+FINELY = 40.0
+"""Parts of a panel that a force has one extremum in at most: a tenth of a radian each."""
+
+
+@compiled
+def hardest_push(plant, law, waves, u_dd, dt, trail, begin, end):
+    """Give the greatest force of a bumper between `begin` and `end` [N]."""
+    greatest = 0.0
+    for i in range(len(trail.n)):
+        s, hi = within(trail, dt, i, begin, end)
+        mode = trail.d[i]
+        if hi < s or mode == MEET or not pushes(law, touch_of(mode)):
+            continue
+        xi, v = trail.x_r[i], trail.v_r[i]
+        if way_of(mode) == 0:
+            greatest = max(greatest, abs(law.k_s * xi))
+            continue
+        c, w, g, r, _, _ = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
+        side = 1.0 if touch_of(mode) > 0 else -1.0
+        push, rate = push_at(c, w, waves, law, xi, v, g, r, side, s)
+        greatest = max(greatest, push)
+        while s < hi:
+            length = min(panel_length(c, w, waves, s) / FINELY, hi - s)
+            until = s + length if length < hi - s else hi
+            push, after = push_at(c, w, waves, law, xi, v, g, r, side, until)
+            greatest = max(greatest, push)
+            if rate > 0.0 and after < 0.0:
+                push = summit(c, w, waves, law, xi, v, g, r, side, s, until)
+                greatest = max(greatest, push)
+            s, rate = until, after
+    return greatest
+
+
+@compiled
+def push_at(c, w, waves, law, xi, v_r, g, r, side, s):
+    """Give the force of a bumper [N] and its rate [N/s] at time s of a stretch."""
+    x, v, a, _ = slide(c, w, waves, xi, v_r, g, r, s)
+    return side * (law.k_s * x + law.b_s * v), side * (law.k_s * v + law.b_s * a)
+
+
+@compiled
+def summit(c, w, waves, law, xi, v_r, g, r, side, low, high):
+    """Give the greatest force of a bumper between two times at which it rises and falls [N]."""
+    s = 0.5 * (low + high)
+    for _ in range(BISECTIONS):
+        rate = push_at(c, w, waves, law, xi, v_r, g, r, side, s)[1]
+        low, high = (s, high) if rate > 0.0 else (low, s)
+        if high - low <= RESOLUTION * high:
+            break
+        s = 0.5 * (low + high)
+    return push_at(c, w, waves, law, xi, v_r, g, r, side, s)[0]
+
+
+# A motion under a normal force that varies, between its steps.
+
+
+@compiled
+def read_pressed(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_out, d_out):
+    """Write the motion at ascending times t [s], as `read_bounded` does; z is 0."""
+    c, w = plant.b / plant.m, plant.k_x / plant.m
+    i = 0
+    known = -1
+    span, g, r, u_0, slope = span_at(law, 0.0), 0.0, 0.0, 0.0, 0.0
+    for k in range(len(t)):
+        i = piece_at(trail, dt, i, t[k])
+        if known != i:
+            span, g, r, u_0, slope = resume_pressed(plant, law, waves, u_dd, dt, trail, i)
+            known = i
+        s = t[k] - (trail.n[i] * dt + trail.s[i])
+        mode, x, v = trail.d[i], trail.x_r[i], trail.v_r[i]
+        z_out[k] = 0.0
+        if mode == STUCK:
+            x_out[k], v_out[k], d_out[k] = x, 0.0, 0
+            F_out[k] = -limit_force(plant, x, base_motion(waves, u_0, slope, s)[0])
+            continue
+        if s != 0.0:
+            x, v, _, _ = slide(c, w, waves, x, v, g, r, s)
+        x_out[k], v_out[k] = x, v
+        F_out[k] = law.F_fk * rub_of(law, waves, span, mode, s)
+        d_out[k] = heading(mode)
+        if mode == PRESSED_FREE:
+            d_out[k] = -1 if v < 0.0 else 1
+
+
+@compiled
+def integrate_pressed(plant, law, waves, u_dd, dt, trail, begin, end):
+    """Integrate such a motion from `begin` to `end` [s]; returns as `integrate_contact`."""
+    c, w = plant.b / plant.m, plant.k_x / plant.m
+    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(trail.n)):
+        t = trail.n[i] * dt + trail.s[i]
+        s = max(begin - t, 0.0)
+        hi = end - t
+        if i + 1 < len(trail.n):
+            between = trail.s[i + 1] - trail.s[i] + (trail.n[i + 1] - trail.n[i]) * dt
+            hi = min(hi, between)
+        if hi <= s:
+            continue
+        span, g, r, u_0, slope = resume_pressed(plant, law, waves, u_dd, dt, trail, i)
+        mode, x_r, v_r = trail.d[i], trail.x_r[i], trail.v_r[i]
+        if mode == STUCK:
+            stuck += hi - s
+            x2 += x_r * x_r * (hi - s)
+        while s < hi:
+            # A stuck oscillator has no rate of its own.
+            own = (0.0, 0.0) if mode == STUCK else (c, w)
+            length = min(panel_length(own[0], own[1], waves, s), hi - s)
+            for k in range(len(TWELVE_NODES)):
+                at = s + length * TWELVE_NODES[k]
+                weight = length * TWELVE_WEIGHTS[k]
+                u_now = base_motion(waves, u_0, slope, at)[0]
+                if mode == STUCK:
+                    x_dd2 += weight * u_now * u_now
+                    continue
+                x, v, _, _ = slide(c, w, waves, x_r, v_r, g, r, at)
+                share = rub_of(law, waves, span, mode, at)
+                x_dd = -(w * x + c * v + law.F_fk / plant.m * share)
+                x2 += weight * x * x
+                v2 += weight * v * v
+                x_dd2 += weight * x_dd * x_dd
+                power += weight * u_now * v
+                rub += weight * share * v
+            s = s + length if length < hi - s else hi
+    return x2, v2, x_dd2, power, rub, stuck
+
+
+@compiled
+def resume_pressed(plant, law, waves, u_dd, dt, trail, i):
+    """Set the waves for step i; gives the span of the force, g, r, ü and its rate."""
+    t, u_0, slope = base_at(u_dd, dt, trail, i)
+    d = heading(trail.d[i])
+    anchor(waves, plant, law, t, d)
+    span = span_at(law, t)
+    f = d * law.F_fk / plant.m
+    return span, -u_0 - f * span.load, -slope - f * span.rate, u_0, slope
+
+
+@compiled
+def rub_of(law, waves, span, mode, s):
+    """Give the friction force of sliding relative to F_fk [-] at time s of a stretch."""
+    if mode == PRESSED_FREE:
+        return 0.0
+    return heading(mode) * max(load_within(law, waves, span, s)[0], 0.0)
+
+
+# What follows from the turning points of a solution.
+
+
+NEWTON_CAP = 100
+"""Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
+
+
+@compiled
+def passages(t, x_r, x_begin, x_end, end, x_rM):
+    """Count what x_r does on its way from turn to turn, from 0 to the end of a window.
+
+    Parameters
+    ----------
+    t, x_r : array, shape (events,)
+        The events.
+    x_begin, x_end, end : float
+        Displacement at both ends of the window [m], and its end [s].
+    x_rM : float
+        Stroke limit [m]; infinite for none.
+
+    Returns
+    -------
+    peak : float
+        Greatest |x_r| [m].
+    upcrossings, entries : int
+        How often x_r passes zero upwards, and |x_r| reaches the limit anew.
+    """
+    peak = max(abs(x_begin), abs(x_end))
+    upcrossings, entries = 0, 0
+    side = sign(x_begin)
+    beyond = sign(x_begin) if abs(x_begin) >= x_rM else 0
+    for i in range(len(t) + 1):
+        x = x_r[i] if i < len(t) else x_end
+        if i < len(t):
+            peak = max(peak, abs(x))
+            if not 0.0 < t[i] < end:
+                continue
+        if x != 0.0:
+            upcrossings += side < 0 and x > 0.0
+            side = sign(x)
+        now = sign(x) if abs(x) >= x_rM else 0
+        entries += now != 0 and now != beyond
+        beyond = now
+    return peak, upcrossings, entries
+
+
+@compiled
+def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repeats):
+    """Give how often |x_r| is at or beyond a limit, when first [s], and for how long [s].
+
+    Parameters
+    ----------
+    t, kind, x_r, v_first
+        As in `state_at`.
+    x_end, end : float
+        Displacement at the end [m], and the end [s].
+    x_rM : float
+        Stroke limit [m], above 0.
+    repeats : bool
+        Whether the end goes on at the start, as on a periodic orbit.
+
+    Returns
+    -------
+    times : int
+    first : float
+        Below 0 when there is none.
+    beyond : float
+    """
+    scene = (plant, law, waves, t, kind, x_r, v_first)
+    begins = sign(x_r[0]) if abs(x_r[0]) >= x_rM else 0
+    times, first = (1, 0.0) if begins != 0 else (0, -1.0)
+    entered, left = 0.0, 0.0
+    side = begins
+    for i in range(len(t)):
+        until = t[i + 1] if i + 1 < len(t) else end
+        x = x_r[i + 1] if i + 1 < len(t) else x_end
+        now = sign(x) if abs(x) >= x_rM else 0
+        if now == side:
+            continue
+        if side != 0:
+            left += reach(*scene, side * x_rM, t[i], until)
+        if now != 0:
+            at = reach(*scene, now * x_rM, t[i], until)
+            entered += at
+            first = at if times == 0 else first
+            times += 1
+        side = now
+    if side != 0:
+        left += end
+    # An excursion across the seam of an orbit is one, unless there is nothing else.
+    seam = 1 if repeats and begins != 0 and side == begins and times > 1 else 0
+    return times - seam, first, left - entered
+
+
+@compiled
+def reach(plant, law, waves, t, kind, x_r, v_first, level, lo, hi):
+    """Give the time at which x_r, monotone from lo to hi, is at a level [m] in between."""
+    scene = (plant, law, waves, t, kind, x_r, v_first)
+    rising = state_at(*scene, hi)[0] > state_at(*scene, lo)[0]
+    at = 0.5 * (lo + hi)
+    for _ in range(NEWTON_CAP):
+        x, v = state_at(*scene, at)
+        if x == level:
+            return at
+        if (x < level) == rising:
+            lo = at
+        else:
+            hi = at
+        before = at
+        at = at + (level - x) / v if v != 0.0 else lo
+        if not lo < at < hi:
+            at = 0.5 * (lo + hi)
+        if at == before or not lo < at < hi:
+            return hi
+    return at
 
 
 # Turns of a mass on a spring contact, as far as they tell anything of its way.
 #
 # A contact that rings while it holds turns hundreds of times and more, and nearly none of them
 # leads anywhere: neither through zero nor a limit of the stroke, nor as far as it goes anyway.
-
-
-SLACK = 1e-14
-"""Relative distance by which what is as far as something else may seem to be farther."""
-
-
-@compiled
-def unseen(x_r, far, x_rM):
-    """Give between which displacements [m] nothing is told of a way.
-
-    Parameters
-    ----------
-    x_r : float
-        Where the mass is [m].
-    far : float
-        How far it is known to go on this side of zero [m].
-    x_rM : float
-        Limit of the stroke [m]; infinite for none.
-
-    Returns
-    -------
-    low, high : float
-        Zero, the limit and what is known to be reached lie outside, or on the ends.
-    """
-    size = abs(x_r)
-    low, high = (0.0, x_rM) if size < x_rM else (x_rM, math.inf)
-    high = min(high, max(far, size) * (1.0 + SLACK))
-    return (low, high) if x_r > 0.0 else (-high, -low)
-
-
-@compiled
-def holds_unseen(law, trail, i, x_rM):
-    """Tell whether the limits of a holding contact alone keep it where nothing is told."""
-    side = sign(trail.x_r[i])
-    low, high = unseen(trail.x_r[i], side * trail.x_r[i + 1], x_rM)
-    reach = law.F_fk / law.k_t * (1.0 + law.variation)
-    return low <= trail.z[i] - reach and trail.z[i] + reach <= high
-
-
-@compiled
-def next_turn(stretch, waves, h):
-    """Give the first time in (0, h] at which v_r is zero, or infinity, and x_r then."""
-    c, w, x_r, v_r, a, j, _, g, r = stretch
-    way = onset(stretch.v_r, stretch.a, stretch.j)
-    if way == 0:
-        return NEVER, x_r
-    return leave_slip(c, w, waves, x_r, v_r, a, j, g, r, way, h)
-
-
-@compiled
-def farthest(far, x_r):
-    """Give the farthest of a half cycle [m], of what it was and where the mass is told next."""
-    return far if far * x_r > 0.0 and abs(far) > abs(x_r) else x_r
-
-
-@compiled
-def goes_unseen(law, waves, stretch, x_turn, far, x_end, x_rM, turn, h):
-    """Give until when the motion after a turn tells nothing, by its envelope [s].
-
-    Parameters
-    ----------
-    law, waves, stretch
-        The stretch of holding, and the waves anchored at its start.
-    x_turn, far, x_end : float
-        Where it turns, the farthest that is told of this half cycle, and where the piece
-        ends [m]: whoever stays on this side until then is told to come by there.
-    x_rM : float
-        Limit of the stroke [m]; infinite for none.
-    turn, h : float
-        Time of the turn, and length of what is left of the piece [s].
-    """
-    if stretch.w * (h - turn) * (h - turn) < math.pi * math.pi:
-        return turn
-    own = ringing(stretch, waves)
-    if own.side == 0:
-        return turn
-    side = sign(x_turn)
-    until = turn
-    for known in (max(side * far, side * x_end), side * far):
-        low, high = unseen(x_turn, known, x_rM)
-        middle, reach = 0.5 * (low + high), 0.5 * (high - low)
-        until = stays_within(own, stretch, waves, law, middle, reach, False, turn, h)
-        if until >= h or side * x_end <= side * far:
-            return until
-    return until
 
 
 @compiled
@@ -1321,7 +1444,7 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
     Parameters
     ----------
     plant, law, waves, u_dd, dt, trail
-        As in `replay.read`.
+        The solution, as in `read_contact`.
     lengths : array, shape (pieces,)
         Of the pieces [s].
     whole : array, shape (pieces,)
@@ -1359,7 +1482,11 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
         c, w, f = begin_stretch(plant, law, waves, mode, trail.z[i], t + s)
         stretch = starting(c, w, waves, x_r, v_r, -u_0 - f, -slope)
         left = lengths[i] - s
-        turn, x_turn = next_turn(stretch, waves, left)
+        way, turn, x_turn = onset(stretch.v_r, stretch.a, stretch.j), NEVER, x_r
+        if way != 0:
+            turn, x_turn = leave_slip(
+                c, w, waves, x_r, v_r, stretch.a, stretch.j, stretch.g, stretch.r, way, left
+            )
         if turn >= left or not t + s + turn > t + s:
             i, s = i + 1, 0.0
             continue
@@ -1376,9 +1503,6 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
             x_r, v_r = x_turn, 0.0
         s += until
     return (i, s, x_r, v_r, far), count
-
-
-# Turns of a mass on a spring contact of constant limit over samples, as far as they tell.
 
 
 @compiled
@@ -1436,278 +1560,65 @@ def tell_steps(
     return (i, n, s, x, v), count
 
 
-# A motion between end stops between its steps: at any instant, its integrals, its hits.
-
-
-FINELY = 40.0
-"""Parts of a panel that a force has one extremum in at most: a tenth of a radian each."""
+SLACK = 1e-14
+"""Relative distance by which what is as far as something else may seem to be farther."""
 
 
 @compiled
-def resume_bounded(plant, law, waves, u_dd, dt, trail, i):
-    """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
-    n = trail.n[i]
-    s = trail.s[i]
-    slope = (u_dd[n + 1] - u_dd[n]) / dt
-    u_0 = u_dd[n] + slope * s
-    c, w, g = begin_bounded_stretch(plant, law, waves, trail.d[i], trail.z[i], u_0, n * dt + s)
-    return c, w, g, -slope, u_0, slope
+def unseen(x_r, far, x_rM):
+    """Give between which displacements around x_r [m] nothing is told of a way.
 
-
-@compiled
-def forces(plant, law, mode, z, xi, v_r, u_dd, load):
-    """Give friction force and force of a stop [N]; what neither shows is decided so.
-
-    At rest against a rigid stop friction bears what it can and the stop the rest.
+    Zero, the limit of the stroke x_rM and how far the mass is known to go on this side of zero
+    (all in m) lie outside, or on the ends.
     """
-    touch, d = touch_of(mode), way_of(mode)
-    if d != 0:
-        return d * law.F_fk * load, bumper_force(law, touch, xi, v_r)
-    F_L = plant.m * u_dd + steady_pull(plant, law, touch, z, xi)
-    if wall_of(law, z, xi) != 0:
-        hold = law.F_fs * load
-        F_f = min(max(-F_L, -hold), hold)
-        return F_f, -F_L - F_f
-    return -F_L, bumper_force(law, touch, xi, 0.0)
+    size = abs(x_r)
+    low, high = (0.0, x_rM) if size < x_rM else (x_rM, math.inf)
+    high = min(high, max(far, size) * (1.0 + SLACK))
+    return (low, high) if x_r > 0.0 else (-high, -low)
 
 
 @compiled
-def read_bounded(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, stop_out, F_out, d_out):
-    """Write the motion at ascending times t [s].
+def holds_unseen(law, trail, i, x_rM):
+    """Tell whether the limits of a holding contact alone keep it where nothing is told."""
+    side = sign(trail.x_r[i])
+    low, high = unseen(trail.x_r[i], side * trail.x_r[i + 1], x_rM)
+    reach = law.F_fk / law.k_t * (1.0 + law.variation)
+    return low <= trail.z[i] - reach and trail.z[i] + reach <= high
 
-    Parameters as in `replay.read`; `stop_out` is the force of a stop [N], and `d_out` the
-    direction of sliding, 0 where stuck.
+
+@compiled
+def goes_unseen(law, waves, stretch, x_turn, far, x_end, x_rM, turn, h):
+    """Give until when the motion after a turn tells nothing, by its envelope [s].
+
+    Parameters
+    ----------
+    law, waves, stretch
+        The stretch of holding, and the waves anchored at its start.
+    x_turn, far, x_end : float
+        Where it turns, the farthest that is told of this half cycle, and where the piece
+        ends [m]: whoever stays on this side until then is told to come by there.
+    x_rM : float
+        Limit of the stroke [m]; infinite for none.
+    turn, h : float
+        Time of the turn, and length of what is left of the piece [s].
     """
-    i = 0
-    known = -1
-    c, w, g, r, u_0, slope = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(len(t)):
-        while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t[k]:
-            i += 1
-        if known != i:
-            c, w, g, r, u_0, slope = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
-            known = i
-        s = t[k] - (trail.n[i] * dt + trail.s[i])
-        z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
-        if way_of(mode) == 0:
-            v = 0.0
-        elif s != 0.0:
-            xi, v, _, _ = slide(c, w, waves, xi, v, g, r, s)
-        u = base_motion(waves, u_0, slope, s)[0]
-        load = normal_force(law, waves, s)[0]
-        x_out[k] = z + xi
-        v_out[k] = v
-        F_out[k], stop_out[k] = forces(plant, law, mode, z, xi, v, u, load)
-        d_out[k] = way_of(mode)
+    if stretch.w * (h - turn) * (h - turn) < math.pi * math.pi:
+        return turn
+    own = ringing(stretch, waves)
+    if own.side == 0:
+        return turn
+    side = sign(x_turn)
+    until = turn
+    for known in (max(side * far, side * x_end), side * far):
+        low, high = unseen(x_turn, known, x_rM)
+        middle, reach = 0.5 * (low + high), 0.5 * (high - low)
+        until = stays_within(own, stretch, waves, law, middle, reach, False, turn, h)
+        if until >= h or side * x_end <= side * far:
+            return until
+    return until
 
 
 @compiled
-def integrate_bounded(plant, law, waves, u_dd, dt, trail, begin, end):
-    """Integrate a motion between end stops from `begin` to `end` [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power, rub, stuck, hits : float
-        As in `Totals`; `hits` without what rigid stops take, which is at instants.
-    """
-    m, k_x, b = plant
-    x2, v2, x_dd2, power, rub, stuck, hits = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(trail.n)):
-        t = trail.n[i] * dt + trail.s[i]
-        s = max(begin - t, 0.0)
-        hi = end - t
-        if i + 1 < len(trail.n):
-            hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
-        if hi <= s or trail.d[i] == MEET:
-            continue
-        c, w, g, r, u_0, slope = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
-        z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
-        d = way_of(mode)
-        if fresh_of(mode) == CHATTERS:
-            load = normal_force(law, waves, 0.0)[0]
-            F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + k_x * z
-            p, q = pressures(plant, law, 1 if z > 0.0 else -1, F_L, load)
-            x2 += z * z * (hi - s)
-            x_dd2 += chatter_acceleration(plant, law, p, q, z, load) * (hi - s)
-            continue
-        if d == 0:
-            stuck += hi - s
-            x2 += (z + xi) ** 2 * (hi - s)
-            c, w = 0.0, 0.0
-        while s < hi:
-            length = min(panel_length(c, w, waves, s), hi - s)
-            for k in range(len(TWELVE_NODES)):
-                at = s + length * TWELVE_NODES[k]
-                weight = length * TWELVE_WEIGHTS[k]
-                u = base_motion(waves, u_0, slope, at)[0]
-                if d == 0:
-                    x_dd2 += weight * u * u
-                    continue
-                xi, v, _, _ = slide(c, w, waves, trail.x_r[i], trail.v_r[i], g, r, at)
-                load = normal_force(law, waves, at)[0]
-                F_f, F = forces(plant, law, mode, z, xi, v, u, load)
-                x = z + xi
-                x_dd = (k_x * x + b * v + F_f + F) / m
-                x2 += weight * x * x
-                v2 += weight * v * v
-                x_dd2 += weight * x_dd * x_dd
-                power += weight * u * v
-                rub += weight * load * abs(v)
-                hits += weight * F * v
-            s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, rub, stuck, hits
-
-
-@compiled
-def hardest_push(plant, law, waves, u_dd, dt, trail, begin, end):
-    """Give the greatest force of a bumper between `begin` and `end` [N]."""
-    greatest = 0.0
-    for i in range(len(trail.n)):
-        t = trail.n[i] * dt + trail.s[i]
-        s = max(begin - t, 0.0)
-        hi = end - t
-        if i + 1 < len(trail.n):
-            hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
-        mode = trail.d[i]
-        if hi < s or mode == MEET or not pushes(law, touch_of(mode)):
-            continue
-        xi, v = trail.x_r[i], trail.v_r[i]
-        if way_of(mode) == 0:
-            greatest = max(greatest, abs(law.k_s * xi))
-            continue
-        c, w, g, r, _, _ = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
-        side = 1.0 if touch_of(mode) > 0 else -1.0
-        push, rate = push_at(c, w, waves, law, xi, v, g, r, side, s)
-        greatest = max(greatest, push)
-        while s < hi:
-            length = min(panel_length(c, w, waves, s) / FINELY, hi - s)
-            until = s + length if length < hi - s else hi
-            push, after = push_at(c, w, waves, law, xi, v, g, r, side, until)
-            greatest = max(greatest, push)
-            if rate > 0.0 and after < 0.0:
-                push = summit(c, w, waves, law, xi, v, g, r, side, s, until)
-                greatest = max(greatest, push)
-            s, rate = until, after
-    return greatest
-
-
-@compiled
-def push_at(c, w, waves, law, xi, v_r, g, r, side, s):
-    """Give the force of a bumper [N] and its rate [N/s] at time s of a stretch."""
-    x, v, a, _ = slide(c, w, waves, xi, v_r, g, r, s)
-    return side * (law.k_s * x + law.b_s * v), side * (law.k_s * v + law.b_s * a)
-
-
-@compiled
-def summit(c, w, waves, law, xi, v_r, g, r, side, low, high):
-    """Give the greatest force of a bumper between two times at which it rises and falls [N]."""
-    s = 0.5 * (low + high)
-    for _ in range(BISECTIONS):
-        rate = push_at(c, w, waves, law, xi, v_r, g, r, side, s)[1]
-        low, high = (s, high) if rate > 0.0 else (low, s)
-        if high - low <= RESOLUTION * high:
-            break
-        s = 0.5 * (low + high)
-    return push_at(c, w, waves, law, xi, v_r, g, r, side, s)[0]
-
-
-# A motion under a normal force that varies, between its steps: any instant, and integrals.
-
-
-@compiled
-def rub_of(law, waves, span, mode, s):
-    """Give the friction force of sliding relative to F_fk [-] at time s of a stretch."""
-    if mode == PRESSED_FREE:
-        return 0.0
-    return heading(mode) * max(load_within(law, waves, span, s)[0], 0.0)
-
-
-@compiled
-def resume_pressed(plant, law, waves, u_dd, dt, trail, i):
-    """Set the waves for step i; gives the span of the force, g, r, ü and its rate."""
-    n = trail.n[i]
-    s = trail.s[i]
-    slope = (u_dd[n + 1] - u_dd[n]) / dt
-    u_0 = u_dd[n] + slope * s
-    d = heading(trail.d[i])
-    anchor(waves, plant, law, n * dt + s, d)
-    span = span_at(law, n * dt + s)
-    f = d * law.F_fk / plant.m
-    return span, -u_0 - f * span.load, -slope - f * span.rate, u_0, slope
-
-
-@compiled
-def read_pressed(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_out, d_out):
-    """Write the motion at ascending times t [s]; parameters as in `replay.read`, z is 0."""
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    i = 0
-    known = -1
-    span, g, r, u_0, slope = span_at(law, 0.0), 0.0, 0.0, 0.0, 0.0
-    for k in range(len(t)):
-        while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t[k]:
-            i += 1
-        if known != i:
-            span, g, r, u_0, slope = resume_pressed(plant, law, waves, u_dd, dt, trail, i)
-            known = i
-        s = t[k] - (trail.n[i] * dt + trail.s[i])
-        mode, x, v = trail.d[i], trail.x_r[i], trail.v_r[i]
-        z_out[k] = 0.0
-        if mode == STUCK:
-            x_out[k], v_out[k], d_out[k] = x, 0.0, 0
-            F_out[k] = -limit_force(plant, x, base_motion(waves, u_0, slope, s)[0])
-            continue
-        if s != 0.0:
-            x, v, _, _ = slide(c, w, waves, x, v, g, r, s)
-        x_out[k], v_out[k] = x, v
-        F_out[k] = law.F_fk * rub_of(law, waves, span, mode, s)
-        d_out[k] = heading(mode)
-        if mode == PRESSED_FREE:
-            d_out[k] = -1 if v < 0.0 else 1
-
-
-@compiled
-def integrate_pressed(plant, law, waves, u_dd, dt, trail, begin, end):
-    """Integrate such a motion from `begin` to `end` [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power, rub, stuck : float
-        As in `Totals`.
-    """
-    c, w = plant.b / plant.m, plant.k_x / plant.m
-    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(trail.n)):
-        t = trail.n[i] * dt + trail.s[i]
-        s = max(begin - t, 0.0)
-        hi = end - t
-        if i + 1 < len(trail.n):
-            between = trail.s[i + 1] - trail.s[i] + (trail.n[i + 1] - trail.n[i]) * dt
-            hi = min(hi, between)
-        if hi <= s:
-            continue
-        span, g, r, u_0, slope = resume_pressed(plant, law, waves, u_dd, dt, trail, i)
-        mode, x_r, v_r = trail.d[i], trail.x_r[i], trail.v_r[i]
-        if mode == STUCK:
-            stuck += hi - s
-            x2 += x_r * x_r * (hi - s)
-        while s < hi:
-            # A stuck oscillator has no rate of its own.
-            own = (0.0, 0.0) if mode == STUCK else (c, w)
-            length = min(panel_length(own[0], own[1], waves, s), hi - s)
-            for k in range(len(TWELVE_NODES)):
-                at = s + length * TWELVE_NODES[k]
-                weight = length * TWELVE_WEIGHTS[k]
-                u_now = base_motion(waves, u_0, slope, at)[0]
-                if mode == STUCK:
-                    x_dd2 += weight * u_now * u_now
-                    continue
-                x, v, _, _ = slide(c, w, waves, x_r, v_r, g, r, at)
-                share = rub_of(law, waves, span, mode, at)
-                x_dd = -(w * x + c * v + law.F_fk / plant.m * share)
-                x2 += weight * x * x
-                v2 += weight * v * v
-                x_dd2 += weight * x_dd * x_dd
-                power += weight * u_now * v
-                rub += weight * share * v
-            s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, rub, stuck
+def farthest(far, x_r):
+    """Give the farthest of a half cycle [m], of what it was and where the mass is told next."""
+    return far if far * x_r > 0.0 and abs(far) > abs(x_r) else x_r
