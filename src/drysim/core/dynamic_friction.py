@@ -1,4 +1,12 @@
-"""Forces of Stribeck, Dahl, LuGre and Leuven, their series, and what Leuven remembers."""
+"""Forces of Stribeck, Dahl, LuGre and Leuven friction, their series, and what Leuven remembers.
+
+`force_term` gives the friction force of a law term by term: in that alone the series of one law
+differs from another's. `drysim.core.taylor` makes the motion of it.
+
+The bristles of Leuven remember where they turned, and the branch they are on. Everything is
+told by the force alone, as the deflection z = F_h/σ_0 that it stands for, so the force goes on
+without a jump whatever loop closes or is forgotten.
+"""
 
 from __future__ import annotations
 
@@ -9,66 +17,12 @@ from drysim.core.events import sign
 from drysim.core.model import LEUVEN, STRIBECK
 from drysim.core.roots import NEVER, locate
 
-# The force of friction laws with a rate or a state of their own.
-
-
 FLAT = 37.0
 """Exponent from which on the Stribeck curve is flat to double precision."""
-
-
-@inlined
-def fractional(law):
-    """Tell whether the Stribeck curve is a series in the speed away from rest alone."""
-    return law.exponent != 1 and law.exponent != 2
-
 
 SLOWNESS = 100.0
 """Tolerances of a speed that it takes to tell a fractional power of it from its series: at a
 few tolerances the terms of the series are beyond the numbers."""
-
-
-@inlined
-def slow_speed(law, jet):
-    """Give the speed [m/s] at which a fractional power of it counts as none; 0 for the others.
-
-    What this neglects is the share of a tolerance by which friction has fallen.
-    """
-    if not fractional(law):
-        return 0.0
-    return SLOWNESS * law.tolerance * max(jet.scale[0], law.v_s)
-
-
-@inlined
-def general_power(law):
-    """Tell whether the share that bristles take is a series away from zero force alone."""
-    return law.power != 1 and law.power != 2 and law.power != 3
-
-
-@inlined
-def faint_deflection(law):
-    """Give the deflection [m] within which a general power of the force counts as none.
-
-    What this neglects on the way from zero is a tolerance of the deflection at F_fk.
-    """
-    return law.tolerance ** (1.0 / (law.power + 1.0)) * law.F_fk / law.sigma_0
-
-
-@inlined
-def flat_from(law):
-    """Give the speed [m/s] from which on the Stribeck curve is flat."""
-    if law.exponent == 1:
-        return FLAT * law.v_s
-    return (math.sqrt(FLAT) if law.exponent == 2 else FLAT ** (1.0 / law.exponent)) * law.v_s
-
-
-@compiled
-def sliding_limit(law, v):
-    """Give the Stribeck curve at a speed [N]: F_fs at rest, F_fk far from it."""
-    if law.F_fs == law.F_fk:
-        return law.F_fk
-    q = abs(v) / law.v_s
-    share = q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
-    return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-share)
 
 
 @compiled
@@ -93,7 +47,42 @@ def dynamic_force(law, d, v, z):
     return law.sigma_0 * z + law.sigma_1 * z_d + law.sigma_2 * v
 
 
-# The force of dynamic laws term by term: in what the series of one law differs.
+@compiled
+def sliding_limit(law, v):
+    """Give the Stribeck curve at a speed [N]: F_fs at rest, F_fk far from it."""
+    if law.F_fs == law.F_fk:
+        return law.F_fk
+    q = abs(v) / law.v_s
+    share = q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
+    return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-share)
+
+
+@inlined
+def flat_from(law):
+    """Give the speed [m/s] from which on the Stribeck curve is flat."""
+    if law.exponent == 1:
+        return FLAT * law.v_s
+    return (math.sqrt(FLAT) if law.exponent == 2 else FLAT ** (1.0 / law.exponent)) * law.v_s
+
+
+@inlined
+def fractional(law):
+    """Tell whether the Stribeck curve is a series in the speed away from rest alone."""
+    return law.exponent != 1 and law.exponent != 2
+
+
+@inlined
+def slow_speed(law, jet):
+    """Give the speed [m/s] at which a fractional power of it counts as none; 0 for the others.
+
+    What this neglects is the share of a tolerance by which friction has fallen.
+    """
+    if not fractional(law):
+        return 0.0
+    return SLOWNESS * law.tolerance * max(jet.scale[0], law.v_s)
+
+
+# The force term by term.
 
 
 @inlined
@@ -118,7 +107,9 @@ def force_term(law, jet, d, n, falls, per_curve):
     if law.kind == LEUVEN:
         jet.p[n] = (d * law.sigma_0 * jet.z[n] - known) * per_curve
         z_d = travel_term(law, jet, d, n)
-        jet.z[n + 1] = deflection_term(jet, n) / (n + 1)
+        # The deflection rises less and less with the travel.
+        rise = jet.slope[0] * jet.w[n] + jet.slope[1] * product_term(jet.w, jet.z, n)
+        jet.z[n + 1] = rise / (n + 1)
     else:
         product = product_term(jet.v, jet.z, n)
         jet.p[n] = (d * product - known) * per_curve
@@ -184,14 +175,15 @@ def travel_term(law, jet, d, n):
         return jet.w[n]
     if general_power(law):
         power_term(law, jet, n)
-        jet.w[n] = jet.v[n] - product_term(jet.v, jet.share, n)
-        return jet.w[n]
-    jet.square[n] = product_term(jet.p, jet.p, n)
-    if law.power == 2:
-        side = 1.0 if heads_up(jet) == (d > 0) else -1.0
-        jet.w[n] = jet.v[n] - side * product_term(jet.v, jet.square, n)
-        return jet.w[n]
-    jet.share[n] = product_term(jet.p, jet.square, n)
+    else:
+        jet.square[n] = product_term(jet.p, jet.p, n)
+        if law.power == 2:
+            # Whether the deflection is above zero, or goes there from zero.
+            up = jet.z[0] > 0.0 or (jet.z[0] == 0.0 and jet.slope[1] < 0.0)
+            side = 1.0 if up == (d > 0) else -1.0
+            jet.w[n] = jet.v[n] - side * product_term(jet.v, jet.square, n)
+            return jet.w[n]
+        jet.share[n] = product_term(jet.p, jet.square, n)
     jet.w[n] = jet.v[n] - product_term(jet.v, jet.share, n)
     return jet.w[n]
 
@@ -212,21 +204,21 @@ def power_term(law, jet, n):
 
 
 @inlined
-def heads_up(jet):
-    """Tell whether the deflection is above zero, or goes there from zero."""
-    return jet.z[0] > 0.0 or (jet.z[0] == 0.0 and jet.slope[1] < 0.0)
+def general_power(law):
+    """Tell whether the share that bristles take is a series away from zero force alone."""
+    return law.power != 1 and law.power != 2 and law.power != 3
 
 
 @inlined
-def deflection_term(jet, n):
-    """Give term n of the rate of z [m/s], which rises less and less with the travel."""
-    return jet.slope[0] * jet.w[n] + jet.slope[1] * product_term(jet.w, jet.z, n)
+def faint_deflection(law):
+    """Give the deflection [m] within which a general power of the force counts as none.
+
+    What this neglects on the way from zero is a tolerance of the deflection at F_fk.
+    """
+    return law.tolerance ** (1.0 / (law.power + 1.0)) * law.F_fk / law.sigma_0
 
 
-# What the bristles of Leuven remember: where they turned, and the branch they are on.
-#
-# Everything is told by the force alone, as the deflection z = F_h/σ_0 that it stands for, so
-# the force goes on without a jump whatever loop closes or is forgotten.
+# What the bristles of Leuven remember, and what ends a branch.
 
 
 COUNT, WAY, EVEN = 0, 1, 2
@@ -242,25 +234,19 @@ NOISE = 1e-13
 roundings. Bristles that follow the limit that closely have no direction of their own."""
 
 
-@inlined
-def origin(jet):
-    """Give the deflection at which the present branch began [m]."""
-    count = jet.branch[COUNT]
-    return 0.0 if count == 0 else jet.turned[count - 1]
-
-
 @compiled
-def set_slope(law, jet):
-    """Set the rise of z per travel on the present branch: Masing's rule.
+def head(law, jet, d, v, z):
+    """Let the bristles travel as they do for a mass in direction d at speed v [m/s].
 
-    The virgin curve is z = L (1 - exp(-travel/L)), L = F_h/σ_0; a branch from a turn is the
-    same curve twice as large. Either way the rise falls linearly with z.
+    Bristles that are as near the sliding limit as rounding lets them be keep their branch.
     """
-    count = jet.branch[COUNT]
-    span = law.F_h / law.sigma_0 * (1.0 if count == 0 else 2.0)
-    way = jet.branch[WAY]
-    jet.slope[0] = 1.0 + way * origin(jet) / span
-    jet.slope[1] = -way / span
+    gap = sliding_limit(law, v) - d * law.sigma_0 * z
+    way = d * sign(gap)
+    if jet.branch[WAY] == 0:
+        jet.branch[WAY] = way
+    elif way != jet.branch[WAY] and abs(gap) > NOISE * law.F_fs:
+        turn(jet, z)
+    jet.branch[EVEN] = 0
 
 
 @compiled
@@ -298,34 +284,19 @@ def forget(jet):
     jet.branch[COUNT] = count - 2
 
 
-@inlined
-def loop_end(jet):
-    """Give the deflection at which the present loop closes [m], else infinity."""
-    count = jet.branch[COUNT]
-    if count == 0:
-        return jet.branch[WAY] * NEVER
-    return -jet.turned[0] if count == 1 else jet.turned[count - 2]
-
-
 @compiled
-def close_loop(jet):
-    """Close the present loop: its two turns are forgotten, the older branch goes on."""
-    jet.branch[COUNT] -= min(jet.branch[COUNT], 2)
+def set_slope(law, jet):
+    """Set the rise of z per travel on the present branch: Masing's rule.
 
-
-@compiled
-def head(law, jet, d, v, z):
-    """Let the bristles travel as they do for a mass in direction d at speed v [m/s].
-
-    Bristles that are as near the sliding limit as rounding lets them be keep their branch.
+    The virgin curve is z = L (1 - exp(-travel/L)), L = F_h/σ_0; a branch from a turn is the
+    same curve twice as large. Either way the rise falls linearly with z.
     """
-    gap = sliding_limit(law, v) - d * law.sigma_0 * z
-    way = d * sign(gap)
-    if jet.branch[WAY] == 0:
-        jet.branch[WAY] = way
-    elif way != jet.branch[WAY] and abs(gap) > NOISE * law.F_fs:
-        turn(jet, z)
-    jet.branch[EVEN] = 0
+    count = jet.branch[COUNT]
+    span = law.F_h / law.sigma_0 * (1.0 if count == 0 else 2.0)
+    way = jet.branch[WAY]
+    origin = 0.0 if count == 0 else jet.turned[count - 1]
+    jet.slope[0] = 1.0 + way * origin / span
+    jet.slope[1] = -way / span
 
 
 @compiled
@@ -362,6 +333,15 @@ def branch_end(law, jet, n, d, h):
         if even < first and (even > 0.0 or jet.branch[EVEN] == 0):
             first, what = even, LIMIT
     return first, what
+
+
+@inlined
+def loop_end(jet):
+    """Give the deflection at which the present loop closes [m], else infinity."""
+    count = jet.branch[COUNT]
+    if count == 0:
+        return jet.branch[WAY] * NEVER
+    return -jet.turned[0] if count == 1 else jet.turned[count - 2]
 
 
 @inlined
@@ -410,7 +390,8 @@ def end_branch(law, jet, what, z):
         if law.sigma_0 * abs(level - z) > NOISE * law.F_fs:
             jet.branch[EVEN] = 0
         z = level
-        close_loop(jet)
+        # The two turns of the loop are forgotten, the older branch goes on.
+        jet.branch[COUNT] -= min(jet.branch[COUNT], 2)
     elif what == EDGE:
         z = jet.branch[WAY] * edge(law, jet)
     else:

@@ -1,4 +1,22 @@
-"""Taylor-series march for rate- and state-dependent laws."""
+"""The motion under laws with a rate or a state of their own: Taylor series, one after another.
+
+Stribeck, Dahl, LuGre and Leuven friction have no closed form. Every term of the motion's series
+about one instant follows from those before it by sums of products, so a series costs little,
+tells its own radius, and is the motion between the instants as well. `trace` follows a motion
+from series to series and keeps only where each begins; `read` and `integrate_series` make it
+anew from there.
+
+Nothing is missed: the velocity's first zero in a step is reached from below, by steps that a
+bound on the curvature proves safe; the ends of the branches of Leuven's bristles likewise (see
+`drysim.core.dynamic_friction`). Where the last terms do not foresee the Stribeck curve, a step
+ends early.
+
+Stiff bristles: at stiffness σ_0 they settle within the distance F/σ_0. A series that resolves
+this takes steps of some ten such distances, however smooth the motion. Once they have settled,
+z is the solution of z = d g(v) (1 - w/v)/σ_0 with w its own rate: each round through this
+equation is nearer by the ratio of the two times, and the series is as long as the slow motion
+allows.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +44,7 @@ from drysim.core.events import ENOUGH, REVERSAL, ROUNDING, SLIP, limit_force, ma
 from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, STRIDE, A, anchor
 from drysim.core.model import LEUVEN, STRIBECK, Law
 from drysim.core.roots import NEVER, RESOLUTION, break_away, parabola
-from drysim.core.trajectory import TWELVE_NODES, TWELVE_WEIGHTS
-
-# The motion under a dynamic law as Taylor series about one instant.
-#
-# Every term follows from those before it by sums of products, so a series costs little, tells
-# its own radius, and is the motion between the instants as well.
-
+from drysim.core.trajectory import TWELVE_NODES, TWELVE_WEIGHTS, base_at, piece_at, within
 
 ORDER = 20
 """Terms of a series at most: near the least work for errors of rounding size."""
@@ -85,6 +97,395 @@ class Jet(NamedTuple):
     slope: Any
     turned: Any
     branch: Any
+
+
+# The motion series after series, with every zero of the velocity.
+
+
+SLOW = 3
+"""Besides the sign, the direction in a trail of a mass too slow for friction to have fallen."""
+
+STALL = 100
+"""Changes in a row without progress in time that put a scene at the end of double precision."""
+
+
+@compiled
+def trace(
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, jet, trail, at, log, count,
+    capacity,
+):  # fmt: skip
+    """Follow the motion over intervals of ü, or until steps or log are nearly full.
+
+    Parameters
+    ----------
+    plant, law, waves : Plant, Dynamic, Waves
+    u_dd : array, shape (samples,)
+        Base acceleration besides the waves [m/s²], linear in between.
+    dt : float
+        Length of an interval [s].
+    n, s : int, float
+        Where to begin: the interval, and the time within it [s].
+    h : float
+        Length of the last interval [s], at most `dt`.
+    end : int
+        The last interval.
+    x_r, v_r, z, d
+        The state there, and the direction as in `Trail`.
+    jet : Jet
+        To work in.
+    trail, at : Trail, int
+        Where to write the steps, and how many are written.
+    log, count : Log, int
+        The same for events.
+    capacity : int
+        Length of both.
+
+    Returns
+    -------
+    n, s, x_r, v_r, z, d, at, count
+        As given; `count` is -1 where the time no longer moves on.
+    """
+    z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
+    wish = NEVER
+    stalled = 0
+    calm = min(calm_length(waves), calm_plant(plant))
+    pause, wait = 0, 0
+    while n <= end and at + ENOUGH < capacity and count + ENOUGH < capacity:
+        length = h if n == end else dt
+        slope = (u_dd[n + 1] - u_dd[n]) / dt
+        t = n * dt + s
+        u_0 = u_dd[n] + slope * s
+        if d == 0 and law.kind != STRIBECK:
+            # Whoever rested without a cause to move may have one now, to either side.
+            d = first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z)
+            if law.kind == LEUVEN and d != 0:
+                head(law, jet, sign(d), v_r, z)
+            if d != 0:
+                F_L = limit_force(plant, x_r, jet.u[0])
+                count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
+        at = mark(trail, at, n, s, x_r, v_r, z, d)
+        left = length - s
+        if d == 0 and law.kind == STRIBECK:
+            looked = min(left, calm_length(waves))
+            stay, side = end_of_stay(plant, law, waves, x_r, u_0, slope, t, looked)
+            s = length if min(stay, looked) >= left else s + min(stay, looked)
+            if stay != NEVER:
+                d = 2 * side
+                F_L = -side * law.F_fs
+                count = note(log, count, n, s, side * SLIP, x_r, F_L)
+        else:
+            drive(jet, waves, u_0, slope, t)
+            if law.kind == LEUVEN:
+                set_slope(law, jet)
+                trail.rise[at - 1], trail.bend[at - 1] = jet.slope[0], jet.slope[1]
+            way = 1 if d >= 0 else -1
+            v_least = law.tolerance * jet.scale[0]
+            slow = slow_speed(law, jet)
+            creeps = slow > 0.0 and way * v_r <= slow
+            last, step, rounds, pause, wait = begin(
+                plant, law, jet, d, x_r, v_r, z, creeps, left, min(left, calm), wish, v_least,
+                z_least, pause, wait,
+            )  # fmt: skip
+            trail.terms[at - 1] = last
+            if rounds > 0:
+                trail.d[at - 1] = way * (SETTLED + rounds)
+            elif creeps and abs(d) != 2:
+                trail.d[at - 1] = way * SLOW
+            step, stop, end_of_branch, what = extent(
+                plant, law, jet, last, way, step, rounds > 0, creeps, slow, v_least
+            )
+            event = min(stop, end_of_branch)
+            if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
+                event = stop = step
+            crawls = min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
+            stalled = stalled + 1 if crawls else 0
+            if stalled > (0 if event == NEVER else STALL):
+                return n, s, x_r, v_r, z, d, at, -1
+            wish = 4.0 * step if step < left else NEVER
+            step = min(event, step)
+            s = length if step == left else min(s + step, length)
+            x_r, v_r, z = state_at(jet, last, step)
+            jet.scale[0] = max(jet.scale[0], abs(v_r))
+            d = way if d != 0 else 0
+            if law.kind == LEUVEN and step > 0.0:
+                jet.branch[EVEN] = 0
+            if end_of_branch < stop:
+                z = end_branch(law, jet, what, z)
+            if stop <= end_of_branch and stop != NEVER:
+                v_r = 0.0
+                F_L = limit_force(plant, x_r, value(jet.u, ORDER, step))
+                d = first_heading(
+                    plant, law, waves, jet, u_dd[n] + slope * s, slope, n * dt + s, x_r, v_r, z
+                )
+                if law.kind == LEUVEN and d != 0:
+                    head(law, jet, sign(d), 0.0, z)
+                # Bristles never stick: a mass that rests on them has no event until it moves.
+                if d != 0 or law.kind == STRIBECK:
+                    count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
+        if s >= length:
+            n += 1
+            s = 0.0
+    return n, s, x_r, v_r, z, d, at, count
+
+
+@compiled
+def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
+    """Return the direction of motion as in `Trail`: 0 for stuck or without a cause to move."""
+    if v_r != 0.0:
+        return sign(v_r)
+    if law.kind == STRIBECK:
+        drive(jet, waves, u_0, slope, t)
+        F_L = limit_force(plant, x_r, jet.u[0])
+        hold = law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
+        return 0 if abs(F_L) <= hold else -sign(F_L)
+    return heading(plant, law, waves, jet, u_0, slope, t, x_r, z)
+
+
+@compiled
+def heading(plant, law, waves, jet, u_0, slope, t, x_r, z):
+    """Return the direction in which a mass at rest on bristles starts, as in `Trail`.
+
+    It is 2 or -2 in equilibrium, from where ü moves the mass, and 0 where no term of ü does.
+    """
+    drive(jet, waves, u_0, slope, t)
+    a = jet.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
+    if abs(a) > faint_pull(plant, law, jet, x_r, z):
+        return -sign(a)
+    for n in range(1, ORDER + 1):
+        if jet.u[n] != 0.0:
+            return -2 * sign(jet.u[n])
+    return 0
+
+
+@compiled
+def faint_pull(plant, law, jet, x_r, z):
+    """Return the acceleration [m/s²] up to which a mass at rest on bristles is in equilibrium.
+
+    It is that of rounding; or that of a swing on the bristles whose speed may be neglected.
+    Bristles near their limit give way without end, and no swing comes of it.
+    """
+    m, k_x, _ = plant
+    pull = law.sigma_0 * abs(z)
+    rounding = ROUNDING * (abs(k_x * x_r) + pull) / m
+    firm = max(1.0 - pull / law.F_fs, 0.0) * (1.0 - law.F_fs / law.F_h)
+    swing = law.tolerance * jet.scale[0] * math.sqrt((k_x + law.sigma_0 * firm) / m)
+    return max(rounding, swing)
+
+
+@compiled
+def calm_length(waves):
+    """Give the longest step [s] of a stuck mass, within which a series knows the waves."""
+    fastest = 0.0
+    for i in range(waves.size):
+        fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
+    return 1.0 / fastest if fastest > 0.0 else NEVER
+
+
+@compiled
+def calm_plant(plant):
+    """Give the shortest time of the oscillator itself [s]."""
+    rate = max(math.sqrt(plant.k_x / plant.m), plant.b / plant.m)
+    return 1.0 / rate if rate > 0.0 else NEVER
+
+
+@compiled
+def end_of_stay(plant, law, waves, x_r, u_0, slope, t, h):
+    """Give when a stuck mass breaks away within h [s], or infinity, and in which direction."""
+    limits = Law(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
+    anchor(waves, plant, limits, t, 0)
+    return break_away(plant, limits, waves, x_r, u_0, slope, slope, h)
+
+
+LONGEST_WAIT = 31
+"""Steps at most before bristles that had not settled are asked again."""
+
+
+@inlined
+def begin(
+    plant, law, jet, d, x_r, v_r, z, creeps, left, calm, wish, v_least, z_least, pause, wait
+):
+    """Set the series of a step: of settled bristles where they have, else of all that moves.
+
+    Parameters
+    ----------
+    plant, law, jet, x_r, v_r, z, v_least, z_least
+        As in `grow`.
+    d : int
+        Direction as in `Trail`.
+    creeps : bool
+        Whether the mass is too slow for friction to have fallen.
+    left, calm, wish : float
+        What is left of the interval, what is short beside the oscillator's own times, and the
+        length that is wished for [s].
+    pause, wait : int
+        Steps before bristles are asked again whether they have settled: still, and in all.
+
+    Returns
+    -------
+    last, step, rounds, pause, wait
+        Last term, length for which the series holds [s], and rounds of settled bristles.
+    """
+    way = 1 if d >= 0 else -1
+    if law.kind != STRIBECK and settling_rate(law, v_r, z) * calm > STIFF:
+        if pause == 0:
+            last, step, rounds = settle(
+                plant, law, jet, way, x_r, v_r, z, left, v_least, z_least
+            )
+            if rounds > 0:
+                return last, step, rounds, 0, 0
+            wait = min(2 * wait + 1, LONGEST_WAIT)
+            pause = wait
+        else:
+            pause -= 1
+    poised = d == 0 or abs(d) == 2
+    last, step = grow(
+        plant, law, jet, way, x_r, v_r, z, poised, creeps, min(left, wish), v_least, z_least
+    )
+    return last, step, 0, pause, wait
+
+
+@inlined
+def extent(plant, law, jet, last, way, step, settled, creeps, slow, v_least):
+    """Give how far a series is used [s], and what ends it there.
+
+    Parameters
+    ----------
+    plant, law, jet, last, way, step
+        The series up to its last term, the direction, and the length for which it holds [s].
+    settled, creeps : bool
+        Whether it is one of settled bristles, or of a mass too slow for friction to fall.
+    slow : float
+        Speed within which it creeps [m/s].
+    v_least : float
+        What may be neglected [m/s].
+
+    Returns
+    -------
+    step, stop, end, what
+        Length [s]; when v_r is zero and when a branch of the bristles ends, or infinity; and
+        what ends it, as in `branch_end`.
+    """
+    step = foreseen(law, jet, last, way, step, slow)
+    stop = first_zero(jet.v, last, way, step)
+    if settled and stop != NEVER:
+        step, stop = 0.5 * stop, NEVER
+    end, what = NEVER, 0
+    if law.kind == LEUVEN:
+        end, what = branch_end(law, jet, last, way, min(stop, step))
+    seen = min(stop, end, step)
+    if not creeps:
+        seen = followed(plant, law, jet, last, way, seen, v_least)
+    if seen < min(stop, end):
+        return min(seen, step), NEVER, NEVER, 0
+    return step, stop, end, what
+
+
+# A traced motion between its steps.
+
+
+TINY = 1e-300
+"""Nothing that a series has may be neglected where it is read."""
+
+
+@compiled
+def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out, d_out):
+    """Write the motion at ascending times t [s].
+
+    Parameters
+    ----------
+    plant, law, waves, u_dd, dt, jet, trail
+        As in `trace`; `trail` ends with its last step.
+    t : array, shape (n,)
+        Ascending, not before the first step [s].
+    x_out, v_out, z_out, F_out : array, shape (n,)
+        Written: state [m, m/s, m] and friction force [N].
+    d_out : array of int, shape (n,)
+        Written: direction of motion, 0 where stuck; bristles never stick.
+    """
+    i = 0
+    known = -1
+    last = 0
+    for k in range(len(t)):
+        i = piece_at(trail, dt, i, t[k])
+        if known != i:
+            last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
+            known = i
+        s = t[k] - (trail.n[i] * dt + trail.s[i])
+        d = (trail.d[i] > 0) - (trail.d[i] < 0)
+        x_out[k] = trail.x_r[i]
+        v_out[k] = 0.0
+        z_out[k] = trail.z[i]
+        d_out[k] = d if d != 0 or law.kind == STRIBECK else 1
+        if d == 0:
+            F_out[k] = -limit_force(plant, x_out[k], value(jet.u, ORDER, s))
+            continue
+        if s == 0.0:
+            v_out[k] = trail.v_r[i]
+        else:
+            x_out[k], v_out[k], z_out[k] = state_at(jet, last, s)
+        F_out[k] = dynamic_force(law, d, v_out[k], z_out[k])
+
+
+@compiled
+def integrate_series(plant, law, waves, u_dd, dt, jet, trail, begin, end):
+    """Integrate a traced motion from `begin` to `end` [s].
+
+    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `rub` is the loss in the
+    contact over F_fk.
+    """
+    m, k_x, b = plant
+    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(trail.n)):
+        lo, hi = within(trail, dt, i, begin, end)
+        if hi <= lo:
+            continue
+        last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
+        d = (trail.d[i] > 0) - (trail.d[i] < 0)
+        if d == 0:
+            stuck += hi - lo if law.kind == STRIBECK else 0.0
+            x2 += trail.x_r[i] ** 2 * (hi - lo)
+        for k in range(len(TWELVE_NODES)):
+            s = lo + (hi - lo) * TWELVE_NODES[k]
+            weight = (hi - lo) * TWELVE_WEIGHTS[k]
+            push = value(jet.u, ORDER, s)
+            if d == 0:
+                x_dd2 += weight * push * push
+                continue
+            x, v, z = state_at(jet, last, s)
+            F = dynamic_force(law, d, v, z)
+            x_dd = (k_x * x + b * v + F) / m
+            x2 += weight * x * x
+            v2 += weight * v * v
+            x_dd2 += weight * x_dd * x_dd
+            power += weight * push * v
+            rub += weight * F * v / law.F_fk
+    return x2, v2, x_dd2, power, rub, stuck
+
+
+@compiled
+def revive(plant, law, waves, u_dd, dt, jet, trail, i):
+    """Make the series of step i anew; gives the last term that counts, 0 where nothing moves.
+
+    What comes behind it is not the motion: the rise of the Stribeck curve, a step away.
+    """
+    t, u_0, slope = base_at(u_dd, dt, trail, i)
+    d = trail.d[i]
+    drive(jet, waves, u_0, slope, t)
+    if d == 0:
+        return 0
+    way = 1 if d > 0 else -1
+    if law.kind == LEUVEN:
+        jet.slope[0], jet.slope[1] = trail.rise[i], trail.bend[i]
+    if law.kind != STRIBECK and abs(d) > SETTLED:
+        settle_again(plant, law, jet, way, trail.x_r[i], trail.v_r[i], abs(d) - SETTLED)
+        return trail.terms[i]
+    slow = fractional(law) and abs(d) > 1
+    state = trail.x_r[i], trail.v_r[i], trail.z[i]
+    grow(plant, law, jet, way, *state, abs(d) == 2, slow, 1.0, TINY, TINY)
+    return trail.terms[i]
+
+
+# The series of all that moves.
 
 
 @compiled
@@ -208,11 +609,6 @@ def state_at(jet, n, s):
 
 
 # Sliding on stiff bristles that have settled: their deflection follows the speed.
-#
-# At stiffness σ_0 bristles settle within the distance F/σ_0. A series that resolves this takes
-# steps of some ten such distances, however smooth the motion. Once they have settled, z is the
-# solution of z = d g(v) (1 - w/v)/σ_0 with w its own rate: each round through this equation is
-# nearer by the ratio of the two times, and the series is as long as the slow motion allows.
 
 
 SETTLED = 2
@@ -238,25 +634,11 @@ def settling_rate(law, v, z):
 
 
 @compiled
-def calm_plant(plant):
-    """Give the shortest time of the oscillator itself [s]."""
-    rate = max(math.sqrt(plant.k_x / plant.m), plant.b / plant.m)
-    return 1.0 / rate if rate > 0.0 else NEVER
-
-
-@compiled
 def settle(plant, law, jet, d, x, v, z, h, v_least, z_least):
-    """Set the series of the motion on settled bristles.
+    """Set the series of the motion on settled bristles; parameters as in `grow`.
 
-    Parameters
-    ----------
-    as in `grow`
-
-    Returns
-    -------
-    n, h, rounds : int, float, int
-        The last term, the length for which the series holds [s], and the rounds that it took;
-        0 where the bristles at z have not settled.
+    Returns the last term, the length for which the series holds [s], and the rounds that it
+    took; 0 where the bristles at z have not settled.
     """
     rate = law.sigma_0 * abs(v) / sliding_limit(law, v)
     for n in range(ORDER + 2):
@@ -274,6 +656,16 @@ def settle(plant, law, jet, d, x, v, z, h, v_least, z_least):
             settled = abs(jet.z[0] - z) <= z_least
             return last, h, (rounds if settled else 0)
     return 0, h, 0
+
+
+@compiled
+def settle_again(plant, law, jet, d, x, v, rounds):
+    """Set the whole series of settled bristles after so many rounds."""
+    for n in range(ORDER + 2):
+        jet.w[n] = 0.0
+    for _ in range(rounds):
+        settled_round(plant, law, jet, d, x, v, 1.0, 0.0, 0.0)
+        update_rate(plant, law, jet, ORDER, 1.0, 1.0, 1.0, 1.0)
 
 
 @compiled
@@ -350,37 +742,7 @@ def update_rate(plant, law, jet, last, rate, h, v_least, z_least):
     return change
 
 
-@compiled
-def settle_again(plant, law, jet, d, x, v, rounds):
-    """Set the whole series of settled bristles after so many rounds."""
-    for n in range(ORDER + 2):
-        jet.w[n] = 0.0
-    for _ in range(rounds):
-        settled_round(plant, law, jet, d, x, v, 1.0, 0.0, 0.0)
-        update_rate(plant, law, jet, ORDER, 1.0, 1.0, 1.0, 1.0)
-
-
-# How long a mass stays where Stribeck's friction holds it.
-
-
-@compiled
-def calm_length(waves):
-    """Give the longest step [s] of a stuck mass, within which a series knows the waves."""
-    fastest = 0.0
-    for i in range(waves.size):
-        fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
-    return 1.0 / fastest if fastest > 0.0 else NEVER
-
-
-@compiled
-def end_of_stay(plant, law, waves, x_r, u_0, slope, t, h):
-    """Give when a stuck mass breaks away within h [s], or infinity, and in which direction."""
-    limits = Law(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
-    anchor(waves, plant, limits, t, 0)
-    return break_away(plant, limits, waves, x_r, u_0, slope, slope, h)
-
-
-# How far a series of the motion may be trusted, and where its velocity is zero first.
+# How far a series may be trusted, and where its velocity is zero first.
 
 
 CURVE_SLACK = 10.0
@@ -479,377 +841,3 @@ def followed(plant, law, jet, n, d, h, v_least):
             return h
         h *= 0.5
     return h
-
-
-# One step of a motion under a dynamic law: its series, and how far that is used.
-
-
-LONGEST_WAIT = 31
-"""Steps at most before bristles that had not settled are asked again."""
-
-
-@inlined
-def begin(
-    plant, law, jet, d, x_r, v_r, z, creeps, left, calm, wish, v_least, z_least, pause, wait
-):
-    """Set the series of a step: of settled bristles where they have, else of all that moves.
-
-    Parameters
-    ----------
-    plant, law, jet, x_r, v_r, z, v_least, z_least
-        As in `grow`.
-    d : int
-        Direction as in `Trail`.
-    creeps : bool
-        Whether the mass is too slow for friction to have fallen.
-    left, calm, wish : float
-        What is left of the interval, what is short beside the oscillator's own times, and the
-        length that is wished for [s].
-    pause, wait : int
-        Steps before bristles are asked again whether they have settled: still, and in all.
-
-    Returns
-    -------
-    last, step, rounds, pause, wait
-        Last term, length for which the series holds [s], and rounds of settled bristles.
-    """
-    way = 1 if d >= 0 else -1
-    if law.kind != STRIBECK and settling_rate(law, v_r, z) * calm > STIFF:
-        if pause == 0:
-            last, step, rounds = settle(
-                plant, law, jet, way, x_r, v_r, z, left, v_least, z_least
-            )
-            if rounds > 0:
-                return last, step, rounds, 0, 0
-            wait = min(2 * wait + 1, LONGEST_WAIT)
-            pause = wait
-        else:
-            pause -= 1
-    poised = d == 0 or abs(d) == 2
-    last, step = grow(
-        plant, law, jet, way, x_r, v_r, z, poised, creeps, min(left, wish), v_least, z_least
-    )
-    return last, step, 0, pause, wait
-
-
-@inlined
-def extent(plant, law, jet, last, way, step, settled, creeps, slow, v_least):
-    """Give how far a series is used [s], and what ends it there.
-
-    Parameters
-    ----------
-    plant, law, jet, last, way, step
-        The series up to its last term, the direction, and the length for which it holds [s].
-    settled, creeps : bool
-        Whether it is one of settled bristles, or of a mass too slow for friction to fall.
-    slow : float
-        Speed within which it creeps [m/s].
-    v_least : float
-        What may be neglected [m/s].
-
-    Returns
-    -------
-    step, stop, end, what
-        Length [s]; when v_r is zero and when a branch of the bristles ends, or infinity; and
-        what ends it, as in `branch_end`.
-    """
-    step = foreseen(law, jet, last, way, step, slow)
-    stop = first_zero(jet.v, last, way, step)
-    if settled and stop != NEVER:
-        step, stop = 0.5 * stop, NEVER
-    end, what = NEVER, 0
-    if law.kind == LEUVEN:
-        end, what = branch_end(law, jet, last, way, min(stop, step))
-    seen = min(stop, end, step)
-    if not creeps:
-        seen = followed(plant, law, jet, last, way, seen, v_least)
-    if seen < min(stop, end):
-        return min(seen, step), NEVER, NEVER, 0
-    return step, stop, end, what
-
-
-# The motion under a dynamic law, series after series, with every zero of the velocity.
-
-
-SLOW = 3
-"""Besides the sign, the direction in a trail of a mass too slow for friction to have fallen."""
-
-STALL = 100
-"""Changes in a row without progress in time that put a scene at the end of double precision."""
-
-
-@compiled
-def faint_pull(plant, law, jet, x_r, z):
-    """Return the acceleration [m/s²] up to which a mass at rest on bristles is in equilibrium.
-
-    It is that of rounding; or that of a swing on the bristles whose speed may be neglected.
-    Bristles near their limit give way without end, and no swing comes of it.
-    """
-    m, k_x, _ = plant
-    pull = law.sigma_0 * abs(z)
-    rounding = ROUNDING * (abs(k_x * x_r) + pull) / m
-    firm = max(1.0 - pull / law.F_fs, 0.0) * (1.0 - law.F_fs / law.F_h)
-    swing = law.tolerance * jet.scale[0] * math.sqrt((k_x + law.sigma_0 * firm) / m)
-    return max(rounding, swing)
-
-
-@compiled
-def heading(plant, law, waves, jet, u_0, slope, t, x_r, z):
-    """Return the direction in which a mass at rest on bristles starts, as in `Trail`.
-
-    It is 2 or -2 in equilibrium, from where ü moves the mass, and 0 where no term of ü does.
-    """
-    drive(jet, waves, u_0, slope, t)
-    a = jet.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
-    if abs(a) > faint_pull(plant, law, jet, x_r, z):
-        return -sign(a)
-    for n in range(1, ORDER + 1):
-        if jet.u[n] != 0.0:
-            return -2 * sign(jet.u[n])
-    return 0
-
-
-@compiled
-def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
-    """Return the direction of motion as in `Trail`: 0 for stuck or without a cause to move."""
-    if v_r != 0.0:
-        return sign(v_r)
-    if law.kind == STRIBECK:
-        drive(jet, waves, u_0, slope, t)
-        F_L = limit_force(plant, x_r, jet.u[0])
-        hold = law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
-        return 0 if abs(F_L) <= hold else -sign(F_L)
-    return heading(plant, law, waves, jet, u_0, slope, t, x_r, z)
-
-
-@compiled
-def trace(
-    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, jet, trail, at, log, count,
-    capacity,
-):  # fmt: skip
-    """Follow the motion over intervals of ü, or until steps or log are nearly full.
-
-    Parameters
-    ----------
-    plant, law, waves : Plant, Dynamic, Waves
-    u_dd : array, shape (samples,)
-        Base acceleration besides the waves [m/s²], linear in between.
-    dt : float
-        Length of an interval [s].
-    n, s : int, float
-        Where to begin: the interval, and the time within it [s].
-    h : float
-        Length of the last interval [s], at most `dt`.
-    end : int
-        The last interval.
-    x_r, v_r, z, d
-        The state there, and the direction as in `Trail`.
-    jet : Jet
-        To work in.
-    trail, at : Trail, int
-        Where to write the steps, and how many are written.
-    log, count : Log, int
-        The same for events.
-    capacity : int
-        Length of both.
-
-    Returns
-    -------
-    n, s, x_r, v_r, z, d, at, count
-        As given; `count` is -1 where the time no longer moves on.
-    """
-    z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
-    wish = NEVER
-    stalled = 0
-    calm = min(calm_length(waves), calm_plant(plant))
-    pause, wait = 0, 0
-    while n <= end and at + ENOUGH < capacity and count + ENOUGH < capacity:
-        length = h if n == end else dt
-        slope = (u_dd[n + 1] - u_dd[n]) / dt
-        t = n * dt + s
-        u_0 = u_dd[n] + slope * s
-        if d == 0 and law.kind != STRIBECK:
-            # Whoever rested without a cause to move may have one now, to either side.
-            d = first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z)
-            if law.kind == LEUVEN and d != 0:
-                head(law, jet, sign(d), v_r, z)
-            if d != 0:
-                F_L = limit_force(plant, x_r, jet.u[0])
-                count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
-        at = mark(trail, at, n, s, x_r, v_r, z, d)
-        left = length - s
-        if d == 0 and law.kind == STRIBECK:
-            looked = min(left, calm_length(waves))
-            stay, side = end_of_stay(plant, law, waves, x_r, u_0, slope, t, looked)
-            s = length if min(stay, looked) >= left else s + min(stay, looked)
-            if stay != NEVER:
-                d = 2 * side
-                F_L = -side * law.F_fs
-                count = note(log, count, n, s, side * SLIP, x_r, F_L)
-        else:
-            drive(jet, waves, u_0, slope, t)
-            if law.kind == LEUVEN:
-                set_slope(law, jet)
-                trail.rise[at - 1], trail.bend[at - 1] = jet.slope[0], jet.slope[1]
-            way = 1 if d >= 0 else -1
-            v_least = law.tolerance * jet.scale[0]
-            slow = slow_speed(law, jet)
-            creeps = slow > 0.0 and way * v_r <= slow
-            last, step, rounds, pause, wait = begin(
-                plant, law, jet, d, x_r, v_r, z, creeps, left, min(left, calm), wish, v_least,
-                z_least, pause, wait,
-            )  # fmt: skip
-            trail.terms[at - 1] = last
-            if rounds > 0:
-                trail.d[at - 1] = way * (SETTLED + rounds)
-            elif creeps and abs(d) != 2:
-                trail.d[at - 1] = way * SLOW
-            step, stop, end_of_branch, what = extent(
-                plant, law, jet, last, way, step, rounds > 0, creeps, slow, v_least
-            )
-            event = min(stop, end_of_branch)
-            if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
-                event = stop = step
-            crawls = min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
-            stalled = stalled + 1 if crawls else 0
-            if stalled > (0 if event == NEVER else STALL):
-                return n, s, x_r, v_r, z, d, at, -1
-            wish = 4.0 * step if step < left else NEVER
-            step = min(event, step)
-            s = length if step == left else min(s + step, length)
-            x_r, v_r, z = state_at(jet, last, step)
-            jet.scale[0] = max(jet.scale[0], abs(v_r))
-            d = way if d != 0 else 0
-            if law.kind == LEUVEN and step > 0.0:
-                jet.branch[EVEN] = 0
-            if end_of_branch < stop:
-                z = end_branch(law, jet, what, z)
-            if stop <= end_of_branch and stop != NEVER:
-                v_r = 0.0
-                F_L = limit_force(plant, x_r, value(jet.u, ORDER, step))
-                d = first_heading(
-                    plant, law, waves, jet, u_dd[n] + slope * s, slope, n * dt + s, x_r, v_r, z
-                )
-                if law.kind == LEUVEN and d != 0:
-                    head(law, jet, sign(d), 0.0, z)
-                # Bristles never stick: a mass that rests on them has no event until it moves.
-                if d != 0 or law.kind == STRIBECK:
-                    count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
-        if s >= length:
-            n += 1
-            s = 0.0
-    return n, s, x_r, v_r, z, d, at, count
-
-
-# A traced motion between its steps: states at any instant, and integrals over a window.
-
-
-TINY = 1e-300
-"""Nothing that a series has may be neglected where it is read."""
-
-
-@compiled
-def revive(plant, law, waves, u_dd, dt, jet, trail, i):
-    """Make the series of step i anew; gives the last term that counts, 0 where nothing moves.
-
-    What comes behind it is not the motion: the rise of the Stribeck curve, a step away.
-    """
-    n = trail.n[i]
-    s = trail.s[i]
-    slope = (u_dd[n + 1] - u_dd[n]) / dt
-    d = trail.d[i]
-    drive(jet, waves, u_dd[n] + slope * s, slope, n * dt + s)
-    if d == 0:
-        return 0
-    way = 1 if d > 0 else -1
-    if law.kind == LEUVEN:
-        jet.slope[0], jet.slope[1] = trail.rise[i], trail.bend[i]
-    if law.kind != STRIBECK and abs(d) > SETTLED:
-        settle_again(plant, law, jet, way, trail.x_r[i], trail.v_r[i], abs(d) - SETTLED)
-        return trail.terms[i]
-    slow = fractional(law) and abs(d) > 1
-    state = trail.x_r[i], trail.v_r[i], trail.z[i]
-    grow(plant, law, jet, way, *state, abs(d) == 2, slow, 1.0, TINY, TINY)
-    return trail.terms[i]
-
-
-@compiled
-def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out, d_out):
-    """Write the motion at ascending times t [s].
-
-    Parameters
-    ----------
-    plant, law, waves, u_dd, dt, jet, trail
-        As in `trace`; `trail` ends with its last step.
-    t : array, shape (n,)
-        Ascending, not before the first step [s].
-    x_out, v_out, z_out, F_out : array, shape (n,)
-        Written: state [m, m/s, m] and friction force [N].
-    d_out : array of int, shape (n,)
-        Written: direction of motion, 0 where stuck; bristles never stick.
-    """
-    i = 0
-    known = -1
-    last = 0
-    for k in range(len(t)):
-        while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t[k]:
-            i += 1
-        if known != i:
-            last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
-            known = i
-        s = t[k] - (trail.n[i] * dt + trail.s[i])
-        d = (trail.d[i] > 0) - (trail.d[i] < 0)
-        x_out[k] = trail.x_r[i]
-        v_out[k] = 0.0
-        z_out[k] = trail.z[i]
-        d_out[k] = d if d != 0 or law.kind == STRIBECK else 1
-        if d == 0:
-            F_out[k] = -limit_force(plant, x_out[k], value(jet.u, ORDER, s))
-            continue
-        if s == 0.0:
-            v_out[k] = trail.v_r[i]
-        else:
-            x_out[k], v_out[k], z_out[k] = state_at(jet, last, s)
-        F_out[k] = dynamic_force(law, d, v_out[k], z_out[k])
-
-
-@compiled
-def integrate_series(plant, law, waves, u_dd, dt, jet, trail, begin, end):
-    """Integrate a traced motion from `begin` to `end` [s].
-
-    Returns
-    -------
-    x2, v2, x_dd2, power, rub, stuck : float
-        As in `Totals`; `rub` is the loss in the contact over F_fk.
-    """
-    m, k_x, b = plant
-    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(trail.n)):
-        t = trail.n[i] * dt + trail.s[i]
-        lo = max(begin - t, 0.0)
-        hi = end - t
-        if i + 1 < len(trail.n):
-            hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
-        if hi <= lo:
-            continue
-        last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
-        d = (trail.d[i] > 0) - (trail.d[i] < 0)
-        if d == 0:
-            stuck += hi - lo if law.kind == STRIBECK else 0.0
-            x2 += trail.x_r[i] ** 2 * (hi - lo)
-        for k in range(len(TWELVE_NODES)):
-            s = lo + (hi - lo) * TWELVE_NODES[k]
-            weight = (hi - lo) * TWELVE_WEIGHTS[k]
-            push = value(jet.u, ORDER, s)
-            if d == 0:
-                x_dd2 += weight * push * push
-                continue
-            x, v, z = state_at(jet, last, s)
-            F = dynamic_force(law, d, v, z)
-            x_dd = (k_x * x + b * v + F) / m
-            x2 += weight * x * x
-            v2 += weight * v * v
-            x_dd2 += weight * x_dd * x_dd
-            power += weight * push * v
-            rub += weight * F * v / law.F_fk
-    return x2, v2, x_dd2, power, rub, stuck
