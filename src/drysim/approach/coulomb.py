@@ -1,4 +1,9 @@
-"""Exact solution of Coulomb friction: event by event under sines, step by step over samples."""
+"""Exact solution of Coulomb friction: event by event under sines, step by step over samples.
+
+Under sines a motion is known from event to event, without a grid, and so are its periodic
+orbits. Over samples it is marched block by block and known at every sample and every event
+between: long ones keep a state for each block, from which it can be marched again.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.approach.scene import (
     LOG_LENGTH,
     PER_CALL,
-    base_of_waves,
+    UnderSines,
     beginning,
     empty_log,
     grid_points,
@@ -25,6 +30,7 @@ from drysim.approach.scene import (
     put_first,
     refuse_storm,
     run_length,
+    squares_of_base,
     wave_values,
     waves_of,
 )
@@ -43,7 +49,7 @@ from drysim.approach.solution import (
 from drysim.core import orbit
 from drysim.core.compile import held
 from drysim.core.events import ROOM, Log, direction
-from drysim.core.forcing import REST, STRIDE, V_R, Waves, mean_squares
+from drysim.core.forcing import REST, STRIDE, V_R, Waves
 from drysim.core.march import leap, leap_off, leap_steps
 from drysim.core.model import (
     BLOCK,
@@ -70,7 +76,59 @@ from drysim.core.trajectory import (
     step_rows,
 )
 
-# The exact solution under sines: from event to event, on any grid, and its periodic orbit.
+
+def solve(
+    plant: Plant,
+    law: Law,
+    motion: Sines | Samples,
+    start: AnyState,
+    step: float,
+    duration: float | None,
+    whole: bool,
+) -> Response:
+    """Solve a scene, to be had on its grid.
+
+    `whole` keeps the motion over samples at hand, however long it is.
+    """
+    if isinstance(motion, Sines):
+        track = follow_sines(plant, law, motion, start, run_length(motion, duration))
+        n = grid_points(track.end, step)
+        how = partial(numerics, law, motion, n, track.turns, track.closest)
+        grid = Leaps(track, step, n)
+        response = Response(plant, law, motion, grid, track.turns, how, track)
+    else:
+        response = solve_samples(plant, law, motion, start, duration, whole)
+    return response if law.F_fs > 0.0 else frictionless(response)
+
+
+def follow(
+    plant: Plant, law: Law, motion: Sines | Samples, start: AnyState, duration: float | None
+) -> Track:
+    """Solve a scene without a grid where it can."""
+    if isinstance(motion, Sines):
+        return follow_sines(plant, law, motion, start, run_length(motion, duration))
+    response = solve_samples(plant, law, motion, start, duration, whole=False)
+    assert response.track is not None, "samples are solved with their track"
+    return response.track
+
+
+def frictionless(response: Response) -> Response:
+    """Give the response of a scene without dry friction: turning points are not events then."""
+    events = response.events
+    begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
+    grid, how = Sliding(response.grid), partial(viscous_numerics, response)
+    return replace(response, grid=grid, events=begin, how=how)
+
+
+def viscous_numerics(response: Response) -> Numerics:
+    """Give how the numbers of a response were made, where there is no dry friction."""
+    why = "no dry friction: the same flow, with turning points for the peaks only"
+    return replace(
+        response.numerics, approach="viscous", why=why, events=1, closest_decision=None
+    )
+
+
+# Under sines: from event to event, on any grid.
 
 
 LEAPS = 1_000_000
@@ -79,8 +137,29 @@ LEAPS = 1_000_000
 FEW_EVENTS = 1024
 """Events that there is room for at first; room is doubled as it fills."""
 
-MOST_PERIODS = 5_000
-"""Periods after which a scene counts as not settled."""
+
+def follow_sines(
+    plant: Plant, law: Law, motion: Sines, start: AnyState, duration: float
+) -> LeapTrack:
+    """Solve a scene under sines from event to event; no grid takes part."""
+    x_r, v_r = start[:2]
+    scene = held(np.array([*plant, *law, x_r, v_r, *wave_values(motion, law)]))
+    log, kind = held(np.empty((4, FEW_EVENTS))), held(np.empty(FEW_EVENTS, np.int8))
+    begin, x_r, v_r, d, count, closest = leap_off(scene, duration, log, kind)
+    refuse_storm(count, begin, (x_r, v_r))
+    while begin < duration:
+        size = min(2 * len(kind), count + LEAPS)
+        log, kind = held(np.hstack((log, np.empty((4, size - len(kind)))))), longer(kind, size)
+        begin, x_r, v_r, d, count, tight = leap(
+            plant, law, waves_of(motion, law), 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d,
+            Log(log[0], log[1], kind, log[2], log[3]), count, size,
+        )  # fmt: skip
+        refuse_storm(count, begin, (x_r, v_r))
+        closest = min(closest, tight)
+    # One row by its number: to take rows apart in turn costs as much as some tens of events.
+    log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
+    turns = Events(log[1, :count], kind, log[2, :count], log[3, :count])
+    return LeapTrack(plant, law, motion, scene, turns, duration, closest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,55 +202,17 @@ class LeapTrack(Located):
             self.plant, self.law, waves, held(turns.t), held(turns.kind), held(turns.x_r),
             self.scene[V_R], begin, end,
         )  # fmt: skip
-        length = end - begin
-        u_dd2, u2 = mean_squares(waves, begin, end)
-        return Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2 * length, u2 * length)
-
-
-def follow_sines(
-    plant: Plant, law: Law, motion: Sines, start: AnyState, duration: float
-) -> LeapTrack:
-    """Solve a scene under sines from event to event; no grid takes part."""
-    x_r, v_r = start[:2]
-    scene = held(np.array([*plant, *law, x_r, v_r, *wave_values(motion, law)]))
-    log, kind = held(np.empty((4, FEW_EVENTS))), held(np.empty(FEW_EVENTS, np.int8))
-    begin, x_r, v_r, d, count, closest = leap_off(scene, duration, log, kind)
-    refuse_storm(count, begin, (x_r, v_r))
-    while begin < duration:
-        size = min(2 * len(kind), count + LEAPS)
-        log, kind = held(np.hstack((log, np.empty((4, size - len(kind)))))), longer(kind, size)
-        begin, x_r, v_r, d, count, tight = leap(
-            plant, law, waves_of(motion, law), 0.0, 0.0, 0, 0.0, duration, begin, x_r, v_r, d,
-            Log(log[0], log[1], kind, log[2], log[3]), count, size,
-        )  # fmt: skip
-        refuse_storm(count, begin, (x_r, v_r))
-        closest = min(closest, tight)
-    # One row by its number: to take rows apart in turn costs as much as some tens of events.
-    log, kind = np.asarray(log), np.asarray(kind[:count], dtype=np.int8)
-    turns = Events(log[1, :count], kind, log[2, :count], log[3, :count])
-    return LeapTrack(plant, law, motion, scene, turns, duration, closest)
+        squares = squares_of_base(self.motion, waves, begin, end)
+        return Totals(x2, v2, x_dd2, power, rub, stuck, *squares)
 
 
 @dataclass(frozen=True, eq=False)
-class Leaps:
-    """A solution under sines on the grid n·dt, of `length` points."""
-
-    track: LeapTrack
-    dt: float
-    length: int
-
-    def __len__(self) -> int:
-        """Give the number of points."""
-        return self.length
-
-    def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
-        return base_of_waves(self.track.waves, first, last, self.dt)
+class Leaps(UnderSines):
+    """The points of a `LeapTrack`."""
 
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
-        track, n = self.track, last - first
-        turns = track.turns
+        track, turns, n = self.track, self.track.turns, last - first
         out, d = held(np.empty((2, n))), held(np.empty(n, np.int8))
         sample_leaps(
             track.scene, held(turns.t), held(turns.kind), held(turns.x_r), first, self.dt,
@@ -181,12 +222,11 @@ class Leaps:
         return Points(x_r, v_r, np.asarray(d, dtype=np.int8))
 
 
-def on_grid(track: LeapTrack, step: float) -> Response:
-    """Give a solution on the grid n·step."""
-    plant, law, motion, turns = track.plant, track.law, track.motion, track.turns
-    n = grid_points(track.end, step)
-    how = partial(numerics, law, motion, n, turns, track.closest)
-    return Response(plant, law, motion, Leaps(track, step, n), turns, how, track)
+# Periodic orbits under sines.
+
+
+MOST_PERIODS = 5_000
+"""Periods after which a scene counts as not settled."""
 
 
 def find_orbit(plant: Plant, law: Law, motion: Sines, start: AnyState, period: float) -> Orbit:
@@ -208,7 +248,7 @@ def solve_orbits(scenes: Floats) -> Floats:
     Parameters
     ----------
     scenes : ndarray, shape (n, SINES + 3 sines)
-        The columns that `drysim.core.sines.orbits` names.
+        The columns that `drysim.core.orbit.solve_orbits` names.
 
     Returns
     -------
@@ -229,177 +269,38 @@ def pasts() -> tuple[Any, Any]:
     return held(np.zeros(orbit.MOST_MULTIPLE)), held(np.zeros(orbit.MOST_MULTIPLE))
 
 
-# The march over samples, block by block: each can be marched again from its first state.
+# Over samples: known at every sample and at every event between.
 
 
 PER_EVENT = 16
 """Samples for which room is made for one event at first; what is not written costs nothing."""
+
+PIECE = 16_384
+"""Steps integrated at a time: so few that no linear algebra starts threads for them."""
+
+Numbers = NDArray[np.intp]
 
 Mark = tuple[float, float, int, float]
 """x_r [m], v_r [m/s], direction and relative acceleration [m/s²] at the first sample of a
 block. The acceleration matters where v_r is faint; NaN where x_r and v_r determine it."""
 
 
-class Block(NamedTuple):
-    """The solution from sample `first` on: one value a sample, shape (n,), and its events.
-
-    The last sample is the first one of the next block. `log` counts from `first` and begins
-    with the state there.
-    """
-
-    first: int
-    u_dd: Floats
-    x_r: Floats
-    v_r: Floats
-    d: Codes
-    log: Log
-
-
-@dataclass(frozen=True, eq=False)
-class March:
-    """A march to sample `last` that keeps a state for every block, and the latest block.
-
-    Notes
-    -----
-    A block is a whole number of stretches of the core's march, so one that is marched again is
-    the same to the last bit. What is to be kept whole is one block.
-    """
-
-    plant: Plant
-    law: Law
-    motion: Samples
-    waves: Waves
-    last: int
-    size: int
-    marks: list[Mark]
-    latest: dict[int, Block] = field(default_factory=dict)
-
-    def block(self, number: int) -> Block:
-        """Give a block."""
-        if number not in self.latest:
-            self.go(number)
-        return self.latest[number]
-
-    def holding(self, n: int) -> Block:
-        """Give the block of a sample, at best the one that it begins."""
-        return self.block(min(n // self.size, len(self.marks) - 1))
-
-    def blocks(self, first: int, last: int) -> Iterator[Block]:
-        """Give the blocks that hold the steps from sample `first` to sample `last`."""
-        numbers = range(first // self.size, min(-(-last // self.size), len(self.marks)))
-        return map(self.block, numbers)
-
-    def go(self, number: int) -> tuple[Mark, float]:
-        """March through a block; gives the state at its end and the tightest decision."""
-        first, state, closest = number * self.size, self.marks[number], math.inf
-        last = min(first + self.size, self.last) - first
-        u_dd = self.motion.u_dd[first : first + last + 1]
-        # One piece of memory, so that the next march of this length finds it at hand again.
-        x_r, v_r = held(np.empty((2, last + 1)))
-        d = held(np.empty(last + 1, dtype=np.int8))
-        x_r[0], v_r[0], d[0], _ = state
-        given, n, count = held(u_dd), 0, 1
-        log = empty_log(4 * ROOM + last // PER_EVENT)
-        F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state[0]
-        put_first(log, (0, 0.0, state[2], state[0], F_L))
-        while n < last:
-            if count > len(log.n) - ROOM:
-                log = larger(log, 2 * len(log.n))
-            until, capacity = min(n + PER_CALL, last), len(log.n)
-            plant, law, dt = self.plant, self.law, self.motion.dt
-            out = x_r, v_r, d, log, count, capacity
-            rest: tuple[Any, ...]
-            if law.variation:
-                rest = n, until, *state[:3], *out
-                n, *end, count, tight = leap_steps(
-                    plant, law, self.waves, first, given, dt, *rest
-                )
-                state = (*end, math.nan)
-            else:
-                rest = n, until, *state, *out
-                n, *end, count, tight = march(plant, law, given, dt, *rest)
-                state = tuple(end)
-            closest = min(closest, tight)
-            refuse_storm(count, (first + n) * self.motion.dt, state, self.motion.dt)
-        series = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
-        self.latest.clear()
-        self.latest[number] = Block(
-            first, u_dd, *series, Log(*(np.asarray(column[:count]) for column in log))
-        )
-        return state, closest
-
-
-def march_samples(
-    plant: Plant, law: Law, motion: Samples, start: AnyState, last: int, whole: bool
-) -> tuple[March, Events, float]:
-    """March to sample `last`; gives also the events and the tightest decision.
-
-    `whole` keeps all of a march however long it is.
-    """
-    entry, closest = beginning(plant, law, motion, start)
-    size = max(last, 1) if whole or last <= KEPT else BLOCK
-    mark = (start.x_r, start.v_r, entry.kind, math.nan)
-    made = March(plant, law, motion, waves_of(motion, law), last, size, [])
-    turns = []
-    for number in range(max(1, -(-last // size))):
-        made.marks.append(mark)
-        mark, tight = made.go(number)
-        closest = min(closest, tight)
-        block = made.latest[number]
-        n, s, *rest = (column[number > 0 :] for column in block.log)
-        t = np.add(n, float(block.first))
-        t *= motion.dt
-        t += s
-        turns.append((t, *rest))
-    joined = (np.concatenate(column) for column in zip(*turns, strict=True))
-    t, kind, x_r, F_L = joined if len(turns) > 1 else turns[0]
-    return made, Events(t, kind.astype(np.int8), x_r, F_L), closest
-
-
-@dataclass(frozen=True, eq=False)
-class Marched:
-    """The points of a march, as a grid of some length."""
-
-    march: March
-    length: int
-
-    @property
-    def dt(self) -> float:
-        """Distance of the points [s]."""
-        return self.march.motion.dt
-
-    def __len__(self) -> int:
-        """Give their number."""
-        return self.length
-
-    def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
-        return self.march.motion.u_dd[first:last]
-
-    def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
-        block = self.march.holding(first)
-        if last - block.first <= len(block.d):
-            points = Points(block.x_r, block.v_r, block.d)
-            return points.cut(slice(first - block.first, last - block.first))
-        n = last - first
-        found = Points(np.empty(n), np.empty(n), np.empty(n, np.int8))
-        for block in self.march.blocks(first, last):
-            begin, end = max(first, block.first), min(last, block.first + len(block.d))
-            here = slice(begin - first, end - first)
-            there = slice(begin - block.first, end - block.first)
-            found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
-            found.d[here] = block.d[there]
-        return found
-
-
-# The exact solution over samples: known at every sample and at every event between.
-
-
-Numbers = NDArray[np.intp]
-
-PIECE = 16_384
-"""Steps integrated at a time: so few that no linear algebra starts threads for them."""
+def solve_samples(
+    plant: Plant,
+    law: Law,
+    motion: Samples,
+    start: AnyState,
+    duration: float | None,
+    whole: bool,
+) -> Response:
+    """Solve a scene under samples on their own grid; `whole` keeps all of it at hand."""
+    end = run_length(motion, duration)
+    point, last = last_needed(motion, end)
+    march, found, closest = march_samples(plant, law, motion, start, last, whole)
+    turns = found.until(end)
+    track = StepTrack(march, turns, end, closest)
+    how = partial(numerics, law, motion, point + 1, turns, closest)
+    return Response(plant, law, motion, Marched(march, point + 1), turns, how, track)
 
 
 @dataclass(frozen=True, eq=False)
@@ -497,70 +398,157 @@ class StepTrack(Located):
         return (rows @ rows.T)[first, second], np.einsum("ij,j->i", rows[1:4], d), still
 
 
-def solve_samples(
-    plant: Plant,
-    law: Law,
-    motion: Samples,
-    start: AnyState,
-    duration: float | None,
-    whole: bool,
-) -> Response:
-    """Solve a scene under samples on their own grid; `whole` keeps all of it at hand."""
-    end = run_length(motion, duration)
-    point, last = last_needed(motion, end)
-    march, found, closest = march_samples(plant, law, motion, start, last, whole)
-    turns = found.until(end)
-    track = StepTrack(march, turns, end, closest)
-    how = partial(numerics, law, motion, point + 1, turns, closest)
-    return Response(plant, law, motion, Marched(march, point + 1), turns, how, track)
+@dataclass(frozen=True, eq=False)
+class Marched:
+    """The points of a march, as a grid of some length."""
+
+    march: March
+    length: int
+
+    @property
+    def dt(self) -> float:
+        """Distance of the points [s]."""
+        return self.march.motion.dt
+
+    def __len__(self) -> int:
+        """Give their number."""
+        return self.length
+
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        return self.march.motion.u_dd[first:last]
+
+    def part(self, first: int, last: int) -> Points:
+        """Give the points from number `first` to the one before `last`."""
+        block = self.march.holding(first)
+        if last - block.first <= len(block.d):
+            points = Points(block.x_r, block.v_r, block.d)
+            return points.cut(slice(first - block.first, last - block.first))
+        n = last - first
+        found = Points(np.empty(n), np.empty(n), np.empty(n, np.int8))
+        for block in self.march.blocks(first, last):
+            begin, end = max(first, block.first), min(last, block.first + len(block.d))
+            here = slice(begin - first, end - first)
+            there = slice(begin - block.first, end - block.first)
+            found.x_r[here], found.v_r[here] = block.x_r[there], block.v_r[there]
+            found.d[here] = block.d[there]
+        return found
 
 
-# Scenes of Coulomb friction: under sines from event to event, over samples by whole steps.
+# The march over samples, block by block.
 
 
-def solve(
-    plant: Plant,
-    law: Law,
-    motion: Sines | Samples,
-    start: AnyState,
-    step: float,
-    duration: float | None,
-    whole: bool,
-) -> Response:
-    """Solve a scene, to be had on its grid.
+def march_samples(
+    plant: Plant, law: Law, motion: Samples, start: AnyState, last: int, whole: bool
+) -> tuple[March, Events, float]:
+    """March to sample `last`; gives also the events and the tightest decision.
 
-    `whole` keeps the motion over samples at hand, however long it is.
+    `whole` keeps all of a march however long it is.
     """
-    if isinstance(motion, Sines):
-        length = run_length(motion, duration)
-        response = on_grid(follow_sines(plant, law, motion, start, length), step)
-    else:
-        response = solve_samples(plant, law, motion, start, duration, whole)
-    return response if law.F_fs > 0.0 else frictionless(response)
+    entry, closest = beginning(plant, law, motion, start)
+    size = max(last, 1) if whole or last <= KEPT else BLOCK
+    mark = (start.x_r, start.v_r, entry.kind, math.nan)
+    made = March(plant, law, motion, waves_of(motion, law), last, size, [])
+    turns = []
+    for number in range(max(1, -(-last // size))):
+        made.marks.append(mark)
+        mark, tight = made.go(number)
+        closest = min(closest, tight)
+        block = made.latest[number]
+        n, s, *rest = (column[number > 0 :] for column in block.log)
+        t = np.add(n, float(block.first))
+        t *= motion.dt
+        t += s
+        turns.append((t, *rest))
+    joined = (np.concatenate(column) for column in zip(*turns, strict=True))
+    t, kind, x_r, F_L = joined if len(turns) > 1 else turns[0]
+    return made, Events(t, kind.astype(np.int8), x_r, F_L), closest
 
 
-def follow(
-    plant: Plant, law: Law, motion: Sines | Samples, start: AnyState, duration: float | None
-) -> Track:
-    """Solve a scene without a grid where it can."""
-    if isinstance(motion, Sines):
-        return follow_sines(plant, law, motion, start, run_length(motion, duration))
-    response = solve_samples(plant, law, motion, start, duration, whole=False)
-    assert response.track is not None, "samples are solved with their track"
-    return response.track
+class Block(NamedTuple):
+    """The solution from sample `first` on: one value a sample, shape (n,), and its events.
+
+    The last sample is the first one of the next block. `log` counts from `first` and begins
+    with the state there.
+    """
+
+    first: int
+    u_dd: Floats
+    x_r: Floats
+    v_r: Floats
+    d: Codes
+    log: Log
 
 
-def frictionless(response: Response) -> Response:
-    """Give the response of a scene without dry friction: turning points are not events then."""
-    events = response.events
-    begin = Events(events.t[:1], np.sign(events.kind[:1]), events.x_r[:1], events.F_L[:1])
-    grid, how = Sliding(response.grid), partial(viscous_numerics, response)
-    return replace(response, grid=grid, events=begin, how=how)
+@dataclass(frozen=True, eq=False)
+class March:
+    """A march to sample `last` that keeps a state for every block, and the latest block.
 
+    Notes
+    -----
+    A block is a whole number of stretches of the core's march, so one that is marched again is
+    the same to the last bit. What is to be kept whole is one block.
+    """
 
-def viscous_numerics(response: Response) -> Numerics:
-    """Give how the numbers of a response were made, where there is no dry friction."""
-    why = "no dry friction: the same flow, with turning points for the peaks only"
-    return replace(
-        response.numerics, approach="viscous", why=why, events=1, closest_decision=None
-    )
+    plant: Plant
+    law: Law
+    motion: Samples
+    waves: Waves
+    last: int
+    size: int
+    marks: list[Mark]
+    latest: dict[int, Block] = field(default_factory=dict)
+
+    def block(self, number: int) -> Block:
+        """Give a block."""
+        if number not in self.latest:
+            self.go(number)
+        return self.latest[number]
+
+    def holding(self, n: int) -> Block:
+        """Give the block of a sample, at best the one that it begins."""
+        return self.block(min(n // self.size, len(self.marks) - 1))
+
+    def blocks(self, first: int, last: int) -> Iterator[Block]:
+        """Give the blocks that hold the steps from sample `first` to sample `last`."""
+        numbers = range(first // self.size, min(-(-last // self.size), len(self.marks)))
+        return map(self.block, numbers)
+
+    def go(self, number: int) -> tuple[Mark, float]:
+        """March through a block; gives the state at its end and the tightest decision."""
+        first, state, closest = number * self.size, self.marks[number], math.inf
+        last = min(first + self.size, self.last) - first
+        u_dd = self.motion.u_dd[first : first + last + 1]
+        # One piece of memory, so that the next march of this length finds it at hand again.
+        x_r, v_r = held(np.empty((2, last + 1)))
+        d = held(np.empty(last + 1, dtype=np.int8))
+        x_r[0], v_r[0], d[0], _ = state
+        given, n, count = held(u_dd), 0, 1
+        log = empty_log(4 * ROOM + last // PER_EVENT)
+        F_L = self.plant.m * float(u_dd[0]) + self.plant.k_x * state[0]
+        put_first(log, (0, 0.0, state[2], state[0], F_L))
+        while n < last:
+            if count > len(log.n) - ROOM:
+                log = larger(log, 2 * len(log.n))
+            until, capacity = min(n + PER_CALL, last), len(log.n)
+            plant, law, dt = self.plant, self.law, self.motion.dt
+            out = x_r, v_r, d, log, count, capacity
+            rest: tuple[Any, ...]
+            if law.variation:
+                rest = n, until, *state[:3], *out
+                n, *end, count, tight = leap_steps(
+                    plant, law, self.waves, first, given, dt, *rest
+                )
+                state = (*end, math.nan)
+            else:
+                rest = n, until, *state, *out
+                n, *end, count, tight = march(plant, law, given, dt, *rest)
+                state = tuple(end)
+            closest = min(closest, tight)
+            refuse_storm(count, (first + n) * self.motion.dt, state, self.motion.dt)
+        series = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
+        self.latest.clear()
+        self.latest[number] = Block(
+            first, u_dd, *series, Log(*(np.asarray(column[:count]) for column in log))
+        )
+        return state, closest

@@ -1,4 +1,10 @@
-"""Exact solution of elastic contacts: Jenkins and Petrov-Ewins elements."""
+"""Exact solution of elastic contacts: Jenkins and Petrov-Ewins elements.
+
+The contact is a spring until it yields. Under sines, or with a normal force that swings, a
+motion is followed as `piecewise` does; how it turns while the contact holds is told by kernels
+where it is asked for, and its grid is made of tables. Over samples a contact of constant limit
+is known at every sample and change of mode, and whole steps are integrated by forms.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +20,7 @@ from drysim.approach import piecewise
 from drysim.approach.scene import (
     CONSTANT,
     PER_CALL,
-    base_of_waves,
+    UnderSines,
     empty,
     empty_log,
     grid_points,
@@ -63,79 +69,43 @@ from drysim.core.trajectory import (
     tell_steps,
 )
 
-if TYPE_CHECKING:
-    from drysim.approach.piecewise import Traced
+
+def solve(
+    plant: Plant,
+    law: Slider,
+    motion: Sines | Samples,
+    start: AnyState,
+    step: float,
+    duration: float | None,
+) -> Response:
+    """Solve a scene and write it on its grid."""
+    track = follow(plant, law, motion, start, duration)
+    if isinstance(track, Jointed):
+        return on_samples(track)
+    if isinstance(motion, Samples):
+        return piecewise.on_grid(track, step)
+    return piecewise.responding(track, Touches(track, step, grid_points(track.end, step)))
 
 
-# A motion over a spring contact under sines, on its grid.
+def follow(
+    plant: Plant,
+    law: Slider,
+    motion: Sines | Samples,
+    start: AnyState,
+    duration: float | None,
+) -> Touched | Jointed:
+    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    if isinstance(motion, Samples) and not law.variation:
+        return follow_joints(plant, law, motion, start, duration)
+    return piecewise.follow_as(Touched, plant, law, motion, start, duration)
 
 
-@dataclass(frozen=True, eq=False)
-class Touches:
-    """Such a solution on the grid n·dt, of `length` points."""
-
-    track: Traced
-    dt: float
-    length: int
-
-    def __len__(self) -> int:
-        """Give the number of points."""
-        return self.length
-
-    def base(self, first: int, last: int) -> Floats:
-        """Give ü [m/s²] from point number `first` to the one before `last`."""
-        return base_of_waves(self.track.waves, first, last, self.dt)
-
-    def part(self, first: int, last: int) -> Points:
-        """Give the points from number `first` to the one before `last`."""
-        plant, law, waves, _, _, trail = self.track.scene
-        n, size = last - first, room(waves.size)
-        x_r, v_r, F_f = (held(np.empty(n)) for _ in range(3))
-        d, bare, sprung = held(np.empty(n, dtype=np.int8)), *map(held, np.empty((2, size)))
-        sample_contact(plant, law, waves, trail, first, self.dt, bare, sprung, x_r, v_r, F_f, d)
-        states = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
-        return Points(*states, np.asarray(F_f))
-
-
-# The path over a spring contact, as its kernels tell it where it is asked for.
-
-
-EVENT_ROOM = 1024
-"""Points that there is room for besides the beginnings of pieces, before there is more."""
-
-
-def whole_pieces(begins: Floats, window: tuple[float, float]) -> Codes:
-    """Tell of which pieces all is wanted: the last one, and those that a window cuts."""
-    whole = np.zeros(len(begins), dtype=np.int8)
-    whole[np.searchsorted(begins, window, "right") - 1] = 1
-    whole[-1] = 1
-    return whole
-
-
-def all_told(
-    kernel: Callable[..., Any],
-    scene: tuple[Any, ...],
-    whole: Codes,
-    x_rM: float | None,
-    at: tuple[Any, ...],
-) -> Path:
-    """Give the path that a kernel tells of a scene, from its beginning `at` on."""
-    limit = math.inf if x_rM is None else x_rM
-    parts, pieces, given = [], len(whole), held(whole)
-    while at[0] < pieces:
-        t, x_r = held(np.empty((2, EVENT_ROOM + pieces)))
-        at, count = kernel(*scene, given, limit, at, t, x_r)
-        parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
-    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
-    return Path(*columns)
-
-
-# A spring contact under sines, or with a normal force that swings: known from mode to mode.
+# Under sines, or with a normal force that swings: known from mode to mode.
 
 
 @dataclass(frozen=True, eq=False)
 class Touched(piecewise.Traced):
-    """A solution over a spring contact; how it turns within a mode is found where asked for."""
+    """A solution known from mode to mode; how it turns within one is found where asked for."""
 
     law: Slider
 
@@ -152,38 +122,30 @@ class Touched(piecewise.Traced):
         return self.path((0.0, self.end), None).x_r, self.trail.v_r, self.trail.z
 
 
-def follow_contact(
-    plant: Plant,
-    law: Slider,
-    motion: Sines | Samples,
-    start: AnyState,
-    duration: float | None,
-) -> Touched:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
-    return piecewise.follow_as(Touched, plant, law, motion, start, duration)
+@dataclass(frozen=True, eq=False)
+class Touches(UnderSines):
+    """The points of such a solution under sines."""
+
+    def part(self, first: int, last: int) -> Points:
+        """Give the points from number `first` to the one before `last`."""
+        plant, law, waves, _, _, trail = self.track.scene
+        n, size = last - first, room(waves.size)
+        x_r, v_r, F_f = (held(np.empty(n)) for _ in range(3))
+        d, bare, sprung = held(np.empty(n, dtype=np.int8)), *map(held, np.empty((2, size)))
+        sample_contact(plant, law, waves, trail, first, self.dt, bare, sprung, x_r, v_r, F_f, d)
+        states = (np.asarray(x_r), np.asarray(v_r), np.asarray(d, dtype=np.int8))
+        return Points(*states, np.asarray(F_f))
 
 
-def solve_contact(
-    plant: Plant,
-    law: Slider,
-    motion: Sines | Samples,
-    start: AnyState,
-    step: float,
-    duration: float | None,
-) -> Response:
-    """Solve a scene and write it on its grid."""
-    track = follow_contact(plant, law, motion, start, duration)
-    if isinstance(motion, Samples):
-        return piecewise.on_grid(track, step)
-    return piecewise.responding(track, Touches(track, step, grid_points(track.end, step)))
-
-
-# A spring contact of constant limit over samples: known at every sample and change of mode.
+# A contact of constant limit over samples: known at every sample and change of mode.
 
 
 PIECE = 8_192
 """Steps integrated at a time: a dot product of more than 10,000 numbers would start threads,
 which takes longer than all the rest."""
+
+FEW_EVENTS = 0.1
+"""Events a sample that there is room for at first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,17 +271,10 @@ class Jointed(Located):
         return sums
 
 
-# Spring contacts of constant limit over samples, solved on the grid of the samples.
-
-
-FEW_EVENTS = 0.1
-"""Events a sample that there is room for at first."""
-
-
 def follow_joints(
     plant: Plant, law: Slider, motion: Samples, start: AnyState, duration: float | None
 ) -> Jointed:
-    """Solve a scene from t = 0 to `duration` [s], or to the end of the samples."""
+    """Solve a scene as `follow` does, of constant limit and over samples."""
     end = run_length(motion, duration)
     _, last = last_needed(motion, end)
     u_dd = motion.u_dd[: last + 1]
@@ -349,16 +304,9 @@ def follow_joints(
     return Jointed(plant, law, motion, u_dd, *series, trail, events, end)
 
 
-def solve_joints(
-    plant: Plant,
-    law: Slider,
-    motion: Samples,
-    start: AnyState,
-    step: float,
-    duration: float | None,
-) -> Response:
-    """Solve a scene under samples, on their own grid, whatever the step."""
-    track = follow_joints(plant, law, motion, start, duration)
+def on_samples(track: Jointed) -> Response:
+    """Give a solution over samples on their own grid, whatever the step."""
+    plant, law, motion = track.plant, track.law, track.motion
     n = grid_points(track.end, motion.dt)
     x_r, v_r, d = track.x_r[:n], track.v_r[:n], track.d[:n]
     F_f = law.k_t * (x_r - track.x_0[:n])
@@ -367,3 +315,36 @@ def solve_joints(
     how = partial(numerics, law, motion, n, track.events, math.inf)
     grid = Held(motion.dt, track.u_dd[:n], Points(x_r, v_r, heading, F_f))
     return Response(plant, law, motion, grid, track.events, how, track)
+
+
+# The path, as kernels tell it where it is asked for.
+
+
+EVENT_ROOM = 1024
+"""Points that there is room for besides the beginnings of pieces, before there is more."""
+
+
+def all_told(
+    kernel: Callable[..., Any],
+    scene: tuple[Any, ...],
+    whole: Codes,
+    x_rM: float | None,
+    at: tuple[Any, ...],
+) -> Path:
+    """Give the path that a kernel tells of a scene, from its beginning `at` on."""
+    limit = math.inf if x_rM is None else x_rM
+    parts, pieces, given = [], len(whole), held(whole)
+    while at[0] < pieces:
+        t, x_r = held(np.empty((2, EVENT_ROOM + pieces)))
+        at, count = kernel(*scene, given, limit, at, t, x_r)
+        parts.append((np.asarray(t[:count]), np.asarray(x_r[:count])))
+    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+    return Path(*columns)
+
+
+def whole_pieces(begins: Floats, window: tuple[float, float]) -> Codes:
+    """Tell of which pieces all is wanted: the last one, and those that a window cuts."""
+    whole = np.zeros(len(begins), dtype=np.int8)
+    whole[np.searchsorted(begins, window, "right") - 1] = 1
+    whole[-1] = 1
+    return whole

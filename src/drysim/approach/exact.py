@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any
 
 from drysim.approach import coulomb
 from drysim.approach.solution import Response, Track
@@ -33,14 +32,11 @@ def solve(
 
     `whole` keeps the motion over samples at hand, however long it is.
     """
-    scene = (motion, start, step, duration)
-    if isinstance(law, Law):
-        return coulomb.solve(plant, law, *scene, whole)
-    if isinstance(law, Stopped):
-        from drysim.approach import stops
-
-        return stops.solve(plant, law, *scene, whole)
-    response = core_of(law, motion).solve(plant, law, *scene)
+    scene = (plant, law, motion, start, step, duration)
+    if isinstance(law, Law | Stopped):
+        response: Response = core_of(law).solve(*scene, whole)
+        return response
+    response = core_of(law).solve(*scene)
     return response if law.F_fs > 0.0 else coulomb.frictionless(response)
 
 
@@ -52,39 +48,26 @@ def follow(
     duration: float | None,
 ) -> Track:
     """Solve a scene with the core that fits its law, without a grid where it can."""
+    track: Track = core_of(law).follow(plant, law, motion, start, duration)
+    return track
+
+
+def core_of(law: AnyLaw) -> Any:
+    """Give the module that solves scenes of a law, loaded with its kernels when needed."""
     if isinstance(law, Law):
-        return coulomb.follow(plant, law, motion, start, duration)
+        return coulomb
     if isinstance(law, Stopped):
         from drysim.approach import stops
 
-        return stops.follow(plant, law, motion, start, duration)
-    return core_of(law, motion).follow(plant, law, motion, start, duration)
-
-
-class Core(NamedTuple):
-    """What solves the scenes of some laws: `solve` on a grid, `follow` without one."""
-
-    solve: Callable[..., Response]
-    follow: Callable[..., Track]
-
-
-def core_of(law: AnyLaw, motion: Sines | Samples) -> Core:
-    """Give what solves scenes of a law other than Coulomb's.
-
-    Each module is loaded with its kernels when first needed.
-    """
+        return stops
     if isinstance(law, Dynamic):
         from drysim.approach import taylor
 
-        return Core(taylor.solve, taylor.follow)
-    if isinstance(law, Slider) and isinstance(motion, Samples) and not law.variation:
-        from drysim.approach import elastic
-
-        return Core(elastic.solve_joints, elastic.follow_joints)
+        return taylor
     if isinstance(law, Slider):
         from drysim.approach import elastic
 
-        return Core(elastic.solve_contact, elastic.follow_contact)
+        return elastic
     from drysim.approach import piecewise
 
-    return Core(piecewise.solve, piecewise.follow)
+    return piecewise

@@ -1,9 +1,10 @@
-"""What all exact solutions share: the span of a run, its buffers, its numerics."""
+"""What all exact solutions share: waves, the start, the length of a run, room, and numerics."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,9 +32,6 @@ from drysim.core.model import (
 from drysim.core.trajectory import room, sample_base
 from drysim.errors import SolverError, UsageError
 
-# What both exact solvers share: waves, the mode at the start, and the log of events.
-
-
 CONSTANT = Law(0.0, 0.0)
 """Friction without a wave of its own."""
 
@@ -43,14 +41,23 @@ STILL = Sines((), (), ())
 PER_CALL = 4_000_000
 """Samples that a kernel may march before it hands over, so that an interrupt is heard."""
 
-LOG_LENGTH = 4 * ROOM
-"""Events that a kernel may write before it hands over."""
-
 MOST_EVENTS, MOST_A_STEP = 1_000_000, 10
 """Events of a motion that is followed step by step: that many, and that many more a step."""
 
 ON_GRID = 1e-9
 """A duration this close to a whole number of steps, relative to one step, is that number."""
+
+ROUNDING = 1e-12
+"""What an instant may be beyond a sample and still be that sample's, relative to it."""
+
+FAINT = 1e-9
+"""Share of the speed that the scene may give, from which on a motion is measured."""
+
+WHOLE_NUMBERS = ("n", "d", "terms")
+"""Columns of whole numbers."""
+
+
+# The base motion: its waves, its values on a grid, how long and how fast it is.
 
 
 def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
@@ -78,129 +85,6 @@ def first_u_dd(motion: Sines | Samples) -> float:
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 
-def beginning(
-    plant: Plant, law: Law, motion: Sines | Samples, start: AnyState
-) -> tuple[Log, float]:
-    """Give the state at t = 0 as an entry of a log, and how near its mode is to the other [-].
-
-    The margin is infinite where nothing pulls.
-    """
-    d, F_L, margin = opening(plant, law, start.x_r, start.v_r, first_u_dd(motion))
-    return Log(0, 0.0, d, start.x_r, F_L), margin
-
-
-def grid_points(duration: float, step: float) -> int:
-    """Give the number of grid points n·step from 0 to the duration, both ends included."""
-    steps = duration / step
-    return int(steps + min(ON_GRID * max(1.0, steps), 0.5)) + 1
-
-
-def numerics(
-    law: AnyLaw,
-    motion: Sines | Samples,
-    points: int,
-    turns: Events,
-    closest: float,
-    error: float | None = None,
-    approach: str = "stick-slip",
-) -> Numerics:
-    """Give what is to be said of how the numbers were made."""
-    core, why = core_of(law, motion)
-    decision = None if math.isinf(closest) else closest
-    counts = points - 1, len(turns)
-    return Numerics(approach, core, why, engine(), *counts, decision, error=error)
-
-
-def refuse_storm(count: int, t: float, state: Any, step: float | None = None) -> None:
-    """Raise where there are too many events in a step, or the state has left the numbers."""
-    if count < 0:
-        raise storm(t) if step is None else crowd(t, step)
-    if not (math.isfinite(state[0]) and math.isfinite(state[1])):
-        raise overflow(t)
-
-
-def refuse_crowd(count: int, steps: int, t: float) -> None:
-    """Raise where events are so many that they would fill the memory."""
-    if count > MOST_EVENTS + MOST_A_STEP * steps:
-        raise SolverError(
-            f"by t = {t:.9g} s there are {count} events, more than anybody reads",
-            "a mass that loses next to nothing at a rigid stop chatters there: take a "
-            "restitution further below 1, or bumpers; a normal force that vanishes parts the "
-            "surfaces in every period: check its frequency; or take a shorter duration",
-        )
-
-
-def storm(t: float) -> SolverError:
-    """Give the error of events that follow each other without end."""
-    return SolverError(
-        f"at t = {t:.9g} s events follow each other without progress in time",
-        "check friction and stiffness for values at the end of double precision",
-    )
-
-
-def crowd(t: float, step: float) -> SolverError:
-    """Give the error of more events within one step of a record than there is room for."""
-    return SolverError(
-        f"at t = {t:.9g} s more than {ROOM} events fall within a step of {step:.9g} s",
-        "take a shorter step, or check mass, stiffness and friction: the mass turns and "
-        "turns again within a step",
-    )
-
-
-def overflow(t: float) -> SolverError:
-    """Give the error of a state that has left the numbers."""
-    return SolverError(
-        f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",
-        "check the units of the base motion and of the oscillator",
-    )
-
-
-def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
-    """Give the smallest core that is exact for a scene, and why it is."""
-    if isinstance(law, Stopped):
-        return (
-            "bounded",
-            "end stops: closed form by modes, from one event to the next; a motion that never "
-            "reaches them is solved without them",
-        )
-    if isinstance(law, Slider):
-        return (
-            "contact",
-            "the contact is a spring until it yields: closed form by modes",
-        )
-    if isinstance(law, Pressed):
-        kind = "is recorded" if law.pressure else "lifts off"
-        return "pressed", f"the normal force {kind}: closed form from change to change"
-    if isinstance(law, Dynamic):
-        kind = "a force that depends on the speed" if law.sticks else "bristles with a state"
-        kind = "bristles with a memory" if law.kind == LEUVEN else kind
-        return "series", f"{kind}: Taylor series of the motion, zeros of v_r located"
-    if isinstance(motion, Sines):
-        return "leap", "sines are used analytically: from event to event"
-    if law.variation:
-        return "leap", "samples with friction limits that vary: one leap a step"
-    return "march", "samples are linear in between: one affine map a step, events located"
-
-
-# What is asked of a base motion before a scene is followed: how long, how fast.
-
-
-ROUNDING = 1e-12
-"""What an instant may be beyond a sample and still be that sample's, relative to it."""
-
-FAINT = 1e-9
-"""Share of the speed that the scene may give, from which on a motion is measured."""
-
-
-def run_length(motion: Sines | Samples, duration: float | None) -> float:
-    """Give how long to run [s]: as long as is said, or to the end of the samples."""
-    if duration is not None:
-        return duration
-    if isinstance(motion, Sines):
-        raise UsageError("base motion by sines has no end of its own", "say how long to run")
-    return (len(motion.u_dd) - 1) * motion.dt
-
-
 def times(first: int, last: int, dt: float) -> Floats:
     """Give the times [s] of points of a grid, from number `first` to the one before `last`."""
     return np.arange(first, last, dtype=np.float64) * dt
@@ -220,6 +104,55 @@ def base_of_waves(waves: Waves, first: int, last: int, dt: float) -> Floats:
     return np.asarray(u_dd)
 
 
+@dataclass(frozen=True, eq=False)
+class UnderSines:
+    """A solution under sines on the grid n·dt, of `length` points; kinds add their `part`."""
+
+    track: Any
+    dt: float
+    length: int
+
+    def __len__(self) -> int:
+        """Give the number of points."""
+        return self.length
+
+    def base(self, first: int, last: int) -> Floats:
+        """Give ü [m/s²] from point number `first` to the one before `last`."""
+        return base_of_waves(self.track.waves, first, last, self.dt)
+
+
+def squares_of_base(
+    motion: Sines | Samples, waves: Waves, begin: float, end: float
+) -> tuple[float, float | None]:
+    """Give the integrals of ü² and of u² over a window [s]; None where u is not known."""
+    if isinstance(motion, Samples):
+        return sample_squares(motion, begin, end)
+    u_dd2, u2 = mean_squares(waves, begin, end)
+    return u_dd2 * (end - begin), u2 * (end - begin)
+
+
+def run_length(motion: Sines | Samples, duration: float | None) -> float:
+    """Give how long to run [s]: as long as is said, or to the end of the samples."""
+    if duration is not None:
+        return duration
+    if isinstance(motion, Sines):
+        raise UsageError("base motion by sines has no end of its own", "say how long to run")
+    return (len(motion.u_dd) - 1) * motion.dt
+
+
+def grid_points(duration: float, step: float) -> int:
+    """Give the number of grid points n·step from 0 to the duration, both ends included."""
+    steps = duration / step
+    return int(steps + min(ON_GRID * max(1.0, steps), 0.5)) + 1
+
+
+def last_needed(motion: Samples, end: float) -> tuple[int, int]:
+    """Give the last sample up to an instant [s], and the last that the way there needs."""
+    last = len(motion.u_dd) - 1
+    point = min(last, grid_points(end, motion.dt) - 1)
+    return point, min(last, point + (end > point * motion.dt * (1.0 + ROUNDING)))
+
+
 def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int, float]:
     """Give the intervals of ü [s], the number of the last one and its length [s]."""
     if isinstance(motion, Sines):
@@ -230,13 +163,6 @@ def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int,
     if beyond > dt * ON_GRID and last + 2 < len(motion.u_dd):
         return dt, last + 1, beyond
     return dt, last, dt
-
-
-def last_needed(motion: Samples, end: float) -> tuple[int, int]:
-    """Give the last sample up to an instant [s], and the last that the way there needs."""
-    last = len(motion.u_dd) - 1
-    point = min(last, grid_points(end, motion.dt) - 1)
-    return point, min(last, point + (end > point * motion.dt * (1.0 + ROUNDING)))
 
 
 def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
@@ -250,21 +176,22 @@ def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float
     return max(FAINT * base, FAINT * free, abs(start.v_r), np.finfo(float).tiny)
 
 
-def squares_of_base(
-    motion: Sines | Samples, waves: Waves, begin: float, end: float
-) -> tuple[float, float | None]:
-    """Give the integrals of ü² and of u² over a window [s]; None where u is not known."""
-    if isinstance(motion, Samples):
-        return sample_squares(motion, begin, end)
-    u_dd2, u2 = mean_squares(waves, begin, end)
-    return u_dd2 * (end - begin), u2 * (end - begin)
-
-
 # Room that kernels write trails and events into.
 
 
-WHOLE_NUMBERS = ("n", "d", "terms")
-"""Columns of whole numbers."""
+LOG_LENGTH = 4 * ROOM
+"""Events that a kernel may write before it hands over."""
+
+
+def beginning(
+    plant: Plant, law: Law, motion: Sines | Samples, start: AnyState
+) -> tuple[Log, float]:
+    """Give the state at t = 0 as an entry of a log, and how near its mode is to the other [-].
+
+    The margin is infinite where nothing pulls.
+    """
+    d, F_L, margin = opening(plant, law, start.x_r, start.v_r, first_u_dd(motion))
+    return Log(0, 0.0, d, start.x_r, F_L), margin
 
 
 def empty(kind: Any, size: int) -> Any:
@@ -304,3 +231,90 @@ def longer(column: Any, size: int) -> Any:
     wider = np.empty(size, column.dtype)
     wider[: len(column)] = column
     return wider
+
+
+# What is to be said of a solution, and what refuses one.
+
+
+def numerics(
+    law: AnyLaw,
+    motion: Sines | Samples,
+    points: int,
+    turns: Events,
+    closest: float,
+    error: float | None = None,
+    approach: str = "stick-slip",
+) -> Numerics:
+    """Give what is to be said of how the numbers were made."""
+    core, why = core_of(law, motion)
+    decision = None if math.isinf(closest) else closest
+    counts = points - 1, len(turns)
+    return Numerics(approach, core, why, engine(), *counts, decision, error=error)
+
+
+def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
+    """Give the smallest core that is exact for a scene, and why it is."""
+    if isinstance(law, Stopped):
+        return (
+            "bounded",
+            "end stops: closed form by modes, from one event to the next; a motion that never "
+            "reaches them is solved without them",
+        )
+    if isinstance(law, Slider):
+        return (
+            "contact",
+            "the contact is a spring until it yields: closed form by modes",
+        )
+    if isinstance(law, Pressed):
+        kind = "is recorded" if law.pressure else "lifts off"
+        return "pressed", f"the normal force {kind}: closed form from change to change"
+    if isinstance(law, Dynamic):
+        kind = "a force that depends on the speed" if law.sticks else "bristles with a state"
+        kind = "bristles with a memory" if law.kind == LEUVEN else kind
+        return "series", f"{kind}: Taylor series of the motion, zeros of v_r located"
+    if isinstance(motion, Sines):
+        return "leap", "sines are used analytically: from event to event"
+    if law.variation:
+        return "leap", "samples with friction limits that vary: one leap a step"
+    return "march", "samples are linear in between: one affine map a step, events located"
+
+
+def refuse_storm(count: int, t: float, state: Any, step: float | None = None) -> None:
+    """Raise where there are too many events in a step, or the state has left the numbers."""
+    if count < 0 and step is None:
+        raise storm(t)
+    if count < 0:
+        raise SolverError(
+            f"at t = {t:.9g} s more than {ROOM} events fall within a step of {step:.9g} s",
+            "take a shorter step, or check mass, stiffness and friction: the mass turns and "
+            "turns again within a step",
+        )
+    if not (math.isfinite(state[0]) and math.isfinite(state[1])):
+        raise overflow(t)
+
+
+def refuse_crowd(count: int, steps: int, t: float) -> None:
+    """Raise where events are so many that they would fill the memory."""
+    if count > MOST_EVENTS + MOST_A_STEP * steps:
+        raise SolverError(
+            f"by t = {t:.9g} s there are {count} events, more than anybody reads",
+            "a mass that loses next to nothing at a rigid stop chatters there: take a "
+            "restitution further below 1, or bumpers; a normal force that vanishes parts the "
+            "surfaces in every period: check its frequency; or take a shorter duration",
+        )
+
+
+def storm(t: float) -> SolverError:
+    """Give the error of events that follow each other without end."""
+    return SolverError(
+        f"at t = {t:.9g} s events follow each other without progress in time",
+        "check friction and stiffness for values at the end of double precision",
+    )
+
+
+def overflow(t: float) -> SolverError:
+    """Give the error of a state that has left the numbers."""
+    return SolverError(
+        f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",
+        "check the units of the base motion and of the oscillator",
+    )
