@@ -1,21 +1,23 @@
-"""Switch, moreau, signum, smooth."""
+"""The approaches that march by fixed steps: moreau, signum, smooth and switch.
+
+- Moreau: set-valued implicit time stepping (Moreau and Jean; Acary and Brogliato 2008).
+- Signum: the bare sign of the velocity (Eqs. 3, 7).
+- Smooth: continuous functions in place of the sign of the velocity (Eq. 8).
+- Switch: the paper's march with a velocity band (Eq. 10; Karnopp 1985).
+
+Each declares its options; what computes is loaded when it is first used.
+"""
 
 from __future__ import annotations
 
 from math import ceil
 from sys import float_info
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from drysim.approach.base import Member
-from drysim.approach.solution import Response
+from drysim.approach.solution import Floats, Response
+from drysim.approach.stick_slip import Member
 from drysim.core.model import AnyLaw, AnyState, Plant, Samples, Sines
 from drysim.units import Quantity
-
-if TYPE_CHECKING:
-    from drysim.approach.solution import Floats
-
-
-# Moreau: set-valued implicit time stepping (Moreau and Jean; Acary and Brogliato 2008).
 
 
 class Moreau(Member):
@@ -44,9 +46,6 @@ class Moreau(Member):
         scene, limits = (plant, law, motion), (law.F_fk,)
         how = (self.approach, "the sign as a set, solved implicitly at every fixed step")
         return sticking(moreau_march, limits, scene, start, (u_dd, dt), how)
-
-
-# Signum: the bare sign of the velocity in a fixed-step march (Eqs. 3, 7).
 
 
 METHODS = ("euler", "semi-implicit", "heun", "rk4")
@@ -90,9 +89,6 @@ class Signum(Member):
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
         how = (self.approach, f"the sign of v_r at every step, by {self.method}")
         return respond(plant, law, motion, (u_dd, dt), (x, v, law.F_fk * np.sign(v), mode), how)
-
-
-# Smooth: continuous functions in place of the sign of the velocity (Eq. 8).
 
 
 FORMS = ("sign", "arctan", "tanh", "erf", "rational")
@@ -217,9 +213,6 @@ class Smooth(Member):
         if not found.success:
             raise SolverError(f"smooth, adaptive: {found.message}", "take a smaller sharpness")
         return found.y[0], found.y[1]
-
-
-# Switch: the paper's fixed-step march with a velocity band (Eq. 10; Karnopp 1985).
 
 
 class Switch(Member):

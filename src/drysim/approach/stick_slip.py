@@ -1,15 +1,36 @@
-"""StickSlip and Viscous: the members solved exactly."""
+"""What an approach declares, and those that are solved exactly.
+
+Stick-slip switches exactly between sticking and sliding (Eqs. 4, 7, 9); viscous is the same
+plant without dry friction, the reference curve.
+"""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import Any, ClassVar, Literal
 
-from drysim.approach.base import Member
 from drysim.approach.solution import Orbit, Response, Track
 from drysim.core.model import AnyLaw, AnyState, Law, Plant, Samples, Sines, Stopped
+from drysim.units import Block
 
-# Stick-slip: switches exactly between sticking and sliding (Eqs. 4, 7, 9).
+
+class Member(Block):
+    """An approach with its options; a scenario that names what it cannot use is at fault."""
+
+    use_friction: ClassVar[bool] = True
+    """Whether it can use dry friction at all."""
+    use_static: ClassVar[bool] = False
+    """Whether it knows a static limit above kinetic friction."""
+    use_variation: ClassVar[bool] = False
+    """Whether it knows a normal force that varies."""
+    use_dynamic: ClassVar[bool] = False
+    """Whether it knows other laws than Coulomb's."""
+    use_stops: ClassVar[bool] = False
+    """Whether it knows end stops."""
+
+    def pieces(self, plant: Plant, law: AnyLaw, dt: float) -> int:
+        """Give the number of points that are computed for a step of the output grid [s]."""
+        return 1
 
 
 @cache
@@ -112,9 +133,6 @@ class StickSlip(Exact):
     use_variation: ClassVar[bool] = True
 
     approach: Literal["stick-slip"] = "stick-slip"
-
-
-# Viscous: the same plant without dry friction, the reference curve.
 
 
 NO_FRICTION = Law(0.0, 0.0)
