@@ -1,4 +1,9 @@
-"""Trajectory (continuous), Response (on a grid), Events, Numerics."""
+"""What every approach gives, as plain values that know no file and no metric.
+
+A `Response` is the motion on a grid, whole or part by part, with its `Events` and with how the
+numbers were made (`Numerics`). Behind it is a `Track`, the continuous solution that knows no
+grid: any instant, any window. An `Orbit` is the motion that repeats itself.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +30,6 @@ from drysim.core.model import (
 
 if TYPE_CHECKING:
     from drysim.core.events import Log
-
-
-# Events: when the mass stops, breaks away or turns round. Plain values.
 
 
 Floats = NDArray[np.float64]
@@ -94,9 +96,6 @@ def of_log(log: Log, count: int, dt: float) -> Events:
     return Events(n * dt + s, kind.astype(np.int8), x_r, F_L)
 
 
-# How the numbers of a response were made. Plain values.
-
-
 FIXED_STEP = "step"
 """The core of the approaches that locate no event."""
 
@@ -140,9 +139,6 @@ class Numerics:
     closure: float | None = None
     period_multiple: int | None = None
     error: float | None = None
-
-
-# Points: a response on its grid, held or made part by part. Plain values.
 
 
 class Points(NamedTuple):
@@ -238,9 +234,6 @@ class Sliding:
         return points._replace(d=points.d * 0 + 1)
 
 
-# Track: the continuous solution behind a response, whatever found it. Knows no grid.
-
-
 class Path(NamedTuple):
     """Where the mass came by: arrays of shape (points,), in the order of time.
 
@@ -310,9 +303,6 @@ class Located:
     def chatter(self, begin: float, end: float) -> float:
         """Give 0."""
         return 0.0
-
-
-# Response: what every approach gives. Plain values; knows no file and no metric.
 
 
 WHOLE_RUN = (0, -1)
@@ -472,9 +462,6 @@ class Response:
         """Give F_stop [N] on a part of the grid; 0 where there is no end stop."""
         x_r, *_, stop = self.points(part)
         return np.zeros_like(x_r) if stop is None else stop
-
-
-# Orbit: the motion that repeats itself, as an approach finds it.
 
 
 class Orbit(NamedTuple):

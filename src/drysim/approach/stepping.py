@@ -1,4 +1,4 @@
-"""A march by fixed steps, written on a grid."""
+"""What the approaches by fixed steps share: their grid, and a response that is known there."""
 
 from __future__ import annotations
 
@@ -81,73 +81,6 @@ def from_start(start: AnyState, n: int) -> tuple[Floats, Floats]:
     return held(x_r), held(v_r)
 
 
-@dataclass(frozen=True, eq=False)
-class SteppedTrack:
-    """A response known at grid points only: straight lines in between, sums for integrals."""
-
-    plant: Plant
-    law: AnyLaw
-    motion: Sines | Samples
-    dt: float
-    u_dd: Floats
-    x_r: Floats
-    v_r: Floats
-    x_dd: Floats
-    force: Floats
-    d: Codes
-    closest: float = math.inf
-
-    @property
-    def end(self) -> float:
-        """Last instant [s]."""
-        return (len(self.x_r) - 1) * self.dt
-
-    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
-        """Give the start and the local extremes of x_r on the grid."""
-        rising = np.sign(np.diff(self.x_r))
-        n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))
-        return Path(n * self.dt, self.x_r[n])
-
-    def state(self, t: float) -> State:
-        """Give the state at time t [s], on a straight line between grid points."""
-        n = min(int(t / self.dt), len(self.x_r) - 2)
-        q = t / self.dt - n
-        x_r = (1.0 - q) * self.x_r[n] + q * self.x_r[n + 1]
-        return State(float(x_r), float((1.0 - q) * self.v_r[n] + q * self.v_r[n + 1]))
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Give the sums over the grid points of a window [s]."""
-        part = self._part(begin, end)
-        x_r, v_r, x_dd, u_dd = self.x_r[part], self.v_r[part], self.x_dd[part], self.u_dd[part]
-        share = self.force[part] / self.law.F_fk if self.law.F_fk else np.zeros(len(x_r))
-        stuck = np.count_nonzero(self.d[part] == 0)
-        sums = x_r @ x_r, v_r @ v_r, x_dd @ x_dd, u_dd @ v_r, share @ v_r, stuck, u_dd @ u_dd
-        span = (end - begin) / max(len(x_r), 1)
-        x2, v2, x_dd2, power, rub, still, u_dd2 = (float(total) * span for total in sums)
-        return Totals(x2, v2, x_dd2, power, rub, still, u_dd2, self._u2(part))
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Give the share of a window in which v_r flips twice within four steps [-]."""
-        sign = np.sign(self.v_r[self._part(begin, end)])
-        flips = np.cumsum(np.concatenate(([0], sign[1:] * sign[:-1] < 0.0)))
-        return float(np.mean(flips[4:] - flips[:-4] >= 2)) if len(flips) > 4 else 0.0
-
-    def _part(self, begin: float, end: float) -> slice:
-        return slice(round(begin / self.dt), round(end / self.dt))
-
-    def _u2(self, part: slice) -> float | None:
-        """Give the integral of u² over the grid points of a window [m²s]."""
-        if isinstance(self.motion, Sines):
-            begin: float = part.start * self.dt
-            end: float = part.stop * self.dt
-            u2: float = mean_squares(waves_of(self.motion), begin, end)[1]
-            return u2 * (end - begin)
-        if self.motion.u is None:
-            return None
-        u: Floats = self.motion.u[part]
-        return float(np.dot(u, u)) * self.dt
-
-
 def sticking(
     kernel: Callable[..., None],
     limits: tuple[float, ...],
@@ -223,3 +156,70 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Codes) -
     reverses = (d[n[1:]] != 0) & (d[n[1:] - 1] != 0)
     kind[1:][reverses] *= 2
     return Events(n * dt, kind, x_r[n], plant.m * u_dd[n] + plant.k_x * x_r[n])
+
+
+@dataclass(frozen=True, eq=False)
+class SteppedTrack:
+    """A response known at grid points only: straight lines in between, sums for integrals."""
+
+    plant: Plant
+    law: AnyLaw
+    motion: Sines | Samples
+    dt: float
+    u_dd: Floats
+    x_r: Floats
+    v_r: Floats
+    x_dd: Floats
+    force: Floats
+    d: Codes
+    closest: float = math.inf
+
+    @property
+    def end(self) -> float:
+        """Last instant [s]."""
+        return (len(self.x_r) - 1) * self.dt
+
+    def path(self, window: tuple[float, float], x_rM: float | None) -> Path:
+        """Give the start and the local extremes of x_r on the grid."""
+        rising = np.sign(np.diff(self.x_r))
+        n = np.concatenate(([0], np.flatnonzero(rising[1:] != rising[:-1]) + 1))
+        return Path(n * self.dt, self.x_r[n])
+
+    def state(self, t: float) -> State:
+        """Give the state at time t [s], on a straight line between grid points."""
+        n = min(int(t / self.dt), len(self.x_r) - 2)
+        q = t / self.dt - n
+        x_r = (1.0 - q) * self.x_r[n] + q * self.x_r[n + 1]
+        return State(float(x_r), float((1.0 - q) * self.v_r[n] + q * self.v_r[n + 1]))
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Give the sums over the grid points of a window [s]."""
+        part = self._part(begin, end)
+        x_r, v_r, x_dd, u_dd = self.x_r[part], self.v_r[part], self.x_dd[part], self.u_dd[part]
+        share = self.force[part] / self.law.F_fk if self.law.F_fk else np.zeros(len(x_r))
+        stuck = np.count_nonzero(self.d[part] == 0)
+        sums = x_r @ x_r, v_r @ v_r, x_dd @ x_dd, u_dd @ v_r, share @ v_r, stuck, u_dd @ u_dd
+        span = (end - begin) / max(len(x_r), 1)
+        x2, v2, x_dd2, power, rub, still, u_dd2 = (float(total) * span for total in sums)
+        return Totals(x2, v2, x_dd2, power, rub, still, u_dd2, self._u2(part))
+
+    def chatter(self, begin: float, end: float) -> float:
+        """Give the share of a window in which v_r flips twice within four steps [-]."""
+        sign = np.sign(self.v_r[self._part(begin, end)])
+        flips = np.cumsum(np.concatenate(([0], sign[1:] * sign[:-1] < 0.0)))
+        return float(np.mean(flips[4:] - flips[:-4] >= 2)) if len(flips) > 4 else 0.0
+
+    def _part(self, begin: float, end: float) -> slice:
+        return slice(round(begin / self.dt), round(end / self.dt))
+
+    def _u2(self, part: slice) -> float | None:
+        """Give the integral of u² over the grid points of a window [m²s]."""
+        if isinstance(self.motion, Sines):
+            begin: float = part.start * self.dt
+            end: float = part.stop * self.dt
+            u2: float = mean_squares(waves_of(self.motion), begin, end)[1]
+            return u2 * (end - begin)
+        if self.motion.u is None:
+            return None
+        u: Floats = self.motion.u[part]
+        return float(np.dot(u, u)) * self.dt
