@@ -88,10 +88,12 @@ from drysim.core.oscillator import (
 )
 from drysim.core.roots import BISECTIONS, NEVER, RESOLUTION, leave_slip, next_stop
 
+# Gauss and Legendre's rules on a panel of length 1: to import them takes longer.
+
+
 FOUR_NODES = (
     0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262,
 )  # fmt: skip
-
 FOUR_WEIGHTS = (
     0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692,
 )  # fmt: skip
@@ -100,7 +102,6 @@ SIX_NODES = (
     0.03376524289842399, 0.16939530676686773, 0.38069040695840156, 0.6193095930415985,
     0.8306046932331322, 0.966234757101576,
 )  # fmt: skip
-
 SIX_WEIGHTS = (
     0.08566224618958518, 0.1803807865240693, 0.23395696728634552, 0.23395696728634552,
     0.1803807865240693, 0.08566224618958518,
@@ -111,7 +112,6 @@ TWELVE_NODES = (
     0.31608425050090994, 0.43738329574426554, 0.5626167042557344, 0.6839157494990901,
     0.7936589771433087, 0.8849513370971523, 0.9520586281852375, 0.9907803171233596,
 )  # fmt: skip
-
 TWELVE_WEIGHTS = (
     0.023587668193255706, 0.05346966299765953, 0.08003916427167321, 0.10158371336153287,
     0.1167462682691773, 0.12457352290670134, 0.12457352290670134, 0.1167462682691773,
@@ -275,7 +275,6 @@ def sample_contact(
 
     Parameters
     ----------
-    plant, law, waves
     trail : Trail
         Where each piece begins; the first one is before the first point.
     first, dt
@@ -1443,10 +1442,8 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
 
     Parameters
     ----------
-    plant, law, waves, u_dd, dt, trail
-        The solution, as in `read_contact`.
-    lengths : array, shape (pieces,)
-        Of the pieces [s].
+    plant, law, waves, u_dd, dt, trail, lengths
+        The solution, as in `integrate_pieces`.
     whole : array, shape (pieces,)
         Whether every turn of a piece is wanted, as of the last one, or only what tells.
     x_rM : float
