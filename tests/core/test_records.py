@@ -24,7 +24,7 @@ def answers(
     rule = kernel.lanes.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
     side = kernel.lanes.Side(
         np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES // lanes.WIDTH),
-        np.zeros(kernel.lanes.Q_SIZE), np.zeros(lanes.LANES, dtype=np.int64),
+        np.zeros(kernel.lanes.QUEUE_SIZE), np.zeros(lanes.LANES, dtype=np.int64),
         np.zeros((lanes.LANES, kernel.lanes.KEPT)), np.zeros(lanes.LANES, dtype=np.int64),
         kernel.events.Log(*(np.zeros(length, dtype=kind) for kind in kinds)),
     )  # fmt: skip
@@ -55,9 +55,9 @@ def test_mirrored_records_give_mirrored_stops(kernel):
     u_dd, r = noise(9), kernel.lanes
     found, turns = answers(kernel, u_dd, (20.0, 24.0))
     mirrored, back = answers(kernel, -u_dd, (20.0, 24.0), x_r=-0.001)
-    assert (found[:, r.COUNT] > 0).all()
+    assert (found[:, r.EVENTS] > 0).all()
     assert np.array_equal(turns, -back)
-    alike = [*range(kernel.lanes.INTEGRALS), *range(r.BEGIN, r.FOUND)]
+    alike = [*range(r.KEPT), r.BEGIN, r.TURNS]
     assert np.array_equal(found[:, alike], mirrored[:, alike])
 
 

@@ -1,4 +1,8 @@
-"""Batch solve of seeds."""
+"""Many records of base motion under one scene, as those of its seeds: measured side by side.
+
+`measurable` tells whether `measure_many` serves a scene; it takes what `abreast` lays out, and
+keeps nothing of the motions but what they come to.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +16,6 @@ from numpy.typing import NDArray
 from drysim.approach.scene import LOG_LENGTH, empty_log
 from drysim.approach.solution import Floats
 from drysim.core import lanes
-from drysim.core.lanes import (
-    INTEGRALS,
-    KEPT,
-    LANES,
-    PLACES,
-    SIZE,
-    WIDTH,
-    Side,
-    served,
-    trapezia,
-)
 from drysim.core.model import Law, Plant, Samples, State, Totals, sample_squares
 from drysim.core.oscillator import steps_of
 
@@ -113,7 +106,7 @@ def measurable(plant: Plant, law: object, dt: float) -> bool:
     They can where friction is Coulomb's with limits that do not vary, and a step so short that
     the rule of trapezia serves it.
     """
-    return type(law) is Law and law.variation == 0.0 and served(plant, dt)
+    return type(law) is Law and law.variation == 0.0 and lanes.served(plant, dt)
 
 
 def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measured:
@@ -140,11 +133,17 @@ def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measur
     u_dd, dt, window, _ = given
     answers = np.empty((len(u_dd), lanes.FOUND))
     turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_A_STOP + FEW_STOPS))
-    rule = trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
-    lanes.measure_records(
-        plant, law, steps_of(plant, law, dt), rule, u_dd, *window, start, empty_side(), turns,
-        answers,
+    steps = steps_of(plant, law, dt)
+    rule = lanes.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
+    scratch = lanes.Side(
+        np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES // lanes.WIDTH),
+        np.zeros(lanes.QUEUE_SIZE), np.zeros(lanes.LANES, dtype=np.int64),
+        np.zeros((lanes.LANES, lanes.KEPT)), np.zeros(lanes.LANES, dtype=np.int64),
+        empty_log(LOG_LENGTH),
     )  # fmt: skip
+    lanes.measure_records(
+        plant, law, steps, rule, u_dd, *window, start, scratch, turns, answers
+    )
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
         return answered(given, start, turns, answers)
 
@@ -155,7 +154,7 @@ def answered(given: Abreast, start: State, turns: Floats, answers: Floats) -> Me
     first = State(column[lanes.X_BEGIN], column[lanes.V_BEGIN])
     last = State(column[lanes.X_END], column[lanes.V_END])
     begins, ends = column[[lanes.BEGIN, lanes.TURNS]].astype(int)
-    x2, v2, x_dd2, power, rub, stuck, u_dd2 = column[:INTEGRALS]
+    x2, v2, x_dd2, power, rub, stuck, u_dd2 = column[: lanes.INTEGRALS]
     ends_of = column[[lanes.X_BEGIN, lanes.X_END]].T
     paths = [
         np.concatenate((at[:1], row[b:e], at[1:]))
@@ -169,15 +168,6 @@ def answered(given: Abreast, start: State, turns: Floats, answers: Floats) -> Me
         last,
         tuple(paths),
         np.maximum(farthest, abs(start.x_r)),
-        column[lanes.COUNT],
+        column[lanes.EVENTS],
         column[lanes.TIGHT],
     )
-
-
-def empty_side() -> Side:
-    """Give the scratch of a march side by side."""
-    return Side(
-        np.zeros(SIZE), np.zeros(PLACES * LANES // WIDTH), np.zeros(lanes.Q_SIZE),
-        np.zeros(LANES, dtype=np.int64), np.zeros((LANES, KEPT)),
-        np.zeros(LANES, dtype=np.int64), empty_log(LOG_LENGTH),
-    )  # fmt: skip

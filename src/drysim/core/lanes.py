@@ -1,4 +1,25 @@
-"""Many records at once in SIMD lanes (optional)."""
+"""Many records of base motion in one call: marched side by side and measured.
+
+Nothing is kept of the motion. The lanes of vector registers hold one record each. All lanes are
+at the same sample, and all their numbers lie in one array, a row for each kind, so that the
+compiler sees which of them do not overlap and works at as many lanes at once as the processor
+has room for.
+
+1. All lanes take a stride of four steps as if nothing happened. A bound on what a step may hide
+   (`pace_of`) tells those apart in which one of the steps may hold an event: they stay where
+   they are, and wait.
+2. Those that wait are gathered, so that they fill whole registers. They walk step by step up to
+   the first step in doubt and are led through it abreast: it may hold one event. What is not so
+   plain - two events in a step, a velocity that only touches zero, a root that strays - is left
+   to the march of one record. They are put back when all have reached the end of the stride.
+
+The integrals come from sums over samples. Within a step the motion is smooth, so the series of
+Euler and Maclaurin is exact: the rule of trapezia, and at either end of a step a form of what
+the motion is there. Where one step ends and the next begins, nothing but the slope of ü has
+changed, so of two forms one term is left: a step costs a few sums in place of all products of
+what it is made of. In a step with events, what these sums make of it is taken off, and the
+integrals over what lies on either side of each event are put in its place.
+"""
 
 from __future__ import annotations
 
@@ -8,85 +29,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drysim.core import oscillator as brief
+from drysim.core import oscillator
 from drysim.core.compile import compiled, fused, inlined
 from drysim.core.events import ROUNDING, SLIP, Log, direction, first_mode
 from drysim.core.oscillator import MARGIN, Map
 from drysim.core.sampled import parts_of, through_events
 from drysim.core.trajectory import stretch
 
-# Integrals over what lies on either side of an event within a short step.
+X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, INTEGRALS = range(8)
+"""Integrals, as in `Totals`, and how many."""
 
+EVENTS, TIGHT, FAR, KEPT = range(INTEGRALS, INTEGRALS + 4)
+"""What is kept of every lane after the integrals: its events, its tightest stop decision, and
+the greatest |x_r| at a stop. KEPT is how many numbers that is."""
 
-INNER = (0.17267316464601143, 0.5, 0.8273268353539886)
-WEIGHTS = (0.2722222222222222, 0.35555555555555557, 0.2722222222222222)
-OUTER = 0.05
-"""Of Gauss and Lobatto for five points, of which two are known: as exact as four of Gauss and
-Legendre, which exhaust double precision on a short stretch, see `stretches`."""
-
-
-@fused
-def away_from(q, s):
-    """Give distance and speed at time s from an event, at which the speed is 0."""
-    s_2 = s * s
-    s_4 = s_2 * s_2
-    v = (q[1] + q[2] * s) + s_2 * (q[3] + q[4] * s)
-    v += s_4 * ((q[5] + q[6] * s) + s_2 * (q[7] + q[8] * s))
-    x = (q[1] * (1.0 / 2.0) + q[2] * (1.0 / 3.0) * s) + s_2 * (
-        q[3] * (1.0 / 4.0) + q[4] * (1.0 / 5.0) * s
-    )
-    x += s_4 * (
-        (q[5] * (1.0 / 6.0) + q[6] * (1.0 / 7.0) * s)
-        + s_2 * (q[7] * (1.0 / 8.0) + q[8] * (1.0 / 9.0) * s)
-    )
-    return s_2 * x, s * v
-
-
-@fused
-def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
-    """Give the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
-
-    Parameters
-    ----------
-    steps : Steps
-    q : tuple of float
-        Series of the speed from the event on, or back from it.
-    x_s, u_s : float
-        x_r [m] and ü [m/s²] at the event.
-    d : float
-        Direction, 0 where it sticks.
-    slope : float
-        Of ü [m/s³].
-    s : float
-        Time from the event to the end [s]; below 0 to the beginning of the step.
-    x_e, v_e, felt_e, u_e : float
-        What is there: x_r, v_r, minus x_dd where it slides, and ü.
-    """
-    c, w, pull, slides = steps.c, steps.w, d * steps.f, d != 0.0
-    first = w * x_s + pull if slides else u_s
-    last = felt_e if slides else u_e
-    x2 = OUTER * (x_s * x_s + x_e * x_e)
-    v2, power = OUTER * (v_e * v_e), OUTER * (u_e * v_e)
-    x_dd2 = OUTER * (first * first + last * last)
-    for i in range(len(INNER)):
-        t = s * INNER[i]
-        way, speed_there = away_from(q, t)
-        x, v, u = x_s + d * way, d * speed_there, u_s + slope * t
-        x_dd = w * x + c * v + pull if slides else u
-        x2 += WEIGHTS[i] * (x * x)
-        v2 += WEIGHTS[i] * (v * v)
-        x_dd2 += WEIGHTS[i] * (x_dd * x_dd)
-        power += WEIGHTS[i] * (u * v)
-    h = abs(s)
-    return h * x2, h * v2, h * x_dd2, h * power
-
-
-# Records side by side: one lane of a vector register each, and where their numbers lie.
-#
-# All of it is one array, so that the compiler sees which numbers do not overlap and works at as
-# many lanes at once as the processor has room for. A row holds one number of every lane. All
-# lanes are at the same sample: one that meets an event is led through it before they go on.
-
+X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, FOUND = range(KEPT, KEPT + 7)
+"""Columns of an answer after what is kept: the states at both ends of the window; stops before
+the window, and in all. FOUND is their number."""
 
 LANES = 128
 """Most records that are marched together: so few that they stay near the processor, so many
@@ -108,15 +67,205 @@ PLACES = (FETCHED + 2) * WIDTH
 """Of a group of lanes in what is fetched: ü at the sample before, at the first one and so on,
 each of all its lanes."""
 
-X, V, D, WAITS, AHEAD = (row * LANES for row in range(5))
-"""Rows: x_r, v_r and direction; whether the lane waits; ü at the samples that a stride sees."""
+X, V, D, AHEAD = (row * LANES for row in range(4))
+"""Rows of the lanes and of those that wait: x_r, v_r and direction; ü at the samples that a
+stride sees, each in a row of its own."""
 
 SUMS = AHEAD + SEEN * LANES
 KINDS = 12
-"""Rows of sums over samples, and how many: see `trapezia`."""
+"""Rows of sums over samples, and how many, see `summed`; of those that wait KEPT rows, of what
+they add to what is kept."""
 
-SIZE = SUMS + KINDS * LANES
+WAITS = SUMS + KINDS * LANES
+"""Row of the lanes: whether the lane waits."""
+
+SIZE = WAITS + LANES
 """Numbers of all lanes together."""
+
+DONE, HERE, U, U_1, X_STOP, STOPS, PLAIN = (SUMS + row * LANES for row in range(KEPT, KEPT + 7))
+"""Rows of those that wait: how many steps of the stride are done. What is found: whether a lane
+stands before an event, and ü at both ends of that step; x_r where it stops, whether it does,
+and whether all that holds."""
+
+QUEUE_SIZE = PLAIN + LANES
+"""Numbers of all that wait together."""
+
+
+class Side(NamedTuple):
+    """What the lanes of a march share as scratch, and what is kept of each; arrays.
+
+    Attributes
+    ----------
+    at : array, shape (SIZE,)
+        The lanes.
+    base : array, shape (PLACES * LANES / WIDTH,)
+        ü as it is fetched.
+    queue : array, shape (QUEUE_SIZE,)
+        Those that wait.
+    lane : array of int, shape (LANES,)
+        Which they are.
+    kept : array, shape (LANES, KEPT)
+        What is kept of every lane.
+    turns : array of int, shape (LANES,)
+        How many stops were written of every lane.
+    log : Log
+        Of a step that is solved by itself.
+    """
+
+    at: Any
+    base: Any
+    queue: Any
+    lane: Any
+    kept: Any
+    turns: Any
+    log: Log
+
+
+@compiled
+def measure_records(
+    plant, law, steps, rule, records, begin, end, start, side, turns, answers
+):  # fmt: skip
+    """March and measure every record.
+
+    Parameters
+    ----------
+    plant, law, steps
+        Steps that the rule serves.
+    rule : Trapezia
+        Of such a step.
+    records : array, shape (records, samples)
+        Base acceleration [m/s²].
+    begin, end : int
+        Samples at which the window begins and ends.
+    start : State
+    side : Side
+        Scratch.
+    turns : array, shape (records, places)
+        Written: x_r at every stop up to the end of the window [m], as far as there are places.
+    answers : array, shape (records, FOUND)
+        Written: the columns named above; no numbers where the numerics fail.
+    """
+    for first in range(0, len(records), LANES):
+        count = min(LANES, len(records) - first)
+        set_out(plant, law, records, first, count, start, side)
+        march_abreast(plant, law, steps, rule, records, first, count, 0, begin, side, turns)
+        note_begin(steps, rule, records, begin, side, answers, first, count)
+        march_abreast(plant, law, steps, rule, records, first, count, begin, end, side, turns)
+        note_end(steps, rule, records, end, side, answers, first, count)
+
+
+@inlined
+def lanes_of(count):
+    """Give how many lanes so many records take: whole registers."""
+    return (count + WIDTH - 1) // WIDTH * WIDTH
+
+
+@compiled
+def set_out(plant, law, records, first, count, start, side):
+    """Begin with every record; lanes that are left over follow the last one."""
+    at = side.at
+    for i in range(KINDS * LANES):
+        at[SUMS + i] = 0.0
+    for lane in range(lanes_of(count)):
+        u_dd = records[first + min(lane, count - 1), 0]
+        at[X + lane], at[V + lane] = start.x_r, start.v_r
+        at[D + lane] = first_mode(plant, law, start.x_r, start.v_r, u_dd)
+        side.turns[lane] = 0
+        for i in range(KEPT):
+            side.kept[lane, i] = 0.0
+        side.kept[lane, TIGHT] = math.inf
+
+
+@compiled
+def note_begin(steps, rule, records, begin, side, answers, first, count):
+    """Note the beginning of the window, and sum from there on."""
+    at = side.at
+    for lane in range(lanes_of(count)):
+        for i in range(INTEGRALS):
+            side.kept[lane, i] = 0.0
+    for lane in range(count):
+        answer, u_dd = answers[first + lane], records[first + lane, begin]
+        # What comes before is out of the window: the sums begin as if ü had not changed.
+        end_of_window(steps, rule, side, lane, -1.0, u_dd, u_dd)
+        answer[X_BEGIN], answer[V_BEGIN] = at[X + lane], at[V + lane]
+        answer[BEGIN] = side.turns[lane]
+
+
+@compiled
+def note_end(steps, rule, records, end, side, answers, first, count):
+    """Note the end of the window and what has been found."""
+    at = side.at
+    for lane in range(count):
+        answer, kept, u_dd = answers[first + lane], side.kept[lane], records[first + lane]
+        end_of_window(steps, rule, side, lane, 1.0, u_dd[end - 1], u_dd[end])
+        answer[X_END], answer[V_END] = at[X + lane], at[V + lane]
+        answer[TURNS] = side.turns[lane]
+        for i in range(KEPT):
+            answer[i] = kept[i]
+
+
+@inlined
+def end_of_window(steps, rule, side, lane, way, u_b, u):
+    """Add half a sample at the end of the window; take it off at its beginning.
+
+    There ü is `u`, and `u_b` at the sample before.
+    """
+    at, kept = side.at, side.kept[lane]
+    x, v, d = at[X + lane], at[V + lane], at[D + lane]
+    felt = steps.c * v + (steps.w * x + d * steps.f)
+    half = halves(rule, d, x, felt, u, v)
+    end = ends(rule, d, x, felt, u, v, (u - u_b) / steps.dt)
+    for i in range(INTEGRALS):
+        kept[i] += way * (half[i] + end[i])
+
+
+@compiled
+def march_abreast(plant, law, steps, rule, records, first, count, n, end, side, turns):
+    """March records from sample n to sample `end`, and sum."""
+    lanes, before = lanes_of(count), n
+    parts, pace = parts_of(steps), pace_of(plant, law, steps)
+    while n < end:
+        length = min(FETCHED, end - n)
+        fetch(side.base, records, first, count, lanes, n, length, before)
+        for k in range(0, length, STRIDE):
+            left = min(STRIDE, length - k)
+            look_ahead(side.at, side.base, lanes, k)
+            if left == STRIDE:
+                stride(pace, side.at, lanes)
+            else:
+                # Less than a stride is left: all lanes wait.
+                for lane in range(lanes):
+                    side.at[WAITS + lane] = 1.0
+            some = gather(side.at, lanes, side.queue, side.lane)
+            for group in range(0, some, WIDTH):
+                waiting = side.queue[group:]
+                while walk(pace, rule, waiting, left) > 0:
+                    if steps.brief:
+                        eight(plant, law, steps, pace, rule, waiting)
+                    else:
+                        leave(waiting)
+                    settle(plant, law, steps, parts, rule, side, group, turns, first)
+            put_back(side, some)
+        n += length
+        before = n - 1
+        gather_sums(rule, pace, side, lanes)
+
+
+@compiled
+def gather_sums(rule, pace, side, lanes):
+    """Add the sums to what is kept of a whole window: so rounding does not grow with them."""
+    at = side.at
+    for lane in range(lanes):
+        i = SUMS + lane
+        z = (
+            at[i], at[i + LANES], at[i + 2 * LANES], at[i + 3 * LANES], at[i + 4 * LANES],
+            at[i + 5 * LANES], at[i + 6 * LANES], at[i + 7 * LANES], at[i + 8 * LANES],
+        )  # fmt: skip
+        total = summed(rule, pace, z, at[i + 11 * LANES], at[i + 9 * LANES], at[i + 10 * LANES])
+        for k in range(INTEGRALS):
+            side.kept[lane, k] += total[k]
+    for i in range(KINDS * LANES):
+        at[SUMS + i] = 0.0
 
 
 @compiled
@@ -151,260 +300,7 @@ def look_ahead(at, base, lanes, k):
             there[j + 4], there[j + 5], there[j + 6], there[j + 7] = e, f, g, h
 
 
-# Integrals over many steps by the rule of trapezia, made exact by what its ends say.
-#
-# Within a step the motion is smooth, so the series of Euler and Maclaurin is exact: the rule,
-# and at either end of a step a form of what the motion is there. Where one step ends and the
-# next begins, nothing but the slope of ü has changed, so of two forms one term is left. So a
-# step costs a few sums in place of all products of what it is made of.
-
-
-X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, INTEGRALS = range(8)
-"""Integrals, as in `Totals`, and how many."""
-
-TERMS = 18
-"""Of the series: each is a tenth of the one before where a step is as long as it may be."""
-
-LONGEST = 1.0
-"""Radians (or decays) a step may hold for these terms."""
-
-SCENES = 16
-"""Whose forms are kept: each block of a scene asks for them."""
-
-X_R, FELT, BASE, SPEED, RATE, SLOPE = range(6)
-"""What a step of sliding is made of: x_r, minus x_dd, ü, v_r and its rate, the slope of ü."""
-
-
-class Trapezia(NamedTuple):
-    """The forms at the ends of a step.
-
-    Attributes
-    ----------
-    h : float
-        Length of a step [s].
-    x2, x_dd2 : tuple of float, shape (8,)
-        Of x_r (minus x_dd) times v, a and s; of v times v, a and s; of a times a and s. Here v
-        is v_r, a its rate and s the slope of ü.
-    v2 : tuple of float, shape (5,)
-        The last five of these.
-    power : tuple of float, shape (5,)
-        Of ü times v, a and s; of v times s; of a times s.
-    rub : tuple of float, shape (2,)
-        Of v and a, in the direction of sliding.
-    """
-
-    h: float
-    x2: tuple[float, ...]
-    v2: tuple[float, ...]
-    x_dd2: tuple[float, ...]
-    power: tuple[float, ...]
-    rub: tuple[float, ...]
-
-
-def served(plant, dt):
-    """Tell whether the rule serves steps of length dt [s]."""
-    return bool((plant.b / plant.m + math.sqrt(plant.k_x / plant.m)) * dt <= LONGEST)
-
-
-@lru_cache(maxsize=SCENES)
-def trapezia(c, w, h):
-    """Give the forms of a step of length h [s] of a plant with b/m [1/s] and k_x/m [1/s²]."""
-    rates = np.zeros((6, 6))
-    rates[X_R, SPEED] = rates[BASE, SLOPE] = rates[SPEED, RATE] = 1.0
-    rates[FELT, [SPEED, RATE]] = w, c
-    rates[RATE, [SPEED, RATE, SLOPE]] = -w, -c, -1.0
-    rest = ((SPEED, SPEED), (SPEED, RATE), (SPEED, SLOPE), (RATE, RATE), (RATE, SLOPE))
-
-    def of(one, other, pairs):
-        form = end_form(rates, h, one, other)
-        return tuple(float(form[pair]) for pair in pairs)
-
-    def beside(row):
-        return (row, SPEED), (row, RATE), (row, SLOPE)
-
-    return Trapezia(
-        float(h),
-        of(X_R, X_R, (*beside(X_R), *rest)),
-        of(SPEED, SPEED, rest),
-        of(FELT, FELT, (*beside(FELT), *rest)),
-        of(BASE, SPEED, (*beside(BASE), (SPEED, SLOPE), (RATE, SLOPE))),
-        line_form(rates, h),
-    )
-
-
-def end_form(rates, h, one, other):
-    """Give the form at the end of a step for the product of two things, its pairs added up."""
-    form, found = np.zeros((6, 6)), np.zeros((6, 6))
-    form[one, other] = 1.0
-    for k, weight in enumerate(series_weights(), 1):
-        form = rates.T @ form + form @ rates
-        found -= weight * h ** (2 * k) * form
-        form = rates.T @ form + form @ rates
-    both = found + found.T
-    np.fill_diagonal(both, np.diag(found))
-    return both
-
-
-def line_form(rates, h):
-    """Give what v_r and its rate have at the end of a step for the way."""
-    line, found = np.zeros(6), np.zeros(6)
-    line[SPEED] = 1.0
-    for k, weight in enumerate(series_weights(), 1):
-        line = rates.T @ line
-        found -= weight * h ** (2 * k) * line
-        line = rates.T @ line
-    return float(found[SPEED]), float(found[RATE])
-
-
-def series_weights():
-    """Give B_2k/(2k)! for k = 1, 2 ..., B_2k being the numbers of Bernoulli."""
-    terms = [1.0]  # of z/(e^z - 1), whose odd ones but the first vanish
-    factorials = np.cumprod([1.0, *range(1, 2 * TERMS + 2)])
-    for n in range(1, 2 * TERMS + 1):
-        terms.append(-sum(terms[k] / factorials[n - k + 1] for k in range(n)))
-    return terms[2::2]
-
-
-@fused
-def ends(rule, d, x_r, felt, u_dd, v_r, slope):
-    """Give what the end of a step adds to its integrals, and what its beginning takes off.
-
-    Parameters
-    ----------
-    rule : Trapezia
-    d : float
-        Direction of sliding, 0 where it sticks.
-    x_r, felt, u_dd, v_r : float
-        Displacement [m]; minus x_dd where it slides, and ü [m/s²]; velocity [m/s].
-    slope : float
-        Of ü within the step [m/s³].
-
-    Returns
-    -------
-    tuple of float, shape (INTEGRALS,)
-    """
-    slides = d != 0.0
-    base = -rule.h * rule.h / 6.0 * u_dd * slope
-    a = -(felt + u_dd) if slides else 0.0
-    s = slope if slides else 0.0
-    vv, va, vs, aa, as_ = v_r * v_r, v_r * a, v_r * s, a * a, a * s
-    p, q, r, t, o = rule.x2, rule.v2, rule.x_dd2, rule.power, rule.rub
-    x2 = x_r * (p[0] * v_r + p[1] * a + p[2] * s)
-    x2 += p[3] * vv + p[4] * va + p[5] * vs + p[6] * aa + p[7] * as_
-    x_dd2 = felt * (r[0] * v_r + r[1] * a + r[2] * s)
-    x_dd2 += r[3] * vv + r[4] * va + r[5] * vs + r[6] * aa + r[7] * as_
-    return (
-        x2,
-        q[0] * vv + q[1] * va + q[2] * vs + q[3] * aa + q[4] * as_,
-        x_dd2 if slides else base,
-        u_dd * (t[0] * v_r + t[1] * a + t[2] * s) + (t[3] * vs + t[4] * as_),
-        d * (o[0] * v_r + o[1] * a),
-        0.0,
-        base,
-    )
-
-
-@fused
-def halves(rule, d, x_r, felt, u_dd, v_r):
-    """Give what half of a sample counts in every integral; parameters as in `ends`."""
-    half = 0.5 * rule.h
-    x_dd = felt if d != 0.0 else u_dd
-    return (
-        half * (x_r * x_r), half * (v_r * v_r), half * (x_dd * x_dd), half * (u_dd * v_r),
-        half * (d * v_r), 0.0 if d != 0.0 else half, half * (u_dd * u_dd),
-    )  # fmt: skip
-
-
-@fused
-def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
-    """Give the integrals that sums over samples come to.
-
-    Parameters
-    ----------
-    rule : Trapezia
-    pace : Pace
-    sums : tuple of float, shape (9,)
-        Those of x_r², v_r², x_dd², ü v_r, |v_r| and ü²; of x_r, v_r and ü times what the
-        change of ü changes by at the sample, the first and the last where it slides.
-    d_bend, stuck_bend, stuck : float
-        Those of the direction times that, and of ü times that where it sticks; how many
-        samples there are where it sticks.
-
-    Returns
-    -------
-    tuple of float, shape (INTEGRALS,)
-    """
-    h = rule.h
-    xs, vs, us = -sums[6] / h, -sums[7] / h, -sums[8] / h
-    felt_s = pace.w * xs + pace.c * vs - pace.f * d_bend / h
-    as_ = -(felt_s + us)
-    p, q, r, t = rule.x2, rule.v2, rule.x_dd2, rule.power
-    return (
-        h * sums[0] + (p[2] * xs + p[5] * vs + p[7] * as_),
-        h * sums[1] + (q[2] * vs + q[4] * as_),
-        h * sums[2] + (r[2] * felt_s + r[5] * vs + r[7] * as_) + h / 6.0 * stuck_bend,
-        h * sums[3] + (t[2] * us + t[3] * vs + t[4] * as_),
-        h * sums[4],
-        h * stuck,
-        h * sums[5] + h / 6.0 * (sums[8] + stuck_bend),
-    )
-
-
-# The lanes that wait, side by side: where their numbers lie, and how they get there.
-
-
-Q_X, Q_V, Q_D, DONE, HERE, U, U_1, X_STOP, STOPS, PLAIN, Q_TIGHT, Q_EVENTS, Q_FAR = (
-    row * LANES for row in range(13)
-)
-"""Rows: x_r, v_r and direction; how many steps of the stride are done. What is found: whether a
-lane stands before an event, and ü at both ends of that step; x_r where it stops, whether it
-does, and whether all that holds; the tightest decision, how many events there are, and the
-greatest |x_r| at a stop."""
-
-Q_SUMS = Q_FAR + LANES
-Q_AHEAD = Q_SUMS + INTEGRALS * LANES
-"""Rows of the integrals, and of ü at the samples that a stride sees."""
-
-Q_SIZE = Q_AHEAD + SEEN * LANES
-
-NO_DECISION = math.inf
-"""Tightness of what was no stop."""
-
-
-@compiled
-def gather(at, count, queue, whose):
-    """Gather the lanes that wait among so many; gives how many there are.
-
-    Parameters
-    ----------
-    at : array, shape (lanes.SIZE,)
-    count : int
-    queue : array, shape (SIZE,)
-        Written: what is found is nothing yet; a group is filled up with lanes that are done.
-    whose : array of int, shape (LANES,)
-        Written: which lanes they are.
-    """
-    some = 0
-    for lane in range(count):
-        whose[some] = lane
-        some += 1 if at[WAITS + lane] > 0.0 else 0
-    for i in range(some):
-        lane = whose[i]
-        queue[Q_X + i], queue[Q_V + i] = at[X + lane], at[V + lane]
-        queue[Q_D + i] = at[D + lane]
-        for k in range(SEEN):
-            queue[Q_AHEAD + k * LANES + i] = at[AHEAD + k * LANES + lane]
-    filled = (some + WIDTH - 1) // WIDTH * WIDTH
-    for i in range(filled):
-        queue[DONE + i] = 0.0 if i < some else STRIDE
-        queue[Q_TIGHT + i] = NO_DECISION
-    for row in range(Q_EVENTS, Q_AHEAD, LANES):
-        for i in range(filled):
-            queue[row + i] = 0.0
-    return some
-
-
-# A few steps of every lane at once, as if nothing happened; they stand where nothing does.
+# All lanes at once, as if nothing happened; they stand where nothing does.
 
 
 TAME = 0.05
@@ -526,7 +422,7 @@ def stride(pace, at, lanes):
     ----------
     pace : Pace
     at : array, shape (SIZE,)
-        See `lanes`; written.
+        The lanes; written.
     lanes : int
     """
     for first in range(0, lanes, WIDTH):
@@ -580,18 +476,142 @@ def stride_of_eight(pace, at):
         at[j + 11 * LANES] = at[j + 11 * LANES] if waits else at[j + 11 * LANES] + d * bend
 
 
-# Lanes that wait, abreast: through the step that they stand before, which may hold one event.
+# Lanes that wait: gathered, walked to the step they wait for, led through it, and put back.
 #
-# What is not so plain - two events in a step, a velocity that only touches zero, a root that
-# strays - is left to the march of one record.
+# `walk` and `eight` are kernels of their own: what is fused is compiled into its callers.
+
+
+@compiled
+def gather(at, count, queue, whose):
+    """Gather the lanes that wait among so many; gives how many there are.
+
+    Parameters
+    ----------
+    at : array, shape (SIZE,)
+        The lanes.
+    count : int
+    queue : array, shape (QUEUE_SIZE,)
+        Written: what is found is nothing yet; a group is filled up with lanes that are done.
+    whose : array of int, shape (LANES,)
+        Written: which lanes they are.
+    """
+    some = 0
+    for lane in range(count):
+        whose[some] = lane
+        some += 1 if at[WAITS + lane] > 0.0 else 0
+    for i in range(some):
+        lane = whose[i]
+        queue[X + i], queue[V + i] = at[X + lane], at[V + lane]
+        queue[D + i] = at[D + lane]
+        for k in range(SEEN):
+            queue[AHEAD + k * LANES + i] = at[AHEAD + k * LANES + lane]
+    filled = lanes_of(some)
+    for i in range(filled):
+        queue[DONE + i] = 0.0 if i < some else STRIDE
+    for k in range(KEPT):
+        nothing = math.inf if k == TIGHT else 0.0
+        for i in range(filled):
+            queue[SUMS + k * LANES + i] = nothing
+    return some
+
+
+@fused
+def may_hold(pace, grip, v, v_1, felt, u, u_1):
+    """Tell whether a step from one state to another may hold an event."""
+    along, along_1 = grip.d * v, grip.d * v_1
+    doubt = pace.steep * abs(u_1 - u) + pace.fast * (along + along_1)
+    dips = min(along, along_1) <= doubt and grip.d * (felt + u) > 0.0
+    stops, breaks = along_1 <= 0.0 or dips, abs(pace.m * u_1 + grip.F_k) > grip.hold
+    return stops if grip.slides else breaks
+
+
+@fused
+def one_on(pace, grip, state, u_b, u, u_1, going, z):
+    """Give what a step of a lane that is going leads to, and whether it stands before it."""
+    x, v, done, bends = state
+    x_1, v_1, felt = step(pace, grip, x, v, u, u_1)
+    event = may_hold(pace, grip, v, v_1, felt, u, u_1)
+    goes, here = going and not event, going and event
+    bend = (u_1 - u) - (u - u_b)
+    counted = added(z, x, v, felt if grip.slides else u, u, bend)
+    z = (
+        counted[0] if going else z[0], counted[1] if going else z[1],
+        counted[2] if going else z[2], counted[3] if going else z[3],
+        counted[4] if going else z[4], counted[5] if going else z[5],
+        counted[6] if going else z[6], counted[7] if going else z[7],
+        counted[8] if going else z[8],
+    )  # fmt: skip
+    bends = bends + bend if going else bends
+    return (
+        (x_1 if goes else x, v_1 if goes else v, done + 1.0 if goes else done, bends),
+        here,
+        z,
+    )
+
+
+@compiled
+def walk(pace, rule, at, length):
+    """Let as many of those that wait as a register holds walk on, to an event or to the end.
+
+    Gives how many stand before an event. `length` is that of the stride in steps.
+    """
+    return walk_of_eight(pace, rule, at, float(length))
+
+
+@fused
+def walk_of_eight(pace, rule, at, length):
+    """Walk; see `walk`."""
+    events = 0
+    for i in range(WIDTH):
+        x, v, d, done = at[X + i], at[V + i], at[D + i], at[DONE + i]
+        u_b, u, u_1 = at[AHEAD + i], at[AHEAD + LANES + i], at[AHEAD + 2 * LANES + i]
+        u_2, u_3 = at[AHEAD + 3 * LANES + i], at[AHEAD + 4 * LANES + i]
+        u_4 = at[AHEAD + (STRIDE + 1) * LANES + i]
+        grip, first = grip_of(pace, x, d), done
+        state = x, v, done, 0.0
+        state, h_1, z = one_on(
+            pace, grip, state, u_b, u, u_1, done == 0.0 and length > 0.0, NOTHING
+        )
+        state, h_2, z = one_on(
+            pace, grip, state, u, u_1, u_2, state[2] == 1.0 and length > 1.0, z
+        )
+        state, h_3, z = one_on(
+            pace, grip, state, u_1, u_2, u_3, state[2] == 2.0 and length > 2.0, z
+        )
+        state, h_4, z = one_on(
+            pace, grip, state, u_2, u_3, u_4, state[2] == 3.0 and length > 3.0, z
+        )
+        here, slides = (h_1 or h_2) or (h_3 or h_4), grip.slides
+        reached = state[2] - first + (1.0 if here else 0.0)
+        total = summed(
+            rule, pace,
+            (
+                z[0], z[1], z[2], z[3], d * z[4], z[5],
+                z[6] if slides else 0.0, z[7], z[8] if slides else 0.0,
+            ),
+            d * state[3], 0.0 if slides else z[8], 0.0 if slides else reached,
+        )  # fmt: skip
+        at[X + i], at[V + i], at[DONE + i] = state[0], state[1], state[2]
+        at[HERE + i] = 1.0 if here else 0.0
+        at[U + i] = u if h_1 else (u_1 if h_2 else (u_2 if h_3 else u_3))
+        at[U_1 + i] = u_1 if h_1 else (u_2 if h_2 else (u_3 if h_3 else u_4))
+        at[SUMS + i] += total[0]
+        at[SUMS + LANES + i] += total[1]
+        at[SUMS + 2 * LANES + i] += total[2]
+        at[SUMS + 3 * LANES + i] += total[3]
+        at[SUMS + 4 * LANES + i] += total[4]
+        at[SUMS + 5 * LANES + i] += total[5]
+        at[SUMS + 6 * LANES + i] += total[6]
+        events += 1 if here else 0
+    return events
 
 
 NEARLY = 2e-5
 """Step of a method of fourth order after which nothing is left to mend, relative to the root
 and to how far the velocity bends: the first guess is as good but once in a thousand times."""
 
-series, distance = fused(brief.series), fused(brief.distance)
-speed, rate = fused(brief.speed), fused(brief.rate)
+series, distance = fused(oscillator.series), fused(oscillator.distance)
+speed, rate = fused(oscillator.speed), fused(oscillator.rate)
 
 
 @fused
@@ -637,7 +657,7 @@ def through_of_eight(plant, law, steps, pace, rule, at):
     m, k_x, F_fs = plant.m, plant.k_x, law.F_fs
     per_h, per_m = 1.0 / h, 1.0 / m
     for i in range(WIDTH):
-        x, v, d, u, u_1 = at[Q_X + i], at[Q_V + i], at[Q_D + i], at[U + i], at[U_1 + i]
+        x, v, d, u, u_1 = at[X + i], at[V + i], at[D + i], at[U + i], at[U_1 + i]
         slides = d != 0.0
         slope = (u_1 - u) * per_h
         x_1, v_1, felt = step(pace, grip_of(pace, x, d), x, v, u, u_1)
@@ -688,20 +708,22 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         x_dd2 = one[2] + two[2] - ((p[2] + r[2]) + (e[2] - b[2]))
         power = one[3] + two[3] - ((p[3] + r[3]) + (e[3] - b[3]))
         rub = way + way_2 - ((p[4] + r[4]) + (e[4] - b[4]))
-        at[Q_SUMS + i] += x2 if counts else 0.0
-        at[Q_SUMS + LANES + i] += v2 if counts else 0.0
-        at[Q_SUMS + 2 * LANES + i] += x_dd2 if counts else 0.0
-        at[Q_SUMS + 3 * LANES + i] += power if counts else 0.0
-        at[Q_SUMS + 4 * LANES + i] += rub if counts else 0.0
-        at[Q_SUMS + 5 * LANES + i] += still - (p[5] + r[5]) if counts else 0.0
+        at[SUMS + i] += x2 if counts else 0.0
+        at[SUMS + LANES + i] += v2 if counts else 0.0
+        at[SUMS + 2 * LANES + i] += x_dd2 if counts else 0.0
+        at[SUMS + 3 * LANES + i] += power if counts else 0.0
+        at[SUMS + 4 * LANES + i] += rub if counts else 0.0
+        at[SUMS + 5 * LANES + i] += still - (p[5] + r[5]) if counts else 0.0
         x_2, v_2 = x_1 if none else x_2, v_1 if none else v_2
         moves = goes_on or counts
-        at[Q_X + i], at[Q_V + i] = x_2 if moves else x, v_2 if moves else v
-        at[Q_D + i] = d_2 if counts else d
+        at[X + i], at[V + i] = x_2 if moves else x, v_2 if moves else v
+        at[D + i] = d_2 if counts else d
         at[X_STOP + i], at[STOPS + i] = x_s, 1.0 if stops else 0.0
-        at[Q_TIGHT + i] = min(at[Q_TIGHT + i], tight if stops else NO_DECISION)
-        at[Q_FAR + i] = max(at[Q_FAR + i], abs(x_s) if stops else 0.0)
-        at[Q_EVENTS + i] += 1.0 if counts else 0.0
+        at[SUMS + EVENTS * LANES + i] += 1.0 if counts else 0.0
+        closest = at[SUMS + TIGHT * LANES + i]
+        at[SUMS + TIGHT * LANES + i] = min(closest, tight if stops else math.inf)
+        farthest = at[SUMS + FAR * LANES + i]
+        at[SUMS + FAR * LANES + i] = max(farthest, abs(x_s) if stops else 0.0)
         at[DONE + i] += 1.0 if moves else 0.0
         at[PLAIN + i] = 1.0 if moves or not here else 0.0
 
@@ -711,44 +733,6 @@ def leave(at):
     """Leave as many lanes as a register holds before the steps that they stand before."""
     for i in range(WIDTH):
         at[STOPS + i], at[PLAIN + i] = 0.0, 0.0 if at[HERE + i] > 0.0 else 1.0
-
-
-# Lanes that waited: what is noted of them, and those whose step is not so plain.
-
-
-EVENTS, CLOSEST, FARTHEST, KEPT = range(INTEGRALS, INTEGRALS + 4)
-"""What is kept of every lane after the integrals: its events, its tightest decision, and the
-greatest |x_r| at a stop."""
-
-
-class Side(NamedTuple):
-    """What the lanes of a march share as scratch, and what is kept of each; arrays.
-
-    Attributes
-    ----------
-    at : array, shape (SIZE,)
-        The lanes, see `lanes`.
-    base : array, shape (PLACES * LANES / WIDTH,)
-        ü as it is fetched.
-    queue : array, shape (queue.SIZE,)
-        Those that wait, see `queue`.
-    lane : array of int, shape (LANES,)
-        Which they are.
-    kept : array, shape (LANES, KEPT)
-        What is kept of every lane.
-    turns : array of int, shape (LANES,)
-        How many stops were written of every lane.
-    log : Log
-        Of a step that is solved by itself.
-    """
-
-    at: Any
-    base: Any
-    queue: Any
-    lane: Any
-    kept: Any
-    turns: Any
-    log: Log
 
 
 @inlined
@@ -765,22 +749,6 @@ def settle(plant, law, steps, parts, rule, side, first, turns, record):
             by_itself(plant, law, steps, parts, rule, side, first + i, lane, mine)
 
 
-@compiled
-def put_back(side, count):
-    """Put the lanes that waited back to where they are, with what they came to."""
-    at, found = side.at, side.queue
-    for i in range(count):
-        lane = side.lane[i]
-        at[X + lane], at[V + lane] = found[Q_X + i], found[Q_V + i]
-        at[D + lane] = found[Q_D + i]
-        kept = side.kept[lane]
-        for k in range(INTEGRALS):
-            kept[k] += found[Q_SUMS + k * LANES + i]
-        kept[EVENTS] += found[Q_EVENTS + i]
-        kept[CLOSEST] = min(kept[CLOSEST], found[Q_TIGHT + i])
-        kept[FARTHEST] = max(kept[FARTHEST], found[Q_FAR + i])
-
-
 @inlined
 def stops(mine, turns, lane, x_r):
     """Note a stop of a lane."""
@@ -794,17 +762,17 @@ def stops(mine, turns, lane, x_r):
 def by_itself(plant, law, steps, parts, rule, side, i, lane, turns):
     """Carry the i-th of those that wait through a step that holds any number of events."""
     at, log, kept = side.queue, side.log, side.kept[lane]
-    x, v, d = at[Q_X + i], at[Q_V + i], int(at[Q_D + i])
+    x, v, d = at[X + i], at[V + i], int(at[D + i])
     u_0, u_1 = at[U + i], at[U_1 + i]
     at[DONE + i] += 1.0
     x_end, v_end, _, d_end, count, closest = through_events(
-        plant, law, steps, parts, (), u_0, u_1, 0, x, v, d, log, 0, kept[CLOSEST]
+        plant, law, steps, parts, (), u_0, u_1, 0, x, v, d, log, 0, kept[TIGHT]
     )
     if count < 0:
-        at[Q_X + i], at[Q_V + i] = float("nan"), float("nan")
+        at[X + i], at[V + i] = float("nan"), float("nan")
         return
-    at[Q_X + i], at[Q_V + i], at[Q_D + i] = x_end, v_end, float(d_end)
-    kept[CLOSEST] = closest
+    at[X + i], at[V + i], at[D + i] = x_end, v_end, float(d_end)
+    kept[TIGHT] = closest
     kept[EVENTS] += count
     slope, start = (u_1 - u_0) / steps.dt, 0.0
     replace(rule, steps, kept, x, v, d, u_0, slope, -1.0)
@@ -814,12 +782,12 @@ def by_itself(plant, law, steps, parts, rule, side, i, lane, turns):
         part = stretch(steps, u_0 + slope * start, slope, x, v, d, end - start)
         for i in range(5):
             kept[i] += part[i]
-        kept[5] += end - start if d == 0 else 0.0
+        kept[STUCK] += end - start if d == 0 else 0.0
         if k < count:
             start, x, v, d = end, log.x_r[k], 0.0, direction(log.kind[k])
             if abs(log.kind[k]) != SLIP:
                 stops(turns, side.turns, lane, x)
-                kept[FARTHEST] = max(kept[FARTHEST], abs(x))
+                kept[FAR] = max(kept[FAR], abs(x))
 
 
 @inlined
@@ -831,260 +799,275 @@ def replace(rule, steps, kept, x, v, d, u, slope, side):
         kept[k] -= half[k] + side * end[k]
 
 
-# Lanes that wait walk up to the step that they wait for, as many as a register holds.
+@compiled
+def put_back(side, count):
+    """Put the lanes that waited back to where they are, with what they came to."""
+    at, found = side.at, side.queue
+    for i in range(count):
+        lane = side.lane[i]
+        at[X + lane], at[V + lane] = found[X + i], found[V + i]
+        at[D + lane] = found[D + i]
+        kept = side.kept[lane]
+        for k in range(EVENTS + 1):
+            kept[k] += found[SUMS + k * LANES + i]
+        kept[TIGHT] = min(kept[TIGHT], found[SUMS + TIGHT * LANES + i])
+        kept[FAR] = max(kept[FAR], found[SUMS + FAR * LANES + i])
 
 
-@fused
-def may_hold(pace, grip, v, v_1, felt, u, u_1):
-    """Tell whether a step from one state to another may hold an event."""
-    along, along_1 = grip.d * v, grip.d * v_1
-    doubt = pace.steep * abs(u_1 - u) + pace.fast * (along + along_1)
-    dips = min(along, along_1) <= doubt and grip.d * (felt + u) > 0.0
-    stops, breaks = along_1 <= 0.0 or dips, abs(pace.m * u_1 + grip.F_k) > grip.hold
-    return stops if grip.slides else breaks
+# Integrals over many steps, from sums over samples.
 
 
-@fused
-def one_on(pace, grip, state, u_b, u, u_1, going, z):
-    """Give what a step of a lane that is going leads to, and whether it stands before it."""
-    x, v, done, bends = state
-    x_1, v_1, felt = step(pace, grip, x, v, u, u_1)
-    event = may_hold(pace, grip, v, v_1, felt, u, u_1)
-    goes, here = going and not event, going and event
-    bend = (u_1 - u) - (u - u_b)
-    counted = added(z, x, v, felt if grip.slides else u, u, bend)
-    z = (
-        counted[0] if going else z[0], counted[1] if going else z[1],
-        counted[2] if going else z[2], counted[3] if going else z[3],
-        counted[4] if going else z[4], counted[5] if going else z[5],
-        counted[6] if going else z[6], counted[7] if going else z[7],
-        counted[8] if going else z[8],
-    )  # fmt: skip
-    bends = bends + bend if going else bends
-    return (
-        (x_1 if goes else x, v_1 if goes else v, done + 1.0 if goes else done, bends),
-        here,
-        z,
+TERMS = 18
+"""Of the series: each is a tenth of the one before where a step is as long as it may be."""
+
+LONGEST = 1.0
+"""Radians (or decays) a step may hold for these terms."""
+
+SCENES = 16
+"""Whose forms are kept: each block of a scene asks for them."""
+
+X_R, FELT, BASE, SPEED, RATE, SLOPE = range(6)
+"""What a step of sliding is made of: x_r, minus x_dd, ü, v_r and its rate, the slope of ü."""
+
+
+class Trapezia(NamedTuple):
+    """The forms at the ends of a step.
+
+    Attributes
+    ----------
+    h : float
+        Length of a step [s].
+    x2, x_dd2 : tuple of float, shape (8,)
+        Of x_r (minus x_dd) times v, a and s; of v times v, a and s; of a times a and s. Here v
+        is v_r, a its rate and s the slope of ü.
+    v2 : tuple of float, shape (5,)
+        The last five of these.
+    power : tuple of float, shape (5,)
+        Of ü times v, a and s; of v times s; of a times s.
+    rub : tuple of float, shape (2,)
+        Of v and a, in the direction of sliding.
+    """
+
+    h: float
+    x2: tuple[float, ...]
+    v2: tuple[float, ...]
+    x_dd2: tuple[float, ...]
+    power: tuple[float, ...]
+    rub: tuple[float, ...]
+
+
+def served(plant, dt):
+    """Tell whether the rule serves steps of length dt [s]."""
+    return bool((plant.b / plant.m + math.sqrt(plant.k_x / plant.m)) * dt <= LONGEST)
+
+
+@lru_cache(maxsize=SCENES)
+def trapezia(c, w, h):
+    """Give the forms of a step of length h [s] of a plant with b/m [1/s] and k_x/m [1/s²]."""
+    rates = np.zeros((6, 6))
+    rates[X_R, SPEED] = rates[BASE, SLOPE] = rates[SPEED, RATE] = 1.0
+    rates[FELT, [SPEED, RATE]] = w, c
+    rates[RATE, [SPEED, RATE, SLOPE]] = -w, -c, -1.0
+    rest = ((SPEED, SPEED), (SPEED, RATE), (SPEED, SLOPE), (RATE, RATE), (RATE, SLOPE))
+
+    def of(one, other, pairs):
+        form = end_form(rates, h, one, other)
+        return tuple(float(form[pair]) for pair in pairs)
+
+    def beside(row):
+        return (row, SPEED), (row, RATE), (row, SLOPE)
+
+    return Trapezia(
+        float(h),
+        of(X_R, X_R, (*beside(X_R), *rest)),
+        of(SPEED, SPEED, rest),
+        of(FELT, FELT, (*beside(FELT), *rest)),
+        of(BASE, SPEED, (*beside(BASE), (SPEED, SLOPE), (RATE, SLOPE))),
+        line_form(rates, h),
     )
 
 
-@compiled
-def walk(pace, rule, at, length):
-    """Let as many lanes as a register holds walk up to an event or to the end of the stride.
+def end_form(rates, h, one, other):
+    """Give the form at the end of a step for the product of two things, its pairs added up."""
+    form, found = np.zeros((6, 6)), np.zeros((6, 6))
+    form[one, other] = 1.0
+    for k, weight in enumerate(series_weights(), 1):
+        form = rates.T @ form + form @ rates
+        found -= weight * h ** (2 * k) * form
+        form = rates.T @ form + form @ rates
+    both = found + found.T
+    np.fill_diagonal(both, np.diag(found))
+    return both
 
-    Gives how many stand before an event. `length` is that of the stride in steps.
-    """
-    return walk_of_eight(pace, rule, at, float(length))
+
+def line_form(rates, h):
+    """Give what v_r and its rate have at the end of a step for the way."""
+    line, found = np.zeros(6), np.zeros(6)
+    line[SPEED] = 1.0
+    for k, weight in enumerate(series_weights(), 1):
+        line = rates.T @ line
+        found -= weight * h ** (2 * k) * line
+        line = rates.T @ line
+    return float(found[SPEED]), float(found[RATE])
+
+
+def series_weights():
+    """Give B_2k/(2k)! for k = 1, 2 ..., B_2k being the numbers of Bernoulli."""
+    terms = [1.0]  # of z/(e^z - 1), whose odd ones but the first vanish
+    factorials = np.cumprod([1.0, *range(1, 2 * TERMS + 2)])
+    for n in range(1, 2 * TERMS + 1):
+        terms.append(-sum(terms[k] / factorials[n - k + 1] for k in range(n)))
+    return terms[2::2]
 
 
 @fused
-def walk_of_eight(pace, rule, at, length):
-    """Walk; see `walk`."""
-    events = 0
-    for i in range(WIDTH):
-        x, v, d, done = at[Q_X + i], at[Q_V + i], at[Q_D + i], at[DONE + i]
-        u_b, u, u_1 = at[Q_AHEAD + i], at[Q_AHEAD + LANES + i], at[Q_AHEAD + 2 * LANES + i]
-        u_2, u_3 = at[Q_AHEAD + 3 * LANES + i], at[Q_AHEAD + 4 * LANES + i]
-        u_4 = at[Q_AHEAD + (STRIDE + 1) * LANES + i]
-        grip, first = grip_of(pace, x, d), done
-        state = x, v, done, 0.0
-        state, h_1, z = one_on(
-            pace, grip, state, u_b, u, u_1, done == 0.0 and length > 0.0, NOTHING
-        )
-        state, h_2, z = one_on(
-            pace, grip, state, u, u_1, u_2, state[2] == 1.0 and length > 1.0, z
-        )
-        state, h_3, z = one_on(
-            pace, grip, state, u_1, u_2, u_3, state[2] == 2.0 and length > 2.0, z
-        )
-        state, h_4, z = one_on(
-            pace, grip, state, u_2, u_3, u_4, state[2] == 3.0 and length > 3.0, z
-        )
-        here, slides = (h_1 or h_2) or (h_3 or h_4), grip.slides
-        reached = state[2] - first + (1.0 if here else 0.0)
-        total = summed(
-            rule, pace,
-            (
-                z[0], z[1], z[2], z[3], d * z[4], z[5],
-                z[6] if slides else 0.0, z[7], z[8] if slides else 0.0,
-            ),
-            d * state[3], 0.0 if slides else z[8], 0.0 if slides else reached,
-        )  # fmt: skip
-        at[Q_X + i], at[Q_V + i], at[DONE + i] = state[0], state[1], state[2]
-        at[HERE + i] = 1.0 if here else 0.0
-        at[U + i] = u if h_1 else (u_1 if h_2 else (u_2 if h_3 else u_3))
-        at[U_1 + i] = u_1 if h_1 else (u_2 if h_2 else (u_3 if h_3 else u_4))
-        at[Q_SUMS + i] += total[0]
-        at[Q_SUMS + LANES + i] += total[1]
-        at[Q_SUMS + 2 * LANES + i] += total[2]
-        at[Q_SUMS + 3 * LANES + i] += total[3]
-        at[Q_SUMS + 4 * LANES + i] += total[4]
-        at[Q_SUMS + 5 * LANES + i] += total[5]
-        at[Q_SUMS + 6 * LANES + i] += total[6]
-        events += 1 if here else 0
-    return events
-
-
-# Many records of base motion in one call: marched and measured, with nothing kept of them.
-
-
-X_BEGIN, V_BEGIN, X_END, V_END, BEGIN, TURNS, COUNT, TIGHT, FAR, FOUND = range(
-    INTEGRALS, INTEGRALS + 10
-)
-"""Columns of an answer after the integrals over the window: the states at both ends of the
-window; stops before the window, and in all; events; tightest stop decision; greatest |x_r| at
-a stop. FOUND is their number."""
-
-
-@compiled
-def measure_records(
-    plant, law, steps, rule, records, begin, end, start, side, turns, answers
-):  # fmt: skip
-    """March and measure every record.
+def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
+    """Give the integrals that sums over samples come to.
 
     Parameters
     ----------
-    plant, law, steps
-        Steps that the rule serves.
     rule : Trapezia
-        Of such a step.
-    records : array, shape (records, samples)
-        Base acceleration [m/s²].
-    begin, end : int
-        Samples at which the window begins and ends.
-    start : State
-    side : Side
-        Scratch.
-    turns : array, shape (records, places)
-        Written: x_r at every stop up to the end of the window [m], as far as there are places.
-    answers : array, shape (records, FOUND)
-        Written: the columns named above; no numbers where the numerics fail.
+    pace : Pace
+    sums : tuple of float, shape (9,)
+        Those of x_r², v_r², x_dd², ü v_r, |v_r| and ü²; of x_r, v_r and ü times what the
+        change of ü changes by at the sample, the first and the last where it slides.
+    d_bend, stuck_bend, stuck : float
+        Those of the direction times that, and of ü times that where it sticks; how many
+        samples there are where it sticks.
+
+    Returns
+    -------
+    tuple of float, shape (INTEGRALS,)
     """
-    for first in range(0, len(records), LANES):
-        count = min(LANES, len(records) - first)
-        set_out(plant, law, records, first, count, start, side)
-        march_abreast(plant, law, steps, rule, records, first, count, 0, begin, side, turns)
-        note_begin(steps, rule, records, begin, side, answers, first, count)
-        march_abreast(plant, law, steps, rule, records, first, count, begin, end, side, turns)
-        note_end(steps, rule, records, end, side, answers, first, count)
+    h = rule.h
+    xs, vs, us = -sums[6] / h, -sums[7] / h, -sums[8] / h
+    felt_s = pace.w * xs + pace.c * vs - pace.f * d_bend / h
+    as_ = -(felt_s + us)
+    p, q, r, t = rule.x2, rule.v2, rule.x_dd2, rule.power
+    return (
+        h * sums[0] + (p[2] * xs + p[5] * vs + p[7] * as_),
+        h * sums[1] + (q[2] * vs + q[4] * as_),
+        h * sums[2] + (r[2] * felt_s + r[5] * vs + r[7] * as_) + h / 6.0 * stuck_bend,
+        h * sums[3] + (t[2] * us + t[3] * vs + t[4] * as_),
+        h * sums[4],
+        h * stuck,
+        h * sums[5] + h / 6.0 * (sums[8] + stuck_bend),
+    )
 
 
-@inlined
-def lanes_of(count):
-    """Give how many lanes so many records take: whole registers."""
-    return (count + WIDTH - 1) // WIDTH * WIDTH
+@fused
+def ends(rule, d, x_r, felt, u_dd, v_r, slope):
+    """Give what the end of a step adds to its integrals, and what its beginning takes off.
 
+    Parameters
+    ----------
+    rule : Trapezia
+    d : float
+        Direction of sliding, 0 where it sticks.
+    x_r, felt, u_dd, v_r : float
+        Displacement [m]; minus x_dd where it slides, and ü [m/s²]; velocity [m/s].
+    slope : float
+        Of ü within the step [m/s³].
 
-@compiled
-def set_out(plant, law, records, first, count, start, side):
-    """Begin with every record; lanes that are left over follow the last one."""
-    at = side.at
-    for i in range(KINDS * LANES):
-        at[SUMS + i] = 0.0
-    for lane in range(lanes_of(count)):
-        u_dd = records[first + min(lane, count - 1), 0]
-        at[X + lane], at[V + lane] = start.x_r, start.v_r
-        at[D + lane] = first_mode(plant, law, start.x_r, start.v_r, u_dd)
-        side.turns[lane] = 0
-        for i in range(KEPT):
-            side.kept[lane, i] = 0.0
-        side.kept[lane, CLOSEST] = math.inf
-
-
-@compiled
-def note_begin(steps, rule, records, begin, side, answers, first, count):
-    """Note the beginning of the window, and sum from there on."""
-    at = side.at
-    for lane in range(lanes_of(count)):
-        for i in range(INTEGRALS):
-            side.kept[lane, i] = 0.0
-    for lane in range(count):
-        answer, u_dd = answers[first + lane], records[first + lane, begin]
-        # What comes before is out of the window: the sums begin as if ü had not changed.
-        end_of_window(steps, rule, side, lane, -1.0, u_dd, u_dd)
-        answer[X_BEGIN], answer[V_BEGIN] = at[X + lane], at[V + lane]
-        answer[BEGIN] = side.turns[lane]
-
-
-@compiled
-def note_end(steps, rule, records, end, side, answers, first, count):
-    """Note the end of the window and what has been found."""
-    at = side.at
-    for lane in range(count):
-        answer, kept = answers[first + lane], side.kept[lane]
-        u_dd = records[first + lane]
-        end_of_window(steps, rule, side, lane, 1.0, u_dd[end - 1], u_dd[end])
-        answer[X_END], answer[V_END] = at[X + lane], at[V + lane]
-        answer[TURNS], answer[COUNT] = side.turns[lane], kept[EVENTS]
-        answer[TIGHT], answer[FAR] = kept[CLOSEST], kept[FARTHEST]
-        for i in range(INTEGRALS):
-            answer[i] = kept[i]
-
-
-@inlined
-def end_of_window(steps, rule, side, lane, way, u_b, u):
-    """Add half a sample at the end of the window; take it off at its beginning.
-
-    There ü is `u`, and `u_b` at the sample before.
+    Returns
+    -------
+    tuple of float, shape (INTEGRALS,)
     """
-    at, kept = side.at, side.kept[lane]
-    x, v, d = at[X + lane], at[V + lane], at[D + lane]
-    felt = steps.c * v + (steps.w * x + d * steps.f)
-    half = halves(rule, d, x, felt, u, v)
-    end = ends(rule, d, x, felt, u, v, (u - u_b) / steps.dt)
-    for i in range(INTEGRALS):
-        kept[i] += way * (half[i] + end[i])
+    slides = d != 0.0
+    base = -rule.h * rule.h / 6.0 * u_dd * slope
+    a = -(felt + u_dd) if slides else 0.0
+    s = slope if slides else 0.0
+    vv, va, vs, aa, as_ = v_r * v_r, v_r * a, v_r * s, a * a, a * s
+    p, q, r, t, o = rule.x2, rule.v2, rule.x_dd2, rule.power, rule.rub
+    x2 = x_r * (p[0] * v_r + p[1] * a + p[2] * s)
+    x2 += p[3] * vv + p[4] * va + p[5] * vs + p[6] * aa + p[7] * as_
+    x_dd2 = felt * (r[0] * v_r + r[1] * a + r[2] * s)
+    x_dd2 += r[3] * vv + r[4] * va + r[5] * vs + r[6] * aa + r[7] * as_
+    return (
+        x2,
+        q[0] * vv + q[1] * va + q[2] * vs + q[3] * aa + q[4] * as_,
+        x_dd2 if slides else base,
+        u_dd * (t[0] * v_r + t[1] * a + t[2] * s) + (t[3] * vs + t[4] * as_),
+        d * (o[0] * v_r + o[1] * a),
+        0.0,
+        base,
+    )
 
 
-@compiled
-def march_abreast(plant, law, steps, rule, records, first, count, n, end, side, turns):
-    """March records from sample n to sample `end`, and sum."""
-    lanes, before = lanes_of(count), n
-    parts, pace = parts_of(steps), pace_of(plant, law, steps)
-    while n < end:
-        length = min(FETCHED, end - n)
-        fetch(side.base, records, first, count, lanes, n, length, before)
-        for k in range(0, length, STRIDE):
-            left = min(STRIDE, length - k)
-            look_ahead(side.at, side.base, lanes, k)
-            if left == STRIDE:
-                stride(pace, side.at, lanes)
-            else:
-                hold_all(side.at, lanes)
-            some = gather(side.at, lanes, side.queue, side.lane)
-            for group in range(0, some, WIDTH):
-                waiting = side.queue[group:]
-                while walk(pace, rule, waiting, left) > 0:
-                    if steps.brief:
-                        eight(plant, law, steps, pace, rule, waiting)
-                    else:
-                        leave(waiting)
-                    settle(plant, law, steps, parts, rule, side, group, turns, first)
-            put_back(side, some)
-        n += length
-        before = n - 1
-        gather_sums(rule, pace, side, lanes)
+@fused
+def halves(rule, d, x_r, felt, u_dd, v_r):
+    """Give what half of a sample counts in every integral; parameters as in `ends`."""
+    half = 0.5 * rule.h
+    x_dd = felt if d != 0.0 else u_dd
+    return (
+        half * (x_r * x_r), half * (v_r * v_r), half * (x_dd * x_dd), half * (u_dd * v_r),
+        half * (d * v_r), 0.0 if d != 0.0 else half, half * (u_dd * u_dd),
+    )  # fmt: skip
 
 
-@inlined
-def hold_all(at, lanes):
-    """Let all lanes wait: less than a stride is left."""
-    for lane in range(lanes):
-        at[WAITS + lane] = 1.0
+# Integrals over what lies on either side of an event within a short step.
 
 
-@compiled
-def gather_sums(rule, pace, side, lanes):
-    """Add the sums to what is kept of a whole window: so rounding does not grow with them."""
-    at = side.at
-    for lane in range(lanes):
-        i = SUMS + lane
-        z = (
-            at[i], at[i + LANES], at[i + 2 * LANES], at[i + 3 * LANES], at[i + 4 * LANES],
-            at[i + 5 * LANES], at[i + 6 * LANES], at[i + 7 * LANES], at[i + 8 * LANES],
-        )  # fmt: skip
-        total = summed(rule, pace, z, at[i + 11 * LANES], at[i + 9 * LANES], at[i + 10 * LANES])
-        for k in range(INTEGRALS):
-            side.kept[lane, k] += total[k]
-    for i in range(KINDS * LANES):
-        at[SUMS + i] = 0.0
+INNER = (0.17267316464601143, 0.5, 0.8273268353539886)
+
+WEIGHTS = (0.2722222222222222, 0.35555555555555557, 0.2722222222222222)
+
+OUTER = 0.05
+"""Of Gauss and Lobatto for five points, of which two are known: as exact as four of Gauss and
+Legendre, which exhaust double precision on a short stretch."""
+
+
+@fused
+def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
+    """Give the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
+
+    Parameters
+    ----------
+    steps : Steps
+    q : tuple of float
+        Series of the speed from the event on, or back from it.
+    x_s, u_s : float
+        x_r [m] and ü [m/s²] at the event.
+    d : float
+        Direction, 0 where it sticks.
+    slope : float
+        Of ü [m/s³].
+    s : float
+        Time from the event to the end [s]; below 0 to the beginning of the step.
+    x_e, v_e, felt_e, u_e : float
+        What is there: x_r, v_r, minus x_dd where it slides, and ü.
+    """
+    c, w, pull, slides = steps.c, steps.w, d * steps.f, d != 0.0
+    first = w * x_s + pull if slides else u_s
+    last = felt_e if slides else u_e
+    x2 = OUTER * (x_s * x_s + x_e * x_e)
+    v2, power = OUTER * (v_e * v_e), OUTER * (u_e * v_e)
+    x_dd2 = OUTER * (first * first + last * last)
+    for i in range(len(INNER)):
+        t = s * INNER[i]
+        way, speed_there = away_from(q, t)
+        x, v, u = x_s + d * way, d * speed_there, u_s + slope * t
+        x_dd = w * x + c * v + pull if slides else u
+        x2 += WEIGHTS[i] * (x * x)
+        v2 += WEIGHTS[i] * (v * v)
+        x_dd2 += WEIGHTS[i] * (x_dd * x_dd)
+        power += WEIGHTS[i] * (u * v)
+    h = abs(s)
+    return h * x2, h * v2, h * x_dd2, h * power
+
+
+@fused
+def away_from(q, s):
+    """Give distance and speed at time s from an event, at which the speed is 0."""
+    s_2 = s * s
+    s_4 = s_2 * s_2
+    v = (q[1] + q[2] * s) + s_2 * (q[3] + q[4] * s)
+    v += s_4 * ((q[5] + q[6] * s) + s_2 * (q[7] + q[8] * s))
+    x = (q[1] * (1.0 / 2.0) + q[2] * (1.0 / 3.0) * s) + s_2 * (
+        q[3] * (1.0 / 4.0) + q[4] * (1.0 / 5.0) * s
+    )
+    x += s_4 * (
+        (q[5] * (1.0 / 6.0) + q[6] * (1.0 / 7.0) * s)
+        + s_2 * (q[7] * (1.0 / 8.0) + q[8] * (1.0 / 9.0) * s)
+    )
+    return s_2 * x, s * v
