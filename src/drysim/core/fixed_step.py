@@ -1,16 +1,23 @@
-"""Karnopp, Moreau-Jean, signum and smooth marches."""
+"""Fixed-step marches: what most programs do, kept here to be measured against.
+
+Each writes the state at the end of every step; none locates an event. `step_march` has a
+function of velocity, smooth or not, stand in for the sign, and so knows no stick;
+`switch_march` lets the mass stick within a band of velocities (Karnopp's way); `moreau_march`
+solves for the sign as a set, step by step.
+"""
 
 from __future__ import annotations
 
 import math
 
 from drysim.core.compile import compiled
-
-# What stands in for the sign of the velocity in approaches that know no stick.
-
+from drysim.core.events import sign
 
 SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, 4
 """Forms of the sliding force; all but the first are Eq. (8)."""
+
+EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
+"""Integrators of `step_march`."""
 
 
 @compiled
@@ -42,15 +49,6 @@ def sliding_shares(form, c, values):
     """Replace velocities [m/s] by their sliding force relative to F_fk, in place."""
     for n in range(len(values)):
         values[n] = sliding_share(form, c, values[n])
-
-
-# Fixed-step marches: what most programs do, kept here to be measured against.
-#
-# Each writes the state at the end of every step; none locates an event.
-
-
-EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
-"""Integrators of `step_march`."""
 
 
 @compiled
@@ -132,9 +130,9 @@ def switch_march(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
     for n in range(len(u_dd)):
         F_L = m * u_dd[n] + k_x * x
         if abs(v) >= eps:
-            d = 1 if v > 0.0 else -1
+            d = sign(v)
         elif abs(F_L) > F_fs:
-            d = -1 if F_L > 0.0 else 1
+            d = -sign(F_L)
         else:
             d = 0
             v = 0.0
@@ -165,8 +163,8 @@ def moreau_march(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
     reach = dt * F_fk / (m * weight)
     x = x_out[0]
     v = v_out[0]
-    F_out[0] = F_fk if v > 0.0 else (-F_fk if v < 0.0 else 0.0)
-    d_out[0] = 1 if v > 0.0 else (-1 if v < 0.0 else 0)
+    F_out[0] = sign(v) * F_fk
+    d_out[0] = sign(v)
     for n in range(len(u_dd) - 1):
         push = 0.5 * (u_dd[n] + u_dd[n + 1])
         free = ((2.0 - weight) * v - dt * (w * x + push)) / weight
@@ -181,4 +179,4 @@ def moreau_march(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
         x_out[n + 1] = x
         v_out[n + 1] = v
         F_out[n + 1] = (free - after) * m * weight / dt
-        d_out[n + 1] = 1 if v > 0.0 else (-1 if v < 0.0 else 0)
+        d_out[n + 1] = sign(v)

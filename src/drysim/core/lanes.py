@@ -416,15 +416,7 @@ NOTHING = (0.0,) * 9
 
 @compiled
 def stride(pace, at, lanes):
-    """Let every lane stride on, or wait where a step may hold an event.
-
-    Parameters
-    ----------
-    pace : Pace
-    at : array, shape (SIZE,)
-        The lanes; written.
-    lanes : int
-    """
+    """Let every lane stride on, or wait where a step may hold an event."""
     for first in range(0, lanes, WIDTH):
         stride_of_eight(pace, at[first:])
 
@@ -483,17 +475,10 @@ def stride_of_eight(pace, at):
 
 @compiled
 def gather(at, count, queue, whose):
-    """Gather the lanes that wait among so many; gives how many there are.
+    """Gather the lanes that wait among the first `count`; gives how many there are.
 
-    Parameters
-    ----------
-    at : array, shape (SIZE,)
-        The lanes.
-    count : int
-    queue : array, shape (QUEUE_SIZE,)
-        Written: what is found is nothing yet; a group is filled up with lanes that are done.
-    whose : array of int, shape (LANES,)
-        Written: which lanes they are.
+    Which they are is written to `whose`, and they themselves to `queue`: what is found is
+    nothing yet; a group is filled up with lanes that are done.
     """
     some = 0
     for lane in range(count):

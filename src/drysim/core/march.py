@@ -1,4 +1,17 @@
-"""The one event-driven march."""
+"""The exact march from event to event, with no grid in between.
+
+Each kernel follows the motion in one setting: `leap` under Coulomb's friction and waves, limits
+that vary included; `touch` over a spring contact that yields and lifts off; `bound` between end
+stops; `press` under Coulomb's friction whose normal force may vanish, or was recorded. (Sampled
+base motion under constant limits has a faster way, see `sampled`.)
+
+From an event on the motion is known in closed form, until the mode of the contact ends. So each
+turn of a march finds when it ends - the mass stops or breaks away, the surfaces part or meet,
+an end stop is met or left - by `roots` and `modes`, which miss none, goes there at once, and
+settles what follows. An interval between two samples that holds no event is one such turn. An
+event that needs no time is followed by the next, but not for ever: a scene in which a hundred
+do is at the end of double precision, and the march says so.
+"""
 
 from __future__ import annotations
 
@@ -76,11 +89,11 @@ from drysim.core.oscillator import faint_per_force
 from drysim.core.roots import NEVER, break_away, leave_slip, locate_stop, velocity
 from drysim.core.sampled import lifted, pass_on
 
-# The exact solution under waves: leaps from event to event, with no grid in between.
-
-
 STALL = 100
 """Events in a row without progress in time that put a scene at the end of double precision."""
+
+
+# Coulomb's friction under waves: slide, stop, stick, break away.
 
 
 @compiled
@@ -168,15 +181,8 @@ def leap_off(scene, end, log, kind):
     """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
 
     Returns as in `leap`; it begins with the state at t = 0, and `closest` counts how near its
-    mode is to the other.
-
-    Parameters
-    ----------
-    scene : array
-        As in `drysim.core.forcing`, its waves included.
-    end : float
-    log, kind : array
-        The rows of a log as one array, and its kinds.
+    mode is to the other. The scene is an array as in `drysim.core.forcing`, its waves included;
+    `log` are the rows of a log as one array, `kind` its kinds.
     """
     plant, law, waves = unpacked(scene)
     x_r, v_r = scene[X_R], scene[V_R]
@@ -218,7 +224,7 @@ def leap_steps(
     return n, x_r, v_r, d, count, closest
 
 
-# The exact motion over a spring contact that yields: hold, yield, lift off.
+# A spring contact that yields: hold, yield, lift off, meet.
 
 
 @compiled
@@ -270,19 +276,10 @@ def touch(
 
 @compiled
 def end_of_mode(law, waves, stretch, mode, x_0, left, t):
-    """Give when within `left` s a mode ends, what is after it, and the state then.
+    """Give when within `left` [s] a mode ends, what is after it, and the state then.
 
-    Parameters
-    ----------
-    law, waves, stretch, x_0
-        As in `leave_hold`.
-    mode : int
-    left, t : float
-        Length of the stretch, and time at its start [s].
-
-    Notes
-    -----
-    Where surfaces part or meet, which no motion changes, the state is not given.
+    It begins at time t; the rest is as in `leave_hold`. Where surfaces part or meet, which no
+    motion changes, the state is not given.
     """
     until = min(next_zero_load(law, waves, t, mode != FREE), left)
     change, after, x, v = NEVER, HOLD, stretch.x_r, stretch.v_r
@@ -308,53 +305,11 @@ def next_mode(law, waves, mode, after, x_r, v_r, x_0, force, s):
     return after, x_0
 
 
-# The exact motion between end stops: slide, stick, meet a stop, leave it.
+# Between end stops: slide, stop, meet a stop, leave it.
 
 
 BOUNDED_ENOUGH = 4
 """Steps and events that one step may add to trail and log, and one to end with."""
-
-
-@compiled
-def moment(n, s, length, end):
-    """Give interval and time in it of an instant, of the next one where an interval ends."""
-    if s < length:
-        return n, s
-    return (n + 1, 0.0) if n < end else (n, length)
-
-
-@compiled
-def begin_bounded_stretch(plant, law, waves, mode, z, u_0, t):
-    """Set the waves for a stretch from time t [s]; gives b/m, k/m and the force per mass."""
-    touch, d = touch_of(mode), way_of(mode)
-    k, b = plant.k_x, plant.b
-    if pushes(law, touch):
-        k += law.k_s
-        b += law.b_s
-    m = plant.m
-    anchor(waves, Plant(m, k, b), law, t, d)
-    return b / m, k / m, -u_0 - d * law.F_fk / m - plant.k_x / m * z
-
-
-@compiled
-def next_change(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
-    """Give when the mass meets a stop or a bumper lets go or is felt again, or infinity.
-
-    Gives also how it is to the stops then.
-    """
-    if touch == APART:
-        far = law.x_rM - d * z
-        return meet(c, w, waves, xi, v_r, g, r, d, far, until), d * TOUCHING
-    side = 1 if touch > 0 else -1
-    if abs(touch) == AWAY:
-        felt = fade_out(c, w, waves, law, xi, v_r, g, r, -side, poised, until)
-        clear = meet(c, w, waves, xi, v_r, g, r, d, 0.0, min(felt, until))
-        return (clear, APART) if clear < felt else (felt, side * TOUCHING)
-    if side == d:
-        return NEVER, touch
-    if law.b_s == 0.0:
-        return meet(c, w, waves, xi, v_r, g, r, d, 0.0, until), APART
-    return fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, until), side * AWAY
 
 
 @compiled
@@ -419,10 +374,7 @@ def bound(
             faint = whole and abs(v_r) <= faint_per_force(c, w) * (abs(g + u_0) + w * abs(xi))
             if faint and kept == kept:
                 v_r, a = lifted(v_r, kept)
-            if whole:
-                turn = locate_stop(c, w, d * v_r, d * a, -d * slope, left)
-            else:
-                turn, _ = leave_slip(c, w, waves, xi, v_r, a, j, g, -slope, d, left)
+            turn = leave_motion(c, w, waves, xi, v_r, a, j, g, -slope, d, left)
             change, after = next_change(
                 c, w, waves, law, xi, v_r, g, -slope, z, touch, d, fresh == BUMPER_POISED,
                 min(turn, left),
@@ -475,57 +427,46 @@ def bound(
     return n, s, xi, v_r, z, mode, at, count
 
 
-# The exact motion under Coulomb's friction whose normal force may vanish, or was recorded.
-#
-# Between the samples of base and force both are linear, so that limits, sticking and sliding
-# are solved as under constant limits.
-
-
-STUCK, PRESSED_FREE, BREAKING = 0, 3, 2
-"""Modes besides sliding in direction +1 or -1: stuck, lifted off, or, with the sign of the
-direction, breaking away just then."""
+@compiled
+def moment(n, s, length, end):
+    """Give interval and time in it of an instant, of the next one where an interval ends."""
+    if s < length:
+        return n, s
+    return (n + 1, 0.0) if n < end else (n, length)
 
 
 @compiled
-def heading(mode):
-    """Give the direction of sliding in contact, 0 where the surfaces do not rub."""
-    return 0 if mode == PRESSED_FREE else sign(mode)
+def begin_bounded_stretch(plant, law, waves, mode, z, u_0, t):
+    """Set the waves for a stretch from time t [s]; gives b/m, k/m and the force per mass."""
+    touch, d = touch_of(mode), way_of(mode)
+    k, b = plant.k_x, plant.b
+    if pushes(law, touch):
+        k += law.k_s
+        b += law.b_s
+    m = plant.m
+    anchor(waves, Plant(m, k, b), law, t, d)
+    return b / m, k / m, -u_0 - d * law.F_fk / m - plant.k_x / m * z
 
 
 @compiled
-def stays(plant, law, x_r, F_L, load):
-    """Tell whether a mass at rest stays: |F_L| is within the static limit, roundings apart."""
-    F_fs = law.F_fs * max(load, 0.0)
-    return abs(F_L) <= F_fs + ROUNDING * (F_fs + abs(plant.k_x * x_r))
+def next_change(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
+    """Give when the mass meets a stop or a bumper lets go or is felt again, or infinity.
 
-
-@compiled
-def first_pressed(plant, law, waves, u_0, slope, x_r, v_r):
-    """Give the mode at t = 0."""
-    anchor(waves, plant, law, 0.0, 0)
-    span = span_at(law, 0.0)
-    load, rate = load_within(law, waves, span, 0.0)
-    # A force that only touches zero parts no surfaces.
-    lifts = law.step > 0.0 or law.variation > 1.0
-    if load < 0.0 or (load == 0.0 and rate <= 0.0 and lifts):
-        return PRESSED_FREE
-    if v_r != 0.0:
-        return sign(v_r)
-    F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, 0.0)[0])
-    return STUCK if stays(plant, law, x_r, F_L, load) else -sign(F_L)
-
-
-@inlined
-def leave_pressed_rest(plant, law, waves, span, x_r, u_0, slope, h):
-    """Give when within h [s] a stuck mass breaks away, or infinity, and in which direction."""
-    if waves.base == 0 and slope == 0.0 and limit_force(plant, x_r, u_0) == 0.0:
-        # Nothing pulls, also where the limit itself comes and goes.
-        return NEVER, 0
-    limits = Law(
-        law.F_fk * span.load, law.F_fs * span.load, law.variation, law.omega, law.phase
-    )
-    drift = law.F_fs * span.rate / plant.m
-    return break_away(plant, limits, waves, x_r, u_0, slope - drift, slope + drift, h)
+    Gives also how it is to the stops then.
+    """
+    if touch == APART:
+        far = law.x_rM - d * z
+        return meet(c, w, waves, xi, v_r, g, r, d, far, until), d * TOUCHING
+    side = 1 if touch > 0 else -1
+    if abs(touch) == AWAY:
+        felt = fade_out(c, w, waves, law, xi, v_r, g, r, -side, poised, until)
+        clear = meet(c, w, waves, xi, v_r, g, r, d, 0.0, min(felt, until))
+        return (clear, APART) if clear < felt else (felt, side * TOUCHING)
+    if side == d:
+        return NEVER, touch
+    if law.b_s == 0.0:
+        return meet(c, w, waves, xi, v_r, g, r, d, 0.0, until), APART
+    return fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, until), side * AWAY
 
 
 @inlined
@@ -536,6 +477,17 @@ def leave_motion(c, w, waves, x_r, v_r, a, j, g, r, way, h):
     if waves.size == 0:
         return locate_stop(c, w, way * v_r, way * a, way * r, h)
     return leave_slip(c, w, waves, x_r, v_r, a, j, g, r, way, h)[0]
+
+
+# Coulomb's friction whose normal force may vanish, or was recorded: rub, stick, lift off.
+#
+# Between the samples of base and force both are linear, so that limits, sticking and sliding
+# are solved as under constant limits.
+
+
+STUCK, PRESSED_FREE, BREAKING = 0, 3, 2
+"""Modes besides sliding in direction +1 or -1: stuck, lifted off, or, with the sign of the
+direction, breaking away just then."""
 
 
 @compiled
@@ -630,3 +582,45 @@ def press(
         else:
             s += step
     return n, s, x_r, v_r, z, mode, at, count
+
+
+@compiled
+def heading(mode):
+    """Give the direction of sliding in contact, 0 where the surfaces do not rub."""
+    return 0 if mode == PRESSED_FREE else sign(mode)
+
+
+@compiled
+def stays(plant, law, x_r, F_L, load):
+    """Tell whether a mass at rest stays: |F_L| is within the static limit, roundings apart."""
+    F_fs = law.F_fs * max(load, 0.0)
+    return abs(F_L) <= F_fs + ROUNDING * (F_fs + abs(plant.k_x * x_r))
+
+
+@compiled
+def first_pressed(plant, law, waves, u_0, slope, x_r, v_r):
+    """Give the mode at t = 0."""
+    anchor(waves, plant, law, 0.0, 0)
+    span = span_at(law, 0.0)
+    load, rate = load_within(law, waves, span, 0.0)
+    # A force that only touches zero parts no surfaces.
+    lifts = law.step > 0.0 or law.variation > 1.0
+    if load < 0.0 or (load == 0.0 and rate <= 0.0 and lifts):
+        return PRESSED_FREE
+    if v_r != 0.0:
+        return sign(v_r)
+    F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, 0.0)[0])
+    return STUCK if stays(plant, law, x_r, F_L, load) else -sign(F_L)
+
+
+@inlined
+def leave_pressed_rest(plant, law, waves, span, x_r, u_0, slope, h):
+    """Give when within h [s] a stuck mass breaks away, or infinity, and in which direction."""
+    if waves.base == 0 and slope == 0.0 and limit_force(plant, x_r, u_0) == 0.0:
+        # Nothing pulls, also where the limit itself comes and goes.
+        return NEVER, 0
+    limits = Law(
+        law.F_fk * span.load, law.F_fs * span.load, law.variation, law.omega, law.phase
+    )
+    drift = law.F_fs * span.rate / plant.m
+    return break_away(plant, limits, waves, x_r, u_0, slope - drift, slope + drift, h)
