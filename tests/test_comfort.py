@@ -11,7 +11,7 @@ import pytest
 import drysim
 from drysim import system
 from drysim.metrics.comfort import DIRECTIONS, WEIGHTINGS, gain, greatest_running, weighted
-from drysim.scenario.model import Measure
+from drysim.scenario.blocks import Measure
 from drysim.study import case
 from drysim.study.sweep import sweep
 from seat import dotted

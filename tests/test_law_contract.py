@@ -16,9 +16,8 @@ from drysim.errors import ScenarioError
 from drysim.friction import FRICTIONS
 from drysim.friction.coulomb import Coulomb
 from drysim.metrics import measure
-from drysim.scenario.axes import numerals
 from drysim.scenario.load import load
-from drysim.scenario.reading import LAWS
+from drysim.scenario.reading import LAWS, numerals
 from drysim.units import Quantity, texts_of
 from law_scenes import PAPER, mirrored, noise, sine, solved
 

@@ -7,7 +7,7 @@ import pytest
 from drysim.errors import ScenarioError
 from drysim.scenario.axes import columns_of, points
 from drysim.scenario.load import load
-from drysim.scenario.warnings import columned
+from drysim.scenario.model import columned
 from drysim.study.run import Job, Motions, row_of
 from drysim.study.sweep import sweep
 

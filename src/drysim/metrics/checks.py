@@ -63,6 +63,11 @@ class Condition:
         return value is not None and bool(COMPARISONS[self.op](value, self.limit))
 
 
+def conditional(text: object) -> bool:
+    """Whether a text is that of a check with an `at`."""
+    return isinstance(text, str) and AT.search(text) is not None
+
+
 def conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:
     """Give the conditions in the text behind `at`, which `and` joins.
 

@@ -1,27 +1,37 @@
-"""The blocks of a scenario: oscillator, start, stroke, stops, solver."""
+"""The blocks of a scenario that stand on no shelf, and what else the type of its fields tells.
+
+Oscillator, stroke with its stops, start, solver and measure; the text of checks; the version of
+the format and the name; and `FromFile`, what a scenario knows of the file that it was read
+from. What these mean together is in `model`.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
+    PlainSerializer,
+    PlainValidator,
     PrivateAttr,
+    StrictBool,
+    WithJsonSchema,
     create_model,
-    field_validator,
     model_validator,
 )
 
 from drysim.approach import EXACT, SHELF, Approach
 from drysim.core.model import Law, Plant, State, Stopped
 from drysim.errors import Problem
-from drysim.metrics import BOUNDED, COMFORT, LIMITED, UNITS, root
-from drysim.scenario.reading import LAWS, block_in
+from drysim.metrics import root
+from drysim.metrics.checks import Check
+from drysim.metrics.comfort import DIRECTIONS
+from drysim.scenario.reading import LAWS
 from drysim.units import (
     Block,
     Damping,
@@ -36,7 +46,7 @@ from drysim.units import (
 )
 from drysim.yaml_document import Document, Keys
 
-# The blocks of a scenario that stand on no shelf.
+SEED = "excitation.seed"
 
 
 class Oscillator(Block):
@@ -122,25 +132,6 @@ class Start(Block):
         return State(self.x_r, self.v_r)
 
 
-class Solver(Block):
-    """How the motion is computed."""
-
-    approach: str = EXACT
-    """Name of the approach."""
-    step: Annotated[float, Quantity("s", above=0)] | None = None
-    """Distance of the output grid [s]; a record owns its step."""
-
-    @field_validator("approach")
-    @classmethod
-    def _on_the_shelf(cls, name: str) -> str:
-        return on_the_shelf(name)
-
-    def member(self) -> Approach:
-        """Give the approach with its options."""
-        chosen: Approach = getattr(self, self.approach, None) or SHELF[self.approach]()
-        return chosen
-
-
 def on_the_shelf(name: str) -> str:
     """Give the name of an approach that there is; a ValueError says which there are."""
     if name not in SHELF:
@@ -150,19 +141,161 @@ def on_the_shelf(name: str) -> str:
     return name
 
 
-def with_options(shelf: dict[str, Any]) -> type[Solver]:
+ApproachName = Annotated[str, AfterValidator(on_the_shelf)]
+
+
+class PlainSolver(Block):
+    """How the motion is computed."""
+
+    approach: ApproachName = EXACT
+    """Name of the approach."""
+    step: Annotated[float, Quantity("s", above=0)] | None = None
+    """Distance of the output grid [s]; a record owns its step."""
+
+    def member(self) -> Approach:
+        """Give the approach with its options."""
+        chosen: Approach = getattr(self, self.approach, None) or SHELF[self.approach]()
+        return chosen
+
+
+def with_options(shelf: dict[str, Any]) -> type[PlainSolver]:
     """Give the solver block in which every approach that has options has a block of its own."""
     options: dict[str, Any] = {
         name: (member | None, Field(None, description=f"Options of {name}."))
         for name, member in shelf.items()
         if len(member.model_fields) > 1
     }
-    # Pickling finds a class by module and name: that of the block above is taken here.
-    home = "drysim.scenario.model"
-    return create_model("Solver", __base__=Solver, __module__=home, **options)
+    return create_model("Solver", __base__=PlainSolver, __module__=__name__, **options)
 
 
-# What a scenario knows of the file that it was read from, and of its own words.
+if TYPE_CHECKING:
+    Solver = PlainSolver
+else:
+    Solver = with_options(SHELF)  # pickling finds it here, by its name
+
+
+class Measure(Block):
+    """The window of the metrics."""
+
+    steady: StrictBool = False
+    """Whether the metrics cover exactly one repetition of the periodic orbit that the start
+    leads to; default: true for harmonic excitation without settle and duration."""
+    settle: Annotated[float, Quantity("s", at_least=0)] = 0.0
+    """Time before the window [s], or `20 periods`."""
+    duration: Annotated[float, Quantity("s", above=0)] | None = None
+    """Length of the window [s], or `20 periods`; default: to the end of the record."""
+    direction: Literal["vertical", "horizontal"] | None = None
+    """How the mass moves under a person who sits on it; chooses the weighting of ISO 2631-1 and
+    its factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (recalled, not checked
+    against the text of the standard). Asks for a_w, SEAT, VDV, SEAT_VDV, MTVV and
+    crest_factor."""
+    weighting: Literal["Wk", "Wd", "Wc"] | None = None
+    """Frequency weighting of ISO 2631-1: alone it has k = 1; beside `direction` it must be that
+    of the direction."""
+    spectra: StrictBool = False
+    """Whether a run gives the spectra of base and mass and the transmissibility H1 between
+    them; for random base motion and records."""
+    segment: Annotated[float, Quantity("s", above=0)] | None = None
+    """Length of a segment of the spectra [s], whose lines are 1/segment apart; default: 8
+    natural periods, but 5 s at least (longer where nothing rubs and the resonance is narrower
+    than that resolves), and an eighth of the window at most."""
+
+    @model_validator(mode="after")
+    def _agree(self) -> Self:
+        usual = DIRECTIONS[self.direction][0] if self.direction else self.weighting
+        if self.weighting != usual and self.weighting:
+            raise Misfit(
+                f"must be {usual} beside `direction: {self.direction}`, not {self.weighting}; "
+                "take one of both away",
+                "weighting",
+            )
+        if self.segment is not None and not self.spectra:
+            raise Misfit("has a meaning only beside `spectra: true`", "segment")
+        return self
+
+    @property
+    def weights(self) -> tuple[str, float] | None:
+        """Weighting and multiplying factor k [-] that are asked for."""
+        if self.direction:
+            return DIRECTIONS[self.direction]
+        return (self.weighting, 1.0) if self.weighting else None
+
+
+MOST_CHECKS = 1000
+"""Checks of a scenario: more are no promises that anybody made."""
+
+
+def _parse(given: object) -> Check:
+    if not isinstance(given, str | Check):
+        raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(given)}")
+    return given if isinstance(given, Check) else Check.parse(given)
+
+
+def _few(given: object) -> object:
+    """Refuse an endless list before any of it is read."""
+    if isinstance(given, list | tuple) and len(given) > MOST_CHECKS:
+        raise ValueError(f"must have {MOST_CHECKS} entries at most, not {len(given)}")
+    return given
+
+
+CheckWords = Annotated[
+    Check,
+    PlainValidator(_parse),
+    PlainSerializer(str),
+    WithJsonSchema({"type": "string", "pattern": "^.*[<>=].*$", "examples": ["T_a < 1.5"]}),
+]
+Checks = Annotated[tuple[CheckWords, ...], BeforeValidator(_few), Field(max_length=MOST_CHECKS)]
+
+
+# What a scenario file says about itself: the version of its format, and its name.
+
+FORMAT = 1
+"""Version of the file format."""
+
+LONGEST = 100
+"""Characters of a name, so that a folder can have it everywhere."""
+
+NAME = re.compile(r"[^\W_]([\w .-]*[\w-])?")
+"""What a name is written with."""
+
+DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
+"""What no folder of Windows can be called, whatever stands behind the point."""
+
+
+def _known(version: object) -> object:
+    if version is True or version != FORMAT:
+        reads = f"must be {FORMAT}, the file format that this drysim reads"
+        raise ValueError(f"{reads}, not {shown(version)}")
+    return FORMAT
+
+
+def unfit(name: str) -> str:
+    """Say why a name is none for a folder; nothing when it is."""
+    if len(name) > LONGEST:
+        return f"must have at most {LONGEST} characters, not {len(name)}"
+    if name.endswith(".partial"):
+        return f"must not end as a folder of unfinished work does, like {shown(name)}"
+    if DEVICE.fullmatch(name):
+        return f"must not be what Windows calls a device by, like {shown(name)}"
+    if not NAME.fullmatch(name):
+        return (
+            "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first and "
+            f"no space or `.` last, not {shown(name)}"
+        )
+    return ""
+
+
+def _of_a_folder(name: str) -> str:
+    if reason := unfit(name):
+        raise ValueError(f"{reason}; the output folder is named after it")
+    return name
+
+
+Format = Annotated[int, BeforeValidator(_known)]
+"""A version of the file format that this drysim reads."""
+
+FolderName = Annotated[str, AfterValidator(_of_a_folder)]
+"""A name that the output folder can have."""
 
 
 class FromFile(Block):
@@ -232,90 +365,3 @@ class FromFile(Block):
         copy._words, copy._kept = {}, {}
         copy._named_law = law or self._named_law
         return copy
-
-
-# What a scenario file says about itself: the version of its format, and its name.
-
-
-FORMAT = 1
-"""Version of the file format."""
-
-LONGEST = 100
-"""Characters of a name, so that a folder can have it everywhere."""
-
-NAME = re.compile(r"[^\W_]([\w .-]*[\w-])?")
-"""What a name is written with."""
-
-DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
-"""What no folder of Windows can be called, whatever stands behind the point."""
-
-
-def _known(version: object) -> object:
-    if version is True or version != FORMAT:
-        reads = f"must be {FORMAT}, the file format that this drysim reads"
-        raise ValueError(f"{reads}, not {shown(version)}")
-    return FORMAT
-
-
-def unfit(name: str) -> str:
-    """Say why a name is none for a folder; nothing when it is."""
-    if len(name) > LONGEST:
-        return f"must have at most {LONGEST} characters, not {len(name)}"
-    if name.endswith(".partial"):
-        return f"must not end as a folder of unfinished work does, like {shown(name)}"
-    if DEVICE.fullmatch(name):
-        return f"must not be what Windows calls a device by, like {shown(name)}"
-    if not NAME.fullmatch(name):
-        return (
-            "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first and "
-            f"no space or `.` last, not {shown(name)}"
-        )
-    return ""
-
-
-def _of_a_folder(name: str) -> str:
-    if reason := unfit(name):
-        raise ValueError(f"{reason}; the output folder is named after it")
-    return name
-
-
-Format = Annotated[int, BeforeValidator(_known)]
-"""A version of the file format that this drysim reads."""
-
-FolderName = Annotated[str, AfterValidator(_of_a_folder)]
-"""A name that the output folder can have."""
-
-
-# Rules about many seeds: what their interval may be of, and what may vary beside them.
-
-
-METRIC = ("excitation", "until", "metric")
-SEED = "excitation.seed"
-
-
-def unmeasured(words: Mapping[str, Any]) -> Iterator[tuple[Keys, str]]:
-    """Give the sentence when `until` names a metric that the scene does not know."""
-    until = block_in(block_in(words, "excitation"), "until")
-    name, measure = until.get("metric"), block_in(words, "measure")
-    if not isinstance(name, str):
-        return
-    at = f"excitation.until.metric: {shown(name)} is not known"
-    if name not in UNITS:
-        hint = meant_or_known(name, UNITS)
-        yield METRIC, f"excitation.until.metric: unknown metric {shown(name)}{hint}"
-    elif name == "closure":
-        yield METRIC, f"{at} for random base motion, which has no periodic orbit"
-    elif name in LIMITED and "stroke" not in words:
-        yield METRIC, f"{at} without a stroke limit; give stroke.limit"
-    elif name in BOUNDED and "stops" not in block_in(words, "stroke"):
-        yield METRIC, f"{at} without end stops; give stroke.stops"
-    elif name in COMFORT and not {"direction", "weighting"} & measure.keys():
-        yield METRIC, f"{at} without a weighting; give measure.direction or measure.weighting"
-
-
-def beside_seeds(words: Mapping[str, Any], key: str) -> str | None:
-    """Say why the seed cannot be swept where every case has many of its own."""
-    given = {"seeds", "until"} & block_in(words, "excitation").keys()
-    if key != SEED or not given:
-        return None
-    return f"{SEED} cannot be swept beside {min(given)}: every case has the same seeds then"

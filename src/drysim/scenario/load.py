@@ -1,23 +1,38 @@
-"""From a file to a Scenario, or to all its problems."""
+"""From a file to a Scenario, or to all its problems.
+
+The words of the file are held against the keys of the model, its sweep block against them both;
+then the model is validated, and the rules between its blocks are tried.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError, UsageError
+from drysim.metrics.checks import conditional
+from drysim.scenario.axes import SWEEP
 from drysim.scenario.blocks import LONGEST, unfit
 from drysim.scenario.model import Scenario, broken, in_conflict, unused
-from drysim.scenario.options import model_for
-from drysim.scenario.reading import MOST_PROBLEMS, Enough, Reading, sentences
-from drysim.scenario.sweep import SWEEP, with_axes
+from drysim.scenario.reading import (
+    BY_NAME,
+    DEFAULT_LAW,
+    LAWS,
+    MOST_PROBLEMS,
+    Enough,
+    Reading,
+    block_in,
+    sentences,
+)
 from drysim.units import short
 from drysim.wording import several
-from drysim.yaml_document import Document, Overrides, Unreadable, read
+from drysim.yaml_document import Overrides, Unreadable, read
 
 KIND = ("excitation", "kind")
 """What asks for a block that is missing: some excitations need a step, some a duration."""
@@ -55,29 +70,45 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         document = read(path, overrides, (SWEEP,))
     except Unreadable as fault:
         raise _error(str(path), [fault.problem]) from None
-    scenario, problems = _understood(document)
-    if scenario is None or problems:
-        raise _error(document.file, problems)
-    return scenario
-
-
-def _understood(document: Document) -> tuple[Scenario | None, list[Problem]]:
-    """Give the scenario of a document and the problems; without problems there is one."""
-    model, scenario = model_for(document.value), None
+    model, scenario = _model_for(document.value), None
     reading = Reading(document, model)
     with suppress(Enough):
         scenario = _read(reading, model)
     problems = [*document.problems, *reading.problems]
     if scenario is not None and not problems:
         problems = in_conflict(scenario)
-    return scenario, sorted(problems, key=lambda p: (p.file != document.file, p.line, p.column))
+    if scenario is None or problems:
+        problems.sort(key=lambda p: (p.file != document.file, p.line, p.column))
+        raise _error(document.file, problems)
+    return scenario
+
+
+def _model_for(words: Mapping[str, Any]) -> type[Scenario]:
+    """Give the model that the words of a file are read as.
+
+    A key that the law of the file has not got is an option of another law, or nearly so.
+    """
+    friction = block_in(words, "friction")
+    law = friction.get(BY_NAME, DEFAULT_LAW)
+    if not isinstance(law, str) or law not in LAWS:
+        return Scenario
+    if friction.keys() <= LAWS[law].model_fields.keys():
+        return Scenario
+    from drysim.scenario.options import with_options
+
+    return with_options()
 
 
 def _read(reading: Reading, model: type[Scenario]) -> Scenario | None:
     """Give the scenario of a document, None where it has problems; they are noted."""
     document, scenario = reading.document, None
     file = Path(document.file)
-    words = {"name": _name(file.stem)} | reading.read() | with_axes(reading)
+    words = {"name": _name(file.stem)} | reading.read()
+    checks = words.get("checks")
+    if SWEEP in words or (isinstance(checks, list) and any(map(conditional, checks))):
+        from drysim.scenario.sweep import with_axes
+
+        words |= with_axes(reading)
     context = {"folder": file.parent, "document": document}
     try:
         scenario = model.model_validate(words, context=context)

@@ -1,28 +1,32 @@
-"""What keys a scenario may have, and the words of a file read against them."""
+"""What keys a scenario may have, and the words of a file read against them.
+
+The keys are those of the models, so nothing here names one: a block is a model, a shelf a union
+of models told apart by a tag (`kind`, `law`), and each number knows its unit (`numerals`: what
+a sweep may vary). Friction laws may stand in each other's place, so their words are put
+together here from those of a block of any law, and what keeps a law from acting is told.
+
+`Reading` holds what is written against that: unknown, missing and clashing keys. One slip is
+one fault: a mistyped key is read on as the key that was meant, and a block of an unknown kind
+is left alone. Last stand the sentences for what the validation of a model complains about.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+from types import UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from drysim.errors import Problem
-from drysim.friction import FRICTIONS
+from drysim.friction import FRICTIONS, Friction
 from drysim.friction.coulomb import Coulomb
-from drysim.units import Block, Misfit, meant, near, short, shown, texts_of
+from drysim.units import Block, Misfit, Quantity, meant, near, short, shown, texts_of
 from drysim.wording import listed
 from drysim.yaml_document import LOST, Document, Keys
-
-if TYPE_CHECKING:
-    from drysim.friction import Friction
-
-
-# What a model's fields look like from outside: keys, blocks within, tags.
-
 
 Model = type[Block]
 
@@ -80,8 +84,137 @@ def block_in(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return block if isinstance(block, Mapping) else {}
 
 
-# Friction laws by name, and what each of them is by the words of another.
+# The numeric keys of a scenario: what may be swept, and in which unit.
 
+_TABLE = str.maketrans({"²": "2", "³": "3", "·": "*"})
+
+
+class Numeral(NamedTuple):
+    """A key whose value is a number."""
+
+    quantity: Quantity | None
+    """What its value may be; None for a whole number."""
+    annotation: Any
+    """Type of its value."""
+    model: Model | None
+    """The block that it stands in; None in a list of numbers."""
+    given: Mapping[str, Any]
+    """What the scenario says in that block."""
+    there: bool
+    """Whether the scenario has that block."""
+
+    @property
+    def unit(self) -> str:
+        """Unit of the value, as scenarios spell it."""
+        return self.quantity.unit if self.quantity else ""
+
+    @property
+    def header(self) -> str:
+        """Unit of the value, as tables spell it."""
+        return self.unit.translate(_TABLE) or "-"
+
+    def read(self, given: object) -> float:
+        """Give the number that a value means; a ValueError is a sentence without subject."""
+        if self.quantity is not None:
+            return self.quantity.read(given)
+        try:
+            return int(TypeAdapter(self.annotation).validate_python(given))
+        except ValidationError as fault:
+            raise ValueError(worded(fault.errors(include_url=False)[0])) from None
+
+    def here(self, key: str) -> float | None:
+        """Give the value that the scenario itself has for a key; None where it has none."""
+        name = key.rpartition(".")[2]
+        field = keys_of(self.model).get(name) if self.model else None
+        given = self.given.get(name, field.default if field else None)
+        try:
+            return None if given is None else self.read(given)
+        except ValueError:  # a problem of its own
+            return None
+
+
+Known = Mapping[str, Numeral | None]
+"""Every key of a scenario by its dotted name, the numeric ones with what is known of them."""
+
+
+def numerals(model: Model, words: Mapping[str, Any]) -> Known:
+    """Give every key of a scenario.
+
+    Parameters
+    ----------
+    model : type
+        Of the whole scenario.
+    words : mapping
+        What the scenario says; members of shelves are known by their tags.
+    """
+    return {**dict(_in_block(model, words, "", True)), "drysim": None}
+
+
+def _in_block(
+    model: Model, given: Mapping[str, Any], at: str, there: bool
+) -> Iterator[tuple[str, Numeral | None]]:
+    """Give the keys of a block and of the blocks within."""
+    for name, entry in keys_of(model).items():
+        annotation: Any = entry.annotation
+        if entry.metadata:
+            annotation = Annotated[(annotation, *entry.metadata)]
+        found = _numeral(annotation, model, given, there)
+        yield f"{at}{name}", found
+        value = given.get(name)
+        if not isinstance(value, dict | list) and value == entry.default:
+            value = None  # such as `remove: nothing`, which says no more than its absence
+        if found is None and not (value is None and entry.is_required()):
+            yield from _within(annotation, value, f"{at}{name}")
+
+
+def _within(annotation: Any, value: Any, at: str) -> Iterator[tuple[str, Numeral | None]]:
+    """Give the keys in a value that is a block or a list."""
+    kind, _ = _bare(annotation)
+    if get_origin(kind) is tuple:
+        for i, entry in enumerate(value if isinstance(value, list | tuple) else ()):
+            types = get_args(kind)[0 if Ellipsis in get_args(kind) else i :]
+            found = _numeral(types[0], None, {}, True) if types else None
+            yield f"{at}.{i}", found
+            if types and found is None:
+                yield from _within(types[0], entry, f"{at}.{i}")
+    elif isinstance(value, dict | None) and (models := models_in(kind)):
+        given = value or {}
+        if chosen := _chosen(models, given):
+            yield from _in_block(chosen, given, f"{at}.", value is not None)
+
+
+def _chosen(models: list[Model], given: Mapping[str, Any]) -> Model | None:
+    """Give the member of a shelf that a block names, or the only model that there is."""
+    for model in models:
+        tag = tag_of(model)
+        if tag is None or given.get(tag[0]) == tag[1]:
+            return model
+    return None
+
+
+def _numeral(
+    annotation: Any, model: Model | None, given: Mapping[str, Any], there: bool
+) -> Numeral | None:
+    """Give what is known of a number; None for a value that is none."""
+    kind, metadata = _bare(annotation)
+    quantity = next((piece for piece in metadata if isinstance(piece, Quantity)), None)
+    if quantity is None and kind is not int:
+        return None
+    return Numeral(quantity, annotation, model, given, there)
+
+
+def _bare(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[Any, ...]]:
+    """Give a type without its metadata and the None that it may be; and its metadata."""
+    origin, parts = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _bare(parts[0], (*metadata, *parts[1:]))
+    some = [part for part in parts if part is not type(None)]
+    if origin in (Union, UnionType) and len(some) == 1:
+        return _bare(some[0], metadata)
+    return annotation, metadata
+
+
+# Friction laws by name, and what each of them is by the words of another.
 
 LAWS: dict[str, type[Friction]] = {
     tag[1]: member for member in FRICTIONS if (tag := tag_of(member))
@@ -164,11 +297,52 @@ def acting(friction: Friction, name: str) -> Friction:
     return LAWS[name].model_construct(**words)
 
 
-# What is written, held against what a scenario may say: unknown, missing and clashing keys.
-#
-# One slip is one fault: a mistyped key is read on as the key that was meant, and a block of an
-# unknown kind is left alone.
+def _lacking(friction: Friction, name: str) -> list[str]:
+    """Give the keys, with their units, that a block must get before a law can act."""
+    law, words = LAWS[name], words_for(friction, name)
+    found = [
+        key
+        for key, field in keys_of(law).items()
+        if field.is_required() and key not in words and key != BY_NAME
+    ]
+    either = [group[0] for group in law.one_of if not words.keys() & {*group}]
+    return [f"friction.{name}.{key}{_unit(law, key)}" for key in (*either, *found)]
 
+
+def _unit(law: Model, key: str) -> str:
+    """Give the unit of a key in brackets; nothing for a key that is no number."""
+    numeral = dict(numerals(law, {}))[key]
+    return f" [{numeral.unit or '-'}]" if numeral else ""
+
+
+def faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
+    """Give the dotted key and the sentence for everything that keeps a law from acting."""
+    if friction is None or name in ("", friction.law):
+        return
+    if needed := _lacking(friction, name):
+        way = f"give them in a block `{name}` of friction"
+        yield "friction", f"law {name} needs {listed(needed)}: {way}"
+        return
+    try:
+        LAWS[name].model_validate(words_for(friction, name) | {BY_NAME: name})
+    except ValidationError as fault:
+        for error in fault.errors(include_url=False):
+            cause = error.get("ctx", {}).get("error")
+            at = [*error["loc"], *(cause.at if isinstance(cause, Misfit) else ())]
+            told = str(cause) if cause is not None else worded(error)
+            yield (
+                key_of(friction, name, at),
+                f"friction as {name}: {'.'.join(map(str, at))} {told}",
+            )
+
+
+def key_of(friction: Friction, name: str, at: list[str | int]) -> str:
+    """Give the dotted key of a value of a law: in its own options, or shared."""
+    own = bool(at) and at[0] in own_options(friction, name)
+    return ".".join(map(str, ("friction", *([name] if own else []), *at)))
+
+
+# What is written, held against what a scenario may say.
 
 MOST_PROBLEMS = 100
 """Problems of a file that are told; whoever has more mends these first."""
@@ -358,7 +532,6 @@ def _about(model: Model, field: FieldInfo) -> str:
 
 
 # What the validation of a model complains about, in sentences.
-
 
 READ_BEFORE = {"missing", "extra_forbidden", "union_tag_invalid", "union_tag_not_found"}
 """Complaints about keys, which the reading of the file has made already."""

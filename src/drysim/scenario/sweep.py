@@ -1,27 +1,49 @@
-"""The sweep block: grids, zips and samples to axes."""
+"""The sweep block of a file: its grids, zips and samples become axes, or are told as problems.
+
+A sweep names keys of the scenario by their dotted names. `numerals` of `reading` knows these
+with types and units, so values are read by the rules of their key. What a key varies over is a
+list or a range (`Values`), alone or side by side with others (`zip`), or is drawn (`sample`, by
+a design of `sampling`). `refusal` says why a key cannot be swept at all. Checks with an `at`
+are read here, too: they name keys of the same kind.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import takewhile
-from typing import Any
+from math import nan
+from typing import Any, get_args
 
 from drysim.excitation.base import as_whole
-from drysim.metrics.checks import AT, STATUS, Check
+from drysim.metrics.checks import STATUS, Check, conditional
 from drysim.scenario.axes import (
+    MOST_VALUES,
     SAMPLE,
+    SWEEP,
     ZIP,
     Axis,
     Draw,
+    Range,
+    Sample,
+    by_count,
+    by_ratio,
+    by_step,
+    steps_between,
+)
+from drysim.scenario.blocks import SEED
+from drysim.scenario.model import KINDS, broken
+from drysim.scenario.reading import (
+    LAWS,
     Known,
     Numeral,
-    Sample,
-    Values,
+    Reading,
+    block_in,
+    keys_of,
     numerals,
+    refuse,
+    tag_of,
 )
-from drysim.scenario.blocks import beside_seeds
-from drysim.scenario.model import KINDS, broken
-from drysim.scenario.reading import LAWS, Reading, block_in, keys_of, refuse, tag_of
 from drysim.scenario.sampling import (
     Design,
     Distribution,
@@ -35,49 +57,114 @@ from drysim.units import Quantity, meant, near, shown
 from drysim.wording import pretty
 from drysim.yaml_document import LOST, Keys
 
-# Keys that walk together: `zip` and `sample` of a sweep block, read with their problems.
-
-
 MOST_POINTS = 10**12
 """Points of a sample: beyond it somebody has typed too many zeros."""
 
-MOST_SEED = 2**63
+
+def with_axes(reading: Reading) -> dict[str, Any]:
+    """Give what depends on the numeric keys of a scenario: its axes, its checks with an `at`.
+
+    Parameters
+    ----------
+    reading : Reading
+        Of the whole scenario; the problems are noted in it.
+    """
+    words, found = reading.words, {}
+    checks = words.get("checks")
+    known = numerals(reading.model, words)
+    if SWEEP in words:
+        found[SWEEP] = _axes(reading, known)
+    if isinstance(checks, list):
+        found["checks"] = [_check(reading, known, i, text) for i, text in enumerate(checks)]
+    return found
 
 
-def zipped(
-    reading: Reading, at: Keys, given: Mapping[str, Any], known: Mapping[str, Numeral]
-) -> Iterator[Axis]:
-    """Give keys that take their values side by side; all have as many."""
-    found = [
-        axis
-        for key, numeral in known.items()
-        if (axis := Values(reading, (*at, key), numeral).axis(key, given[key]))
-    ]
-    for axis in found[1:]:
-        if len(axis.values) != len(found[0].values):
+def _axes(reading: Reading, known: Known) -> Any:
+    """Give the axes of a sweep block."""
+    block = reading.words[SWEEP]
+    if not isinstance(block, Mapping):
+        form = "keys with their values, such as `excitation.frequency: [1, 2]`"
+        reading.fault(f"sweep must be {form}; not {shown(block)}", (SWEEP,))
+        return ()
+    if not block:
+        reading.fault("sweep has no keys; say which key varies, and over what", (SWEEP,))
+    inner = {key: given for group in _groups(block) for key, given in group.items()}
+    inner.pop(LOST, None)
+    reading.words[SWEEP] = {**block, **inner}
+    axes: list[Axis] = []
+    for key, given in block.items():
+        if key == ZIP:
+            axes += _zipped(reading, known, given)
+        elif key == SAMPLE:
+            axes += _sampled(reading, known, given)
+        elif key != LOST and (axis := _axis(reading, known, key, given)):
+            axes.append(axis)
+    return tuple(axes)
+
+
+def _groups(block: Any) -> list[Mapping[str, Any]]:
+    """Give the groups of keys in a sweep block: those that `zip` and `sample` hold."""
+    if not isinstance(block, Mapping):
+        return []  # the key `sweep` itself is mistyped, which is a problem of its own
+    zips, sample = block.get(ZIP), block.get(SAMPLE)
+    several = zips if isinstance(zips, list) else [zips]
+    over = sample.get("over") if isinstance(sample, Mapping) else None
+    return [group for group in (*several, over) if isinstance(group, Mapping)]
+
+
+def _zipped(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
+    """Give the axes of `zip`: keys that take their values side by side, in groups or in one."""
+    form = "keys with as many values each, such as {friction.kinetic: [15, 30], ...}"
+    groups: list[tuple[Keys, Any]] = [((SWEEP, ZIP), given)]
+    if isinstance(given, list):
+        groups = [((SWEEP, ZIP, i), group) for i, group in enumerate(given)]
+    for at, group in groups:
+        if not isinstance(group, Mapping) or len(group) < 2:
+            refuse(reading, f"must be two {form}; not {shown(group)}", at)
+            continue
+        numerals = _numerals(reading, known, at, group)
+        found = [
+            axis
+            for key, numeral in numerals.items()
+            if (axis := Values(reading, (*at, key), numeral).axis(key, group[key]))
+        ]
+        odd = next((one for one in found if len(one.values) != len(found[0].values)), None)
+        if odd is not None:
             sentence = (
-                f"has {len(axis.values)} values, and {found[0].key} beside it has "
+                f"has {len(odd.values)} values, and {found[0].key} beside it has "
                 f"{len(found[0].values)}; keys that walk together have as many"
             )
-            refuse(reading, sentence, (*at, axis.key))
-            return
-    name = ".".join(map(str, at[1:]))
-    yield from (axis.walking(name, (*at, axis.key)) for axis in found)
+            refuse(reading, sentence, (*at, odd.key))
+            continue
+        name = ".".join(map(str, at[1:]))
+        yield from (replace(one, walk=name, place=(*at, one.key)) for one in found)
 
 
-def sampled(
-    reading: Reading, at: Keys, words: Mapping[str, Any], known: Mapping[str, Numeral]
-) -> Iterator[Axis]:
-    """Give the keys of a sample, whose words were read as a `Sample`."""
+def _sampled(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
+    """Give the axes of `sample`: keys of whose values a design draws some for every case."""
+    at = (SWEEP, SAMPLE)
+    if not isinstance(given, Mapping):
+        form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
+        refuse(reading, f"must be {form}; not {shown(given)}", at)
+        return
+    words = reading.block(Sample, given, at)
+    over = words.get("over")
+    if over is None:
+        return
+    if not isinstance(over, Mapping) or not over:
+        sentence = "must be keys, each with {from, to} or a distribution"
+        refuse(reading, f"{sentence}; not {shown(over)}", (*at, "over"))
+        return
+    numerals = _numerals(reading, known, (*at, "over"), over)
     count = _whole(reading, at, words, "count", 1, MOST_POINTS)
-    seed = _whole(reading, at, words, "seed", 0, MOST_SEED)
+    seed = _whole(reading, at, words, "seed", 0, 2**63)
     laws = {
-        key: _law(reading, (*at, "over", key), words["over"][key], numeral)
-        for key, numeral in known.items()
+        key: _law(reading, (*at, "over", key), over[key], numeral)
+        for key, numeral in numerals.items()
     }
     if count is None or seed is None or "kind" not in words or None in laws.values():
         return
-    if words["kind"] not in Sample.model_fields["kind"].annotation.__args__:  # type: ignore[union-attr]
+    if words["kind"] not in get_args(Sample.model_fields["kind"].annotation):
         sentence = f"must be latin, sobol or uniform, not {shown(words['kind'])}"
         refuse(reading, sentence, (*at, "kind"))
         return
@@ -86,12 +173,204 @@ def sampled(
     for k, (key, found) in enumerate(laws.items()):
         assert found is not None
         law, spoken = found
-        unit = known[key].header
+        unit = numerals[key].header
         told = f"{law.words(pretty(unit))} ({count} values, {words['kind']})"
         yield Axis(
             key, unit, Drawn(design, k, law), (head, spoken), "sample", told,
             (*at, "over", key),
         )  # fmt: skip
+
+
+def _numerals(
+    reading: Reading, known: Known, at: Keys, group: Mapping[str, Any]
+) -> dict[str, Numeral]:
+    """Give the numeric keys of a group; what is wrong with the others is noted."""
+    found = {}
+    for key in group:
+        if key != LOST and (numeral := _numeral(reading, known, (*at, key), key)):
+            found[key] = numeral
+    return found
+
+
+def _axis(reading: Reading, known: Known, key: str, given: Any) -> Axis | None:
+    """Give one axis; None when it has a problem."""
+    at = (SWEEP, key)
+    numeral = _numeral(reading, known, at, key)
+    if numeral is None:
+        return None
+    if given is None:
+        reading.fault(f"sweep.{key} has no values", at, at_key=True)
+        return None
+    return Values(reading, at, numeral).axis(key, given)
+
+
+def _numeral(reading: Reading, known: Known, at: Keys, key: str) -> Numeral | None:
+    """Give what is known of a swept key; None when it has a problem."""
+    top = key.partition(".")[0]
+    field = keys_of(reading.model).get(top)
+    wanted = top in reading.document.value or (field is not None and field.is_required())
+    if wanted and top not in reading.words:
+        return None  # the block that the key stands in has its problem already
+    if sentence := refusal(reading.words, key, known):
+        reading.fault(sentence, at, at_key=True)
+        return None
+    if _twice(reading.document.value.get(SWEEP), key):
+        reading.fault(f"{key} is swept twice; leave one of both out", at, at_key=True)
+        return None
+    return known[key]
+
+
+def _twice(block: Any, key: str) -> bool:
+    """Whether a sweep block has a key more than once, in its groups or beside them."""
+    groups = _groups(block)
+    return sum(key in group for group in (block, *groups)) > 1 if groups else False
+
+
+def _check(reading: Reading, known: Known, i: int, text: Any) -> Any:
+    """Give a check with an `at`, whose keys are known here; any other as it is written."""
+    if not conditional(text):
+        return text
+    numerals = {key: numeral for key, numeral in known.items() if numeral}
+    try:
+        check = Check.parse(text, {key: numeral.unit for key, numeral in numerals.items()})
+    except ValueError as fault:
+        reading.fault(f"checks.{i}: {fault}", ("checks", i))
+        return "T_a < 1"  # any sound check: this one has its problem already
+    swept = reading.words.get(SWEEP)
+    keys = [condition.key for condition in check.conditions if condition.key != STATUS]
+    for key in dict.fromkeys(keys):
+        if isinstance(swept, Mapping) and key not in swept:
+            sentence = f"checks.{i}: {key} is not swept; it has the same value in every case"
+            reading.fault(sentence, ("checks", i))
+    return check.based_on({key: numerals[key].here(key) for key in keys})
+
+
+# The values of an axis, read by the rules of its key: a list, or a range.
+
+
+class Faulty(Exception):
+    """A problem was noted; nothing more can be said about the axis."""
+
+
+class Values:
+    """What is written for one axis, and the problems of reading it."""
+
+    def __init__(self, reading: Reading, at: Keys, numeral: Numeral) -> None:
+        self.reading = reading
+        self.at = at
+        self.numeral = numeral
+
+    def axis(self, key: str, given: Any) -> Axis | None:
+        """Give the axis that the words mean; None when they have a problem."""
+        known = len(self.reading.problems)
+        try:
+            values, words = self._read(given)
+        except Faulty:
+            return None
+        if len(self.reading.problems) > known:
+            return None
+        return Axis(key, self.numeral.header, values, words)
+
+    def _read(self, given: Any) -> tuple[Sequence[float], Any]:
+        """Give the values, and how a file says them in SI."""
+        if isinstance(given, list):
+            values = self._listed(given)
+            return values, list(values)
+        if isinstance(given, Mapping):
+            return self._spread(self.reading.block(Range, given, self.at))
+        form = "a list such as `[1, 2]`, or {from, to, step}"
+        raise self._fault(f"must be {form}; not {shown(given)}")
+
+    def _fault(self, sentence: str, *inner: str | int) -> Faulty:
+        """Note a problem of a value."""
+        keys = (*self.at, *inner)
+        refuse(self.reading, sentence, keys)
+        return Faulty()
+
+    def _one(self, given: Any, *inner: str | int) -> float:
+        """Give one value, which is no number when it has a problem."""
+        try:
+            return self.numeral.read(given)
+        except ValueError as fault:
+            self._fault(str(fault), *inner)
+            return nan
+
+    def _listed(self, given: list[Any]) -> tuple[float, ...]:
+        """Give the values of a list."""
+        if not given:
+            raise self._fault("has no values")
+        values = tuple(self._one(value, i) for i, value in enumerate(given))
+        seen: set[float] = set()
+        for i, value in enumerate(values):
+            if value in seen and value == value:
+                self._fault(f"stands in the list already: {shown(given[i])}", i)
+            seen.add(value)
+        return values
+
+    def _spread(self, words: Mapping[str, Any]) -> tuple[Sequence[float], Any]:
+        """Give the values of a range, and the range in SI."""
+        if not {"from", "to"} <= words.keys() or not {"step", "count"} & words.keys():
+            raise Faulty  # noted when the block was read
+        low, high = self._one(words["from"], "from"), self._one(words["to"], "to")
+        if low != low or high != high:
+            raise Faulty
+        if low >= high:
+            raise self._fault(f"must be above `from`, {shown(words['from'])}", "to")
+        ends = {"from": low, "to": high}
+        if "step" in words:
+            step, values = self._stepped(low, high, words["step"])
+            return self._whole(values, "step"), {**ends, "step": step}
+        scale = words.get("scale", "linear")
+        values = self._counted(low, high, words["count"], scale)
+        whole = self._whole(values, "count")
+        return whole, {**ends, "count": words["count"], "scale": scale}
+
+    def _stepped(self, low: float, high: float, given: Any) -> tuple[float, Sequence[float]]:
+        """Give the step and the values."""
+        unit = self.numeral.unit
+        try:
+            step = Quantity(unit, above=0).read(given)
+        except ValueError as fault:
+            raise self._fault(str(fault), "step") from None
+        self._refuse_too_many((high - low) / step + 1, "step")
+        n, end = steps_between(low, high, step)
+        if end != high:
+            first, width, last = (f"{x:.12g} {unit}".strip() for x in (low, step, end))
+            sentence = f"is not met by steps of {width} from {first}; the nearest is {last}"
+            raise self._fault(sentence, "to")
+        return step, by_step(low, high, step, n)
+
+    def _counted(self, low: float, high: float, count: Any, scale: Any) -> Sequence[float]:
+        """Give a number of values."""
+        count = as_whole(count)
+        if isinstance(count, bool) or not isinstance(count, int):
+            raise self._fault(f"must be a whole number, not {shown(count)}", "count")
+        if count < 2:
+            sentence = f"must be at least 2, not {count}: both ends are included"
+            raise self._fault(sentence, "count")
+        if scale not in ("linear", "log"):
+            raise self._fault(f"must be linear or log, not {shown(scale)}", "scale")
+        if scale == "log" and low <= 0:
+            raise self._fault(f"must be above 0 on a log scale, not {low:.12g}", "from")
+        self._refuse_too_many(count, "count")
+        return by_ratio(low, high, count) if scale == "log" else by_count(low, high, count)
+
+    def _refuse_too_many(self, count: float, key: str) -> None:
+        """Note a problem when an axis is beyond all reason."""
+        if count > MOST_VALUES:
+            sentence = f"asks for {count:.4g} values; an axis has {MOST_VALUES} at most"
+            raise self._fault(sentence, key)
+
+    def _whole(self, values: Sequence[float], key: str) -> Sequence[float]:
+        """Give the values of a key that takes whole numbers only as such."""
+        if self.numeral.quantity is not None:
+            return values
+        if odd := next((value for value in values if not float(value).is_integer()), None):
+            raise self._fault(f"gives {odd:.6g}, and {self.at[1]} takes whole numbers", key)
+        return tuple(int(value) for value in values)
+
+
+# How the values of a key scatter in a sample.
 
 
 def _whole(
@@ -200,16 +479,9 @@ STEADY = {kind for kind, member in KINDS.items() if member.steady_by_default}
 
 
 def refusal(words: Mapping[str, Any], key: str, known: Known) -> str | None:
-    """Say why a key cannot be swept; None when it can.
+    """Say why a key of the sweep cannot be swept; None when it can.
 
-    Parameters
-    ----------
-    words : mapping
-        The scenario; `sweep` in it by its dotted keys.
-    key : str
-        One of those.
-    known : mapping
-        Every key of the scenario.
+    `words` are those of the scenario, its `sweep` by dotted keys.
     """
     numeral = known.get(key)
     if numeral is None:
@@ -217,12 +489,17 @@ def refusal(words: Mapping[str, Any], key: str, known: Known) -> str | None:
     block, _, name = key.rpartition(".")
     before = takewhile(lambda other: other != key, words["sweep"])
     beside = {other.rpartition(".")[2] for other in before if other.rpartition(".")[0] == block}
-    if sentence := _excluded(block, name, numeral, beside) or beside_seeds(words, key):
+    if sentence := _excluded(block, name, numeral, beside):
         return sentence
+    given = {"seeds", "until"} & block_in(words, "excitation").keys()
+    if key == SEED and given:
+        return f"{SEED} cannot be swept beside {min(given)}: every case has the same seeds then"
     if block == "measure" and not _windowed(words):
         return f"{key} has no use here: metrics cover the periodic orbit; give it in measure"
     known_faults = {sentence for _, sentence in broken(words)}
-    faults = (sentence for _, sentence in broken(_with_number(words, block, name)))
+    if "." not in block:  # rules are about blocks that are not within another: try some number
+        words = {**words, block: {**block_in(words, block), name: 1.0}}
+    faults = (sentence for _, sentence in broken(words))
     return next((sentence for sentence in faults if sentence not in known_faults), None)
 
 
@@ -302,173 +579,3 @@ def _windowed(words: Mapping[str, Any]) -> bool:
     """Whether the metrics are taken over a window, not over the periodic orbit."""
     measure, kind = block_in(words, "measure"), block_in(words, "excitation").get("kind")
     return kind not in STEADY or bool({"settle", "duration"} & measure.keys())
-
-
-def _with_number(words: Mapping[str, Any], block: str, name: str) -> Mapping[str, Any]:
-    """Give the words with some number at a key of a block that is not within another."""
-    return words if "." in block else {**words, block: {**block_in(words, block), name: 1.0}}
-
-
-# From the words of a scenario to its axes and to its checks, or to their problems.
-
-
-SWEEP = "sweep"
-"""The block; its keys are dotted keys of the scenario."""
-
-
-def with_axes(reading: Reading) -> dict[str, Any]:
-    """Give what depends on the numeric keys of a scenario: its axes, its checks with an `at`.
-
-    Parameters
-    ----------
-    reading : Reading
-        Of the whole scenario; the problems are noted in it.
-    """
-    words, found = reading.words, {}
-    checks = words.get("checks")
-    conditional = isinstance(checks, list) and any(map(_has_condition, checks))
-    if SWEEP not in words and not conditional:
-        return {}
-    known = numerals(reading.model, words)
-    if SWEEP in words:
-        found[SWEEP] = _axes(reading, known)
-    if isinstance(checks, list):
-        found["checks"] = [_check(reading, known, i, text) for i, text in enumerate(checks)]
-    return found
-
-
-def _has_condition(text: Any) -> bool:
-    """Whether a check is one with an `at`."""
-    return isinstance(text, str) and AT.search(text) is not None
-
-
-def _axes(reading: Reading, known: Known) -> Any:
-    """Give the axes of a sweep block."""
-    block = reading.words[SWEEP]
-    if not isinstance(block, Mapping):
-        form = "keys with their values, such as `excitation.frequency: [1, 2]`"
-        reading.fault(f"sweep must be {form}; not {shown(block)}", (SWEEP,))
-        return ()
-    if not block:
-        reading.fault("sweep has no keys; say which key varies, and over what", (SWEEP,))
-    reading.words[SWEEP] = {**block, **_inner(block)}
-    axes: list[Axis] = []
-    for key, given in block.items():
-        if key == ZIP:
-            axes += _zipped(reading, known, given)
-        elif key == SAMPLE:
-            axes += _sampled(reading, known, given)
-        elif key != LOST and (axis := _axis(reading, known, key, given)):
-            axes.append(axis)
-    return tuple(axes)
-
-
-def _groups(block: Any) -> list[Mapping[str, Any]]:
-    """Give the groups of keys in a sweep block: those that `zip` and `sample` hold."""
-    if not isinstance(block, Mapping):
-        return []  # the key `sweep` itself is mistyped, which is a problem of its own
-    zips, sample = block.get(ZIP), block.get(SAMPLE)
-    several = zips if isinstance(zips, list) else [zips]
-    over = sample.get("over") if isinstance(sample, Mapping) else None
-    return [group for group in (*several, over) if isinstance(group, Mapping)]
-
-
-def _inner(block: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the keys that a sweep block holds within its groups."""
-    groups = _groups(block)
-    return {key: given for group in groups for key, given in group.items() if key != LOST}
-
-
-def _zipped(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
-    """Give the axes of `zip`: one group of keys, or a list of groups."""
-    form = "keys with as many values each, such as {friction.kinetic: [15, 30], ...}"
-    groups: list[tuple[Keys, Any]] = [((SWEEP, ZIP), given)]
-    if isinstance(given, list):
-        groups = [((SWEEP, ZIP, i), group) for i, group in enumerate(given)]
-    for at, group in groups:
-        if not isinstance(group, Mapping) or len(group) < 2:
-            refuse(reading, f"must be two {form}; not {shown(group)}", at)
-        else:
-            yield from zipped(reading, at, group, _numerals(reading, known, at, group))
-
-
-def _sampled(reading: Reading, known: Known, given: Any) -> Iterator[Axis]:
-    """Give the axes of `sample`."""
-    at = (SWEEP, SAMPLE)
-    if not isinstance(given, Mapping):
-        form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
-        refuse(reading, f"must be {form}; not {shown(given)}", at)
-        return
-    words = reading.block(Sample, given, at)
-    over = words.get("over")
-    if over is None:
-        return
-    if not isinstance(over, Mapping) or not over:
-        sentence = "must be keys, each with {from, to} or a distribution"
-        refuse(reading, f"{sentence}; not {shown(over)}", (*at, "over"))
-        return
-    yield from sampled(reading, at, words, _numerals(reading, known, (*at, "over"), over))
-
-
-def _numerals(
-    reading: Reading, known: Known, at: Keys, group: Mapping[str, Any]
-) -> dict[str, Numeral]:
-    """Give the numeric keys of a group; what is wrong with the others is noted."""
-    found = {}
-    for key in group:
-        if key != LOST and (numeral := _numeral(reading, known, (*at, key), key)):
-            found[key] = numeral
-    return found
-
-
-def _axis(reading: Reading, known: Known, key: str, given: Any) -> Axis | None:
-    """Give one axis; None when it has a problem."""
-    at = (SWEEP, key)
-    numeral = _numeral(reading, known, at, key)
-    if numeral is None:
-        return None
-    if given is None:
-        reading.fault(f"sweep.{key} has no values", at, at_key=True)
-        return None
-    return Values(reading, at, numeral).axis(key, given)
-
-
-def _numeral(reading: Reading, known: Known, at: Keys, key: str) -> Numeral | None:
-    """Give what is known of a swept key; None when it has a problem."""
-    top = key.partition(".")[0]
-    field = keys_of(reading.model).get(top)
-    wanted = top in reading.document.value or (field is not None and field.is_required())
-    if wanted and top not in reading.words:
-        return None  # the block that the key stands in has its problem already
-    if sentence := refusal(reading.words, key, known):
-        reading.fault(sentence, at, at_key=True)
-        return None
-    if _twice(reading.document.value.get(SWEEP), key):
-        reading.fault(f"{key} is swept twice; leave one of both out", at, at_key=True)
-        return None
-    return known[key]
-
-
-def _twice(block: Any, key: str) -> bool:
-    """Whether a sweep block has a key more than once, in its groups or beside them."""
-    groups = _groups(block)
-    return sum(key in group for group in (block, *groups)) > 1 if groups else False
-
-
-def _check(reading: Reading, known: Known, i: int, text: Any) -> Any:
-    """Give a check with an `at`, whose keys are known here; any other as it is written."""
-    if not _has_condition(text):
-        return text
-    numerals = {key: numeral for key, numeral in known.items() if numeral}
-    try:
-        check = Check.parse(text, {key: numeral.unit for key, numeral in numerals.items()})
-    except ValueError as fault:
-        reading.fault(f"checks.{i}: {fault}", ("checks", i))
-        return "T_a < 1"  # any sound check: this one has its problem already
-    swept = reading.words.get(SWEEP)
-    keys = [condition.key for condition in check.conditions if condition.key != STATUS]
-    for key in dict.fromkeys(keys):
-        if isinstance(swept, Mapping) and key not in swept:
-            sentence = f"checks.{i}: {key} is not swept; it has the same value in every case"
-            reading.fault(sentence, ("checks", i))
-    return check.based_on({key: numerals[key].here(key) for key in keys})

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf, isclose, nan, pi, sqrt
-from typing import TYPE_CHECKING, Any
-
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from drysim.approach.stick_slip import Exact
 from drysim.core.model import AnyLaw, Pressed, Samples, Sines, Stopped, blocks, largest
@@ -15,7 +13,7 @@ from drysim.excitation.recorded import Record
 from drysim.metrics import SHARES, UNITS
 from drysim.metrics.comfort import DIRECTIONS, RECALLED
 from drysim.scenario.axes import columns_of, size, walks
-from drysim.scenario.reading import BY_NAME, LAWS, excluded, models_in
+from drysim.scenario.reading import BY_NAME, LAWS, excluded
 from drysim.units import Block
 from drysim.wording import number
 
@@ -595,40 +593,3 @@ def _unread_records(scenario: Scenario) -> Iterator[Caution]:
             except RecordError as fault:
                 sentence = f"friction.{law}.normal_record cannot be used: {fault.problem}"
                 yield Caution("unread-record", sentence)
-
-
-# Many cases of a sweep at once: a scenario whose swept numbers are columns.
-
-
-Columns = dict[str, NDArray[Any]]
-
-
-def columned(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:
-    """Give a scenario with a column of values at each of some keys.
-
-    Only its arithmetic has a meaning (plant, law, motion, ...): nothing is validated, and rules
-    between the values of a case are for `Scenario.at` to check.
-    """
-    changed: dict[str, Any] = {}
-    for key, column in columns.items():
-        name, *steps = key.split(".")
-        annotation = type(scenario).model_fields[name].annotation
-        old = changed.get(name, getattr(scenario, name))
-        changed[name] = _put(old, annotation, steps, column)
-    return scenario.copied(changed)
-
-
-def _put(old: Any, annotation: Any, steps: Sequence[str], column: NDArray[Any]) -> Any:
-    """Give a value with a column at the end of some steps."""
-    if not steps:
-        return column
-    first, *rest = steps
-    if isinstance(old, tuple):
-        i = int(first)
-        return (*old[:i], _put(old[i], None, rest, column), *old[i + 1 :])
-    if old is None:
-        values: Any = {first: column}
-        return next(iter(models_in(annotation))).model_construct(**values)
-    assert isinstance(old, Block), "a key leads through blocks and lists"
-    inner = _put(getattr(old, first), type(old).model_fields[first].annotation, rest, column)
-    return old.model_copy(update={first: inner})

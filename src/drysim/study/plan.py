@@ -25,9 +25,8 @@ from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction.coulomb import Coulomb
 from drysim.metrics import energies, means
 from drysim.scenario.axes import columns_of, size
-from drysim.scenario.model import Scenario, common_period
+from drysim.scenario.model import Columns, Scenario, columned, common_period
 from drysim.scenario.sampling import Lazy
-from drysim.scenario.warnings import Columns, columned
 from drysim.study.case import Case, sha256_together
 from drysim.study.ensemble import rows_of, threads
 from drysim.study.rows import (
