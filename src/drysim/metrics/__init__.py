@@ -1,4 +1,10 @@
-"""METRICS, measure."""
+"""Metrics: what engineers ask of a response, from its continuous solution.
+
+`METRICS` is the table of all of them and `measure` gives them; what they are made of follows:
+means and energies from integrals over a window, of one case or of columns of many. What
+concerns the stroke is in `stroke`, what needs a grid in `comfort` and `spectra`, and what
+a scenario promises of them in `checks`.
+"""
 
 from __future__ import annotations
 
@@ -19,122 +25,8 @@ from drysim.metrics.stroke import (
     stroke_statistics,
 )
 
-# Arithmetic on numbers, or on columns of them, where both are not written alike.
-
-
-def root(value: Any) -> Any:
-    """Give the square root; numpy alone would give that of a number ten times slower."""
-    return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
-
-
-def ratio(a: Any, b: Any) -> Any:
-    """Give a over b; None, or NaN in a column, where b is 0 or not known."""
-    if not isinstance(b, np.ndarray):
-        return a / b if b else None
-    return np.divide(a, b, out=np.full(b.shape, np.nan), where=b != 0.0)
-
-
-def chosen(which: Any, one: Any, other: Any) -> Any:
-    """Give one of two by a condition."""
-    if isinstance(which, np.ndarray):
-        return np.where(which, one, other)
-    return one if which else other
-
-
-def greatest(*values: Any) -> Any:
-    """Give the greatest of several."""
-    if any(isinstance(value, np.ndarray) for value in values):
-        return np.maximum.reduce(np.broadcast_arrays(*values))
-    return max(values)
-
-
-# Means and energies from integrals over a window: of one case, or of columns of many.
-
-
-Sums = dict[str, Any]
-
-NOTHING = 1e-9
-"""Share of force times displacement that counts as no energy: rounding comes to 1e-15."""
-
-FAINT = 1e-292
-"""What is less counts as no energy [J]: rounding of it is below the least normal number."""
-
-
-def means(totals: Totals, length: Any) -> Sums:
-    """Give RMS values, their ratios and the stuck share from the integrals over a window.
-
-    Parameters
-    ----------
-    totals : Totals
-        Of numbers, or of arrays of one shape; then so is what comes out, NaN for not known.
-    length : float or ndarray
-        Of the window [s].
-    """
-    a_u = root(totals.u_dd2 / length)
-    # A mass that never moves has the base's motion to the last bit, not to rounding.
-    a_x = chosen(totals.stuck >= length, a_u, root(totals.x_dd2 / length))
-    x_r = root(totals.x2 / length)
-    u = None if totals.u2 is None else root(totals.u2 / length)
-    return {
-        "a_u": a_u,
-        "a_x": a_x,
-        "T_a": ratio(a_x, a_u),
-        "T_x": ratio(x_r, u),
-        "x_r_rms": x_r,
-        "v_r_rms": root(totals.v2 / length),
-        "u_rms": u,
-        "stuck_share": totals.stuck / length,
-    }
-
-
-def energies(
-    plant: Plant,
-    F_fk: Any,
-    totals: Totals,
-    first: AnyState,
-    last: AnyState,
-    bumpers: tuple[float, float] = (0.0, 0.0),
-) -> Sums:
-    """Give the energy balance of a window, audited; numbers or arrays as in `means`.
-
-    `bumpers` is what end stops hold as springs at both ends [J].
-
-    Notes
-    -----
-    Each term is integrated on its own, so what the balance leaves certifies the solution. It is
-    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange;
-    at least to the share `NOTHING` of F_fk |x_r|, lest rounding be held against a contact that
-    rests away from the middle, and at least to `FAINT`.
-    """
-    work = -plant.m * totals.power
-    begin = held_energy(plant, first) + bumpers[0]
-    stored = held_energy(plant, last) + bumpers[1] - begin
-    stops = totals.hits - (bumpers[1] - bumpers[0])
-    viscous = plant.b * totals.v2
-    friction = F_fk * totals.rub
-    exchanged = plant.m * root(totals.u_dd2 * totals.v2)
-    least = NOTHING * F_fk * greatest(abs(first.x_r), abs(last.x_r))
-    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops), least, FAINT)
-    return {
-        "energy_input": work,
-        "energy_stored": stored,
-        "energy_viscous": viscous,
-        "energy_friction": friction,
-        "energy_residual": abs(work - stored - viscous - friction - stops) / scale,
-    }
-
-
-def held_energy(plant: Plant, state: AnyState) -> Any:
-    """Give the spring and kinetic energy of a state of relative motion [J]."""
-    v_r, x_r = state.v_r, state.x_r
-    return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
-
-
-# Metrics: what engineers ask of a response, from its continuous solution.
-
-
 Metrics = Mapping[str, float | int | None]
-"""The same, not to be changed."""
+"""Values by name, None where one is not known; not to be changed."""
 
 
 class Metric(NamedTuple):
@@ -231,7 +123,7 @@ def measure(
 ) -> Values:
     """Give every metric of `METRICS` by name; None where it is not known.
 
-    The weighted ones never are here: they need a grid, and `drysim.comfort` gives them.
+    The weighted ones never are here: they need a grid, and `drysim.metrics.comfort` gives them.
 
     Parameters
     ----------
@@ -249,13 +141,13 @@ def measure(
     totals = track.totals(*window)
     path = track.path(window, x_rM)
     peak = greatest_stroke(track, path, window)
-    values = means(totals, window[1] - window[0])
+    length = window[1] - window[0]
+    values = means(totals, length)
     values |= {"x_r_peak": peak, "closure": closure}
     values["chatter_share"] = track.chatter(*window)
     values["stroke_suffices"] = (
         greatest_stroke(track, path, (0.0, window[1])) if window[0] else peak
     )
-    length = window[1] - window[0]
     values |= stroke_statistics(path_of(track, path, window), length, x_rM, goes_on)
     ends = track.state(window[0]), track.state(window[1])
     held = sprung(track.law, ends[0]), sprung(track.law, ends[1])
@@ -279,3 +171,111 @@ def greatest_stroke(track: Track, path: Path, window: tuple[float, float]) -> fl
     inside = (path.t >= begin) & (path.t <= end)
     turning = np.abs(path.x_r[inside]).max(initial=0.0)
     return float(max(turning, abs(track.state(begin).x_r), abs(track.state(end).x_r)))
+
+
+# Means and energies from integrals over a window: of one case, or of columns of many.
+
+NOTHING = 1e-9
+"""Share of force times displacement that counts as no energy: rounding comes to 1e-15."""
+
+FAINT = 1e-292
+"""What is less counts as no energy [J]: rounding of it is below the least normal number."""
+
+
+def means(totals: Totals, length: Any) -> dict[str, Any]:
+    """Give RMS values, their ratios and the stuck share from the integrals over a window.
+
+    Parameters
+    ----------
+    totals : Totals
+        Of numbers, or of arrays of one shape; then so is what comes out, NaN for not known.
+    length : float or ndarray
+        Of the window [s].
+    """
+    a_u = root(totals.u_dd2 / length)
+    # A mass that never moves has the base's motion to the last bit, not to rounding.
+    a_x = chosen(totals.stuck >= length, a_u, root(totals.x_dd2 / length))
+    x_r = root(totals.x2 / length)
+    u = None if totals.u2 is None else root(totals.u2 / length)
+    return {
+        "a_u": a_u,
+        "a_x": a_x,
+        "T_a": ratio(a_x, a_u),
+        "T_x": ratio(x_r, u),
+        "x_r_rms": x_r,
+        "v_r_rms": root(totals.v2 / length),
+        "u_rms": u,
+        "stuck_share": totals.stuck / length,
+    }
+
+
+def energies(
+    plant: Plant,
+    F_fk: Any,
+    totals: Totals,
+    first: AnyState,
+    last: AnyState,
+    bumpers: tuple[float, float] = (0.0, 0.0),
+) -> dict[str, Any]:
+    """Give the energy balance of a window, audited; numbers or arrays as in `means`.
+
+    `bumpers` is what end stops hold as springs at both ends [J].
+
+    Notes
+    -----
+    Each term is integrated on its own, so what the balance leaves certifies the solution. It is
+    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange;
+    at least to the share `NOTHING` of F_fk |x_r|, lest rounding be held against a contact that
+    rests away from the middle, and at least to `FAINT`.
+    """
+    work = -plant.m * totals.power
+    begin = held_energy(plant, first) + bumpers[0]
+    stored = held_energy(plant, last) + bumpers[1] - begin
+    stops = totals.hits - (bumpers[1] - bumpers[0])
+    viscous = plant.b * totals.v2
+    friction = F_fk * totals.rub
+    exchanged = plant.m * root(totals.u_dd2 * totals.v2)
+    least = NOTHING * F_fk * greatest(abs(first.x_r), abs(last.x_r))
+    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops), least, FAINT)
+    return {
+        "energy_input": work,
+        "energy_stored": stored,
+        "energy_viscous": viscous,
+        "energy_friction": friction,
+        "energy_residual": abs(work - stored - viscous - friction - stops) / scale,
+    }
+
+
+def held_energy(plant: Plant, state: AnyState) -> Any:
+    """Give the spring and kinetic energy of a state of relative motion [J]."""
+    v_r, x_r = state.v_r, state.x_r
+    return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
+
+
+# Arithmetic on numbers, or on columns of them, where both are not written alike.
+
+
+def root(value: Any) -> Any:
+    """Give the square root; numpy alone would give that of a number ten times slower."""
+    return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
+
+
+def ratio(a: Any, b: Any) -> Any:
+    """Give a over b; None, or NaN in a column, where b is 0 or not known."""
+    if not isinstance(b, np.ndarray):
+        return a / b if b else None
+    return np.divide(a, b, out=np.full(b.shape, np.nan), where=b != 0.0)
+
+
+def chosen(which: Any, one: Any, other: Any) -> Any:
+    """Give one of two by a condition."""
+    if isinstance(which, np.ndarray):
+        return np.where(which, one, other)
+    return one if which else other
+
+
+def greatest(*values: Any) -> Any:
+    """Give the greatest of several."""
+    if any(isinstance(value, np.ndarray) for value in values):
+        return np.maximum.reduce(np.broadcast_arrays(*values))
+    return max(values)

@@ -1,4 +1,8 @@
-"""T_a < 1.5 to verdict."""
+"""Checks: `T_a < 1.5` becomes a check, and a check with metrics becomes a verdict.
+
+A check promises something of a metric, everywhere or, behind `at`, where conditions on keys of
+the scenario hold; a metric that is not known fails it.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.metrics import SHARES, SIGNED, UNITS
+from drysim.metrics import SHARES, SIGNED, UNITS, Metrics
 from drysim.units import convert, factor, meant, meant_or_known, near, shown, unit_behind
 from drysim.wording import around, number, pretty
 
-# Condition: where a check applies, and the comparisons that both are made of.
-
-
 Point = Mapping[str, float]
+Column = NDArray[Any]
 
 COMPARISONS: dict[str, Callable[[Any, float], Any]] = {
     "<": operator.lt,
@@ -36,176 +38,12 @@ AT = re.compile(r"\sat(?=\s|$)")
 """What parts a promise from where it applies."""
 
 _KEY_FORM = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){BOUND}")
-_AND = re.compile(r"\sand(?=\s|$)")
+_FORM = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){BOUND}")
 
 STATUS, OK = "status", "ok"
 """What a condition names to leave out cases without metrics: `at status == ok`."""
 
 _WITH_METRICS = re.compile(rf"\s*+{STATUS}\s*+==\s*+{OK}\s*+")
-
-
-@dataclass(frozen=True)
-class Condition:
-    """Where a check applies: a bound on a key of the scenario."""
-
-    key: str
-    """Dotted key, such as `excitation.frequency`."""
-    op: str
-    """One of < <= > >= and ==."""
-    limit: float
-    """In the SI unit of the key."""
-    here: float | None = None
-    """Value of the key in the scenario itself, which counts where it is not swept."""
-
-    def holds(self, point: Point) -> bool:
-        """Whether a point is where the check applies."""
-        value = point.get(self.key, self.here)
-        return value is not None and bool(COMPARISONS[self.op](value, self.limit))
-
-
-def conditional(text: object) -> bool:
-    """Whether a text is that of a check with an `at`."""
-    return isinstance(text, str) and AT.search(text) is not None
-
-
-def conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:
-    """Give the conditions in the text behind `at`, which `and` joins.
-
-    Parameters
-    ----------
-    text : str
-    units : mapping or None
-        Unit of every key that there is; None takes any key, and plain numbers.
-    """
-    return tuple(_condition(part, units) for part in _AND.split(text))
-
-
-def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
-    """Give one condition."""
-    if _WITH_METRICS.fullmatch(text):
-        # Cases are told apart by the number of their status, of which that of `ok` is 0.
-        return Condition(STATUS, "==", 0.0, here=0.0)
-    form = _KEY_FORM.fullmatch(text)
-    if form is None:
-        found = f"at{text}" if text.strip() else "at"
-        example = "at excitation.frequency >= 8"
-        raise ValueError(f"write `at key >= value`, such as `{example}`, not {shown(found)}")
-    key, op = form["key"], form["op"]
-    if units is not None and key not in units:
-        hint = meant(next((other for other in units if _similar_key(key, other)), None))
-        raise ValueError(f"{shown(key)} behind `at` is no numeric key of this scenario{hint}")
-    refuse_unknown(op)
-    return Condition(key, op, limit(form["limit"], units[key] if units else ""))
-
-
-def _similar_key(key: str, other: str) -> bool:
-    """Whether one dotted key may have been meant by another, step by step."""
-    pairs = list(zip_longest(key.split("."), other.split("."), fillvalue=""))
-    return all(a == b or near(a, [b]) for a, b in pairs)
-
-
-def refuse_unknown(op: str) -> None:
-    """Make sure that there is such a comparison."""
-    if op not in COMPARISONS:
-        raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(COMPARISONS)}")
-
-
-def limit(text: str, unit: str) -> float:
-    """Give the number [unit] that a text compares with; a ValueError says why it has none."""
-    value = convert(text, unit)
-    if not math.isfinite(value):
-        raise ValueError(f"must compare with a finite number, not {shown(text)}")
-    return value
-
-
-# Verdict: a check with what the metric turned out to be.
-
-
-FINE, FINEST = 6, 17
-"""Digits of a value beside the bound of its check; and all that it takes to tell them apart."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A check with what the metric turned out to be."""
-
-    check: Check
-    passed: bool | None
-    """None where the check was not judged."""
-    value: float | None
-    """In the unit of the metric; None where there is none, for a reason."""
-    where: Point | None = None
-    """Of many cases the one that decided, by its swept keys; None for a single case."""
-    reason: str = ""
-    """Why there is no value; empty where there is one."""
-    half_width: float | None = None
-    """Half of the 95 % confidence interval, where the value is a mean over several seeds."""
-    seeds: int = 1
-    """How many seeds the value is a mean over."""
-
-    @property
-    def undecided(self) -> bool:
-        """Whether the limit lies within the confidence interval of the mean."""
-        if self.value is None or self.half_width is None:
-            return False
-        return abs(self.value - self.check.limit) < self.half_width
-
-    @property
-    def sentence(self) -> str:
-        """What was asked, and what came out."""
-        outcome = {True: "holds", False: "fails", None: "not judged"}[self.passed]
-        parted = ";" if self.reason else ""
-        return f"{self.check}: {outcome}{parted} {self.found}{self.place}"
-
-    @property
-    def found(self) -> str:
-        """What the metric turned out to be, in the unit that the check has; or the reason."""
-        if self.value is None:
-            return self.reason
-        check, unit = self.check, UNITS[self.check.metric]
-        scale = factor(check.unit, unit) if check.unit else 1.0
-        value, limit, unit = self.value / scale, check.limit / scale, pretty(check.unit or unit)
-        if self.half_width:
-            words = around(value, self.half_width / scale, unit)
-        else:
-            words = number(value, unit, _digits(value, limit))
-        return f"with {words}{f', mean of {self.seeds} seeds' if self.seeds > 1 else ''}"
-
-    @property
-    def place(self) -> str:
-        """The deciding case in words, such as ` at excitation.frequency = 8`."""
-        point = self.where or {}
-        values = [f"{key} = {number(value, digits=6)}" for key, value in point.items()]
-        return f" at {', '.join(values)}" if values else ""
-
-
-def _digits(value: float, limit: float) -> int:
-    """Give how many digits of a value tell it from a limit that it does not equal."""
-    digits = FINE
-    while value != limit and digits < FINEST and _alike(value, limit, digits):
-        digits += 1
-    return digits
-
-
-def _alike(value: float, limit: float, digits: int) -> bool:
-    """Tell whether two numbers read the same."""
-    return number(value, digits=digits) == number(limit, digits=digits)
-
-
-def badness(verdict: Verdict) -> float:
-    """Give how far a case is from what was promised; what is not known is the worst."""
-    if verdict.value is None or math.isnan(verdict.value):
-        return math.inf
-    return float(verdict.check.off(verdict.value))
-
-
-# Checks: `T_a < 1.5` becomes a check, and a check with metrics becomes a verdict.
-
-
-Metrics = Mapping[str, float | None]
-Column = NDArray[Any]
-
-_FORM = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){BOUND}")
 
 
 @dataclass(frozen=True)
@@ -333,11 +171,8 @@ class Check:
     @property
     def _edge(self) -> tuple[float, float, float]:
         """The limit and its neighbours: between two limits at least one of them lies."""
-        below, above = (
-            math.nextafter(self.limit, -math.inf),
-            math.nextafter(self.limit, math.inf),
-        )
-        return below, self.limit, above
+        limit = self.limit
+        return math.nextafter(limit, -math.inf), limit, math.nextafter(limit, math.inf)
 
     def missed(self) -> Verdict:
         """Return the verdict where the check applies to none of many cases: it fails."""
@@ -361,3 +196,147 @@ class Check:
     def __str__(self) -> str:
         """Give the text of the scenario."""
         return self.text
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A check with what the metric turned out to be."""
+
+    check: Check
+    passed: bool | None
+    """None where the check was not judged."""
+    value: float | None
+    """In the unit of the metric; None where there is none, for a reason."""
+    where: Point | None = None
+    """Of many cases the one that decided, by its swept keys; None for a single case."""
+    reason: str = ""
+    """Why there is no value; empty where there is one."""
+    half_width: float | None = None
+    """Half of the 95 % confidence interval, where the value is a mean over several seeds."""
+    seeds: int = 1
+    """How many seeds the value is a mean over."""
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the limit lies within the confidence interval of the mean."""
+        if self.value is None or self.half_width is None:
+            return False
+        return abs(self.value - self.check.limit) < self.half_width
+
+    @property
+    def sentence(self) -> str:
+        """What was asked, and what came out."""
+        outcome = {True: "holds", False: "fails", None: "not judged"}[self.passed]
+        parted = ";" if self.reason else ""
+        return f"{self.check}: {outcome}{parted} {self.found}{self.place}"
+
+    @property
+    def found(self) -> str:
+        """What the metric turned out to be, in the unit that the check has; or the reason."""
+        if self.value is None:
+            return self.reason
+        check, unit = self.check, UNITS[self.check.metric]
+        scale = factor(check.unit, unit) if check.unit else 1.0
+        value, limit, unit = self.value / scale, check.limit / scale, pretty(check.unit or unit)
+        if self.half_width:
+            words = around(value, self.half_width / scale, unit)
+        else:
+            words = number(value, unit, _digits(value, limit))
+        return f"with {words}{f', mean of {self.seeds} seeds' if self.seeds > 1 else ''}"
+
+    @property
+    def place(self) -> str:
+        """The deciding case in words, such as ` at excitation.frequency = 8`."""
+        point = self.where or {}
+        values = [f"{key} = {number(value, digits=6)}" for key, value in point.items()]
+        return f" at {', '.join(values)}" if values else ""
+
+
+FINE, FINEST = 6, 17
+"""Digits of a value beside the bound of its check; and all that it takes to tell them apart."""
+
+
+def _digits(value: float, limit: float) -> int:
+    """Give how many digits of a value tell it from a limit that it does not equal."""
+    digits = FINE
+    while (
+        value != limit
+        and digits < FINEST
+        and number(value, digits=digits) == number(limit, digits=digits)
+    ):
+        digits += 1
+    return digits
+
+
+def badness(verdict: Verdict) -> float:
+    """Give how far a case is from what was promised; what is not known is the worst."""
+    if verdict.value is None or math.isnan(verdict.value):
+        return math.inf
+    return float(verdict.check.off(verdict.value))
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Where a check applies: a bound on a key of the scenario."""
+
+    key: str
+    """Dotted key, such as `excitation.frequency`."""
+    op: str
+    """One of < <= > >= and ==."""
+    limit: float
+    """In the SI unit of the key."""
+    here: float | None = None
+    """Value of the key in the scenario itself, which counts where it is not swept."""
+
+    def holds(self, point: Point) -> bool:
+        """Whether a point is where the check applies."""
+        value = point.get(self.key, self.here)
+        return value is not None and bool(COMPARISONS[self.op](value, self.limit))
+
+
+def conditional(text: object) -> bool:
+    """Whether a text is that of a check with an `at`."""
+    return isinstance(text, str) and AT.search(text) is not None
+
+
+def conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:
+    """Give the conditions in the text behind `at`, which `and` joins; `units` as in `parse`."""
+    return tuple(_condition(part, units) for part in re.split(r"\sand(?=\s|$)", text))
+
+
+def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
+    """Give one condition."""
+    if _WITH_METRICS.fullmatch(text):
+        # Cases are told apart by the number of their status, of which that of `ok` is 0.
+        return Condition(STATUS, "==", 0.0, here=0.0)
+    form = _KEY_FORM.fullmatch(text)
+    if form is None:
+        found = f"at{text}" if text.strip() else "at"
+        example = "at excitation.frequency >= 8"
+        raise ValueError(f"write `at key >= value`, such as `{example}`, not {shown(found)}")
+    key, op = form["key"], form["op"]
+    if units is not None and key not in units:
+        hint = meant(next((other for other in units if _similar_key(key, other)), None))
+        raise ValueError(f"{shown(key)} behind `at` is no numeric key of this scenario{hint}")
+    refuse_unknown(op)
+    return Condition(key, op, limit(form["limit"], units[key] if units else ""))
+
+
+def _similar_key(key: str, other: str) -> bool:
+    """Whether one dotted key may have been meant by another, step by step."""
+    pairs = list(zip_longest(key.split("."), other.split("."), fillvalue=""))
+    return all(a == b or near(a, [b]) for a, b in pairs)
+
+
+def refuse_unknown(op: str) -> None:
+    """Make sure that there is such a comparison."""
+    if op not in COMPARISONS:
+        raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(COMPARISONS)}")
+
+
+def limit(text: str, unit: str) -> float:
+    """Give the number [unit] that a text compares with; a ValueError says why it has none."""
+    value = convert(text, unit)
+    if not math.isfinite(value):
+        raise ValueError(f"must compare with a finite number, not {shown(text)}")
+    return value

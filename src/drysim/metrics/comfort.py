@@ -1,4 +1,8 @@
-"""ISO 2631-1."""
+"""Comfort: what a person on the mass feels of its vibration, by ISO 2631-1.
+
+The frequency weightings of whole-body vibration are in the filter form of ISO 8041. What they
+weigh are means over every step of a response, which `metrics.spectra` samples, too.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,17 @@ from drysim.approach.solution import Floats, Response
 from drysim.core.model import Samples, Sines, base_acceleration
 from drysim.metrics.stroke import Values
 
-# Frequency weightings of whole-body vibration, ISO 2631-1 in the filter form of ISO 8041.
-
-
 Complexes = NDArray[np.complex128]
+
+ON_GRID = 1e-6
+"""A time this close to a grid point, in steps, is on it."""
+
+FADE = 20.0
+"""Time [s] after which the weightings have forgotten: their slowest pole, in the high-pass,
+decays by exp(-1.78/s t), to 4e-16."""
+
+TAU = 1.0
+"""Integration time of the running RMS [s]."""
 
 HIGH_PASS, LOW_PASS = 0.4, 100.0
 """Corners of the band limits that all weightings share, both Butterworth of order two [Hz]."""
@@ -51,101 +62,6 @@ RECALLED = ("horizontal",)
 """Directions whose k is recalled and was not checked against the text of ISO 2631-1."""
 
 
-def gain(name: str, f: Floats) -> Complexes:
-    """Give the complex gain W of a weighting at frequencies.
-
-    Parameters
-    ----------
-    name : str
-        One of `WEIGHTINGS`.
-    f : ndarray
-        Frequencies [Hz]; 0 has gain 0.
-
-    Returns
-    -------
-    ndarray of complex
-        W = H_hp H_lp H_t H_s [-], shape of `f`.
-
-    Notes
-    -----
-    The analogue formula itself. Not to be confused with the rounded tables of the standard, or
-    with a digital filter, which departs from both towards half of its sampling rate.
-    """
-    f_3, Q_4, step = WEIGHTINGS[name]
-    j: Complexes = (1j * f).astype(np.complex128)  # s/2π
-    W = j * j / _second_order(j, HIGH_PASS, 0.5**0.5)
-    W *= LOW_PASS**2 / _second_order(j, LOW_PASS, 0.5**0.5)
-    W *= (1 + j / f_3) * f_3**2 / _second_order(j, f_3, Q_4)
-    if step is not None:
-        W *= _second_order(j, *step[:2]) / _second_order(j, *step[2:])
-    return np.asarray(W, dtype=np.complex128)
-
-
-def _second_order(j: Complexes, f_i: float, Q: float) -> Complexes:
-    """Give s² + s ω/Q + ω², all divided by 4π²."""
-    return j * j + j * (f_i / Q) + f_i**2
-
-
-# Accelerations as means over every step of a response: what spectra and weightings sample.
-
-
-ON_GRID = 1e-6
-"""A time this close to a grid point, in steps, is on it."""
-
-
-def step_means(response: Response) -> tuple[Floats, Floats]:
-    """Give the mean accelerations of base and mass over every step.
-
-    Parameters
-    ----------
-    response : Response
-        On a grid of n points.
-
-    Returns
-    -------
-    u_dd, x_dd : ndarray, shape (n - 1,)
-        Means over the steps [m/s²].
-
-    Notes
-    -----
-    ẍ = ü + dv_r/dt, so the mean over a step follows exactly from v_r at its ends, wherever in
-    it ẍ jumps. A point sample would miss up to half a step of each jump by 2 F_fk/m; what
-    remains here is aliasing, which a mean over the step keeps small. A mean has the gain
-    sin(π f dt)/(π f dt), which `faded` gives so that it can be taken back.
-    """
-    dt, motion = response.dt, response.motion
-    if isinstance(motion, Samples):
-        u_dd = 0.5 * (response.u_dd[:-1] + response.u_dd[1:])
-    else:
-        A = tuple(A * float(np.sinc(f * dt)) for A, f in zip(motion.A, motion.f, strict=True))
-        middles = (np.arange(len(response) - 1, dtype=np.float64) + 0.5) * dt
-        u_dd = base_acceleration(Sines(A, motion.f, motion.phase), middles)
-    return u_dd, u_dd + np.diff(response.v_r) / dt
-
-
-def faded(f: Floats, dt: float) -> Floats:
-    """Give the gain of a mean over a step [s] at frequencies [Hz]: sin(π f dt)/(π f dt)."""
-    return np.asarray(np.sinc(f * dt), dtype=np.float64)
-
-
-def steps_within(response: Response, window: tuple[float, float]) -> slice:
-    """Give the steps that lie in a window [s] as a whole."""
-    first = int(np.ceil(window[0] / response.dt - ON_GRID))
-    last = int(np.floor(window[1] / response.dt + ON_GRID))
-    return slice(first, max(first, min(last, len(response) - 1)))
-
-
-# Comfort: what a person on the mass feels of its vibration, by ISO 2631-1.
-
-
-FADE = 20.0
-"""Time [s] after which the weightings have forgotten: their slowest pole, in the high-pass,
-decays by exp(-1.78/s t), to 4e-16."""
-
-TAU = 1.0
-"""Integration time of the running RMS [s]."""
-
-
 def comfort(
     response: Response, window: tuple[float, float], name: str, k: float, periodic: bool
 ) -> Values:
@@ -158,7 +74,7 @@ def comfort(
     window : tuple of float
         Begin and end of the window [s]; the steps that lie in it as a whole count.
     name : str
-        Weighting, one of `drysim.weighting.WEIGHTINGS`.
+        Weighting, one of `WEIGHTINGS`.
     k : float
         Multiplying factor of the direction [-].
     periodic : bool
@@ -244,3 +160,80 @@ def greatest_running(series: Floats, dt: float, periodic: bool = False) -> float
     before = np.interp(begins, ends, energy)
     squares = (energy - before)[begins >= 0] / span
     return math.sqrt(max(float(squares.max()), 0.0))
+
+
+def gain(name: str, f: Floats) -> Complexes:
+    """Give the complex gain W of a weighting at frequencies.
+
+    Parameters
+    ----------
+    name : str
+        One of `WEIGHTINGS`.
+    f : ndarray
+        Frequencies [Hz]; 0 has gain 0.
+
+    Returns
+    -------
+    ndarray of complex
+        W = H_hp H_lp H_t H_s [-], shape of `f`.
+
+    Notes
+    -----
+    The analogue formula itself. Not to be confused with the rounded tables of the standard, or
+    with a digital filter, which departs from both towards half of its sampling rate.
+    """
+    f_3, Q_4, step = WEIGHTINGS[name]
+    j: Complexes = (1j * f).astype(np.complex128)  # s/2π
+    W = j * j / _second_order(j, HIGH_PASS, 0.5**0.5)
+    W *= LOW_PASS**2 / _second_order(j, LOW_PASS, 0.5**0.5)
+    W *= (1 + j / f_3) * f_3**2 / _second_order(j, f_3, Q_4)
+    if step is not None:
+        W *= _second_order(j, *step[:2]) / _second_order(j, *step[2:])
+    return np.asarray(W, dtype=np.complex128)
+
+
+def _second_order(j: Complexes, f_i: float, Q: float) -> Complexes:
+    """Give s² + s ω/Q + ω², all divided by 4π²."""
+    return j * j + j * (f_i / Q) + f_i**2
+
+
+def step_means(response: Response) -> tuple[Floats, Floats]:
+    """Give the mean accelerations of base and mass over every step.
+
+    Parameters
+    ----------
+    response : Response
+        On a grid of n points.
+
+    Returns
+    -------
+    u_dd, x_dd : ndarray, shape (n - 1,)
+        Means over the steps [m/s²].
+
+    Notes
+    -----
+    ẍ = ü + dv_r/dt, so the mean over a step follows exactly from v_r at its ends, wherever in
+    it ẍ jumps. A point sample would miss up to half a step of each jump by 2 F_fk/m; what
+    remains here is aliasing, which a mean over the step keeps small. A mean has the gain
+    sin(π f dt)/(π f dt), which `faded` gives so that it can be taken back.
+    """
+    dt, motion = response.dt, response.motion
+    if isinstance(motion, Samples):
+        u_dd = 0.5 * (response.u_dd[:-1] + response.u_dd[1:])
+    else:
+        A = tuple(A * float(np.sinc(f * dt)) for A, f in zip(motion.A, motion.f, strict=True))
+        middles = (np.arange(len(response) - 1, dtype=np.float64) + 0.5) * dt
+        u_dd = base_acceleration(Sines(A, motion.f, motion.phase), middles)
+    return u_dd, u_dd + np.diff(response.v_r) / dt
+
+
+def faded(f: Floats, dt: float) -> Floats:
+    """Give the gain of a mean over a step [s] at frequencies [Hz]: sin(π f dt)/(π f dt)."""
+    return np.asarray(np.sinc(f * dt), dtype=np.float64)
+
+
+def steps_within(response: Response, window: tuple[float, float]) -> slice:
+    """Give the steps that lie in a window [s] as a whole."""
+    first = int(np.ceil(window[0] / response.dt - ON_GRID))
+    last = int(np.floor(window[1] / response.dt + ON_GRID))
+    return slice(first, max(first, min(last, len(response) - 1)))

@@ -1,17 +1,14 @@
-"""Welch PSD, H1, coherence."""
+"""Spectra of base and mass by Welch: PSD, the transmissibility H1 between them, coherence."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drysim.approach.solution import Floats, Response
 from drysim.core.model import Plant
-from drysim.metrics.comfort import faded, step_means, steps_within
-
-Complexes = NDArray[np.complex128]
+from drysim.metrics.comfort import Complexes, faded, step_means, steps_within
 
 SEGMENTS = 8
 """Fewest segments end to end in a window unless the scenario says otherwise."""

@@ -1,4 +1,9 @@
-"""Excursions, crossings, hourly stroke."""
+"""The stroke: how often and how long |x_r| is beyond its limit, Eq. (5), and what would do.
+
+`excursions` cover the whole run and `bounces` the end stops in a window; `stroke_statistics`
+counts crossings, and extrapolates to what an hour of the same motion would need. All of it is
+taken from the path of the continuous solution, which tells every passage and every peak.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +18,20 @@ from drysim.core.model import AnyLaw, AnyState, Stopped
 if TYPE_CHECKING:
     from drysim.approach.stops import Bounded, Unreached
 
-
-# When, how often and how long the mass is beyond the stroke limit, Eq. (5); its end stops.
-
+Values = dict[str, float | int | None]
+"""Metrics by name; None for one that is not known."""
 
 NEWTON_CAP = 100
 """Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
+
+
+HOUR = 3600.0
+
+FEWEST = 150
+"""Half cycles below which nothing is extrapolated."""
+
+TOP, SHARE = 30, 0.1
+"""Peaks in the tail: that many at least, and that share of all."""
 
 
 class Excursions(NamedTuple):
@@ -96,9 +109,7 @@ def reach(track: Track, level: float, lo: float, hi: float) -> float:
     return t
 
 
-def bounces(
-    track: Track, window: tuple[float, float], repeats: bool
-) -> dict[str, float | int | None]:
+def bounces(track: Track, window: tuple[float, float], repeats: bool) -> Values:
     """Give how often and how hard the mass came to its end stops in a window.
 
     Parameters
@@ -137,21 +148,6 @@ def sprung(law: AnyLaw, state: AnyState) -> float:
     return 0.5 * law.k_s * float(xi) ** 2 if abs(touch) == TOUCHING else 0.0
 
 
-# Statistics of the stroke: crossings, and what an hour of the same motion would need.
-
-
-HOUR = 3600.0
-
-FEWEST = 150
-"""Half cycles below which nothing is extrapolated."""
-
-TOP, SHARE = 30, 0.1
-"""Peaks in the tail: that many at least, and that share of all."""
-
-Values = dict[str, float | int | None]
-"""Metrics by name; None for one that is not known."""
-
-
 def stroke_statistics(path: Floats, length: float, x_rM: float | None, goes_on: bool) -> Values:
     """Give crossing_rate, limit_rate and stroke_once_an_hour; None where unknown.
 
@@ -165,10 +161,6 @@ def stroke_statistics(path: Floats, length: float, x_rM: float | None, goes_on: 
         Stroke limit [m].
     goes_on : bool
         Whether the motion may be taken to go on as in the window, as noise and records are.
-
-    Notes
-    -----
-    Counted in the continuous solution: its path tells every passage and every peak.
     """
     values: Values = {"crossing_rate": upcrossings(path) / length}
     if x_rM is not None:

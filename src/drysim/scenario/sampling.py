@@ -1,4 +1,9 @@
-"""Latin hypercube and Sobol samples, and the distributions they are drawn from."""
+"""Samples: points spread over a cube, and the distributions that make values of them.
+
+Every point of a `Design` (Latin hypercube, Sobol, independent) is to be had by its number
+alone, so a sample of any size is never held: `Drawn` makes the values of a key when they are
+asked for, as every `Lazy` sequence does.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +20,31 @@ from numpy.typing import NDArray
 
 from drysim.wording import number
 
-# Sequences whose values are made when they are asked for.
+Numbers = NDArray[np.int64]
+Floats = NDArray[np.float64]
 
+CHUNK = 4096
+"""Points whose random numbers are drawn together: what any of them needs is drawn with it."""
+
+ROUNDS = 6
+"""Rounds of the permutation; four would do for one that nobody attacks."""
+
+MIX = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
+"""Odd factors of the finaliser of SplitMix64 (Steele, Lea and Flood 2014)."""
+
+STRIDE = np.uint64(0x9E3779B97F4A7C15)
+"""Golden ratio, by which the seeds of the rounds are told apart."""
+
+SOBOL_BITS = 30
+"""Digits of a Sobol point by default: as many points are told apart as they have values."""
+
+
+SURE = 1.0 - 2.0**-53
+"""The double before 1: below no finite value lie all, but sums of shares round up to it."""
+TAIL = 4.0
+"""Standard deviations from the mean beyond which a range has its shares by logarithms."""
+LEAST = float(np.finfo(float).tiny)
+MOST = float(np.finfo(float).max)
 
 Made = TypeVar("Made", covariant=True)
 
@@ -42,26 +70,35 @@ class Lazy(Sequence[Made]):
         return self.one(at % count)
 
 
-# Designs: points spread over a unit cube, each to be had by its number alone.
+@dataclass(frozen=True)
+class Drawn(Lazy[float]):
+    """The values of one dimension of a design."""
 
+    design: Design
+    dimension: int
+    law: Distribution
 
-Numbers = NDArray[np.int64]
-Shares = NDArray[np.float64]
+    def __len__(self) -> int:
+        """Give the number of points."""
+        return self.design.count
 
-CHUNK = 4096
-"""Points whose random numbers are drawn together: what any of them needs is drawn with it."""
+    def one(self, number: int) -> float:
+        """Give one value."""
+        return float(self.at(np.array([number])).item())
 
-ROUNDS = 6
-"""Rounds of the permutation; four would do for one that nobody attacks."""
+    def __iter__(self) -> Iterator[float]:
+        """Return the values in order, drawn block by block: one alone costs a whole block."""
+        for begin in range(0, len(self), CHUNK):
+            numbers = np.arange(begin, min(begin + CHUNK, len(self)))
+            yield from self.at(numbers).tolist()
 
-MIX = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
-"""Odd factors of the finaliser of SplitMix64 (Steele, Lea and Flood 2014)."""
+    def at(self, numbers: Numbers) -> Floats:
+        """Give some values by their numbers."""
+        return self.of(self.design.at(numbers))
 
-STRIDE = np.uint64(0x9E3779B97F4A7C15)
-"""Golden ratio, by which the seeds of the rounds are told apart."""
-
-SOBOL_BITS = 30
-"""Digits of a Sobol point by default: as many points are told apart as they have values."""
+    def of(self, shares: Floats) -> Floats:
+        """Give the values of points of the design, shape (n, dimensions)."""
+        return self.law.quantile(shares[:, self.dimension])
 
 
 @dataclass(frozen=True)
@@ -81,7 +118,7 @@ class Design:
     dimensions: int
     seed: int
 
-    def at(self, numbers: Numbers) -> Shares:
+    def at(self, numbers: Numbers) -> Floats:
         """Give some points by their numbers, shape (n, dimensions), each share within 0..1."""
         if self.kind == "sobol":
             return self._sobol(numbers)
@@ -91,7 +128,7 @@ class Design:
         layers = [self._layer(numbers, k) for k in range(self.dimensions)]
         return (np.stack(layers, axis=1) + within) / self.count
 
-    def _uniform(self, numbers: Numbers) -> Shares:
+    def _uniform(self, numbers: Numbers) -> Floats:
         """Give independent points; each block of them has a stream of its own."""
         found = np.empty((len(numbers), self.dimensions))
         blocks = numbers // CHUNK
@@ -102,14 +139,14 @@ class Design:
             found[here] = drawn[numbers[here] % CHUNK]
         return found
 
-    def _layer(self, numbers: Numbers, dimension: int) -> Shares:
+    def _layer(self, numbers: Numbers, dimension: int) -> Floats:
         """Give where a permutation of all points puts some: a Feistel network, cycle-walked."""
         half = max(1, (int(self.count - 1).bit_length() + 1) // 2)
         values = numbers.astype(np.uint64)
         values = self._feistel(values, half, dimension)
         while (beyond := values >= self.count).any():
             values[beyond] = self._feistel(values[beyond], half, dimension)
-        found: Shares = values.astype(np.float64)
+        found: Floats = values.astype(np.float64)
         return found
 
     def _feistel(self, values: Any, half: int, dimension: int) -> Any:
@@ -125,7 +162,7 @@ class Design:
             left, right = right, left ^ ((mixed ^ (mixed >> np.uint64(31))) & mask)
         return (left << shift) | right
 
-    def _sobol(self, numbers: Numbers) -> Shares:
+    def _sobol(self, numbers: Numbers) -> Floats:
         """Give points of the scrambled Sobol sequence: sums, bit by bit, of its directions."""
         directions, shift, scale = self._directions
         codes = numbers.astype(np.uint64)
@@ -134,7 +171,7 @@ class Design:
         for bit in range(int(codes.max(initial=0)).bit_length()):
             asked = (codes >> np.uint64(bit)) & np.uint64(1) == 1
             digits[asked] ^= directions[:, bit]
-        points: Shares = digits * scale
+        points: Floats = digits * scale
         return points
 
     @cached_property
@@ -143,35 +180,17 @@ class Design:
 
         Taken from within scipy, which itself has no way to a point but through all before it.
         """
+        from inspect import signature
+
         from scipy.stats import qmc
 
         bits = SOBOL_BITS if self.count <= 1 << SOBOL_BITS else 64
         source = np.random.Generator(np.random.PCG64(self.seed))
         sobol: Any = qmc.Sobol
-        engine = sobol(self.dimensions, scramble=True, bits=bits, **{self._word: source})
+        # What scipy calls its source of random numbers; newer ones say rng.
+        word = "rng" if "rng" in signature(qmc.Sobol.__init__).parameters else "seed"
+        engine = sobol(self.dimensions, scramble=True, bits=bits, **{word: source})
         return engine._sv, engine._shift, engine._scale
-
-    @cached_property
-    def _word(self) -> str:
-        """What scipy calls its source of random numbers; newer ones say rng."""
-        from inspect import signature
-
-        from scipy.stats import qmc
-
-        return "rng" if "rng" in signature(qmc.Sobol.__init__).parameters else "seed"
-
-
-# Drawn: the values of a key that a sample draws, made when they are asked for.
-
-
-Floats = NDArray[np.float64]
-
-SURE = 1.0 - 2.0**-53
-"""The double before 1: below no finite value lie all, but sums of shares round up to it."""
-TAIL = 4.0
-"""Standard deviations from the mean beyond which a range has its shares by logarithms."""
-LEAST = float(np.finfo(float).tiny)
-MOST = float(np.finfo(float).max)
 
 
 class Distribution(Protocol):
@@ -292,34 +311,3 @@ def _in_lower_tail(low: float, high: float, share: Floats, rest: Floats) -> Floa
     below, upto = (max(float(log_ndtr(end)), -MOST / 4) for end in (low, high))
     of_low, of_high = (np.log(np.maximum(part, LEAST)) for part in (rest, share))
     return np.asarray(ndtri_exp(np.logaddexp(below + of_low, upto + of_high)))
-
-
-@dataclass(frozen=True)
-class Drawn(Lazy[float]):
-    """The values of one dimension of a design."""
-
-    design: Design
-    dimension: int
-    law: Distribution
-
-    def __len__(self) -> int:
-        """Give the number of points."""
-        return self.design.count
-
-    def one(self, number: int) -> float:
-        """Give one value."""
-        return float(self.at(np.array([number])).item())
-
-    def __iter__(self) -> Iterator[float]:
-        """Return the values in order, drawn block by block: one alone costs a whole block."""
-        for begin in range(0, len(self), CHUNK):
-            numbers = np.arange(begin, min(begin + CHUNK, len(self)))
-            yield from self.at(numbers).tolist()
-
-    def at(self, numbers: NDArray[np.int64]) -> Floats:
-        """Give some values by their numbers."""
-        return self.of(self.design.at(numbers))
-
-    def of(self, shares: Floats) -> Floats:
-        """Give the values of points of the design, shape (n, dimensions)."""
-        return self.law.quantile(shares[:, self.dimension])

@@ -1,120 +1,225 @@
-"""What looks odd in a scenario that is valid."""
+"""What looks odd in a scenario that is valid: what its reader should know before it is run.
+
+`cautions` gives the warnings: values that look like values in other units, a grid or record too
+coarse, a mass that will not move, an approach where it is known to err, keys of a sweep that
+change nothing, checks that are vain, and options that nothing uses. No record is read and no
+signal is made for them; of a sweep the cases at the ends of every swept key stand for all.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf, isclose, nan, pi, sqrt
-from typing import TYPE_CHECKING
 
 from drysim.approach.stick_slip import Exact
 from drysim.core.model import AnyLaw, Pressed, Samples, Sines, Stopped, blocks, largest
 from drysim.errors import Caution, RecordError
 from drysim.excitation.recorded import Record
 from drysim.metrics import SHARES, UNITS
+from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, RECALLED
-from drysim.scenario.axes import columns_of, size, walks
+from drysim.scenario.axes import Axis, columns_of, size, walks
+from drysim.scenario.model import Scenario
 from drysim.scenario.reading import BY_NAME, LAWS, excluded
 from drysim.units import Block
 from drysim.wording import number
 
-if TYPE_CHECKING:
-    from drysim.metrics.checks import Check
-    from drysim.scenario.axes import Axis
-    from drysim.scenario.model import Scenario
+STEPS_A_PERIOD = 20
+"""Fewer points than this draw a sine as a polygon."""
+
+HIGHEST = 80.0
+"""Last third octave of the weightings of a seat [Hz]."""
+
+ON_GRID = 1e-9
+"""Rounding that a step may have."""
+
+ROUNDING = 1e-12
+"""Difference of two limits, relative to them, that only their units make [-]."""
+
+LOADS = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
+"""Beginnings of the keys that decide whether the mass moves: swept, they differ by case."""
+
+COMMON_RATIO = 1.3
+"""Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
 
 
-# What a reader of a sweep should know before it is computed.
+def cautions(
+    scenario: Scenario, motion: Sines | Samples | None = None, compared: bool = False
+) -> tuple[Caution, ...]:
+    """Give the warnings that the words of a scenario deserve, swept values among them.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    motion : Sines or Samples, optional
+        Base motion, if it is at hand; no record is read and no signal is made for this.
+    compared : bool, optional
+        Whether other approaches or laws than those of the scenario solve it, too: then nothing
+        is said about options of theirs.
+    """
+    if motion is None and scenario.excitation.periodic:
+        motion = scenario.excitation.motion()
+    found = [*_odd_units(scenario, motion)]
+    if isinstance(motion, Sines):
+        found += _step(scenario, motion)
+    elif isinstance(scenario.excitation, Record) and motion is not None:
+        found += _record(scenario, motion)
+    if motion is not None:
+        if not any(axis.key.startswith(LOADS) for axis in scenario.sweep):
+            found += _friction(scenario, motion)
+        found += [*_unfit(scenario, motion), *_weighting(scenario, motion)]
+    found += [*_needless(scenario), *_vain_checks(scenario), *_without_force(scenario)]
+    if not compared:
+        found += [*_idle_options(scenario), *_unread_records(scenario)]
+    return tuple(found)
 
 
-MANY = 10_000
-"""Values of a swept key beyond which the first and the last stand for all."""
+# Base motion, grid and friction; and approaches where they err.
+
+STIFF = 2.5
+"""F_fk c Δt/m [-] beyond which rk4 on a smooth sign comes close to instability, at 2.8."""
+
+CHATTERING = 0.5
+"""F_fk/(m a_u) [-] beyond which the bare sign gives an acceleration that is mostly chatter."""
 
 
-def extremes(scenario: Scenario) -> Iterator[Scenario]:
-    """Give the cases at the least and the greatest value of every swept key."""
-    first = _points(scenario.sweep, 0, 1)[0]
-    for group in walks(scenario.sweep):
-        for point in _ends(group):
-            yield scenario.at({**first, **point})
+def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
+    """Say when the output grid is too coarse to draw motion, in a sweep at its worst."""
+    cases = extremes(scenario) if scenario.sweep else ()
+    swept = [one for case in cases for one in _coarse(case, case.excitation.motion())]
+    found = swept if scenario.sweep else [*_coarse(scenario, motion)]
+    yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
 
 
-def _ends(group: Sequence[Axis]) -> list[dict[str, float]]:
-    """Return the points at which a key of a group has its least or its greatest value."""
-    count = len(group[0].values)
-    if count > MANY:
-        return [*_points(group, 0, 1), *_points(group, count - 1, count)]
-    # All keys of a sample are drawn together, once: a single value costs as much as many.
-    every = _points(group, 0, count)
-    values = {axis.key: [point[axis.key] for point in every] for axis in group}
-    places = {column.index(pick(column)) for column in values.values() for pick in (min, max)}
-    return [every[place] for place in sorted(places)]
-
-
-def _points(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
-    """Return the points with numbers from `begin` to the one before `end`."""
-    columns = {key: column.tolist() for key, column in columns_of(axes, begin, end).items()}
-    return [
-        dict(zip(columns, point, strict=True)) for point in zip(*columns.values(), strict=True)
-    ]
-
-
-def needless(scenario: Scenario) -> Iterator[Caution]:
-    """Say which swept keys change nothing, and what the reference leaves out."""
-    for axis in scenario.sweep:
-        if why := _why_needless(scenario, axis):
-            sentence = f"sweep of {axis.key} {why}"
-            yield Caution("sweep-changes-nothing", sentence, {"values": len(axis.values)})
-    reference = scenario.reference
-    if reference is not None and errs(scenario, scenario.with_approach(reference)):
-        for sentence in scenario.losses(reference):
-            yield Caution("left-out", f"reference: {sentence}")
-
-
-def errs(scenario: Scenario, reference: Scenario) -> bool:
-    """Tell whether a reference has friction of its own to leave out, or no end stops."""
-    return reference.friction is not None or reference.stops != scenario.stops
-
-
-def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
-    """Say why a swept key changes nothing; None when it changes something."""
-    if len(axis.values) == 1:
-        return "has one value only; set it in the scenario instead"
-    if axis.key == "stroke.limit" and scenario.stops is None:
-        return "changes no motion and no transmissibility, only which stroke counts as too much"
-    approach = scenario.solver.approach
-    block, option, *rest = axis.key.split(".")
-    if block == "solver" and rest and option != approach:
-        return f"changes nothing: the approach is {approach}, which has no use for {option}"
-    exact = isinstance(scenario.solver.member(), Exact)
-    if axis.key == "solver.step" and exact and scenario.excitation.periodic:
-        return f"changes nothing: {approach} under sines makes no error that depends on it"
-    phase = axis.key.startswith("excitation.") and axis.key.endswith(".phase")
-    if phase and scenario.measure.steady and len(scenario.frequencies) == 1:
-        return (
-            "changes nothing: the metrics cover a whole repetition of the steady orbit (where "
-            "several orbits coexist, it decides which of them the start leads to)"
+def _coarse(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the output grid is too coarse to draw the motion of a single case."""
+    if not isinstance(motion, Sines):
+        return
+    m, k_x, _ = scenario.oscillator.plant()
+    f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
+    steps = 1 / (f * scenario.solver.step) if f and scenario.solver.step else inf
+    if steps < STEPS_A_PERIOD:
+        yield Caution(
+            "coarse-step",
+            f"solver.step leaves {steps:.3g} steps a period at {f:g} Hz; "
+            f"{1 / (f * STEPS_A_PERIOD):.2g} s would give {STEPS_A_PERIOD}",
+            {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
         )
-    count = size(scenario.sweep)
-    first, last = _points(scenario.sweep, 0, 1)[0], _points(scenario.sweep, count - 1, count)[0]
-    together = next(group for group in walks(scenario.sweep) if axis in group)
-    if _scene(scenario, last) == _scene(
-        scenario, last | {a.key: first[a.key] for a in together}
-    ):
-        return "changes nothing: what it stands for is 0 or not used"
-    return None
 
 
-def _scene(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
-    """Give all that the metrics of a case depend on."""
-    case = scenario.at(point)
-    solver = case.solver.step, case.solver.member()
-    return (
-        case.oscillator.plant(), case.law(), case.excitation, case.start, solver, case.measure
-    )  # fmt: skip
+def _record(scenario: Scenario, motion: Samples) -> Iterator[Caution]:
+    """Say when the samples of a record are too far apart to shake the oscillator."""
+    m, k_x, _ = scenario.oscillator.plant()
+    f_0 = sqrt(k_x / m) / (2 * pi)
+    if f_0 * motion.dt * STEPS_A_PERIOD <= 1 + ON_GRID:
+        return
+    sentence = (
+        f"the record has a sample every {motion.dt:.6g} s, {1 / (f_0 * motion.dt):.3g} in a "
+        f"natural period of {1 / f_0:.3g} s: of what shakes the mass it tells little"
+    )
+    if getattr(scenario.excitation, "time", None) is not None:
+        sentence += (
+            "; times are seconds unless their header has a unit, such as `t [ms]`: where that "
+            "is what is wrong, give `step` or `rate` in place of `time`"
+        )
+    yield Caution("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
+
+
+def _weighting(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when a factor is recalled, and when the grid is too coarse to weigh the motion on."""
+    direction = scenario.measure.direction
+    if direction in RECALLED:
+        weighting, k = DIRECTIONS[direction]
+        yield Caution(
+            "recalled",
+            f"the factor k = {k:g} of {direction} whole-body vibration is recalled and was not "
+            f"checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
+            {"k": k},
+        )
+    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    if scenario.measure.weights and step and step * HIGHEST * 2 > 1 + ON_GRID:
+        yield Caution(
+            "coarse-weighting",
+            f"the step of {step:.6g} s tells nothing above {0.5 / step:.4g} Hz, and ISO 2631-1 "
+            f"weighs up to {HIGHEST:g} Hz: a_w and what follows from it lack the rest",
+            {"step": step, "highest": 0.5 / step},
+        )
+
+
+def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the mass will not move, or moves only for want of a static limit.
+
+    At rest on its base the mass stays there while |F_L| = |m ü + k_x x_r| is within F_fs. Above
+    that, an F_fs that nobody gave decides as long as a common ratio F_fs/F_fk would hold where
+    the surfaces are pressed together the least.
+    """
+    law, start = scenario.law(), scenario.start.state()
+    m, k_x, _ = scenario.oscillator.plant()
+    # A bound of |ü| that a single sine and samples reach.
+    peak = largest(motion.u_dd) if isinstance(motion, Samples) else sum(motion.A)
+    load, least = m * peak + k_x * abs(start.x_r), _least(law)
+    hold, drag = law.F_fs * least, law.F_fk * least
+    if isinstance(law, Stopped):  # a start beyond the limit squeezes a bumper
+        load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
+    if start.v_r == 0 and load <= hold and law.sticks:
+        yield Caution(
+            "will-not-move",
+            f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",
+            {"F_L": load, "F_fs": hold},
+        )
+    elif hold < load <= COMMON_RATIO * drag and not scenario.static_given:
+        ratio = load / drag
+        yield Caution(
+            "static-not-given",
+            "friction.static is not given, so F_fs = F_fk; from friction.static_ratio "
+            f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
+            {"F_L": load, "F_fk": drag, "ratio": ratio},
+        )
+
+
+def _least(law: AnyLaw) -> float:
+    """Give the least normal force relative to its mean [-]."""
+    pressure = law.pressure if isinstance(law, Pressed) else None
+    return 1.0 - law.variation if pressure is None else float(pressure.relative.min())
+
+
+def _unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+    """Say when the approach of a scenario is known to err in its scene."""
+    F_fk, m = scenario.law().F_fk, scenario.oscillator.mass
+    member = scenario.solver.member()
+    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    if member.approach == "smooth" and member.method == "rk4" and step is not None:
+        stiffness = F_fk * member.sharpness * step / m
+        if stiffness > STIFF:
+            enough = STIFF * m / (F_fk * step)
+            yield Caution(
+                "smooth-stiff",
+                f"F_fk c Δt/m is {number(stiffness, digits=3)}, and smooth by rk4 is unstable "
+                f"from about 2.8 up: take a sharpness of {number(enough, 's/m', 2)} or less, a "
+                "smaller step, or another method",
+                {"stiffness": stiffness},
+            )
+    if member.approach == "signum" and (a_u := _rms(motion)) > 0:
+        share = F_fk / (m * a_u)
+        if share > CHATTERING:
+            yield Caution(
+                "signum-chatters",
+                f"F_fk/(m a_u) is {number(share, digits=3)}: where the mass should stick, "
+                "signum gives it accelerations of about ±F_fk/m, however small the step, and "
+                "where it should stick all the time T_a tends to this number; stick-slip has "
+                "no such error",
+                {"share": share},
+            )
+
+
+def _rms(motion: Sines | Samples) -> float:
+    """Give the RMS of ü [m/s²], of sines without regard to their phases."""
+    if isinstance(motion, Samples):
+        return sqrt(sum(float(part @ part) for part in blocks(motion.u_dd)) / len(motion.u_dd))
+    return sqrt(sum(A * A for A in motion.A) / 2)
 
 
 # Values of a scenario, swept ones among them, that look like values in other units.
-
 
 FAR = 1.0
 """An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
@@ -144,19 +249,10 @@ REMOTE = 1000.0
 """No mass travels a thousand times as far as its base moves and its spring would give [-]."""
 
 
-def odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
+def _odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
     """Say which values look like values in other units, each key once.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Of a sweep the cases at both ends of every swept key are looked at.
-    motion : Sines or Samples or None
-        Base motion, if it is at hand.
-
-    Yields
-    ------
-    Caution
+    Of a sweep the cases at both ends of every swept key are looked at.
     """
     found: dict[tuple[str, ...], Caution] = {}
     for case in extremes(scenario) if scenario.sweep else (scenario,):
@@ -265,208 +361,95 @@ def _sines(motion: Sines) -> Iterator[Caution]:
             yield Caution("looks-like-degrees", sentence, {"phase": phase})
 
 
-# Approaches where they err: what a reader should know before one of them is trusted.
+# Sweeps: the cases at their ends, and keys that change nothing.
+
+MANY = 10_000
+"""Values of a swept key beyond which the first and the last stand for all."""
 
 
-STIFF = 2.5
-"""F_fk c Δt/m [-] beyond which rk4 on a smooth sign comes close to instability, at 2.8."""
-
-CHATTERING = 0.5
-"""F_fk/(m a_u) [-] beyond which the bare sign gives an acceleration that is mostly chatter."""
-
-
-def unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
-    """Say when the approach of a scenario is known to err in its scene."""
-    F_fk, m = scenario.law().F_fk, scenario.oscillator.mass
-    member = scenario.solver.member()
-    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
-    if member.approach == "smooth" and member.method == "rk4" and step is not None:
-        stiffness = F_fk * member.sharpness * step / m
-        if stiffness > STIFF:
-            enough = STIFF * m / (F_fk * step)
-            yield Caution(
-                "smooth-stiff",
-                f"F_fk c Δt/m is {number(stiffness, digits=3)}, and smooth by rk4 is unstable "
-                f"from about 2.8 up: take a sharpness of {number(enough, 's/m', 2)} or less, a "
-                "smaller step, or another method",
-                {"stiffness": stiffness},
-            )
-    if member.approach == "signum" and (a_u := _rms(motion)) > 0:
-        share = F_fk / (m * a_u)
-        if share > CHATTERING:
-            yield Caution(
-                "signum-chatters",
-                f"F_fk/(m a_u) is {number(share, digits=3)}: where the mass should stick, "
-                "signum gives it accelerations of about ±F_fk/m, however small the step, and "
-                "where it should stick all the time T_a tends to this number; stick-slip has "
-                "no such error",
-                {"share": share},
-            )
+def extremes(scenario: Scenario) -> Iterator[Scenario]:
+    """Give the cases at the least and the greatest value of every swept key."""
+    first = _points(scenario.sweep, 0, 1)[0]
+    for group in walks(scenario.sweep):
+        for point in _ends(group):
+            yield scenario.at({**first, **point})
 
 
-def _rms(motion: Sines | Samples) -> float:
-    """Give the RMS of ü [m/s²], of sines without regard to their phases."""
-    if isinstance(motion, Samples):
-        return sqrt(sum(float(part @ part) for part in blocks(motion.u_dd)) / len(motion.u_dd))
-    return sqrt(sum(A * A for A in motion.A) / 2)
+def _ends(group: Sequence[Axis]) -> list[dict[str, float]]:
+    """Return the points at which a key of a group has its least or its greatest value."""
+    count = len(group[0].values)
+    if count > MANY:
+        return [*_points(group, 0, 1), *_points(group, count - 1, count)]
+    # All keys of a sample are drawn together, once: a single value costs as much as many.
+    every = _points(group, 0, count)
+    values = {axis.key: [point[axis.key] for point in every] for axis in group}
+    places = {column.index(pick(column)) for column in values.values() for pick in (min, max)}
+    return [every[place] for place in sorted(places)]
 
 
-# What a reader of a scenario should know before anything is computed.
+def _points(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
+    """Return the points with numbers from `begin` to the one before `end`."""
+    columns = {key: column.tolist() for key, column in columns_of(axes, begin, end).items()}
+    return [
+        dict(zip(columns, point, strict=True)) for point in zip(*columns.values(), strict=True)
+    ]
 
 
-STEPS_A_PERIOD = 20
-"""Fewer points than this draw a sine as a polygon."""
-
-HIGHEST = 80.0
-"""Last third octave of the weightings of a seat [Hz]."""
-
-ON_GRID = 1e-9
-"""Rounding that a step may have."""
-
-ROUNDING = 1e-12
-"""Difference of two limits, relative to them, that only their units make [-]."""
-
-LOADS = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
-"""Beginnings of the keys that decide whether the mass moves: swept, they differ by case."""
-
-COMMON_RATIO = 1.3
-"""Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
-
-
-def cautions(
-    scenario: Scenario, motion: Sines | Samples | None = None, compared: bool = False
-) -> tuple[Caution, ...]:
-    """Give the warnings that the words of a scenario deserve, swept values among them.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    motion : Sines or Samples, optional
-        Base motion, if it is at hand; no record is read and no signal is made for this.
-    compared : bool, optional
-        Whether other approaches or laws than those of the scenario solve it, too: then nothing
-        is said about options of theirs.
-    """
-    if motion is None and scenario.excitation.periodic:
-        motion = scenario.excitation.motion()
-    found = [*odd_units(scenario, motion)]
-    if isinstance(motion, Sines):
-        found += _step(scenario, motion)
-    elif isinstance(scenario.excitation, Record) and motion is not None:
-        found += _record(scenario, motion)
-    if motion is not None:
-        if not any(axis.key.startswith(LOADS) for axis in scenario.sweep):
-            found += _friction(scenario, motion)
-        found += [*unfit(scenario, motion), *_weighting(scenario, motion)]
-    found += [*needless(scenario), *_vain_checks(scenario), *_without_force(scenario)]
-    if not compared:
-        found += [*_idle_options(scenario), *_unread_records(scenario)]
-    return tuple(found)
-
-
-def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
-    """Say when the output grid is too coarse to draw motion, in a sweep at its worst."""
-    cases = extremes(scenario) if scenario.sweep else ()
-    swept = [one for case in cases for one in _coarse(case, case.excitation.motion())]
-    found = swept if scenario.sweep else [*_coarse(scenario, motion)]
-    yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
-
-
-def _coarse(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
-    """Say when the output grid is too coarse to draw the motion of a single case."""
-    if not isinstance(motion, Sines):
+def _needless(scenario: Scenario) -> Iterator[Caution]:
+    """Say which swept keys change nothing, and what the reference leaves out."""
+    for axis in scenario.sweep:
+        if why := _why_needless(scenario, axis):
+            sentence = f"sweep of {axis.key} {why}"
+            yield Caution("sweep-changes-nothing", sentence, {"values": len(axis.values)})
+    reference = scenario.reference
+    if reference is None:
         return
-    m, k_x, _ = scenario.oscillator.plant()
-    f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
-    steps = 1 / (f * scenario.solver.step) if f and scenario.solver.step else inf
-    if steps < STEPS_A_PERIOD:
-        yield Caution(
-            "coarse-step",
-            f"solver.step leaves {steps:.3g} steps a period at {f:g} Hz; "
-            f"{1 / (f * STEPS_A_PERIOD):.2g} s would give {STEPS_A_PERIOD}",
-            {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
+    other = scenario.with_approach(reference)
+    # Friction of its own to leave out, or no end stops.
+    if other.friction is not None or other.stops != scenario.stops:
+        for sentence in scenario.losses(reference):
+            yield Caution("left-out", f"reference: {sentence}")
+
+
+def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
+    """Say why a swept key changes nothing; None when it changes something."""
+    if len(axis.values) == 1:
+        return "has one value only; set it in the scenario instead"
+    if axis.key == "stroke.limit" and scenario.stops is None:
+        return "changes no motion and no transmissibility, only which stroke counts as too much"
+    approach = scenario.solver.approach
+    block, option, *rest = axis.key.split(".")
+    if block == "solver" and rest and option != approach:
+        return f"changes nothing: the approach is {approach}, which has no use for {option}"
+    exact = isinstance(scenario.solver.member(), Exact)
+    if axis.key == "solver.step" and exact and scenario.excitation.periodic:
+        return f"changes nothing: {approach} under sines makes no error that depends on it"
+    phase = axis.key.startswith("excitation.") and axis.key.endswith(".phase")
+    if phase and scenario.measure.steady and len(scenario.frequencies) == 1:
+        return (
+            "changes nothing: the metrics cover a whole repetition of the steady orbit (where "
+            "several orbits coexist, it decides which of them the start leads to)"
         )
+    count = size(scenario.sweep)
+    first, last = _points(scenario.sweep, 0, 1)[0], _points(scenario.sweep, count - 1, count)[0]
+    together = next(group for group in walks(scenario.sweep) if axis in group)
+    if _scene(scenario, last) == _scene(
+        scenario, last | {a.key: first[a.key] for a in together}
+    ):
+        return "changes nothing: what it stands for is 0 or not used"
+    return None
 
 
-def _record(scenario: Scenario, motion: Samples) -> Iterator[Caution]:
-    """Say when the samples of a record are too far apart to shake the oscillator."""
-    m, k_x, _ = scenario.oscillator.plant()
-    f_0 = sqrt(k_x / m) / (2 * pi)
-    if f_0 * motion.dt * STEPS_A_PERIOD <= 1 + ON_GRID:
-        return
-    sentence = (
-        f"the record has a sample every {motion.dt:.6g} s, {1 / (f_0 * motion.dt):.3g} in a "
-        f"natural period of {1 / f_0:.3g} s: of what shakes the mass it tells little"
-    )
-    if getattr(scenario.excitation, "time", None) is not None:
-        sentence += (
-            "; times are seconds unless their header has a unit, such as `t [ms]`: where that "
-            "is what is wrong, give `step` or `rate` in place of `time`"
-        )
-    yield Caution("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
+def _scene(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
+    """Give all that the metrics of a case depend on."""
+    case = scenario.at(point)
+    solver = case.solver.step, case.solver.member()
+    return (
+        case.oscillator.plant(), case.law(), case.excitation, case.start, solver, case.measure
+    )  # fmt: skip
 
 
-def _weighting(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
-    """Say when a factor is recalled, and when the grid is too coarse to weigh the motion on."""
-    direction = scenario.measure.direction
-    if direction in RECALLED:
-        weighting, k = DIRECTIONS[direction]
-        yield Caution(
-            "recalled",
-            f"the factor k = {k:g} of {direction} whole-body vibration is recalled and was not "
-            f"checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
-            {"k": k},
-        )
-    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
-    if scenario.measure.weights and step and step * HIGHEST * 2 > 1 + ON_GRID:
-        yield Caution(
-            "coarse-weighting",
-            f"the step of {step:.6g} s tells nothing above {0.5 / step:.4g} Hz, and ISO 2631-1 "
-            f"weighs up to {HIGHEST:g} Hz: a_w and what follows from it lack the rest",
-            {"step": step, "highest": 0.5 / step},
-        )
-
-
-def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
-    """Say when the mass will not move, or moves only for want of a static limit.
-
-    At rest on its base the mass stays there while |F_L| = |m ü + k_x x_r| is within F_fs. Above
-    that, an F_fs that nobody gave decides as long as a common ratio F_fs/F_fk would hold where
-    the surfaces are pressed together the least.
-    """
-    law, start = scenario.law(), scenario.start.state()
-    m, k_x, _ = scenario.oscillator.plant()
-    load, least = m * _peak(motion) + k_x * abs(start.x_r), _least(law)
-    hold, drag = law.F_fs * least, law.F_fk * least
-    if isinstance(law, Stopped):  # a start beyond the limit squeezes a bumper
-        load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
-    if start.v_r == 0 and load <= hold and law.sticks:
-        yield Caution(
-            "will-not-move",
-            f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",
-            {"F_L": load, "F_fs": hold},
-        )
-    elif hold < load <= COMMON_RATIO * drag and not scenario.static_given:
-        ratio = load / drag
-        yield Caution(
-            "static-not-given",
-            "friction.static is not given, so F_fs = F_fk; from friction.static_ratio "
-            f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
-            {"F_L": load, "F_fk": drag, "ratio": ratio},
-        )
-
-
-def _least(law: AnyLaw) -> float:
-    """Give the least normal force relative to its mean [-]."""
-    pressure = law.pressure if isinstance(law, Pressed) else None
-    return 1.0 - law.variation if pressure is None else float(pressure.relative.min())
-
-
-def _peak(motion: Sines | Samples) -> float:
-    """Give a bound of |ü| [m/s²] that a single sine and samples reach."""
-    if isinstance(motion, Samples):
-        return largest(motion.u_dd)
-    return sum(motion.A)
+# Checks and keys that are vain.
 
 
 def _vain_checks(scenario: Scenario) -> Iterator[Caution]:
