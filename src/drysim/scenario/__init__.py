@@ -1,4 +1,4 @@
-"""Load, schema."""
+"""Scenarios: `load` reads one from its file, `cautions` warns of it, `schema` tells editors."""
 
 from __future__ import annotations
 

@@ -58,11 +58,6 @@ def tag_of(model: Model) -> tuple[str, str] | None:
     return None
 
 
-def is_default(model: Model) -> bool:
-    """Tell whether a block that names no member of the shelf is this one."""
-    return bool(getattr(model, "by_default", False))
-
-
 def member_meant(word: str, tags: Mapping[str, Model]) -> str | None:
     """Give the member of a shelf that a word means: by another name of it, or by a slip."""
     for tag, model in tags.items():
@@ -224,7 +219,7 @@ LAWS: dict[str, type[Friction]] = {
 BY_NAME = "law"
 """The key by which a block says of which law it is."""
 
-DEFAULT_LAW = next(name for name, law in LAWS.items() if is_default(law))
+DEFAULT_LAW = next(name for name, law in LAWS.items() if getattr(law, "by_default", False))
 """The law of a block that names none."""
 
 
@@ -306,13 +301,9 @@ def _lacking(friction: Friction, name: str) -> list[str]:
         if field.is_required() and key not in words and key != BY_NAME
     ]
     either = [group[0] for group in law.one_of if not words.keys() & {*group}]
-    return [f"friction.{name}.{key}{_unit(law, key)}" for key in (*either, *found)]
-
-
-def _unit(law: Model, key: str) -> str:
-    """Give the unit of a key in brackets; nothing for a key that is no number."""
-    numeral = dict(numerals(law, {}))[key]
-    return f" [{numeral.unit or '-'}]" if numeral else ""
+    known = numerals(law, {})
+    units = {key: f" [{numeral.unit or '-'}]" for key, numeral in known.items() if numeral}
+    return [f"friction.{name}.{key}{units.get(key, '')}" for key in (*either, *found)]
 
 
 def faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
@@ -330,16 +321,10 @@ def faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
             cause = error.get("ctx", {}).get("error")
             at = [*error["loc"], *(cause.at if isinstance(cause, Misfit) else ())]
             told = str(cause) if cause is not None else worded(error)
-            yield (
-                key_of(friction, name, at),
-                f"friction as {name}: {'.'.join(map(str, at))} {told}",
-            )
-
-
-def key_of(friction: Friction, name: str, at: list[str | int]) -> str:
-    """Give the dotted key of a value of a law: in its own options, or shared."""
-    own = bool(at) and at[0] in own_options(friction, name)
-    return ".".join(map(str, ("friction", *([name] if own else []), *at)))
+            own = bool(at) and at[0] in own_options(friction, name)
+            keys = ("friction", *([name] if own else []), *at)
+            sentence = f"friction as {name}: {'.'.join(map(str, at))} {told}"
+            yield ".".join(map(str, keys)), sentence
 
 
 # What is written, held against what a scenario may say.
@@ -505,7 +490,7 @@ class Reading:
 
 def _with_default(models: list[Model], given: Mapping[str, Any]) -> Mapping[str, Any]:
     """Give a block that names no member of a shelf with the name of the default one, if any."""
-    default = next(filter(is_default, models), None)
+    default = next((one for one in models if getattr(one, "by_default", False)), None)
     tag = tag_of(default) if default else None
     if tag is None or any(key == tag[0] or near(key, [tag[0]]) for key in given):
         return given

@@ -180,17 +180,22 @@ class Design:
 
         Taken from within scipy, which itself has no way to a point but through all before it.
         """
-        from inspect import signature
-
         from scipy.stats import qmc
 
         bits = SOBOL_BITS if self.count <= 1 << SOBOL_BITS else 64
         source = np.random.Generator(np.random.PCG64(self.seed))
         sobol: Any = qmc.Sobol
-        # What scipy calls its source of random numbers; newer ones say rng.
-        word = "rng" if "rng" in signature(qmc.Sobol.__init__).parameters else "seed"
-        engine = sobol(self.dimensions, scramble=True, bits=bits, **{word: source})
+        engine = sobol(self.dimensions, scramble=True, bits=bits, **{self._word: source})
         return engine._sv, engine._shift, engine._scale
+
+    @cached_property
+    def _word(self) -> str:
+        """What scipy calls its source of random numbers; newer ones say rng."""
+        from inspect import signature
+
+        from scipy.stats import qmc
+
+        return "rng" if "rng" in signature(qmc.Sobol.__init__).parameters else "seed"
 
 
 class Distribution(Protocol):
