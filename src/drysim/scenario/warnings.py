@@ -2,8 +2,8 @@
 
 `cautions` gives the warnings: values that look like values in other units, a grid or record too
 coarse, a mass that will not move, an approach where it is known to err, keys of a sweep that
-change nothing, checks that are vain, and options that nothing uses. No record is read and no
-signal is made for them; of a sweep the cases at the ends of every swept key stand for all.
+change nothing, checks that are vain, and options that nothing uses. No base motion is read or
+made for them; of a sweep the cases at the ends of every swept key stand for all.
 """
 
 from __future__ import annotations
