@@ -1,4 +1,9 @@
-"""Figure, heading and legend of every picture."""
+"""What all pictures share: canvas, layout, heading and legend.
+
+A picture is a Figure object, never of pyplot, so that two pictures share nothing. Rows of
+panels have the heading above them, which tells title, scene and main results, and one legend
+below; what these take decides the height of the picture.
+"""
 
 from __future__ import annotations
 
@@ -6,37 +11,31 @@ import logging
 import re
 import textwrap
 import warnings
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
 from drysim.scenario.axes import walks
-from drysim.study.compare import coinciding
-from drysim.study.rows import LIMIT, OK
+from drysim.scenario.model import Scenario
+from drysim.study.compare import Comparison, coinciding
+from drysim.study.outcome import Outcome
+from drysim.study.rows import LIMIT, OK, Row
+from drysim.study.table import Table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
-
-    from drysim.scenario.model import Scenario
-    from drysim.study.compare import Comparison
-    from drysim.study.outcome import Outcome
-    from drysim.study.rows import Row
-    from drysim.study.table import Table
-
-
-# The canvas: Figure objects only, never pyplot, so that two pictures share nothing.
 
 
 WIDTH, DOTS = 9.0, 150
 """Width of a picture [inch] and dots per inch; all heights are inches from its foot."""
 
-STYLE: dict[str, Any] = {
+Style = dict[str, Any]
+
+STYLE: Style = {
     "axes.axisbelow": True,
     "axes.formatter.limits": (-3, 4),
     "axes.grid": True,
@@ -50,22 +49,14 @@ STYLE: dict[str, Any] = {
 
 
 def paint(draw: Callable[[], Figure], file: Path) -> None:
-    """Draw a picture in the style of drysim and write it as PNG.
-
-    Parameters
-    ----------
-    draw : callable
-        Gives the picture, not yet rendered.
-    file : Path
-    """
+    """Draw a picture in the style of drysim, as `draw` gives it, and write it as PNG."""
     # That its cache has no home is nothing to tell anybody.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     # Nobody's own matplotlibrc changes the picture.
-    style: Any = dict(matplotlib.rcParamsDefault)
-    style.update(STYLE)
+    style: Any = {**matplotlib.rcParamsDefault, **STYLE}
     del style["backend"]
     with matplotlib.rc_context(style), warnings.catch_warnings():
         # A sign that the font lacks is drawn as a box; that is all there is to say.
@@ -80,6 +71,103 @@ def blank(height: float) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(WIDTH, height), dpi=DOTS)
+
+
+# Where things stand in a picture of rows of panels.
+
+
+ALONE, STACKED = 3.3, 2.3
+"""Height of a row of panels [inch]: the only one, and one of several."""
+
+GAP, FOOT, LINE = 0.62, 0.52, 0.21
+"""Room above a row of panels, below the lowest one, and of a line of the legend [inch]."""
+
+LEFT, RIGHT, ASIDE = 0.075, 0.98, 0.17
+"""Where panels begin and end [-], and the room between two in widths of one [-]."""
+
+HANDLE, LETTER, ROOM = 0.62, 0.077, 8.8
+"""Widths in a legend [inch]: a line with its gaps, a letter, and all there is."""
+
+
+def sheet(
+    rows: int,
+    columns: int,
+    left: float = LEFT,
+    right: float = RIGHT,
+    gap: float = GAP,
+    aside: float = ASIDE,
+) -> tuple[Figure, GridSpec]:
+    """Give an empty picture, and room for its panels.
+
+    `gap` [inch] is between their rows, `aside` [panels] between their columns.
+    """
+    figure = blank(rows * _row(rows))
+    grid = figure.add_gridspec(
+        rows, columns, left=left, right=right, wspace=aside, hspace=gap / _row(rows)
+    )
+    return figure, grid
+
+
+def complete(
+    figure: Figure, grid: GridSpec, words: Lines, unnamed: Collection[str] = ()
+) -> tuple[float, float]:
+    """Give a picture its height, heading and legend; tells where its panels begin and end.
+
+    Parameters
+    ----------
+    figure, grid
+        As `sheet` gave them, the panels drawn.
+    words : Lines
+        The heading.
+    unnamed : collection of str
+        Labels that the legend leaves out.
+    """
+    known = entries(figure.axes, unnamed)
+    lines = ceil(sum(map(_width, known)) / ROOM)
+    foot = FOOT + LINE * lines + 0.06
+    row = _row(grid.nrows)
+    between = (grid.nrows - 1) * (grid.hspace or 0.0) * row
+    body = foot + grid.nrows * row + between + GAP
+    tall = body + height(words) - 0.2
+    figure.set_figheight(tall)
+    bottom, top = foot / tall, (body - GAP) / tall
+    grid.update(bottom=bottom, top=top)
+    for axes in figure.axes:
+        if (spot := axes.get_subplotspec()) is not None:
+            axes.set_position(spot.get_position(figure))
+    write(figure, words)
+    if known:
+        legend(figure, known, columns=ceil(len(known) / lines), length=2.4)
+    return bottom, top
+
+
+def legend(figure: Figure, known: Mapping[str, Any], columns: int, length: float) -> None:
+    """Name lines below all panels, each behind a piece of so many letters."""
+    figure.legend(
+        list(known.values()), list(known), loc="lower center", ncols=columns, frameon=False,
+        fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5,
+        handlelength=length,
+    )  # fmt: skip
+
+
+def entries(panels: Iterable[Axes], unnamed: Collection[str] = ()) -> dict[str, Any]:
+    """Give the labelled lines of panels, each once."""
+    known: dict[str, Any] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            if label not in unnamed:
+                known.setdefault(label, handle)
+    return known
+
+
+def _row(rows: int) -> float:
+    """Give the height of one of some rows of panels [inch]."""
+    return ALONE if rows == 1 else STACKED
+
+
+def _width(label: str) -> float:
+    """Give about how wide an entry of the legend is [inch]."""
+    return HANDLE + LETTER * len(re.sub(r"[$\\_{}]", "", label))
 
 
 # What panels show of many cases: metrics, in words, symbols and scales.
@@ -143,7 +231,7 @@ LINES = 2
 SIZE = 9.0
 """Size of its letters [pt]."""
 
-TITLE: dict[str, Any] = {"size": 13.0, "weight": "bold"}
+TITLE: Style = {"size": 13.0, "weight": "bold"}
 """Font of the name above them."""
 
 LONGEST_TITLE = 200
@@ -171,12 +259,11 @@ def lines(outcome: Outcome, seeds: str = "", results: str = "") -> Lines:
     seed = None if seeds else getattr(scenario.excitation, "seed", None)
     base = "base motion" if seed is None else f"base motion, seed {seed}"
     base += f": {wording.excitation(scenario.excitation, motion.motion, level=False)}"
-    peak = outcome.metrics["x_r_peak"]
-    words = wording.scene(motion.plant, motion.law, terms=scenario.terms, peak=peak)
-    scene = _scene(words)
-    cleaned = _cleaned(wording.clean_up(motion.motion, motion.law))
-    above = [*_about(scenario), *_wrapped(base), *cleaned]
-    found = [*_wrapped(scene, True), *_wrapped(results or _found(outcome), True)]
+    words = wording.scene(
+        motion.plant, motion.law, terms=scenario.terms, peak=outcome.metrics[STROKE]
+    )
+    above = _above(scenario, base, wording.clean_up(motion.motion, motion.law))
+    found = [*_wrapped(_scene(words), True), *_wrapped(results or _found(outcome), True)]
     return _title(scenario), [*above, *_wrapped(seeds)], found
 
 
@@ -210,8 +297,7 @@ def of_table(
         known |= {"shared": own.shared, "peak": own.greatest(STROKE)}
     scene = _scene(wording.scene(scenario.oscillator.plant(), scenario.law(), **known))
     shared = not any(key.startswith("excitation.") for key in varied)
-    cleaned = _cleaned(wording.clean_up(table.motion if shared else None))
-    words = [*_about(scenario), *_wrapped(base), *cleaned]
+    words = _above(scenario, base, wording.clean_up(table.motion if shared else None))
     if of_stroke and (limit := _limit(table, known.get("peak"))):
         scene += f"; {limit}"
     return _title(scenario), words, _wrapped(scene, True)
@@ -224,21 +310,42 @@ def of_comparison(made: Comparison, left_out: int = 0) -> Lines:
     return title, words, [*symbols, *_wrapped(verdict)]
 
 
+def height(head: Lines) -> float:
+    """Give the height that a heading takes [inch]."""
+    return 0.5 + HEADING_LINE * (len(head[1]) + len(head[2]))
+
+
+def write(figure: Figure, head: Lines) -> None:
+    """Write a heading into the top of a picture."""
+    title, words, symbols = head
+    tall = figure.get_figheight()
+    place: dict[str, Any] = {"va": "top", "x": 0.02}
+    figure.text(y=1 - 0.12 / tall, s=title, parse_math=False, **TITLE, **place)
+    at = 0.42
+    for line in words:
+        figure.text(y=1 - at / tall, s=line, size=SIZE, parse_math=False, **place)
+        at += HEADING_LINE
+    for line in symbols:
+        figure.text(y=1 - at / tall, s=_typeset(line), size=SIZE, **place)
+        at += HEADING_LINE
+
+
 def _title(scenario: Scenario) -> str:
     """Return the name of a scenario, cut where it is wider than the picture."""
-    name = wording.clean(scenario.name)[:LONGEST_TITLE]
-    if (
-        name == wording.clean(scenario.name)
-        and _heading_width(name, False, **TITLE) <= HEADING_ROOM
-    ):
+    whole = wording.clean(scenario.name)
+    name = whole[:LONGEST_TITLE]
+    if name == whole and _heading_width(name, False, **TITLE) <= HEADING_ROOM:
         return name
     while _heading_width(f"{name} …", False, **TITLE) > HEADING_ROOM:
         name = name[:-1]
     return f"{name.rstrip()} …"
 
 
-def _about(scenario: Scenario) -> list[str]:
-    return _wrapped(wording.clean(scenario.about or ""), apart=" ")
+def _above(scenario: Scenario, base: str, cleaned: Sequence[str]) -> list[str]:
+    """Give the lines of what it is about, how the base moves, and what was done to records."""
+    about = _wrapped(wording.clean(scenario.about or ""), apart=" ")
+    done = f"cleaned: {'; '.join(cleaned)}" if cleaned else ""
+    return [*about, *_wrapped(base), *_wrapped(done)]
 
 
 def _limit(table: Table, peak: float | None) -> str:
@@ -250,9 +357,32 @@ def _limit(table: Table, peak: float | None) -> str:
     return "" if swept else f"stroke limit {wording.length(stroke.limit, peak)}"
 
 
-def _cleaned(told: Sequence[str]) -> list[str]:
-    """Give what was done to records, if anything."""
-    return _wrapped(f"cleaned: {'; '.join(told)}") if told else []
+def _scene(words: Iterable[tuple[str, str]]) -> str:
+    """Give what is solved in one line."""
+    return "; ".join(f"{head} {said}" if head == STOPS else said for head, said in words)
+
+
+def _found(outcome: Outcome) -> str:
+    """Give the main results in one line."""
+    metrics, stroke = outcome.metrics, outcome.scenario.stroke
+    peak = metrics[STROKE]
+    limit = f" of {wording.length(stroke.limit, peak)}" if stroke else ""
+    parts = [
+        f"{name} {wording.number(metrics[name])}"
+        for name in ("T_a", "T_x")
+        if metrics[name] is not None
+    ]
+    parts.append(f"peak |x_r| {wording.length(peak)}{limit}")
+    parts.append(f"stuck {wording.percent(metrics['stuck_share'])}")
+    if metrics["contacts"]:
+        parts.append(f"stops met {metrics['contacts']}×")
+    elif metrics["violations"]:
+        parts.append(f"limit met {metrics['violations']}×")
+    multiple = outcome.response.numerics.period_multiple
+    if multiple:
+        periods = "one period" if multiple == 1 else f"{multiple} periods"
+        parts.append(f"steady orbit over {periods}")
+    return ", ".join(parts)
 
 
 def _wrapped(words: str, symbols: bool = False, apart: str = COMMA) -> list[str]:
@@ -287,151 +417,7 @@ def _heading_width(words: str, symbols: bool, **font: Any) -> float:
     return float(text_to_path.get_text_width_height_descent(text, properties, ismath=math)[0])
 
 
-def _scene(words: Iterable[tuple[str, str]]) -> str:
-    """Give what is solved in one line."""
-    return "; ".join(f"{head} {said}" if head == STOPS else said for head, said in words)
-
-
-def _found(outcome: Outcome) -> str:
-    """Give the main results in one line."""
-    metrics, stroke = outcome.metrics, outcome.scenario.stroke
-    peak = metrics["x_r_peak"]
-    limit = f" of {wording.length(stroke.limit, peak)}" if stroke else ""
-    parts = [
-        f"{name} {wording.number(metrics[name])}"
-        for name in ("T_a", "T_x")
-        if metrics[name] is not None
-    ]
-    parts.append(f"peak |x_r| {wording.length(peak)}{limit}")
-    parts.append(f"stuck {wording.percent(metrics['stuck_share'])}")
-    if metrics["contacts"]:
-        parts.append(f"stops met {metrics['contacts']}×")
-    elif metrics["violations"]:
-        parts.append(f"limit met {metrics['violations']}×")
-    multiple = outcome.response.numerics.period_multiple
-    if multiple:
-        periods = "one period" if multiple == 1 else f"{multiple} periods"
-        parts.append(f"steady orbit over {periods}")
-    return ", ".join(parts)
-
-
-def height(head: Lines) -> float:
-    """Give the height that a heading takes [inch]."""
-    return 0.5 + HEADING_LINE * (len(head[1]) + len(head[2]))
-
-
-def write(figure: Figure, head: Lines) -> None:
-    """Write a heading into the top of a picture."""
-    title, words, symbols = head
-    tall = figure.get_figheight()
-    place: dict[str, Any] = {"va": "top", "x": 0.02}
-    figure.text(y=1 - 0.12 / tall, s=title, parse_math=False, **TITLE, **place)
-    at = 0.42
-    for line in words:
-        figure.text(y=1 - at / tall, s=line, size=SIZE, parse_math=False, **place)
-        at += HEADING_LINE
-    for line in symbols:
-        figure.text(y=1 - at / tall, s=_typeset(line), size=SIZE, **place)
-        at += HEADING_LINE
-
-
 def _typeset(text: str) -> str:
     """Set m, F_fk and their like as symbols."""
     text = re.sub(r"\b([A-Za-zσ])_(\w+)", r"$\1_{\2}$", text)
     return re.sub(r"\b([mb]) (?=\d)", r"$\1$ ", text)
-
-
-# Where things stand in a picture of rows of panels: heading above, legend below.
-
-
-ALONE, STACKED = 3.3, 2.3
-"""Height of a row of panels [inch]: the only one, and one of several."""
-
-GAP, FOOT, LINE = 0.62, 0.52, 0.21
-"""Room above a row of panels, below the lowest one, and of a line of the legend [inch]."""
-
-ASIDE = 0.17
-"""Room between two panels, in widths of one [-]."""
-
-HANDLE, LETTER, ROOM = 0.62, 0.077, 8.8
-"""Widths in a legend [inch]: a line with its gaps, a letter, and all there is."""
-
-
-def sheet(
-    rows: int,
-    columns: int,
-    left: float = 0.075,
-    right: float = 0.98,
-    gap: float = GAP,
-    aside: float = ASIDE,
-) -> tuple[Figure, GridSpec]:
-    """Give an empty picture, and room for its panels.
-
-    `gap` [inch] is between their rows, `aside` [panels] between their columns.
-    """
-    figure = blank(rows * _row(rows))
-    grid = figure.add_gridspec(
-        rows, columns, left=left, right=right, wspace=aside, hspace=gap / _row(rows)
-    )
-    return figure, grid
-
-
-def complete(
-    figure: Figure, grid: GridSpec, words: Lines, unnamed: Collection[str] = ()
-) -> tuple[float, float]:
-    """Give a picture its height, heading and legend; tells where its panels begin and end.
-
-    Parameters
-    ----------
-    figure, grid
-        As `sheet` gave them, the panels drawn.
-    words : Lines
-        The heading.
-    unnamed : collection of str
-        Labels that the legend leaves out.
-    """
-    known = entries(figure.axes, unnamed)
-    lines = ceil(sum(map(_width, known)) / ROOM)
-    foot = FOOT + LINE * lines + 0.06
-    row = _row(grid.nrows)
-    between = (grid.nrows - 1) * (grid.hspace or 0.0) * row
-    body = foot + grid.nrows * row + between + GAP
-    tall = body + height(words) - 0.2
-    figure.set_figheight(tall)
-    bottom, top = foot / tall, (body - GAP) / tall
-    grid.update(bottom=bottom, top=top)
-    for axes in figure.axes:
-        if (spot := axes.get_subplotspec()) is not None:
-            axes.set_position(spot.get_position(figure))
-    write(figure, words)
-    if known:
-        legend(figure, known, columns=ceil(len(known) / lines), length=2.4)
-    return bottom, top
-
-
-def legend(figure: Figure, known: Mapping[str, Any], columns: int, length: float) -> None:
-    """Name lines below all panels, each behind a piece of so many letters."""
-    figure.legend(
-        list(known.values()), list(known), loc="lower center", ncols=columns, frameon=False,
-        fontsize=9, borderaxespad=0.3, columnspacing=1.2, handletextpad=0.5,
-        handlelength=length,
-    )  # fmt: skip
-
-
-def _row(rows: int) -> float:
-    return ALONE if rows == 1 else STACKED
-
-
-def entries(panels: Iterable[Axes], unnamed: Collection[str] = ()) -> dict[str, Any]:
-    """Give the labelled lines of panels, each once."""
-    known: dict[str, Any] = {}
-    for axes in panels:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            if label not in unnamed:
-                known.setdefault(label, handle)
-    return known
-
-
-def _width(label: str) -> float:
-    """Give about how wide an entry of the legend is [inch]."""
-    return HANDLE + LETTER * len(re.sub(r"[$\\_{}]", "", label))

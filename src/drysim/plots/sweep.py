@@ -1,4 +1,16 @@
-"""Curves, bands, maps over swept keys."""
+"""The pictures of a sweep, transmissibility.png and stroke.png: metrics over swept keys.
+
+Along the axis goes the frequency, else the key that varies fastest; of the others the one with
+most values tells lines apart and the rest panels (`View`), in the symbols of the paper where it
+has some. Few lines are told apart in grey as well, many are coloured by their value. An axis is
+logarithmic over a decade, and the frequencies that matter are marked. Where a value is not
+known the line has a gap, and a mark at the foot of the panel says why; means over many seeds
+have their confidence interval as a band.
+
+Too many cases for lines, and samples, are drawn as quantile bands along a key, above a map of
+the mean over two: the cases are counted block by block as they are read and never held together
+(`Scatter`). Views, curves and axes serve the other pictures, too.
+"""
 
 from __future__ import annotations
 
@@ -14,156 +26,122 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import wording
+from drysim.approach.solution import Floats
 from drysim.core.model import Stopped
 from drysim.plots import response, style
-from drysim.plots.style import FORCE, HIT, STROKE, T_A, T_X, peak
-from drysim.scenario.axes import Spread, walks
+from drysim.plots.style import FORCE, HIT, STROKE, T_A, T_X, Shown, Style, peak
+from drysim.scenario.axes import Axis, Spread, walks
 from drysim.scenario.axes import points as every_point
 from drysim.scenario.sampling import Distribution, Drawn, LogNormal, Normal
-from drysim.study.compare import FREQUENCY
-from drysim.study.rows import FAILED, HELD, LIMIT, NOT_SETTLED, NOT_UNIQUE, OK, batches_of
-from drysim.study.table import stroke_limit
-from drysim.wording import number
+from drysim.study.compare import FREQUENCY, Comparison
+from drysim.study.rows import (
+    FAILED,
+    HELD,
+    LIMIT,
+    NOT_SETTLED,
+    NOT_UNIQUE,
+    OK,
+    Batch,
+    Row,
+    batches_of,
+)
+from drysim.study.table import Table, stroke_limit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from drysim.plots.style import Shown
-    from drysim.scenario.axes import Axis
-    from drysim.study.compare import Comparison
-    from drysim.study.rows import Batch, Row
-    from drysim.study.table import Table
+
+def transmissibility(table: Table, folder: Path) -> None:
+    """Write transmissibility.png: T_x on the left, T_a on the right, as in the paper.
+
+    Parameters
+    ----------
+    table : Table
+    folder : Path
+        Where to write.
+    """
+    style.paint(lambda: draw_transmissibility(table), folder / "transmissibility.png")
 
 
-# How axes are scaled: logarithmic over a decade, and the frequencies that matter marked.
+def draw_transmissibility(table: Table) -> Figure:
+    """Give the picture of the transmissibilities, not yet rendered."""
+    if scattered(table):
+        return draw_many(table, [T_X, T_A])
+    drawn = view(table)
+    known = [one for one in (T_X, T_A) if any(True for _ in known_values(drawn, one.of))]
+
+    def unity(axes: Axes, panel: Panel, quantity: Shown) -> None:
+        axes.axhline(1.0, **UNITY)
+
+    return over_sweep(table, drawn, known or [T_A], unity)
 
 
-DECADE = 10.0
-"""Span from which on an axis is logarithmic."""
-
-LETTERS, MOST = 44, 99
-"""Letters that fit below a panel, two between its numbers; and more numbers than fit."""
-
-FREQUENCIES: dict[str, Any] = {
-    "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
-}  # fmt: skip
+def stroke(table: Table, folder: Path) -> None:
+    """Write stroke.png: the peak of |x_r|, its limit, and where that is met."""
+    style.paint(lambda: draw_stroke(table), folder / "stroke.png")
 
 
-def wide(values: Iterable[float]) -> bool:
-    """Whether values span a decade, all above zero."""
-    low, high = inf, -inf
-    for value in values:
-        low, high = min(low, value), max(high, value)
-    return low > 0 and high >= DECADE * low
+def draw_stroke(table: Table) -> Figure:
+    """Give the picture of the stroke, not yet rendered."""
+    ends = table.tallies[table.approaches[0]].ends if table.rows else {}
+    told = peak(ends.get(STROKE, (0.0, 0.0))[1])
+    if scattered(table):
+        return draw_many(table, [told])
+    # Where there are stops, |x_r| hardly tells one case from another.
+    law = table.scenario.law()
+    hits = [HIT if law.rigid else FORCE] if isinstance(law, Stopped) else []
+    drawn = view(table)
+    top = max(known_values(drawn, told.of), default=0.0)
+
+    def bound(axes: Axes, panel: Panel, quantity: Shown) -> None:
+        if quantity is not told:
+            return
+        _limit(axes, table, drawn, panel, told, response.FAR * top)
+        _violations(axes, drawn, panel, told)
+
+    return over_sweep(table, drawn, [told, *hits], bound)
 
 
-def scale_axis(axes: Axes, view: View, named: bool) -> None:
-    """Make the axis of the swept key: logarithmic where it spans a decade."""
-    rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
-    x = [value for row in rows if not isnan(value := view.x(row))]
-    if wide(x):
-        axes.set_xscale("log")
-        decades(axes.xaxis, min(x), max(x))
-    else:
-        plain(axes.xaxis)
-    if x and min(x) < max(x):
-        axes.set_xlim(min(x), max(x))
-    axes.tick_params(labelbottom=named)
-    if named:
-        axes.set_xlabel(view.label)
+def _limit(
+    axes: Axes, table: Table, drawn: View, panel: Panel, told: Shown, far: float
+) -> None:
+    """Draw the stroke limit, up to so far away; where it is swept that of each case."""
+    if table.scenario.stroke is None:
+        return
+
+    def limit(row: Row) -> float:
+        return told.scale * (stroke_limit(table.scenario, row) or 0.0)
+
+    curves = [series(drawn, line, limit) for line in panel.lines]
+    levels = [{*y} for _, y in curves]
+    every = set().union(*levels)
+    if len(every) == 1:
+        (level,) = every
+        words = f"stroke limit {wording.number(level, told.unit)}"
+        _level(axes, level, far, response.LIMIT, words)
+    elif any(len(own) > 1 for own in levels):
+        near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= far]
+        axes.plot(*zip(*near, strict=True), **response.LIMIT, label="stroke limit")
+    elif len(levels) <= FEW_LINES:
+        for looks, own in zip(styles(drawn), levels, strict=True):
+            style = {**response.LIMIT, "color": looks["color"]}
+            for level in own:
+                _level(axes, level, far, style, "stroke limit of each")
 
 
-def decades(axis: Any, low: float, high: float) -> None:
-    """Name 1, 2 and 5 of every decade of a logarithmic axis; 1 alone where more is too much."""
-    from matplotlib.ticker import LogLocator
-
-    def some(*steps: float) -> LogLocator:
-        return LogLocator(subs=steps, numticks=MOST)
-
-    named = [x for x in some(1.0, 2.0, 5.0).tick_values(low, high) if low <= x <= high]
-    letters = sum(len(number(x)) + 2 for x in named)
-    axis.set_major_locator(some(1.0, 2.0, 5.0) if letters <= LETTERS else some(1.0))
-    axis.set_major_formatter(lambda x, _: number(x))
-    axis.minorticks_off()
+def _level(axes: Axes, level: float, far: float, style: Style, words: str) -> None:
+    """Draw a stroke limit that is the same all along the axis, if it is not too far away."""
+    if level <= far:
+        axes.axhline(level, **style, label=words)
 
 
-def plain(axis: Any) -> None:
-    """Number the axis of a key in full: no power of ten apart, which a title could hide."""
-    axis.set_major_formatter(lambda x, _: numeral(x))
-
-
-def numeral(x: float) -> str:
-    """Give a number as it stands at an axis, with a minus as long as its digits are wide."""
-    return number(x, digits=8).replace("-", "\N{MINUS SIGN}")
-
-
-def frequencies(axes: Axes, f_0: float) -> None:
-    """Mark the natural frequency, and where a viscous isolator begins to isolate."""
-    low, high = axes.get_xlim()
-    for words, f, side in (("$f_0$", f_0, "right"), ("$\\sqrt{2}f_0$", sqrt(2) * f_0, "left")):
-        if low < f < high:
-            axes.axvline(f, **FREQUENCIES)
-            foot = axes.get_xaxis_transform()
-            axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
-
-
-# The words for swept keys in a picture: the symbols of the paper, where it has some.
-
-
-FORCES = ("friction.kinetic", "friction.mu_kinetic", "friction.normal")
-"""Keys that are drawn as what they come to: the kinetic friction force."""
-
-LABELS = {
-    FREQUENCY: "frequency $f$ [Hz]",
-    "excitation.rms": "base acceleration $a_u$ RMS [m/s²]",
-    **dict.fromkeys(FORCES, "kinetic friction force $F_{fk}$ [N]"),
-}
-
-SYMBOLS = {
-    FREQUENCY: "$f$",
-    "excitation.rms": "$a_u$",
-    "oscillator.mass": "$m$",
-    "oscillator.stiffness": "$k_x$",
-    "oscillator.damping": "$b$",
-    "oscillator.damping_ratio": "$\\xi$",
-    "friction.kinetic": "$F_{fk}$",
-    "friction.static": "$F_{fs}$",
-    "friction.static_ratio": "$F_{fs}/F_{fk}$",
-    "friction.normal": "$F_N$",
-    "friction.mu_kinetic": "$\\mu_k$",
-}
-"""Keys that a legend calls by the symbols of the paper."""
-
-
-def axis_label(axis: Axis) -> str:
-    """Give the words for a swept key with their unit; for `FORCES` those of the force."""
-    return LABELS.get(axis.key) or key_label(axis)
-
-
-def key_label(axis: Axis) -> str:
-    """Give the words for a swept key with its own unit, whatever it comes to."""
-    if axis.key in LABELS and axis.key not in FORCES[1:]:
-        return LABELS[axis.key]
-    symbol = SYMBOLS.get(axis.key)
-    name = axis.key.rpartition(".")[2].replace("_", " ")
-    words = f"{name} {symbol}" if symbol else axis.key
-    return f"{words} [{wording.pretty(axis.unit) or '–'}]"
-
-
-def spoken(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
-    """Give where a curve is, in symbols where the paper has some."""
-    units = {axis.key: wording.pretty(axis.unit) for axis in axes}
-    return ", ".join(
-        f"{SYMBOLS.get(key, wording.short(key, units))} {wording.number(value, units[key])}"
-        for key, value in point.items()
-    )
-
-
-def title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
-    """Give the words for a panel: what tells it from the others."""
-    several = {axis.key for axis in axes if len(axis.values) > 1}
-    return spoken({key: value for key, value in point.items() if key in several}, axes)
+def _violations(axes: Axes, drawn: View, panel: Panel, told: Shown) -> None:
+    """Mark where the stroke limit is met."""
+    rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
+    if rows:
+        x, y = [drawn.x(row) for row in rows], [told.of(row) or nan for row in rows]
+        axes.plot(x, y, **response.BEYOND, linestyle="none", clip_on=False, label="limit met")
 
 
 # A table as curves: what goes along the axis, what tells lines and panels apart.
@@ -274,12 +252,7 @@ def _along(axes: Sequence[Axis]) -> tuple[str, str, Collection[str], list[tuple[
         return "", "", (), groups
     beside = {axis.key for group in groups if along in group for axis in group}
     others = [group for group in groups if along not in group]
-    return along.key, axis_label(along), beside, others
-
-
-def _points(groups: Iterable[Sequence[Axis]]) -> list[dict[str, float]]:
-    """Give every combination of the values of some keys, those of a group side by side."""
-    return [*every_point([axis for group in groups for axis in group])]
+    return along.key, LABELS.get(along.key) or key_label(along), beside, others
 
 
 def along_axis(axes: Sequence[Axis]) -> Axis | None:
@@ -287,6 +260,18 @@ def along_axis(axes: Sequence[Axis]) -> Axis | None:
     several = [axis for axis in axes if len(axis.values) > 1] or list(axes)
     frequency = [a for a in several if a.key == FREQUENCY and len(a.values) >= DENSE]
     return next(iter(frequency + several), None)
+
+
+def _points(groups: Iterable[Sequence[Axis]]) -> list[dict[str, float]]:
+    """Give every combination of the values of some keys, those of a group side by side."""
+    return [*every_point([axis for group in groups for axis in group])]
+
+
+def spread(choices: Sequence[Choice], most: int) -> list[Choice]:
+    """Give at most so many of the choices, evenly spread, the first and the last among them."""
+    if len(choices) <= most:
+        return list(choices)
+    return [choices[round(at * (len(choices) - 1) / (most - 1))] for at in range(most)]
 
 
 class Curves:
@@ -329,18 +314,63 @@ def _panel(
     return Panel(point, title(point, axes), lines, drawn)
 
 
-def spread(choices: Sequence[Choice], most: int) -> list[Choice]:
-    """Give at most so many of the choices, evenly spread, the first and the last among them."""
-    if len(choices) <= most:
-        return list(choices)
-    return [choices[round(at * (len(choices) - 1) / (most - 1))] for at in range(most)]
+# The words for swept keys: the symbols of the paper, where it has some.
 
 
-# How curves over a swept key are drawn: lines told apart in grey as well, and gaps.
+FORCES = ("friction.kinetic", "friction.mu_kinetic", "friction.normal")
+"""Keys that are drawn as what they come to: the kinetic friction force."""
+
+LABELS = {
+    FREQUENCY: "frequency $f$ [Hz]",
+    "excitation.rms": "base acceleration $a_u$ RMS [m/s²]",
+    **dict.fromkeys(FORCES, "kinetic friction force $F_{fk}$ [N]"),
+}
+
+SYMBOLS = {
+    FREQUENCY: "$f$",
+    "excitation.rms": "$a_u$",
+    "oscillator.mass": "$m$",
+    "oscillator.stiffness": "$k_x$",
+    "oscillator.damping": "$b$",
+    "oscillator.damping_ratio": "$\\xi$",
+    "friction.kinetic": "$F_{fk}$",
+    "friction.static": "$F_{fs}$",
+    "friction.static_ratio": "$F_{fs}/F_{fk}$",
+    "friction.normal": "$F_N$",
+    "friction.mu_kinetic": "$\\mu_k$",
+}
+"""Keys that a legend calls by the symbols of the paper."""
 
 
-Value = Callable[["Row"], float | None]
-Style = dict[str, Any]
+def key_label(axis: Axis) -> str:
+    """Give the words for a swept key with its own unit, also where `LABELS` has a force's."""
+    if axis.key in LABELS and axis.key not in FORCES[1:]:
+        return LABELS[axis.key]
+    symbol = SYMBOLS.get(axis.key)
+    name = axis.key.rpartition(".")[2].replace("_", " ")
+    words = f"{name} {symbol}" if symbol else axis.key
+    return f"{words} [{wording.pretty(axis.unit) or '–'}]"
+
+
+def spoken(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
+    """Give where a curve is, in symbols where the paper has some."""
+    units = {axis.key: wording.pretty(axis.unit) for axis in axes}
+    return ", ".join(
+        f"{SYMBOLS.get(key, wording.short(key, units))} {wording.number(value, units[key])}"
+        for key, value in point.items()
+    )
+
+
+def title(point: Mapping[str, float], axes: Sequence[Axis]) -> str:
+    """Give the words for a panel: what tells it from the others."""
+    several = {axis.key for axis in axes if len(axis.values) > 1}
+    return spoken({key: value for key, value in point.items() if key in several}, axes)
+
+
+# The panels of a sweep: a row for each panel of its view, a column for each metric.
+
+
+Value = Callable[[Row], float | None]
 
 FEW_LINES = 8
 """Lines up to which each has a style of its own; more are coloured by their value."""
@@ -361,158 +391,10 @@ GAPS: dict[str, Style] = {
     FAILED: {"marker": "P", "color": "#b3261e"},
 }
 OTHER_GAP: Style = {"marker": "1", "color": "black"}
-
-
-def styles(view: View) -> list[Style]:
-    """Give a style to every line of a panel: by lightness, and by marks where lines are few."""
-    import matplotlib
-
-    colours = matplotlib.colormaps["viridis"]
-    lines = view.panels[0].lines
-    if view.line is None:
-        return [{"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}]
-    if len(lines) > FEW_LINES:
-        norm, many = scale(view.line)
-        return [{"color": many(norm(line.value)), "linewidth": 1.0} for line in lines]
-    steps = max(len(lines) - 1, 1)
-    return [
-        {"color": colours(LIGHTEST * at / steps), "linewidth": 1.5,
-         "marker": MARKERS[at], "markersize": 4}
-        for at in range(len(lines))
-    ]  # fmt: skip
-
-
-def scale(axis: Axis) -> tuple[Any, Any]:
-    """Give the scale on which values become colours, and the colours."""
-    import matplotlib
-    from matplotlib.colors import ListedColormap, LogNorm, Normalize
-
-    low, high = min(axis.values), max(axis.values)
-    dark = matplotlib.colormaps["viridis"]([LIGHTEST * at / 255 for at in range(256)])
-    return (LogNorm if wide(axis.values) else Normalize)(low, high), ListedColormap(dark)
-
-
-def curves(axes: Axes, view: View, panel: Panel, value: Value) -> None:
-    """Draw the lines of a panel, a gap and a mark wherever the value is not known."""
-    looks = styles(view)
-    for at, (line, look) in enumerate(zip(panel.lines, looks, strict=True)):
-        x, y = series(view, line, value)
-        curve(axes, x, y, look, line.label, at)
-    references(axes, view, panel, value, looks)
-
-
-def curve(
-    axes: Axes, x: Sequence[float], y: Sequence[float], style: Style, label: str, at: int = 0
-) -> None:
-    """Draw one line, its marks apart from those of its neighbours; level where x is nan."""
-    if x and isnan(x[0]):
-        axes.axhline(y[0], **{**style, "marker": ""}, label=label)
-        return
-    few = sum(map(isfinite, y)) <= FEW_POINTS or style.get("linestyle") == "none"
-    every = 1 if few else (0.03 * at, MARKS)
-    axes.plot(x, y, **style, markevery=every, label=label, clip_on=False)
-    if alone := [i for i in range(len(y)) if _alone(y, i)]:
-        points = [x[i] for i in alone], [y[i] for i in alone]
-        axes.plot(*points, "o", markersize=3, color=style["color"], clip_on=False)
-
-
-def references(
-    axes: Axes, view: View, panel: Panel, value: Value, looks: Sequence[Style]
-) -> None:
-    """Draw the reference dashed: once where it is the same for all lines."""
-    drawn = [(line, *series(view, line, value)) for line in panel.references]
-    one = all(_same(y, drawn[0][2]) for _, _, y in drawn)
-    if not drawn or (not one and len(panel.lines) > FEW_LINES):
-        return
-    words = f"{panel.references[0].label}, no dry friction"
-    if one:
-        curve(axes, *drawn[0][1:], REFERENCE, words)
-        return
-    # In the legend grey stands for the dashes of every colour.
-    axes.plot([], [], **FAINT, label=words)
-    for at, (_, x, y) in enumerate(drawn):
-        curve(axes, x, y, {**FAINT, "color": looks[at % len(looks)]["color"]}, "_")
-
-
-def _same(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two curves are one to the eye."""
-    return len(one) == len(other) and all(
-        isclose(a, b, rel_tol=1e-6) or a != a or b != b for a, b in zip(one, other, strict=True)
-    )
-
-
-def _alone(y: Sequence[float], at: int) -> bool:
-    """Whether a point stands between two gaps, where no line shows it."""
-    beside = [y[i] for i in (at - 1, at + 1) if 0 <= i < len(y)]
-    return isfinite(y[at]) and not any(map(isfinite, beside))
-
-
-def series(view: View, line: Line, value: Value) -> tuple[list[float], list[float]]:
-    """Give a line along the axis, in its order; nan is a gap."""
-    found = [(view.x(row), _number(value(row))) for row in line.rows]
-    found.sort(key=lambda pair: -inf if isnan(pair[0]) else pair[0])
-    return [x for x, _ in found], [y for _, y in found]
-
-
-def _number(value: float | None) -> float:
-    return nan if value is None or not isfinite(value) else float(value)
-
-
-def gaps(axes: Axes, view: View, panel: Panel) -> None:
-    """Mark at the foot of a panel where there is no number, and why."""
-    lost = [row for line in panel.lines for row in line.rows if row.status != OK]
-    for status, count in Counter(row.status for row in lost).items():
-        x = [view.x(row) for row in lost if row.status == status]
-        axes.plot(
-            x, [0.025] * count, transform=axes.get_xaxis_transform(), linestyle="none",
-            markersize=5, clip_on=False, label=status, **GAPS.get(status, OTHER_GAP),
-        )  # fmt: skip
-
-
-def name(axes: Axes, words: str, pad: float = 6.0) -> None:
-    """Say above a panel what it shows; that its place is given spares looking for one."""
-    axes.set_title(words, loc="left", pad=pad, y=1.0)
-    axes.yaxis.set_offset_position("right")
-
-
-def known_values(view: View, value: Value) -> Iterator[float]:
-    """Give every value of the lines of a view that is known."""
-    for panel in view.panels:
-        for line in panel.lines:
-            for row in line.rows:
-                if (found := value(row)) is not None and isfinite(found):
-                    yield found
-
-
-# The confidence intervals of means over many seeds, as bands along their curves.
-
-
-BAND_LABEL = "95 % confidence interval of a mean over seeds"
-
-BAND_STYLE: dict[str, Any] = {"alpha": 0.3, "linewidth": 0.0, "zorder": 1.5}
-
-
-def draw_bands(axes: Axes, view: View, panel: Panel, value: Value, width: Value) -> None:
-    """Draw the bands of a panel, where its lines are few and their values are means."""
-    if len(panel.lines) > FEW_LINES:
-        return
-    for line, look in zip(panel.lines, styles(view), strict=True):
-        x, y = series(view, line, value)
-        band(axes, x, y, series(view, line, width)[1], look)
-
-
-def band(
-    axes: Axes, x: Sequence[float], y: Sequence[float], width: Sequence[float], style: Style
-) -> None:
-    """Draw a band of half-widths about a curve, if it has any."""
-    middle, half = np.array(y), np.array(width)
-    if np.isfinite(half).any():
-        edges = middle - half, middle + half
-        axes.fill_between(x, *edges, color=style["color"], label=BAND_LABEL, **BAND_STYLE)
-
-
-# The panels of a sweep: metrics over what is swept, a row for each panel of its view.
-
+INTERVAL: Style = {
+    "alpha": 0.3, "linewidth": 0.0, "zorder": 1.5,
+    "label": "95 % confidence interval of a mean over seeds",
+}  # fmt: skip
 
 STEEP = 100.0
 """Greatest over least value from which on T_a is drawn logarithmically."""
@@ -546,19 +428,17 @@ def over_sweep(
             words = f"{panel.title}: {quantity.symbol}" if panel.title else quantity.words
             name(axes, words, pad=15)
             scale_axis(axes, drawn, named=at == count - 1)
-            curves(axes, drawn, panel, quantity.of)
-            draw_bands(axes, drawn, panel, quantity.of, quantity.width)
+            curves(axes, drawn, panel, quantity)
             extra(axes, panel, quantity)
             gaps(axes, drawn, panel)
-            _marks(axes, table, drawn)
+            _frequencies(axes, table, drawn)
         assert first is not None, "a view has a panel"
         values = list(known_values(drawn, quantity.of))
         if not values:
             first.text(0.5, 0.5, "not known", transform=first.transAxes, ha="center")
         _upright(first, values, steeply=quantity is T_A)
     unnamed = {line.label for line in drawn.panels[0].lines}
-    of_stroke = any(quantity.metric == STROKE for quantity in quantities)
-    head = style.of_table(table, drawn.left_out, of_stroke=of_stroke)
+    head = style.of_table(table, drawn.left_out, of_stroke=_of_stroke(quantities))
     if not coloured:
         style.complete(figure, grid, head)
         return figure
@@ -567,6 +447,10 @@ def over_sweep(
     bottom, top = style.complete(figure, grid, head, unnamed)
     bar.set_position((left, bottom, BAR / style.WIDTH, top - bottom))
     return figure
+
+
+def _of_stroke(quantities: Sequence[Shown]) -> bool:
+    return any(quantity.metric == STROKE for quantity in quantities)
 
 
 def _upright(axes: Axes, values: Sequence[float], steeply: bool) -> None:
@@ -580,12 +464,22 @@ def _upright(axes: Axes, values: Sequence[float], steeply: bool) -> None:
         axes.set_ylim(0.0, 1.0 if flat else None)
 
 
-def _marks(axes: Axes, table: Table, drawn: View) -> None:
-    """Mark the frequencies of the oscillator, where all cases share one."""
+def _frequencies(axes: Axes, table: Table, drawn: View) -> None:
+    """Mark the natural frequency, and where a viscous isolator begins to isolate.
+
+    Only where all cases share one.
+    """
     varied = {axis.key for axis in table.axes if len(axis.values) > 1}
     plant = table.scenario.oscillator.plant()
-    if drawn.key == FREQUENCY and not varied & TUNING and plant.k_x > 0:
-        frequencies(axes, sqrt(plant.k_x / plant.m) / (2 * pi))
+    if drawn.key != FREQUENCY or varied & TUNING or plant.k_x <= 0:
+        return
+    f_0 = sqrt(plant.k_x / plant.m) / (2 * pi)
+    low, high = axes.get_xlim()
+    for words, f, side in (("$f_0$", f_0, "right"), ("$\\sqrt{2}f_0$", sqrt(2) * f_0, "left")):
+        if low < f < high:
+            axes.axvline(f, **FREQUENCIES)
+            foot = axes.get_xaxis_transform()
+            axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
 
 
 def _colours(figure: Figure, drawn: View) -> tuple[Axes, float]:
@@ -611,10 +505,317 @@ def _colours(figure: Figure, drawn: View) -> tuple[Axes, float]:
     return axes, 1.0 - (BAR + LABEL + LETTER * letters) / style.WIDTH
 
 
-# Many cases as counts: how a metric scatters along a swept key, gathered block by block.
+def styles(view: View) -> list[Style]:
+    """Give a style to every line of a panel: by lightness, and by marks where lines are few."""
+    import matplotlib
+
+    colours = matplotlib.colormaps["viridis"]
+    lines = view.panels[0].lines
+    if view.line is None:
+        return [{"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}]
+    if len(lines) > FEW_LINES:
+        norm, many = scale(view.line)
+        return [{"color": many(norm(line.value)), "linewidth": 1.0} for line in lines]
+    steps = max(len(lines) - 1, 1)
+    return [
+        {"color": colours(LIGHTEST * at / steps), "linewidth": 1.5,
+         "marker": MARKERS[at], "markersize": 4}
+        for at in range(len(lines))
+    ]  # fmt: skip
 
 
-Floats = NDArray[np.float64]
+def scale(axis: Axis) -> tuple[Any, Any]:
+    """Give the scale on which values become colours, and the colours."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap, LogNorm, Normalize
+
+    low, high = min(axis.values), max(axis.values)
+    dark = matplotlib.colormaps["viridis"]([LIGHTEST * at / 255 for at in range(256)])
+    return (LogNorm if wide(axis.values) else Normalize)(low, high), ListedColormap(dark)
+
+
+def curves(axes: Axes, view: View, panel: Panel, quantity: Shown) -> None:
+    """Draw the lines of a panel, a gap and a mark wherever the value is not known.
+
+    Where they are few and their values are means, each has the band of its interval.
+    """
+    looks = styles(view)
+    known = [series(view, line, quantity.of) for line in panel.lines]
+    for at, (line, look, (x, y)) in enumerate(zip(panel.lines, looks, known, strict=True)):
+        curve(axes, x, y, look, line.label, at)
+    references(axes, view, panel, quantity.of, looks)
+    if len(panel.lines) <= FEW_LINES:
+        for line, look, (x, y) in zip(panel.lines, looks, known, strict=True):
+            band(axes, x, y, series(view, line, quantity.width)[1], look)
+
+
+def curve(
+    axes: Axes, x: Sequence[float], y: Sequence[float], style: Style, label: str, at: int = 0
+) -> None:
+    """Draw one line, its marks apart from those of its neighbours; level where x is nan."""
+    if x and isnan(x[0]):
+        axes.axhline(y[0], **{**style, "marker": ""}, label=label)
+        return
+    few = sum(map(isfinite, y)) <= FEW_POINTS or style.get("linestyle") == "none"
+    every = 1 if few else (0.03 * at, MARKS)
+    axes.plot(x, y, **style, markevery=every, label=label, clip_on=False)
+    if alone := [i for i in range(len(y)) if _alone(y, i)]:
+        points = [x[i] for i in alone], [y[i] for i in alone]
+        axes.plot(*points, "o", markersize=3, color=style["color"], clip_on=False)
+
+
+def _alone(y: Sequence[float], at: int) -> bool:
+    """Whether a point stands between two gaps, where no line shows it."""
+    beside = [y[i] for i in (at - 1, at + 1) if 0 <= i < len(y)]
+    return isfinite(y[at]) and not any(map(isfinite, beside))
+
+
+def references(
+    axes: Axes, view: View, panel: Panel, value: Value, looks: Sequence[Style]
+) -> None:
+    """Draw the reference dashed: once where it is the same for all lines."""
+    drawn = [(line, *series(view, line, value)) for line in panel.references]
+    one = all(_same(y, drawn[0][2]) for _, _, y in drawn)
+    if not drawn or (not one and len(panel.lines) > FEW_LINES):
+        return
+    words = f"{panel.references[0].label}, no dry friction"
+    if one:
+        curve(axes, *drawn[0][1:], REFERENCE, words)
+        return
+    # In the legend grey stands for the dashes of every colour.
+    axes.plot([], [], **FAINT, label=words)
+    for at, (_, x, y) in enumerate(drawn):
+        curve(axes, x, y, {**FAINT, "color": looks[at % len(looks)]["color"]}, "_")
+
+
+def _same(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two curves are one to the eye."""
+    return len(one) == len(other) and all(
+        isclose(a, b, rel_tol=1e-6) or a != a or b != b for a, b in zip(one, other, strict=True)
+    )
+
+
+def band(
+    axes: Axes, x: Sequence[float], y: Sequence[float], width: Sequence[float], style: Style
+) -> None:
+    """Draw the confidence intervals of means about their curve, if it has any."""
+    middle, half = np.array(y), np.array(width)
+    if np.isfinite(half).any():
+        edges = middle - half, middle + half
+        axes.fill_between(x, *edges, color=style["color"], **INTERVAL)
+
+
+def series(view: View, line: Line, value: Value) -> tuple[list[float], list[float]]:
+    """Give a line along the axis, in its order; nan is a gap."""
+    found = [(view.x(row), value(row)) for row in line.rows]
+    found.sort(key=lambda pair: -inf if isnan(pair[0]) else pair[0])
+    known = [y for _, y in found]
+    return [x for x, _ in found], [
+        nan if y is None or not isfinite(y) else float(y) for y in known
+    ]
+
+
+def known_values(view: View, value: Value) -> Iterator[float]:
+    """Give every value of the lines of a view that is known."""
+    for panel in view.panels:
+        for line in panel.lines:
+            for row in line.rows:
+                if (found := value(row)) is not None and isfinite(found):
+                    yield found
+
+
+def gaps(axes: Axes, view: View, panel: Panel) -> None:
+    """Mark at the foot of a panel where there is no number, and why."""
+    lost = [row for line in panel.lines for row in line.rows if row.status != OK]
+    for status, count in Counter(row.status for row in lost).items():
+        x = [view.x(row) for row in lost if row.status == status]
+        axes.plot(
+            x, [0.025] * count, transform=axes.get_xaxis_transform(), linestyle="none",
+            markersize=5, clip_on=False, label=status, **GAPS.get(status, OTHER_GAP),
+        )  # fmt: skip
+
+
+def name(axes: Axes, words: str, pad: float = 6.0) -> None:
+    """Say above a panel what it shows; that its place is given spares looking for one."""
+    axes.set_title(words, loc="left", pad=pad, y=1.0)
+    axes.yaxis.set_offset_position("right")
+
+
+# Axes: logarithmic over a decade, numbered in full.
+
+
+LETTERS, MOST = 44, 99
+"""Letters that fit below a panel, two between its numbers; and more numbers than fit."""
+
+FREQUENCIES: Style = {
+    "color": "#909090", "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 1
+}  # fmt: skip
+
+
+def scale_axis(axes: Axes, view: View, named: bool) -> None:
+    """Make the axis of the swept key."""
+    rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
+    x = [value for row in rows if not isnan(value := view.x(row))]
+    if wide(x):
+        axes.set_xscale("log")
+        decades(axes.xaxis, min(x), max(x))
+    else:
+        plain(axes.xaxis)
+    if x and min(x) < max(x):
+        axes.set_xlim(min(x), max(x))
+    axes.tick_params(labelbottom=named)
+    if named:
+        axes.set_xlabel(view.label)
+
+
+def wide(values: Iterable[float]) -> bool:
+    """Whether values span a decade, all above zero: their axis is logarithmic then."""
+    low, high = inf, -inf
+    for value in values:
+        low, high = min(low, value), max(high, value)
+    return low > 0 and high >= 10.0 * low
+
+
+def decades(axis: Any, low: float, high: float) -> None:
+    """Name 1, 2 and 5 of every decade of a logarithmic axis; 1 alone where more is too much."""
+    from matplotlib.ticker import LogLocator
+
+    def some(*steps: float) -> LogLocator:
+        return LogLocator(subs=steps, numticks=MOST)
+
+    named = [x for x in some(1.0, 2.0, 5.0).tick_values(low, high) if low <= x <= high]
+    letters = sum(len(wording.number(x)) + 2 for x in named)
+    axis.set_major_locator(some(1.0, 2.0, 5.0) if letters <= LETTERS else some(1.0))
+    axis.set_major_formatter(lambda x, _: wording.number(x))
+    axis.minorticks_off()
+
+
+def plain(axis: Any) -> None:
+    """Number the axis of a key in full: no power of ten apart, which a title could hide."""
+    axis.set_major_formatter(lambda x, _: numeral(x))
+
+
+def numeral(x: float) -> str:
+    """Give a number as it stands at an axis, with a minus as long as its digits are wide."""
+    return wording.number(x, digits=8).replace("-", "\N{MINUS SIGN}")
+
+
+# Many cases: quantile bands along a swept key, and a map of the mean.
+
+
+BANDS = ((0.05, 0.95, "#c9d8e8", "90 % of the cases"), (0.25, 0.75, "#8fb0d0", "half of them"))
+MEDIAN: Style = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
+
+LEFT_OF_MAPS, MANY_RIGHT = 0.1, 0.92
+"""Where panels begin and end, so that numbers and words beside a map have room."""
+
+BETWEEN_MAPS = 0.4
+"""Room between two maps, in widths of one [-]: the bar of the left, the key of the right."""
+
+
+def scattered(table: Table) -> bool:
+    """Tell whether a table is drawn as bands: too many cases for lines, or none that are."""
+    return len(table.rows) > HELD or any(isinstance(axis.values, Drawn) for axis in table.axes)
+
+
+def draw_many(table: Table, quantities: Sequence[Shown]) -> Figure:
+    """Give the picture of some metrics, a column each."""
+    along = along_axis(table.axes)
+    assert along is not None, "a sweep has a key"
+    others = [axis for axis in table.axes if axis is not along and len(axis.values) > 1]
+    other = max(others, key=lambda axis: len(axis.values), default=None)
+    bins, across = Bins.of(along), None if other is None else Bins.of(other)
+    approach, *references = table.approaches
+    found = [Scatter(one.metric, bins, across) for one in quantities]
+    gathered(batches_of(table.rows), approach, found)
+    beside = [Scatter(one.metric, bins, None) for one in quantities]
+    if references:
+        gathered(batches_of(table.rows), references[0], beside)
+    shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
+    if across is None:
+        figure, grid = style.sheet(1, len(shown), right=MANY_RIGHT)
+    else:
+        figure, grid = style.sheet(2, len(shown), LEFT_OF_MAPS, MANY_RIGHT, aside=BETWEEN_MAPS)
+    for place, i in enumerate(shown):
+        quantity = quantities[i]
+        axes = figure.add_subplot(grid[0, place])
+        name(axes, quantity.words)
+        bands(axes, found[i], beside[i] if references else None, quantity.scale)
+        bound(axes, table, quantity)
+        along_bins(axes, bins, named=across is None)
+        if across is not None:
+            below = figure.add_subplot(grid[1, place])
+            name(below, f"mean of {quantity.words}")
+            mapped(figure, below, found[i], quantity.scale)
+    style.complete(figure, grid, style.of_table(table, of_stroke=_of_stroke(quantities)))
+    return figure
+
+
+def bands(axes: Axes, found: Scatter, reference: Scatter | None, factor: float) -> None:
+    """Draw how a metric scatters in every bin."""
+    x = found.along.x
+    for low, high, colour, words in BANDS:
+        ends = found.curve(low) * factor, found.curve(high) * factor
+        axes.fill_between(x, *ends, color=colour, linewidth=0, label=words)
+    axes.plot(x, found.curve(0.5) * factor, **MEDIAN)
+    if reference is not None and reference.counts.any():
+        words = "median without dry friction"
+        axes.plot(x, reference.curve(0.5) * factor, **REFERENCE, label=words)
+
+
+def bound(axes: Axes, table: Table, quantity: Shown) -> None:
+    """Draw the stroke limit all cases share, or the line at which nothing is gained."""
+    stroke = table.scenario.stroke
+    axes.set_ylim(bottom=0.0)
+    if quantity.metric != STROKE:
+        axes.axhline(1.0, **UNITY)
+    elif any(axis.key == LIMIT for axis in table.axes):
+        return
+    elif stroke is not None and stroke.limit * quantity.scale <= 2.0 * axes.get_ylim()[1]:
+        limit = stroke.limit * quantity.scale
+        words = f"stroke limit {wording.number(limit, quantity.unit)}"
+        axes.axhline(limit, **response.LIMIT, label=words)
+        axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
+
+
+def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
+    """Make the axis of the key along."""
+    axes.set_xlim(bins.fences[0], bins.fences[-1])
+    _scale(axes.set_xscale, axes.xaxis, bins)
+    axes.tick_params(labelbottom=named)
+    if named:
+        axes.set_xlabel(key_label(bins.axis))
+
+
+def _scale(set_scale: Callable[[str], None], axis: Any, bins: Bins) -> None:
+    """Spread and number the axis of a swept key as its bins are."""
+    if bins.even_in_ratio:
+        set_scale("log")
+        decades(axis, bins.fences[0], bins.fences[-1])
+    else:
+        plain(axis)
+
+
+def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float) -> None:
+    """Draw the mean over two swept keys, the key across named: a bar of colours is near it."""
+    from matplotlib.ticker import MaxNLocator
+
+    assert found.across is not None, "a map has two axes"
+    x, y = found.along.fences, found.across.fences
+    values = np.ma.masked_invalid(found.map * factor)
+    mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
+    along_bins(axes, found.along, named=True)
+    axes.set_ylim(y[0], y[-1])
+    _scale(axes.set_yscale, axes.yaxis, found.across)
+    axes.set_ylabel(key_label(found.across.axis))
+    axes.grid(visible=False)
+    bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
+    # The numbers stand in a narrow margin.
+    bar.ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
+
+
+# How a metric scatters along a swept key, counted block by block.
+
 
 MOST_VALUES, FEWEST_BINS, BINS = 120, 6, 48
 """Values of a key up to which each is a bin of its own; least and most bins of other keys."""
@@ -630,6 +831,72 @@ SPAN = (log(1e-9), log(1e6))
 
 FAR_POINT = 1e-3
 """Share of a distribution without end that is drawn at the end of its axis."""
+
+
+def gathered(batches: Iterable[Batch], approach: str, scatters: Sequence[Scatter]) -> None:
+    """Let scatters count the cases of an approach."""
+    for batch in batches:
+        if batch.approach == approach:
+            for scatter in scatters:
+                scatter.add(batch)
+
+
+@dataclass
+class Scatter:
+    """How often a metric has which value in which bin, its greatest, and its mean on a map."""
+
+    metric: str
+    along: Bins
+    across: Bins | None
+    counts: NDArray[np.int64] = field(init=False)
+    sums: Floats = field(init=False)
+    cells: NDArray[np.int64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin with nothing."""
+        width = int((SPAN[1] - SPAN[0]) * FINENESS) + 2
+        self.counts = np.zeros((len(self.along), width), dtype=np.int64)
+        size = len(self.along) * (len(self.across) if self.across else 0)
+        self.sums, self.cells = np.zeros(size), np.zeros(size, dtype=np.int64)
+
+    def add(self, batch: Batch) -> None:
+        """Count the cases of a block that know the metric."""
+        values = batch.metrics[self.metric]
+        known = values == values
+        x = batch.points.get(self.along.axis.key)
+        if x is None or not known.any():
+            return
+        values, at = values[known], self.along.find(x[known])
+        width = self.counts.shape[1]
+        with np.errstate(divide="ignore"):
+            logs = np.log(values)
+        place = np.clip((logs - SPAN[0]) * FINENESS + 1, 0, width - 1).astype(np.int64)
+        np.add.at(self.counts, (at, place), 1)
+        y = batch.points.get(self.across.axis.key) if self.across else None
+        if self.across is not None and y is not None:
+            cell = at * len(self.across) + self.across.find(y[known])
+            self.sums += np.bincount(cell, values, minlength=len(self.sums))
+            self.cells += np.bincount(cell, minlength=len(self.cells))
+
+    def quantile(self, level: float) -> Floats:
+        """Give a quantile of the metric in every bin; NaN where nothing is known."""
+        below = np.cumsum(self.counts, axis=1)
+        total = below[:, -1]
+        at = np.argmax(below >= level * np.maximum(total, 1)[:, None], axis=1)
+        values = np.array([0.0 if k == 0 else exp(SPAN[0] + (k - 0.5) / FINENESS) for k in at])
+        return np.where(total > 0, values, np.nan)
+
+    def curve(self, level: float) -> Floats:
+        """Give a quantile at the points of a curve: that of a range's last bin to its end."""
+        return np.pad(self.quantile(level), self.along.beyond, mode="edge")
+
+    @property
+    def map(self) -> Floats:
+        """The mean of the metric, shape (bins across, bins along); NaN where none is known."""
+        assert self.across is not None, "asked for where there is something across"
+        with np.errstate(invalid="ignore", divide="ignore"):
+            means = self.sums / self.cells
+        return np.asarray(means.reshape(len(self.along), len(self.across)).T)
 
 
 @dataclass(frozen=True)
@@ -717,296 +984,3 @@ def _ends(law: Distribution) -> tuple[float, float]:
 def _by_ratio(law: Distribution) -> bool:
     """Tell whether a logarithmic axis may suit a key that is drawn so."""
     return isinstance(law, LogNormal) or getattr(law, "log", False)
-
-
-@dataclass
-class Scatter:
-    """How often a metric has which value in which bin, its greatest, and its mean on a map."""
-
-    metric: str
-    along: Bins
-    across: Bins | None
-    counts: NDArray[np.int64] = field(init=False)
-    sums: Floats = field(init=False)
-    cells: NDArray[np.int64] = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Begin with nothing."""
-        width = int((SPAN[1] - SPAN[0]) * FINENESS) + 2
-        self.counts = np.zeros((len(self.along), width), dtype=np.int64)
-        size = len(self.along) * (len(self.across) if self.across else 0)
-        self.sums, self.cells = np.zeros(size), np.zeros(size, dtype=np.int64)
-
-    def add(self, batch: Batch) -> None:
-        """Count the cases of a block that know the metric."""
-        values = batch.metrics[self.metric]
-        known = values == values
-        x = batch.points.get(self.along.axis.key)
-        if x is None or not known.any():
-            return
-        values, at = values[known], self.along.find(x[known])
-        width = self.counts.shape[1]
-        with np.errstate(divide="ignore"):
-            logs = np.log(values)
-        place = np.clip((logs - SPAN[0]) * FINENESS + 1, 0, width - 1).astype(np.int64)
-        np.add.at(self.counts, (at, place), 1)
-        y = batch.points.get(self.across.axis.key) if self.across else None
-        if self.across is not None and y is not None:
-            cell = at * len(self.across) + self.across.find(y[known])
-            self.sums += np.bincount(cell, values, minlength=len(self.sums))
-            self.cells += np.bincount(cell, minlength=len(self.cells))
-
-    def quantile(self, level: float) -> Floats:
-        """Give a quantile of the metric in every bin; NaN where nothing is known."""
-        below = np.cumsum(self.counts, axis=1)
-        total = below[:, -1]
-        at = np.argmax(below >= level * np.maximum(total, 1)[:, None], axis=1)
-        values = np.array([0.0 if k == 0 else exp(SPAN[0] + (k - 0.5) / FINENESS) for k in at])
-        return np.where(total > 0, values, np.nan)
-
-    def curve(self, level: float) -> Floats:
-        """Give a quantile at the points of a curve: that of a range's last bin to its end."""
-        return np.pad(self.quantile(level), self.along.beyond, mode="edge")
-
-    @property
-    def map(self) -> Floats:
-        """The mean of the metric, shape (bins across, bins along); NaN where none is known."""
-        assert self.across is not None, "asked for where there is something across"
-        with np.errstate(invalid="ignore", divide="ignore"):
-            means = self.sums / self.cells
-        return np.asarray(means.reshape(len(self.along), len(self.across)).T)
-
-
-def gathered(batches: Iterable[Batch], approach: str, scatters: Sequence[Scatter]) -> None:
-    """Let scatters count the cases of an approach."""
-    for batch in batches:
-        if batch.approach == approach:
-            for scatter in scatters:
-                scatter.add(batch)
-
-
-# The pictures of many cases: quantile bands along a swept key, and a map of the mean.
-
-
-BANDS = ((0.05, 0.95, "#c9d8e8", "90 % of the cases"), (0.25, 0.75, "#8fb0d0", "half of them"))
-MEDIAN: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.6, "label": "median"}
-
-LEFT, LEFT_OF_MAPS, MANY_RIGHT = 0.075, 0.1, 0.92
-"""Where panels begin and end, so that numbers and words beside a map have room."""
-
-BETWEEN_MAPS = 0.4
-"""Room between two maps, in widths of one [-]: the bar of the left, the key of the right."""
-
-
-def scattered(table: Table) -> bool:
-    """Tell whether a table is drawn as bands: too many cases for lines, or none that are."""
-    return len(table.rows) > HELD or any(isinstance(axis.values, Drawn) for axis in table.axes)
-
-
-def draw_many(table: Table, quantities: Sequence[Shown]) -> Figure:
-    """Give the picture of some metrics.
-
-    Parameters
-    ----------
-    table : Table
-    quantities : sequence of Shown
-        What is drawn, a column each.
-    """
-    along = along_axis(table.axes)
-    assert along is not None, "a sweep has a key"
-    others = [axis for axis in table.axes if axis is not along and len(axis.values) > 1]
-    other = max(others, key=lambda axis: len(axis.values), default=None)
-    bins, across = Bins.of(along), None if other is None else Bins.of(other)
-    approach, *references = table.approaches
-    found = [Scatter(one.metric, bins, across) for one in quantities]
-    gathered(batches_of(table.rows), approach, found)
-    beside = [Scatter(one.metric, bins, None) for one in quantities]
-    if references:
-        gathered(batches_of(table.rows), references[0], beside)
-    shown = [i for i, one in enumerate(found) if one.counts.any()] or [len(found) - 1]
-    if across is None:
-        figure, grid = style.sheet(1, len(shown), LEFT, MANY_RIGHT)
-    else:
-        figure, grid = style.sheet(2, len(shown), LEFT_OF_MAPS, MANY_RIGHT, aside=BETWEEN_MAPS)
-    for place, i in enumerate(shown):
-        quantity = quantities[i]
-        axes = figure.add_subplot(grid[0, place])
-        name(axes, quantity.words)
-        bands(axes, found[i], beside[i] if references else None, quantity.scale)
-        bound(axes, table, quantity)
-        along_bins(axes, bins, named=across is None)
-        if across is not None:
-            below = figure.add_subplot(grid[1, place])
-            name(below, f"mean of {quantity.words}")
-            mapped(figure, below, found[i], quantity.scale)
-    of_stroke = any(quantity.metric == STROKE for quantity in quantities)
-    style.complete(figure, grid, style.of_table(table, of_stroke=of_stroke))
-    return figure
-
-
-def bands(axes: Axes, found: Scatter, reference: Scatter | None, factor: float) -> None:
-    """Draw how a metric scatters in every bin."""
-    x = found.along.x
-    for low, high, colour, words in BANDS:
-        ends = found.curve(low) * factor, found.curve(high) * factor
-        axes.fill_between(x, *ends, color=colour, linewidth=0, label=words)
-    axes.plot(x, found.curve(0.5) * factor, **MEDIAN)
-    if reference is not None and reference.counts.any():
-        words = "median without dry friction"
-        axes.plot(x, reference.curve(0.5) * factor, **REFERENCE, label=words)
-
-
-def bound(axes: Axes, table: Table, quantity: Shown) -> None:
-    """Draw the stroke limit all cases share, or the line at which nothing is gained."""
-    stroke = table.scenario.stroke
-    axes.set_ylim(bottom=0.0)
-    if quantity.metric != STROKE:
-        axes.axhline(1.0, **UNITY)
-    elif any(axis.key == LIMIT for axis in table.axes):
-        return
-    elif stroke is not None and stroke.limit * quantity.scale <= 2.0 * axes.get_ylim()[1]:
-        limit = stroke.limit * quantity.scale
-        words = f"stroke limit {wording.number(limit, quantity.unit)}"
-        axes.axhline(limit, **response.LIMIT, label=words)
-        axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
-
-
-def along_bins(axes: Axes, bins: Bins, named: bool) -> None:
-    """Make the axis of the swept key."""
-    axes.set_xlim(bins.fences[0], bins.fences[-1])
-    _scale(axes.set_xscale, axes.xaxis, bins)
-    axes.tick_params(labelbottom=named)
-    if named:
-        axes.set_xlabel(key_label(bins.axis))
-
-
-def _scale(set_scale: Callable[[str], None], axis: Any, bins: Bins) -> None:
-    """Spread and number the axis of a swept key as its bins are."""
-    if bins.even_in_ratio:
-        set_scale("log")
-        decades(axis, bins.fences[0], bins.fences[-1])
-    else:
-        plain(axis)
-
-
-def mapped(figure: Figure, axes: Axes, found: Scatter, factor: float) -> None:
-    """Draw the mean over two swept keys, the key across named: a bar of colours is near it."""
-    from matplotlib.ticker import MaxNLocator
-
-    assert found.across is not None, "a map has two axes"
-    x, y = found.along.fences, found.across.fences
-    values = np.ma.masked_invalid(found.map * factor)
-    mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
-    along_bins(axes, found.along, named=True)
-    axes.set_ylim(y[0], y[-1])
-    _scale(axes.set_yscale, axes.yaxis, found.across)
-    axes.set_ylabel(key_label(found.across.axis))
-    axes.grid(visible=False)
-    bar = figure.colorbar(mesh, cax=axes.inset_axes((1.015, 0.0, 0.025, 1.0)))
-    # The numbers stand in a narrow margin.
-    bar.ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
-
-
-# The picture of the transmissibilities of a sweep.
-
-
-def transmissibility(table: Table, folder: Path) -> None:
-    """Write transmissibility.png: T_x on the left, T_a on the right, as in the paper.
-
-    Parameters
-    ----------
-    table : Table
-    folder : Path
-        Where to write.
-    """
-    style.paint(lambda: draw_transmissibility(table), folder / "transmissibility.png")
-
-
-def draw_transmissibility(table: Table) -> Figure:
-    """Give the picture of the transmissibilities, not yet rendered."""
-    if scattered(table):
-        return draw_many(table, [T_X, T_A])
-    drawn = view(table)
-    known = [one for one in (T_X, T_A) if any(True for _ in known_values(drawn, one.of))] or [
-        T_A
-    ]
-
-    def unity(axes: Axes, panel: Panel, quantity: Shown) -> None:
-        axes.axhline(1.0, **UNITY)
-
-    return over_sweep(table, drawn, known, unity)
-
-
-# The picture of the stroke in a sweep: peak |x_r|, its limit, and what end stops take.
-
-
-FAR = 3.0
-"""How many times the peak a stroke limit may be away to be drawn."""
-
-
-def stroke(table: Table, folder: Path) -> None:
-    """Write stroke.png: the peak of |x_r|, its limit, and where that is met."""
-    style.paint(lambda: draw_stroke(table), folder / "stroke.png")
-
-
-def draw_stroke(table: Table) -> Figure:
-    """Give the picture of the stroke, not yet rendered."""
-    ends = table.tallies[table.approaches[0]].ends if table.rows else {}
-    told = peak(ends.get(STROKE, (0.0, 0.0))[1])
-    if scattered(table):
-        return draw_many(table, [told])
-    # Where there are stops, |x_r| hardly tells one case from another.
-    law = table.scenario.law()
-    hits = [HIT if law.rigid else FORCE] if isinstance(law, Stopped) else []
-    drawn = view(table)
-    top = max(known_values(drawn, told.of), default=0.0)
-
-    def bound(axes: Axes, panel: Panel, quantity: Shown) -> None:
-        if quantity is not told:
-            return
-        _limit(axes, table, drawn, panel, told, FAR * top)
-        _violations(axes, drawn, panel, told)
-
-    return over_sweep(table, drawn, [told, *hits], bound)
-
-
-def _limit(
-    axes: Axes, table: Table, drawn: View, panel: Panel, told: Shown, far: float
-) -> None:
-    """Draw the stroke limit, up to so far away; where it is swept that of each case."""
-    if table.scenario.stroke is None:
-        return
-
-    def limit(row: Row) -> float:
-        return told.scale * (stroke_limit(table.scenario, row) or 0.0)
-
-    curves = [series(drawn, line, limit) for line in panel.lines]
-    levels = [{*y} for _, y in curves]
-    every = set().union(*levels)
-    if len(every) == 1:
-        (level,) = every
-        words = f"stroke limit {wording.number(level, told.unit)}"
-        _level(axes, level, far, response.LIMIT, words)
-    elif any(len(own) > 1 for own in levels):
-        near = [(x, y) for x, y in zip(*curves[0], strict=True) if y <= far]
-        axes.plot(*zip(*near, strict=True), **response.LIMIT, label="stroke limit")
-    elif len(levels) <= FEW_LINES:
-        for looks, own in zip(styles(drawn), levels, strict=True):
-            style = {**response.LIMIT, "color": looks["color"]}
-            for level in own:
-                _level(axes, level, far, style, "stroke limit of each")
-
-
-def _level(axes: Axes, level: float, far: float, style: Style, words: str) -> None:
-    """Draw a stroke limit that is the same all along the axis, if it is not too far away."""
-    if level <= far:
-        axes.axhline(level, **style, label=words)
-
-
-def _violations(axes: Axes, drawn: View, panel: Panel, told: Shown) -> None:
-    """Mark where the stroke limit is met."""
-    rows = [row for line in panel.lines for row in line.rows if row.metrics.get("violations")]
-    if rows:
-        x, y = [drawn.x(row) for row in rows], [told.of(row) or nan for row in rows]
-        style: Any = {**response.BEYOND, "markersize": 6, "linestyle": "none", "clip_on": False}
-        axes.plot(x, y, **style, label="limit met")
