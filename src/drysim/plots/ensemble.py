@@ -1,26 +1,23 @@
-"""Histograms over seeds."""
+"""ensemble.png: how the main metrics scatter over the seeds, and how their means settle."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drysim import wording
+from drysim.approach.solution import Floats
 from drysim.plots import response, style, sweep
-from drysim.plots.style import SEAT, STROKE, T_A, Shown, peak
-from drysim.study.statistics import QUANTILES, student, until_of
+from drysim.plots.style import SEAT, STROKE, T_A, Shown, Style, peak
+from drysim.study.ensemble import Ensemble
+from drysim.study.statistics import QUANTILES, Statistic, student, until_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from drysim.approach.solution import Floats
-    from drysim.study.ensemble import Ensemble
-    from drysim.study.statistics import Statistic
-
 
 FEW = 60
 """Seeds up to which each is marked."""
@@ -31,11 +28,13 @@ MOST = 2_000
 FAR = 1.0
 """How many times the scatter of the seeds a check's limit may be away to be drawn."""
 
-SEEDS: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.2}
-MEAN: dict[str, Any] = {"color": "black", "linewidth": 1.3}
-BAND: dict[str, Any] = {"facecolor": "#c9d8ea", "edgecolor": "none", "zorder": 1}
-QUANTILE: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (0, (4, 1.5))}
-INTERVAL = "95 % confidence interval of the mean"
+SEEDS: Style = {"color": "#0b3c6f", "linewidth": 1.2}
+MEAN: Style = {"color": "black", "linewidth": 1.3, "label": "mean"}
+BAND: Style = {
+    "facecolor": "#c9d8ea", "edgecolor": "none", "zorder": 1,
+    "label": "95 % confidence interval of the mean",
+}  # fmt: skip
+QUANTILE: Style = {"color": "#8a8a8a", "linewidth": 1.0, "linestyle": (0, (4, 1.5))}
 
 TOLD = (
     ("T_a", "T_a", ""),
@@ -47,14 +46,7 @@ TOLD = (
 
 
 def ensemble(made: Ensemble, folder: Path) -> None:
-    """Write ensemble.png: the distribution of the main metrics, and their running means.
-
-    Parameters
-    ----------
-    made : Ensemble
-    folder : Path
-        Where to write.
-    """
+    """Write ensemble.png: the distribution of the main metrics, and their running means."""
     style.paint(lambda: draw(made), folder / "ensemble.png")
 
 
@@ -93,12 +85,12 @@ def _distribution(
     """Draw which share of the seeds lies below a value."""
     sweep.name(axes, f"{quantity.symbol}: share of the seeds below [%]")
     ordered, n = np.sort(values), len(values)
-    mark: dict[str, Any] = {"marker": "o", "markersize": 3} if n <= FEW else {}
+    mark: Style = {"marker": "o", "markersize": 3} if n <= FEW else {}
     mean, half_width = found.mean * quantity.scale, (found.half_width or 0.0) * quantity.scale
-    axes.axvspan(mean - half_width, mean + half_width, **BAND, label=INTERVAL)
+    axes.axvspan(mean - half_width, mean + half_width, **BAND)
     for value in found.quantiles:
         axes.axvline(value * quantity.scale, **QUANTILE, label="5, 50 and 95 %")
-    axes.axvline(mean, **MEAN, label="mean")
+    axes.axvline(mean, **MEAN)
     shares = 100.0 * (np.arange(n) + 0.5) / n
     axes.plot(ordered, shares, **SEEDS, **mark, label="distribution over the seeds")
     axes.set_yticks([100 * share for share in QUANTILES])
@@ -122,8 +114,8 @@ def _settling(axes: Axes, values: Floats, quantity: Shown, last: bool) -> None:
         np.maximum(squares[part] - sums[part] ** 2 / n[part], 0.0) / (n[part] - 1) / n[part]
     )
     width = np.array([student(int(k) - 1) for k in n[part]]) * np.sqrt(spread)
-    axes.fill_between(n[part], means[part] - width, means[part] + width, **BAND, label=INTERVAL)
-    axes.plot(n[part], means[part], **MEAN, label="mean")
+    axes.fill_between(n[part], means[part] - width, means[part] + width, **BAND)
+    axes.plot(n[part], means[part], **MEAN)
     low, high = values.min(), values.max()
     room = 0.15 * (high - low) or 0.5 * abs(high) or 1.0
     # The interval of two seeds would hide all others.

@@ -1,30 +1,307 @@
-"""Time series, friction loop."""
+"""response.png: accelerations and relative displacement over time, and the friction loop.
+
+A short response is drawn whole. A long or busy one is drawn as it goes, one of very many points
+as bands from least to greatest, and below it the stretch around the largest stroke so that it
+can be read. Events stand in a curve twice, before and after, so that jumps of force and
+acceleration are upright; where the mass sticks is shaded, where it meets its stroke limit
+marked. The curves and styles serve the other pictures, too.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
 from drysim import wording
-from drysim.core.model import Dynamic, Law, Pressed, Slider, Stopped, acceleration_at
+from drysim.approach.solution import Floats, Response
+from drysim.core.model import AnyLaw, Dynamic, Law, Pressed, Slider, Stopped, acceleration_at
 from drysim.plots import style
+from drysim.plots.style import Style
+from drysim.study.outcome import Outcome
+from drysim.wording import LengthUnit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-    from drysim.approach.solution import Floats, Response
     from drysim.approach.stops import Bounded
-    from drysim.core.model import AnyLaw
-    from drysim.study.outcome import Outcome
-    from drysim.wording import LengthUnit
 
 
-# Curves of a response as a picture needs them; draws nothing.
+LONG = 20_000
+"""Grid points above which the whole response is drawn as bands."""
+
+BUSY = 60
+"""Events above which a zoomed view stands below the whole response."""
+
+FAR, NEAR = 3.0, 1.3
+"""How many times the peak a stroke limit may be away to be drawn, in all and when zoomed."""
+
+
+def response(outcome: Outcome, folder: Path) -> None:
+    """Write response.png: the motion over time and the friction loop."""
+    style.paint(lambda: draw(outcome), folder / "response.png")
+
+
+def draw(outcome: Outcome) -> Figure:
+    """Give the picture of a response, not yet rendered."""
+    motion = outcome.response
+    zoomed = len(motion) > LONG or len(motion.events) > BUSY
+    head = style.lines(outcome)
+    figure = style.blank((8.05 if zoomed else 5.15) + style.height(head))
+    style.write(figure, head)
+    if zoomed:
+        _zoomed(figure, outcome)
+    else:
+        _stretch(figure, _grid(figure, 0.9, 4.9, 2), slice(None), outcome, FAR)
+    known = style.entries(figure.axes[-3:] + figure.axes[:-3])
+    style.legend(figure, known, columns=7, length=1.8)
+    return figure
+
+
+def _zoomed(figure: Figure, outcome: Outcome) -> None:
+    """Draw a long response as it goes, and a stretch of it so that it can be read."""
+    motion, stroke = outcome.response, outcome.scenario.stroke
+    part, unit = zoom(motion, _settle(outcome)), _unit(outcome)
+    ends = ends_of(motion, slice(None))
+    above, below = pair(figure, _grid(figure, 5.05, 7.8, 1), *ends, unit)
+    if len(motion) > 2 * BINS:
+        bands(above, below, motion, unit)
+    else:
+        lines(above, below, curve(motion, slice(None)), unit)
+    if stroke:
+        draw_limit(below, motion, stroke.limit, FAR, unit)
+    settled(above, below, _settle(outcome))
+    for axes in (above, below):
+        axes.axvspan(*ends_of(motion, part), **FRAME)
+    _stretch(figure, _grid(figure, 0.9, 4.15, 2), part, outcome, NEAR)
+    figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
+
+
+def _stretch(figure: Figure, grid: GridSpec, part: slice, outcome: Outcome, far: float) -> None:
+    """Draw a stretch of the response: its curves, what sticks, its friction loop."""
+    motion, stroke, unit = outcome.response, outcome.scenario.stroke, _unit(outcome)
+    shown, (begin, end) = curve(motion, part), ends_of(motion, part)
+    above, below = pair(figure, grid, begin, end, unit)
+    lines(above, below, shown, unit)
+    stuck(above, below, part, motion)
+    if stroke:
+        draw_limit(below, motion, stroke.limit, far, unit)
+    if begin < _settle(outcome) < end:
+        settled(above, below, _settle(outcome))
+    loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
+
+
+def _unit(outcome: Outcome) -> LengthUnit:
+    """Give the unit in which x_r is drawn: that in which its peak is told."""
+    return wording.length_unit(outcome.metrics["x_r_peak"] or 0.0)
+
+
+def _settle(outcome: Outcome) -> float:
+    """Give the time before the window of the metrics [s]; a steady orbit has none."""
+    steady = outcome.response.numerics.period_multiple is not None
+    return 0.0 if steady else outcome.scenario.measure.settle
+
+
+def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
+    """Give room for two rows of panels between two heights [inch]."""
+    height = figure.get_figheight()
+    return figure.add_gridspec(
+        2, columns, width_ratios=(1.5, 1)[:columns], wspace=0.17, hspace=0.26,
+        left=0.08, right=0.98, bottom=bottom / height, top=top / height,
+    )  # fmt: skip
+
+
+# The panels: accelerations, relative displacement, friction loop.
+
+
+CROWDED = 40
+"""Crosses above which they are small, lest they hide the peaks that they mark."""
+
+DENSE, THIN = 300, 0.6
+"""Turning points above which a line would fill its panel, and its width then [pt]."""
+
+VISIBLE = 500
+"""Steps of height that can be told apart in a panel."""
+
+FEW = 12
+"""Points below which each is marked: a line alone might be too short to be seen."""
+
+# Told apart in grey as well: by lightness, width and dashes. The base lies below the mass.
+BASE: Style = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 1.9}
+MASS: Style = {"color": "#0b3c6f", "linewidth": 1.4}
+LIMIT: Style = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
+STATIC: Style = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
+BEYOND: Style = {"color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3}
+STUCK: Style = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
+FRAME: Style = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
+SETTLED: Style = {"color": "black", "linewidth": 1.0, "linestyle": (0, (7, 2, 1, 2))}
+BAND = "#bdbdbd"
+
+
+def pair(
+    figure: Figure, grid: GridSpec, begin: float, end: float, unit: LengthUnit
+) -> tuple[Axes, Axes]:
+    """Give empty panels of accelerations and relative displacement, one above the other."""
+    above = figure.add_subplot(grid[0, 0])
+    below = figure.add_subplot(grid[1, 0], sharex=above)
+    above.set_title("acceleration [m/s²]", loc="left")
+    above.tick_params(labelbottom=False)
+    below.set_title(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
+    below.set_xlabel("time $t$ [s]")
+    if end > begin:
+        below.set_xlim(begin, end)
+    for axes in (above, below):
+        axes.yaxis.set_offset_position("right")
+    return above, below
+
+
+def lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None:
+    """Draw accelerations and relative displacement over time."""
+    mark = "." if len(shown.t) < FEW else ""
+    above.plot(shown.t, shown.x_dd, **of_mass(shown.x_dd), marker=mark, label="mass ẍ")
+    above.plot(shown.t, shown.u_dd, **BASE, label="base ü")
+    x_r = shown.x_r * unit.per_metre
+    below.plot(shown.t, x_r, **MASS, marker=mark)
+    below.set_ylim(*_room(x_r))
+
+
+def of_mass(series: Floats) -> Style:
+    """Return the style of a line of the mass: thin where it has many turning points.
+
+    Those that no eye sees, as rounding makes them on a level line, do not count.
+    """
+    known = series[np.isfinite(series)]
+    scale = float(np.ptp(known)) if len(known) else 0.0
+    steps = np.diff(np.round(VISIBLE * (known - known.min()) / scale)) if scale else known[:0]
+    turns = np.count_nonzero(np.diff(np.signbit(steps[steps != 0])))
+    return {**MASS, "linewidth": THIN} if turns > DENSE else MASS
+
+
+def bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
+    """Draw the bands that a long response fills, that of the mass above that of the base."""
+    filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
+        (above, motion.base, BAND),
+        (above, motion.acceleration, MASS["color"]),
+        (below, lambda part: motion.points(part).x_r * unit.per_metre, MASS["color"]),
+    )
+    for axes, series, color in filled:
+        at, low, high = envelope(series, len(motion))
+        axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
+
+
+def stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
+    """Shade the stretches in which the mass sticks, or holds on to a contact that yields."""
+    word = label_held(motion.law)
+    for begin, length in stuck_stretches(motion, *ends_of(motion, part)):
+        for axes in (above, below):
+            axes.axvspan(begin, begin + length, **STUCK, label=word)
+
+
+def label_held(law: AnyLaw) -> str:
+    """Name what is shaded: a contact that is a spring holds while the mass goes on moving."""
+    return "contact holds" if isinstance(law, Slider) else "stuck"
+
+
+def settled(above: Axes, below: Axes, begin: float) -> None:
+    """Draw where the settling time ends, if there is any."""
+    if begin > 0:
+        for axes in (above, below):
+            axes.axvline(begin, **SETTLED, label="metrics begin")
+
+
+def draw_limit(
+    axes: Axes, motion: Response, limit: float, far: float, unit: LengthUnit
+) -> None:
+    """Draw the stroke limit [m] and mark where it is met.
+
+    One more than `far` times the peak would flatten the curve and is left out.
+    """
+    peak = greatest(motion, "x_r").value
+    if limit > far * peak > 0:
+        return
+    hits = stops_met(motion)
+    axes.autoscale(axis="y")
+    for side in (-1, 1):
+        what = "end stops" if hits else "stroke limit"
+        label = f"{what} ±{wording.number(limit * unit.per_metre, unit.sign)}"
+        axes.axhline(side * limit * unit.per_metre, **LIMIT, label=label)
+    begin, end = axes.get_xlim()
+    met = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
+    met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, unit.per_metre)
+    if len(met):
+        label = "stop met" if hits else "limit met"
+        style = {**BEYOND, "markersize": 3.5} if len(met) > CROWDED else BEYOND
+        axes.plot(*met.T, **style, linestyle="none", clip_on=False, label=label)
+
+
+def stops_met(response: Response) -> list[tuple[float, float]]:
+    """Give time [s] and x_r [m] of every hit of an end stop."""
+    law, track = response.law, cast("Bounded", response.track)
+    if not isinstance(law, Stopped):
+        return []
+    t, v_r = track.hits()
+    return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
+
+
+def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
+    """Give time [s] and x_r [m] at the largest |x_r| of every excursion to a limit [m]."""
+    found: list[tuple[float, float]] = []
+    goes_on = False
+    for part in response.parts():
+        x_r = response.points(part).x_r
+        size = np.abs(x_r)
+        steps = np.flatnonzero(np.diff(size >= limit, prepend=False, append=False))
+        for a, b in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
+            at = a + int(size[a:b].argmax())
+            peak = (part.start + at) * response.dt, float(x_r[at])
+            if not (goes_on and a == 0):
+                found.append(peak)
+            elif size[at] > abs(found[-1][1]):
+                found[-1] = peak
+        goes_on = bool(size[-1] >= limit)
+    return found
+
+
+def loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
+    """Draw the friction force over the relative displacement; what it encloses is its loss.
+
+    A repetition of a steady orbit ends where it began, wherever its last grid point is.
+    """
+    whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(motion) - 1) * motion.dt
+    if whole and motion.numerics.period_multiple:
+        shown = Curve(*(np.append(series, series[0]) for series in shown))
+    x_r = shown.x_r * unit.per_metre
+    axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
+    axes.locator_params(axis="x", nbins=5)
+    axes.yaxis.set_offset_position("right")
+    if motion.law.F_fs == 0:
+        axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
+        force = motion.plant.b * shown.v_r
+        axes.plot(x_r, force, **of_mass(force))
+        return
+    axes.set_title("friction force $F_f$ [N]", loc="left")
+    mark = "." if len(shown.t) < FEW else ""
+    axes.plot(x_r, shown.F_f, **of_mass(shown.F_f), marker=mark)
+    axes.set_xlim(*_room(x_r))
+    if not (motion.law.variation or isinstance(motion.law, Pressed)):
+        # What yields, and grips as it drags, is never static.
+        static = motion.law.sticks or motion.law.F_fs > motion.law.F_fk
+        words = "static limit ±$F_{fs}$" if static else "friction limit ±$F_{fk}$"
+        for side in (-1, 1):
+            axes.axhline(side * motion.law.F_fs, **STATIC, label=words)
+
+
+def _room(x_r: Floats) -> tuple[float | None, float | None]:
+    """Give the range of a mass that does not move; otherwise the curve has its own."""
+    low, high = float(x_r.min()), float(x_r.max())
+    return (low - 1, high + 1) if low == high else (None, None)
+
+
+# The curves of a response as a picture needs them.
 
 
 BINS = 1200
@@ -62,19 +339,7 @@ class Peak(NamedTuple):
 
 
 def curve(response: Response, part: slice) -> Curve:
-    """Give a stretch of the response in which jumps of force and acceleration stand upright.
-
-    Parameters
-    ----------
-    response : Response
-    part : slice
-        Part of the grid.
-
-    Returns
-    -------
-    Curve
-        Grid points and events in the order of time.
-    """
+    """Give a part of the grid and its events: jumps of force and acceleration stand upright."""
     points = grid(response, part)
     sides = _event_sides(response, *ends_of(response, part))
     merged = [np.concatenate(series) for series in zip(*sides, points, strict=True)]
@@ -180,11 +445,7 @@ def greatest(response: Response, name: str, begin: int = 0) -> Peak:
 def zoom(response: Response, begin: float) -> slice:
     """Give the part of the grid around the largest stroke; around the largest ü when stuck.
 
-    Parameters
-    ----------
-    response : Response
-    begin : float
-        End of the settling time [s]; the largest stroke is looked for behind it.
+    It is looked for from `begin` on, the end of the settling time [s].
     """
     length, settled = len(response), min(round(begin / response.dt), len(response) - 1)
     x_r = response.points(slice(0, 1)).x_r
@@ -209,309 +470,3 @@ def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[
     first = np.maximum(events.t[stuck], begin)
     last = np.minimum(until[stuck], end)
     return [(a, b - a) for a, b in zip(first.tolist(), last.tolist(), strict=True) if b > a]
-
-
-# Where a motion meets its stroke limit, as a picture needs it; draws nothing.
-
-
-def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
-    """Give time [s] and x_r [m] at the largest |x_r| of every excursion to a limit [m]."""
-    found: list[tuple[float, float]] = []
-    goes_on = False
-    for part in response.parts():
-        x_r = response.points(part).x_r
-        size = np.abs(x_r)
-        steps = np.flatnonzero(np.diff(size >= limit, prepend=False, append=False))
-        for a, b in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
-            at = a + int(size[a:b].argmax())
-            peak = (part.start + at) * response.dt, float(x_r[at])
-            if not (goes_on and a == 0):
-                found.append(peak)
-            elif size[at] > abs(found[-1][1]):
-                found[-1] = peak
-        goes_on = bool(size[-1] >= limit)
-    return found
-
-
-# The panels of a response: accelerations, relative displacement, friction loop.
-
-
-CROWDED = 40
-"""Crosses above which they are small, lest they hide the peaks that they mark."""
-
-DENSE, THIN = 300, 0.6
-"""Turning points above which a line would fill its panel, and its width then [pt]."""
-
-VISIBLE = 500
-"""Steps of height that can be told apart in a panel."""
-
-FEW = 12
-"""Points below which each is marked: a line alone might be too short to be seen."""
-
-# Told apart in grey as well: by lightness, width and dashes. The base lies below the mass.
-BASE: dict[str, Any] = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 1.9}
-MASS: dict[str, Any] = {"color": "#0b3c6f", "linewidth": 1.4}
-LIMIT: dict[str, Any] = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
-STATIC: dict[str, Any] = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
-BEYOND: dict[str, Any] = {"color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3}
-STUCK: dict[str, Any] = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
-FRAME: dict[str, Any] = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
-SETTLED: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (7, 2, 1, 2))}
-BAND = "#bdbdbd"
-
-
-def pair(
-    figure: Figure, grid: GridSpec, begin: float, end: float, unit: LengthUnit
-) -> tuple[Axes, Axes]:
-    """Give empty panels of accelerations and relative displacement, one above the other."""
-    above = figure.add_subplot(grid[0, 0])
-    below = figure.add_subplot(grid[1, 0], sharex=above)
-    above.set_title("acceleration [m/s²]", loc="left")
-    above.tick_params(labelbottom=False)
-    below.set_title(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
-    below.set_xlabel("time $t$ [s]")
-    if end > begin:
-        below.set_xlim(begin, end)
-    for axes in (above, below):
-        axes.yaxis.set_offset_position("right")
-    return above, below
-
-
-def lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None:
-    """Draw accelerations and relative displacement over time."""
-    mark = "." if len(shown.t) < FEW else ""
-    above.plot(shown.t, shown.x_dd, **of_mass(shown.x_dd), marker=mark, label="mass ẍ")
-    above.plot(shown.t, shown.u_dd, **BASE, label="base ü")
-    x_r = shown.x_r * unit.per_metre
-    below.plot(shown.t, x_r, **MASS, marker=mark)
-    below.set_ylim(*_room(x_r))
-
-
-def of_mass(series: Floats) -> dict[str, Any]:
-    """Return the style of a line of the mass: thin where it has many turning points.
-
-    Those that no eye sees, as rounding makes them on a level line, do not count.
-    """
-    known = series[np.isfinite(series)]
-    scale = float(np.ptp(known)) if len(known) else 0.0
-    steps = np.diff(np.round(VISIBLE * (known - known.min()) / scale)) if scale else known[:0]
-    turns = np.count_nonzero(np.diff(np.signbit(steps[steps != 0])))
-    return {**MASS, "linewidth": THIN} if turns > DENSE else MASS
-
-
-def bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
-    """Draw the bands that a long response fills, that of the mass above that of the base."""
-    filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
-        (above, motion.base, BAND),
-        (above, motion.acceleration, MASS["color"]),
-        (below, lambda part: motion.points(part).x_r * unit.per_metre, MASS["color"]),
-    )
-    for axes, series, color in filled:
-        at, low, high = envelope(series, len(motion))
-        axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
-
-
-def stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
-    """Shade the stretches in which the mass sticks, or holds on to a contact that yields."""
-    word = label_held(motion.law)
-    for begin, length in stuck_stretches(motion, *ends_of(motion, part)):
-        for axes in (above, below):
-            axes.axvspan(begin, begin + length, **STUCK, label=word)
-
-
-def label_held(law: AnyLaw) -> str:
-    """Name what is shaded: a contact that is a spring holds while the mass goes on moving."""
-    return "contact holds" if isinstance(law, Slider) else "stuck"
-
-
-def frame(above: Axes, below: Axes, begin: float, end: float) -> None:
-    """Frame the stretch that is drawn once more below."""
-    for axes in (above, below):
-        axes.axvspan(begin, end, **FRAME)
-
-
-def settled(above: Axes, below: Axes, begin: float) -> None:
-    """Draw where the settling time ends, if there is any."""
-    if begin > 0:
-        for axes in (above, below):
-            axes.axvline(begin, **SETTLED, label="metrics begin")
-
-
-def draw_limit(
-    axes: Axes, motion: Response, limit: float, far: float, unit: LengthUnit
-) -> None:
-    """Draw the stroke limit and mark where it is met.
-
-    Parameters
-    ----------
-    axes : Axes
-        The panel of the relative displacement.
-    motion : Response
-    limit : float
-        x_rM [m].
-    far : float
-        A limit more than this many times the peak would flatten the curve and is left out.
-    unit : LengthUnit
-        Of the panel.
-    """
-    peak = greatest(motion, "x_r").value
-    if limit > far * peak > 0:
-        return
-    hits = stops_met(motion)
-    axes.autoscale(axis="y")
-    for side in (-1, 1):
-        what = "end stops" if hits else "stroke limit"
-        label = f"{what} ±{wording.number(limit * unit.per_metre, unit.sign)}"
-        axes.axhline(side * limit * unit.per_metre, **LIMIT, label=label)
-    begin, end = axes.get_xlim()
-    met = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
-    met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, unit.per_metre)
-    if len(met):
-        label = "stop met" if hits else "limit met"
-        style = {**BEYOND, "markersize": 3.5} if len(met) > CROWDED else BEYOND
-        axes.plot(*met.T, **style, linestyle="none", clip_on=False, label=label)
-
-
-def stops_met(response: Response) -> list[tuple[float, float]]:
-    """Give time [s] and x_r [m] of every hit of an end stop."""
-    law, track = response.law, cast("Bounded", response.track)
-    if not isinstance(law, Stopped):
-        return []
-    t, v_r = track.hits()
-    return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
-
-
-def loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
-    """Draw the friction force over the relative displacement; what it encloses is its loss.
-
-    A repetition of a steady orbit ends where it began, wherever its last grid point is.
-    """
-    whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(motion) - 1) * motion.dt
-    if whole and motion.numerics.period_multiple:
-        shown = Curve(*(np.append(series, series[0]) for series in shown))
-    x_r = shown.x_r * unit.per_metre
-    axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
-    axes.locator_params(axis="x", nbins=5)
-    axes.yaxis.set_offset_position("right")
-    if motion.law.F_fs == 0:
-        axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
-        force = motion.plant.b * shown.v_r
-        axes.plot(x_r, force, **of_mass(force))
-        return
-    axes.set_title("friction force $F_f$ [N]", loc="left")
-    mark = "." if len(shown.t) < FEW else ""
-    axes.plot(x_r, shown.F_f, **of_mass(shown.F_f), marker=mark)
-    axes.set_xlim(*_room(x_r))
-    if not (motion.law.variation or isinstance(motion.law, Pressed)):
-        words, symbol = limit_of(motion.law)
-        for side in (-1, 1):
-            axes.axhline(side * motion.law.F_fs, **STATIC, label=f"{words} ±{symbol}")
-
-
-def limit_of(law: AnyLaw) -> tuple[str, str]:
-    """Name the greatest friction force: what yields, and grips as it drags, is never static."""
-    if law.sticks or law.F_fs > law.F_fk:
-        return "static limit", "$F_{fs}$"
-    return "friction limit", "$F_{fk}$"
-
-
-def _room(x_r: Floats) -> tuple[float | None, float | None]:
-    """Give the range of a mass that does not move; otherwise the curve has its own."""
-    low, high = float(x_r.min()), float(x_r.max())
-    return (low - 1, high + 1) if low == high else (None, None)
-
-
-# The picture of a response: the motion over time and the friction loop.
-
-
-LONG = 20_000
-"""Grid points above which the whole response is drawn as bands."""
-
-BUSY = 60
-"""Events above which a zoomed view stands below the whole response."""
-
-FAR, NEAR = 3.0, 1.3
-"""How many times the peak a stroke limit may be away to be drawn, in all and when zoomed."""
-
-
-def response(outcome: Outcome, folder: Path) -> None:
-    """Write response.png: the motion over time and the friction loop.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path
-        Where to write.
-    """
-    style.paint(lambda: draw(outcome), folder / "response.png")
-
-
-def draw(outcome: Outcome) -> Figure:
-    """Give the picture of a response, not yet rendered."""
-    motion = outcome.response
-    zoomed = len(motion) > LONG or len(motion.events) > BUSY
-    body, arrange = (8.05, _zoomed) if zoomed else (5.15, _whole)
-    head = style.lines(outcome)
-    figure = style.blank(body + style.height(head))
-    style.write(figure, head)
-    arrange(figure, outcome)
-    known = style.entries(figure.axes[-3:] + figure.axes[:-3])
-    style.legend(figure, known, columns=7, length=1.8)
-    return figure
-
-
-def _whole(figure: Figure, outcome: Outcome) -> None:
-    """Draw all of a short response, the loop as large as the rest."""
-    _stretch(figure, _grid(figure, 0.9, 4.9, 2), slice(None), outcome, FAR)
-
-
-def _zoomed(figure: Figure, outcome: Outcome) -> None:
-    """Draw a long response as it goes, and a stretch of it so that it can be read."""
-    motion, stroke = outcome.response, outcome.scenario.stroke
-    part, unit = zoom(motion, _settle(outcome)), _unit(outcome)
-    ends = ends_of(motion, slice(None))
-    above, below = pair(figure, _grid(figure, 5.05, 7.8, 1), *ends, unit)
-    if len(motion) > 2 * BINS:
-        bands(above, below, motion, unit)
-    else:
-        lines(above, below, curve(motion, slice(None)), unit)
-    if stroke:
-        draw_limit(below, motion, stroke.limit, FAR, unit)
-    settled(above, below, _settle(outcome))
-    frame(above, below, *ends_of(motion, part))
-    _stretch(figure, _grid(figure, 0.9, 4.15, 2), part, outcome, NEAR)
-    figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
-
-
-def _stretch(figure: Figure, grid: GridSpec, part: slice, outcome: Outcome, far: float) -> None:
-    """Draw a stretch of the response: its curves, what sticks, its friction loop."""
-    motion, stroke, unit = outcome.response, outcome.scenario.stroke, _unit(outcome)
-    shown, (begin, end) = curve(motion, part), ends_of(motion, part)
-    above, below = pair(figure, grid, begin, end, unit)
-    lines(above, below, shown, unit)
-    stuck(above, below, part, motion)
-    if stroke:
-        draw_limit(below, motion, stroke.limit, far, unit)
-    if begin < _settle(outcome) < end:
-        settled(above, below, _settle(outcome))
-    loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
-
-
-def _unit(outcome: Outcome) -> LengthUnit:
-    """Give the unit in which x_r is drawn: that in which its peak is told."""
-    return wording.length_unit(outcome.metrics["x_r_peak"] or 0.0)
-
-
-def _settle(outcome: Outcome) -> float:
-    """Give the time before the window of the metrics [s]; a steady orbit has none."""
-    steady = outcome.response.numerics.period_multiple is not None
-    return 0.0 if steady else outcome.scenario.measure.settle
-
-
-def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
-    """Give room for two rows of panels between two heights [inch]."""
-    height = figure.get_figheight()
-    return figure.add_gridspec(
-        2, columns, width_ratios=(1.5, 1)[:columns], wspace=0.17, hspace=0.26,
-        left=0.08, right=0.98, bottom=bottom / height, top=top / height,
-    )  # fmt: skip

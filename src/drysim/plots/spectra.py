@@ -1,25 +1,26 @@
-"""PSD, H1, coherence."""
+"""spectra.png: PSD of base and mass, transmissibility H1 and its coherence.
+
+H1 and coherence are drawn only where the base moves: elsewhere they are ratios of leaks.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim import wording
-from drysim.metrics.spectra import viscous_transmissibility
+from drysim.metrics.spectra import Spectra, viscous_transmissibility
 from drysim.plots import style, sweep
 from drysim.plots.response import BASE, FEW, of_mass
+from drysim.plots.style import Style
+from drysim.study.outcome import Outcome
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    from drysim.metrics.spectra import Spectra
-    from drysim.study.outcome import Outcome
-
 
 POWER = 1e-3
 """Where the PSD of the base is below this share of its peak, H1 is the ratio of two leaks."""
@@ -27,18 +28,11 @@ POWER = 1e-3
 DECADES = 1e-6
 """How far below its peak a PSD is drawn."""
 
-VISCOUS: dict[str, Any] = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
+VISCOUS: Style = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
 
 
 def spectra(outcome: Outcome, folder: Path) -> None:
-    """Write spectra.png, but only when spectra were asked for.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path
-        Where to write.
-    """
+    """Write spectra.png, but only when spectra were asked for."""
     if outcome.spectra is not None:
         style.paint(lambda: draw(outcome), folder / "spectra.png")
 
