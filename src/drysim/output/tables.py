@@ -1,4 +1,9 @@
-"""CSV and Parquet: columns, units."""
+"""Tables: CSV files of a run and of many cases, Parquet of many cases; their columns and units.
+
+Numbers are the shortest text that reads back as the same number. Blocks of rows are written as
+they come, their text made ahead in threads by a kernel, or in plain Python by the same rules.
+Parquet has a file a block, for pandas, Polars, DuckDB and their like.
+"""
 
 from __future__ import annotations
 
@@ -11,141 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import system
-from drysim.approach.solution import EVENT_NAMES
+from drysim.approach.solution import EVENT_NAMES, Events, Response
 from drysim.core.compile import is_plain
 from drysim.core.model import BLOCK, Stopped
 from drysim.errors import UsageError
 from drysim.metrics import BOUNDED, COMFORT
 from drysim.metrics import UNITS as METRIC_UNITS
-from drysim.study.rows import COUNTED, HELD, STATUSES, batches_of
+from drysim.study.rows import COUNTED, HELD, STATUSES, Batch, Row, batches_of
 
 if TYPE_CHECKING:
-    from drysim.approach.solution import Events, Response
     from drysim.study.compare import Comparison
     from drysim.study.outcome import Outcome
-    from drysim.study.rows import Batch, Row
     from drysim.study.table import Table
-
-
-# Rows of CSV: numbers as the shortest text that reads back as the same number.
-
-
-WORKERS = 4
-"""Most threads that make text; one more writes it down, and hardly a disk is faster."""
-
-Text = bytes | memoryview
-Given = TypeVar("Given")
-
-
-class Block(NamedTuple):
-    """Columns of numbers, and which word stands in each row; all of shape (n,)."""
-
-    numbers: Sequence[NDArray[np.float64]]
-    codes: NDArray[np.generic]
-
-
-class Cases(NamedTuple):
-    """Cases of one approach as columns of numbers, shape (columns, n); NaN for not known."""
-
-    approach: str
-    numbers: NDArray[np.float64]
-    whole: Sequence[bool]
-    status: NDArray[np.int8]
-
-
-def texts(values: NDArray[np.float64]) -> Iterator[str]:
-    """Give the shortest text that reads back as the same number; -0.0 becomes 0.0."""
-    return map(repr, (values + 0.0).tolist())
-
-
-def joined(columns: Iterable[Iterable[str]]) -> bytes:
-    """Give columns of cells as rows."""
-    return "".join(map("{}\n".format, map(",".join, zip(*columns, strict=True)))).encode()
-
-
-def rows(blocks: Iterable[Block], words: Sequence[str], place: int) -> Iterator[Text]:
-    """Give blocks as rows, in order.
-
-    Parameters
-    ----------
-    blocks : iterable of Block
-    words : sequence of str
-        By code.
-    place : int
-        Columns of numbers before the words.
-    """
-    if is_plain():
-        return (_spoken(words, place, block) for block in blocks)
-    return _ahead(partial(_printed, words, place), blocks)
-
-
-def _spoken(words: Sequence[str], place: int, block: Block) -> bytes:
-    """Give the rows of a block, in plain Python."""
-    columns: list[Iterable[str]] = [texts(column) for column in block.numbers]
-    columns.insert(place, map(words.__getitem__, block.codes.tolist()))
-    return joined(columns)
-
-
-def _printed(words: Sequence[str], place: int, block: Block) -> memoryview:
-    """Give the rows of a block by the kernel."""
-    from drysim.core.digits import WIDTH, put_rows
-
-    numbers, table = np.stack(block.numbers), _table(words)
-    longest = len(numbers) * (WIDTH + 1) + table.shape[1] + 1
-    out = np.empty(len(block.codes) * longest, np.uint8)
-    codes = block.codes.astype(np.int64)
-    return out[: put_rows(numbers.view(np.uint64), codes, table, place, out)].data
-
-
-def _table(words: Sequence[str]) -> NDArray[np.uint8]:
-    """Give words as rows of letters, as the kernel wants them."""
-    letters = np.array([word.encode() for word in words])
-    return letters.view(np.uint8).reshape(len(words), -1)
-
-
-def cases(blocks: Iterable[Cases], words: Sequence[str], place: int) -> Iterator[Text]:
-    """Give blocks of cases as rows, in order; `words` and `place` are those of the status."""
-    if is_plain():
-        return (_listed(words, place, block) for block in blocks)
-    return _ahead(partial(_put, words, place), blocks)
-
-
-def _listed(words: Sequence[str], place: int, block: Cases) -> bytes:
-    """Give the rows of a block of cases, in plain Python."""
-    columns: list[Iterable[str]] = []
-    for column, whole in zip(block.numbers.tolist(), block.whole, strict=True):
-        kind = int if whole else float
-        columns.append(["" if x != x else str(kind(x) + 0) for x in column])
-    columns.insert(place, map(words.__getitem__, block.status.tolist()))
-    return joined([[block.approach] * len(block.status), *columns])
-
-
-def _put(words: Sequence[str], place: int, block: Cases) -> memoryview:
-    """Give the rows of a block of cases by the kernel."""
-    from drysim.core.digits import WIDTH, put_cases
-
-    table = _table(words)
-    name = np.frombuffer(block.approach.encode(), np.uint8)
-    longest = len(block.numbers) * (WIDTH + 1) + table.shape[1] + len(name) + 2
-    out = np.empty(len(block.status) * longest, np.uint8)
-    whole, codes = np.array(block.whole), block.status.astype(np.int64)
-    bits = np.ascontiguousarray(block.numbers).view(np.uint64)
-    return out[: put_cases(bits, whole, name, codes, table, place, out)].data
-
-
-def _ahead(make: Callable[[Given], memoryview], blocks: Iterable[Given]) -> Iterator[Text]:
-    """Give the text of every block, in order; some are made ahead, in threads."""
-    from drysim.system import in_order
-
-    return in_order(make, blocks, min(system.processors(), WORKERS))
-
-
-def text(value: float | None) -> str:
-    """Give the shortest text that reads back as the same number; nothing for not known."""
-    return "" if value is None else str(value + 0)
-
-
-# CSV files; owns the column names and their units.
 
 
 NUMBERS = (
@@ -176,14 +58,7 @@ CODES = sorted(EVENT_NAMES)
 
 
 def response(outcome: Outcome, folder: Path) -> None:
-    """Write response.csv: the motion on its grid; where there are end stops, their force too.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path
-        Where to write.
-    """
+    """Write response.csv: the motion on its grid, and where there are end stops their force."""
     motion = outcome.response
     stops = isinstance(motion.law, Stopped)
     blocks = (_motion(motion, part, stops) for part in motion.parts())
@@ -228,19 +103,12 @@ def _events(found: Events, part: slice) -> Block:
     return Block((found.t[part], found.x_r[part], found.F_L[part]), words)
 
 
-def write(file: Path, headings: Sequence[str], blocks: Iterable[Text]) -> None:
-    """Write a header row and blocks of rows."""
-    with file.open("wb") as out:
-        out.write((",".join(headings) + "\n").encode())
-        out.writelines(blocks)
-
-
 def heading(name: str) -> str:
     """Give the header cell of a column, e.g. `x_r [m]`."""
     return f"{name} [{UNITS[name]}]" if UNITS[name] else name
 
 
-# CSV files of many cases: a row for each case of each approach.
+# Many cases: a row for each case of each approach.
 
 
 FORCES = ("F_fk", "F_fs")
@@ -253,14 +121,7 @@ MEANS = ("a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "stuck_share")
 
 
 def transmissibility(table: Table, folder: Path) -> None:
-    """Write transmissibility.csv: every case of a sweep, then those of its reference.
-
-    Parameters
-    ----------
-    table : Table
-    folder : Path
-        Where to write.
-    """
+    """Write transmissibility.csv: every case of a sweep, then those of its reference."""
     headings, felt = _headings(table), felt_of(table)
     if len(table.rows) <= HELD or _many(table):
         lines: Iterable[Text] = [joined(_columns(table))]
@@ -304,6 +165,22 @@ def _met(table: Table, approach: str) -> Iterator[Text]:
             yield joined([*_points(table, rows), *known(rows, VIOLATION)])
 
 
+def felt_of(table: Table) -> tuple[str, ...]:
+    """Give the metrics that only a weighting or end stops add, behind all other columns."""
+    felt = COMFORT if table.scenario.measure.weights else ()
+    return felt if table.scenario.stops is None else (*felt, *BOUNDED)
+
+
+def means_of(table: Table) -> tuple[str, ...]:
+    """Give the metrics whose confidence interval is told; none without many seeds."""
+    return (*MEANS, *felt_of(table)) if _many(table) else ()
+
+
+def _many(table: Table) -> bool:
+    """Tell whether any case is many seeds; columns behind all others tell of them then."""
+    return any(tally.seeds for tally in table.tallies.values())
+
+
 def _headings(table: Table) -> list[str]:
     """Give the header cells of a table of cases."""
     return [
@@ -314,6 +191,19 @@ def _headings(table: Table) -> list[str]:
         *map(heading, felt_of(table)),
         *_widths(table),
     ]
+
+
+def _keys(table: Table) -> list[str]:
+    """Give the header cells of the swept keys."""
+    return [f"{axis.key} [{axis.unit or '-'}]" for axis in table.axes]
+
+
+def _widths(table: Table) -> list[str]:
+    """Give the header cells of what is known of means over many seeds."""
+    names = means_of(table)
+    units = [heading(name).removeprefix(name) for name in names]
+    cells = [f"{name}_half_width{unit}" for name, unit in zip(names, units, strict=True)]
+    return [heading("seeds"), *cells] if cells else []
 
 
 def _columns(table: Table) -> list[Iterable[str]]:
@@ -331,39 +221,13 @@ def _columns(table: Table) -> list[Iterable[str]]:
     ]
 
 
-def _block(batch: Batch, keys: Sequence[str], felt: Sequence[str]) -> Cases:
-    """Give a block of cases as columns of numbers; a key that the approach lacks has none."""
-    lacking = np.full(len(batch), np.nan)
-    points = [batch.points.get(key, lacking) for key in keys]
-    named = [batch.metrics[name] for name in (*METRICS, *felt)]
-    whole = [column.dtype.kind == "i" for column in points]
-    counts = [name in COUNTED for name in (*METRICS, *felt)]
-    numbers = np.array([*points, batch.F_fk, batch.F_fs, *named], dtype=float)
-    return Cases(batch.approach, numbers, [*whole, False, False, *counts], batch.status)
+def _points(table: Table, rows: Sequence[Row]) -> list[list[str]]:
+    return [[text(row.point.get(axis.key)) for row in rows] for axis in table.axes]
 
 
-def felt_of(table: Table) -> tuple[str, ...]:
-    """Give the metrics that only a weighting or end stops add, behind all other columns."""
-    felt = COMFORT if table.scenario.measure.weights else ()
-    return felt if table.scenario.stops is None else (*felt, *BOUNDED)
-
-
-def means_of(table: Table) -> tuple[str, ...]:
-    """Give the metrics whose confidence interval is told; none without many seeds."""
-    return (*MEANS, *felt_of(table)) if _many(table) else ()
-
-
-def _many(table: Table) -> bool:
-    """Tell whether any case is many seeds; columns behind all others tell of them then."""
-    return any(tally.seeds for tally in table.tallies.values())
-
-
-def _widths(table: Table) -> list[str]:
-    """Give the header cells of what is known of means over many seeds."""
-    names = means_of(table)
-    units = [heading(name).removeprefix(name) for name in names]
-    cells = [f"{name}_half_width{unit}" for name, unit in zip(names, units, strict=True)]
-    return [heading("seeds"), *cells] if cells else []
+def known(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
+    """Give the cells of some metrics, column by column."""
+    return [[text(row.metrics.get(name)) for row in rows] for name in metrics]
 
 
 def _spread(table: Table) -> list[list[str]]:
@@ -375,24 +239,19 @@ def _spread(table: Table) -> list[list[str]]:
     return [[str(row.seeds) for row in rows], *widths]
 
 
-def _keys(table: Table) -> list[str]:
-    """Give the header cells of the swept keys."""
-    return [f"{axis.key} [{axis.unit or '-'}]" for axis in table.axes]
+def _block(batch: Batch, keys: Sequence[str], felt: Sequence[str]) -> Cases:
+    """Give a block of cases as columns of numbers; a key that the approach lacks has none."""
+    lacking = np.full(len(batch), np.nan)
+    points = [batch.points.get(key, lacking) for key in keys]
+    named = [batch.metrics[name] for name in (*METRICS, *felt)]
+    whole = [column.dtype.kind == "i" for column in points]
+    counts = [name in COUNTED for name in (*METRICS, *felt)]
+    numbers = np.array([*points, batch.F_fk, batch.F_fs, *named], dtype=float)
+    return Cases(batch.approach, numbers, [*whole, False, False, *counts], batch.status)
 
 
-def _points(table: Table, rows: Sequence[Row]) -> list[list[str]]:
-    return [[text(row.point.get(axis.key)) for row in rows] for axis in table.axes]
+# The same as Parquet.
 
-
-def known(rows: Sequence[Row], metrics: Sequence[str]) -> list[list[str]]:
-    """Give the cells of some metrics, column by column."""
-    return [[text(row.metrics.get(name)) for row in rows] for name in metrics]
-
-
-# Parquet of many cases: a file a block, for pandas, Polars, DuckDB and their like.
-
-
-Names = tuple[str, ...]
 
 FOLDER = "transmissibility"
 """The dataset: `approach=<name>/<number of the first case>.parquet` within it."""
@@ -416,29 +275,22 @@ def require() -> None:
 
 
 def transmissibility_parquet(table: Table, folder: Path) -> None:
-    """Write the cases of a sweep as a dataset; its columns are those of transmissibility.csv.
-
-    Parameters
-    ----------
-    table : Table
-    folder : Path
-        Where to write.
-    """
+    """Write the cases of a sweep as a dataset, with the columns of transmissibility.csv."""
     import pyarrow.parquet
 
-    felt, means = felt_of(table), means_of(table)
     for batch in batches_of(table.rows):
         place = folder / FOLDER / f"approach={batch.approach}"
         place.mkdir(parents=True, exist_ok=True)
         file = place / f"{batch.first:012d}.parquet"
-        pyarrow.parquet.write_table(_arrow(table, batch, felt, means), file)
+        pyarrow.parquet.write_table(_arrow(table, batch), file)
 
 
-def _arrow(table: Table, batch: Batch, felt: Names, means: Names) -> Any:
+def _arrow(table: Table, batch: Batch) -> Any:
     """Give a block of cases as Arrow has them, the unit of each column in its metadata."""
     import pyarrow
 
     fields, columns = [], []
+    means = means_of(table)
 
     def put(name: str, unit: str, values: Any, kind: Any, missing: Any = None) -> None:
         fields.append(pyarrow.field(name, kind, metadata={"unit": unit or "-"}))
@@ -453,7 +305,7 @@ def _arrow(table: Table, batch: Batch, felt: Names, means: Names) -> Any:
         put(axis.key, axis.unit, values, kind, lacking)
     for name in FORCES:
         put(name, UNITS[name], getattr(batch, name), pyarrow.float64())
-    for name in (*METRICS, *felt):
+    for name in (*METRICS, *felt_of(table)):
         values = batch.metrics[name]
         missing = np.isnan(values)
         if name in COUNTED:
@@ -469,3 +321,117 @@ def _arrow(table: Table, batch: Batch, felt: Names, means: Names) -> Any:
         widths = [one.half_widths.get(name) if one else None for one in known]
         put(f"{name}_half_width", UNITS[name], widths, pyarrow.float64())
     return pyarrow.table(columns, schema=pyarrow.schema(fields))
+
+
+# Rows of CSV.
+
+
+WORKERS = 4
+"""Most threads that make text; one more writes it down, and hardly a disk is faster."""
+
+Text = bytes | memoryview
+Given = TypeVar("Given")
+
+
+class Block(NamedTuple):
+    """Columns of numbers, and which word stands in each row; all of shape (n,)."""
+
+    numbers: Sequence[NDArray[np.float64]]
+    codes: NDArray[np.generic]
+
+
+class Cases(NamedTuple):
+    """Cases of one approach as columns of numbers, shape (columns, n); NaN for not known."""
+
+    approach: str
+    numbers: NDArray[np.float64]
+    whole: Sequence[bool]
+    status: NDArray[np.int8]
+
+
+def write(file: Path, headings: Sequence[str], blocks: Iterable[Text]) -> None:
+    """Write a header row and blocks of rows."""
+    with file.open("wb") as out:
+        out.write((",".join(headings) + "\n").encode())
+        out.writelines(blocks)
+
+
+def rows(blocks: Iterable[Block], words: Sequence[str], place: int) -> Iterator[Text]:
+    """Give blocks as rows, in order; one of `words`, by code, stands behind `place` numbers."""
+    if is_plain():
+        return (_spoken(words, place, block) for block in blocks)
+    return _ahead(partial(_printed, words, place), blocks)
+
+
+def _spoken(words: Sequence[str], place: int, block: Block) -> bytes:
+    """Give the rows of a block, in plain Python."""
+    columns: list[Iterable[str]] = [texts(column) for column in block.numbers]
+    columns.insert(place, map(words.__getitem__, block.codes.tolist()))
+    return joined(columns)
+
+
+def _printed(words: Sequence[str], place: int, block: Block) -> memoryview:
+    """Give the rows of a block by the kernel."""
+    from drysim.core.digits import WIDTH, put_rows
+
+    numbers, table = np.stack(block.numbers), _table(words)
+    longest = len(numbers) * (WIDTH + 1) + table.shape[1] + 1
+    out = np.empty(len(block.codes) * longest, np.uint8)
+    codes = block.codes.astype(np.int64)
+    return out[: put_rows(numbers.view(np.uint64), codes, table, place, out)].data
+
+
+def cases(blocks: Iterable[Cases], words: Sequence[str], place: int) -> Iterator[Text]:
+    """Give blocks of cases as rows, in order; `words` and `place` are those of the status."""
+    if is_plain():
+        return (_listed(words, place, block) for block in blocks)
+    return _ahead(partial(_put, words, place), blocks)
+
+
+def _listed(words: Sequence[str], place: int, block: Cases) -> bytes:
+    """Give the rows of a block of cases, in plain Python."""
+    columns: list[Iterable[str]] = []
+    for column, whole in zip(block.numbers.tolist(), block.whole, strict=True):
+        kind = int if whole else float
+        columns.append(["" if x != x else str(kind(x) + 0) for x in column])
+    columns.insert(place, map(words.__getitem__, block.status.tolist()))
+    return joined([[block.approach] * len(block.status), *columns])
+
+
+def _put(words: Sequence[str], place: int, block: Cases) -> memoryview:
+    """Give the rows of a block of cases by the kernel."""
+    from drysim.core.digits import WIDTH, put_cases
+
+    table = _table(words)
+    name = np.frombuffer(block.approach.encode(), np.uint8)
+    longest = len(block.numbers) * (WIDTH + 1) + table.shape[1] + len(name) + 2
+    out = np.empty(len(block.status) * longest, np.uint8)
+    whole, codes = np.array(block.whole), block.status.astype(np.int64)
+    bits = np.ascontiguousarray(block.numbers).view(np.uint64)
+    return out[: put_cases(bits, whole, name, codes, table, place, out)].data
+
+
+def _table(words: Sequence[str]) -> NDArray[np.uint8]:
+    """Give words as rows of letters, as the kernel wants them."""
+    letters = np.array([word.encode() for word in words])
+    return letters.view(np.uint8).reshape(len(words), -1)
+
+
+def _ahead(make: Callable[[Given], memoryview], blocks: Iterable[Given]) -> Iterator[Text]:
+    """Give the text of every block, in order; some are made ahead, in threads."""
+    return system.in_order(make, blocks, min(system.processors(), WORKERS))
+
+
+def texts(values: NDArray[np.float64]) -> Iterator[str]:
+    """Give the shortest text that reads back as the same number; -0.0 becomes 0.0."""
+    return map(repr, (values + 0.0).tolist())
+
+
+def text(value: float | None) -> str:
+    """Give the shortest text that reads back as the same number; nothing for not known."""
+    return "" if value is None else str(value + 0)
+
+
+def joined(columns: Iterable[Iterable[str]]) -> bytes:
+    """Give columns of cells as rows."""
+    return "".join(map("{}\n".format, map(",".join, zip(*columns, strict=True)))).encode()
