@@ -1,8 +1,16 @@
-"""Atomic, locked, resumable output folder."""
+"""The output folder: atomic, locked, resumable.
+
+A folder appears complete or not at all: the files are written into `<name>.partial`, which is
+ours by a lock for as long as the work lasts, and one rename puts it in the place of the old
+folder. drysim.json comes into `<name>.partial` first, to mark it as ours, and is written anew
+when all other files are there, since it names and hashes them. By it drysim knows a folder
+again: what it did not write itself, or what somebody has edited since, is never replaced, and
+`check` tells so before any work. A kill leaves `<name>.partial` with the finished cases, for
+`--resume`; one between two renames leaves the old folder aside, and the next run puts it back.
+"""
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import hashlib
 import json
@@ -19,9 +27,6 @@ from typing import Any, NamedTuple, TypeVar
 from drysim.errors import EXIT_INTERRUPTED, OutputError
 from drysim.output.sidecar import Ending, json_text
 from drysim.system import removed
-
-# Whose folder is it? Tells before any work whether drysim may write or replace one.
-
 
 MARKER = "drysim.json"
 """The file by which drysim knows a folder again: the first one in it and the last to leave."""
@@ -64,299 +69,51 @@ HINTS = {
     errno.ENFILE: "end what holds so many files open",
 }
 
-
-def check(folder: Path) -> None:
-    """Find out, before any computation, whether a folder may be written.
-
-    Parameters
-    ----------
-    folder : Path
-        The output folder; it need not exist.
-
-    Raises
-    ------
-    OutputError
-        The folder is not ours to replace, or cannot be written; nothing was touched.
-    """
-    with sentences(folder):
-        place = named(folder)
-        refuse_foreign(place)
-        for suffix in ("partial", "replaced"):
-            refuse_foreign(beside(place, suffix), leftover=True)
-        parent = _there(place)
-        if not parent.is_dir():
-            raise OutputError(
-                f"cannot write {folder}: {parent.name} is not a folder", ELSEWHERE
-            )
-        if not os.access(parent, os.W_OK | os.X_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-
-
-def require_room(folder: Path, volume: float) -> None:
-    """Find out, before any computation, whether a disk has room for so many bytes.
-
-    Raises
-    ------
-    OutputError
-        When it has not: what is free, and what is needed at least.
-    """
-    with sentences(folder):
-        free = float(shutil.disk_usage(_there(named(folder))).free)
-    if volume > free:
-        needed, has = spoken(volume), spoken(free)
-        sentence = f"cannot write {folder}: it takes {needed} at least, and {has} are free"
-        raise OutputError(sentence, HINTS[errno.ENOSPC])
-
-
-def spoken(size: float) -> str:
-    """Give a number of bytes in words."""
-    for unit, one in SIZES.items():
-        if size >= one:
-            return f"{size / one:.3g} {unit}"
-    return f"{size:.0f} bytes"
-
-
-def _there(place: Path) -> Path:
-    """Give the nearest folder above a place that is there."""
-    parent = place.absolute().parent
-    while not _exists(parent):
-        parent = parent.parent
-    return parent
-
-
-def named(folder: Path) -> Path:
-    """Give a folder that the user calls `.` or `..` by its own name."""
-    return folder if folder.name not in ("", "..") else Path(os.path.realpath(folder))
-
-
-def beside(place: Path, suffix: str) -> Path:
-    """Give the sibling `<name>.<suffix>`."""
-    return place.with_name(f"{place.name}.{suffix}")
-
-
-@contextlib.contextmanager
-def sentences(folder: Path) -> Iterator[None]:
-    """Turn what the system says into what, where and what to do.
-
-    Raises
-    ------
-    OutputError
-        In place of any OSError of the block.
-    """
-    try:
-        yield
-    except OSError as fault:
-        reason = (fault.strerror or str(fault)).lower()
-        hint = HINTS.get(fault.errno or 0, ELSEWHERE)
-        raise OutputError(f"cannot write {folder}: {reason}", hint) from fault
-
-
-def _exists(path: Path) -> bool:
-    """Whether there is anything of that name; a link that leads nowhere counts."""
-    try:
-        os.lstat(path)
-    except (FileNotFoundError, NotADirectoryError):
-        return False
-    except ValueError:
-        raise OutputError(f"{str(path)!r} cannot be the name of a folder", ELSEWHERE) from None
-    return True
-
-
-def refuse_foreign(place: Path, leftover: bool = False) -> None:
-    """Raise when something is in the way that drysim did not write."""
-    if not _exists(place):
-        return
-    away = f"move it away, or {ELSEWHERE}"
-    if place.is_symlink():
-        raise OutputError(
-            f"{place} is a symbolic link", f"name the folder itself, or {ELSEWHERE}"
-        )
-    if not place.is_dir():
-        raise OutputError(f"{place} is a file, not a folder", away)
-    held = set(os.listdir(place)) - STRAY - {DRAFT}
-    marker = _marker(place)
-    if held and marker is None:
-        raise OutputError(f"{place} was not written by drysim; it stays as it is", away)
-    if leftover:
-        if foreign := strangers(place):
-            raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
-        return
-    if marker is None:
-        return
-    ours = _listed(marker)
-    folders = {name.partition("/")[0] for name in ours if "/" in name}
-    inner = {f"{name}/{path}" for name in held & folders for path in _inside(place / name)}
-    foreign = sorted((held - {MARKER} - folders) - ours | inner - ours)
-    if foreign:
-        raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
-    if _edited(place / SCENARIO, marker):
-        raise OutputError(
-            f"{place / SCENARIO} was edited since drysim wrote it, and would be replaced",
-            f"save it elsewhere, or {ELSEWHERE}",
-        )
-
-
-def strangers(partial: Path) -> list[str]:
-    """Return the files in a `<name>.partial` that drysim neither keeps nor writes there."""
-    ours = _listed(_marker(partial)) | {MARKER, DRAFT}
-    return sorted(
-        path
-        for path in _inside(partial)
-        if path not in ours and not KEPT.fullmatch(path) and not RESULTS.fullmatch(path)
-    )
-
-
-def _listed(marker: dict[str, Any] | None) -> set[str]:
-    """Return the files that a marker names."""
-    files = marker.get("files") if marker else None
-    return set(files if isinstance(files, dict) else ())
-
-
-def _inside(folder: Path) -> Iterator[str]:
-    """Give the files within a folder of a result, by their path from it."""
-    for path in folder.rglob("*"):
-        if not path.is_dir() and path.name not in STRAY:
-            yield path.relative_to(folder).as_posix()
-
-
-def _edited(file: Path, marker: dict[str, Any]) -> bool:
-    """Whether the scenario of a result, which runs again as it is, is somebody's own by now."""
-    files = marker.get("files")
-    written = files.get(file.name) if isinstance(files, dict) else None
-    if written is None or not file.is_file():
-        return False
-    return str(written) != hashlib.sha256(file.read_bytes()).hexdigest()
-
-
-def _marker(place: Path) -> dict[str, Any] | None:
-    """Give the marker of a folder that drysim wrote, None for any other folder."""
-    file = place / MARKER
-    try:
-        marker = json.loads(file.read_bytes()) if file.is_file() else None
-    except (OSError, ValueError, RecursionError):
-        return None
-    return (
-        marker if isinstance(marker, dict) and isinstance(marker.get("format"), int) else None
-    )
-
-
-# One folder in the place of another at one instant, locks, and what a kill leaves behind.
-
-
-def swap(partial: Path, place: Path, aside: Path) -> None:
-    """Put the new folder in place of the old one, and remove that."""
-    if place.exists() and not any(place.iterdir()):
-        place.rmdir()
-    if not place.exists():
-        partial.rename(place)
-        sync(place.parent)
-        return
-    with alone(place, place):
-        if _exchange(partial, place):
-            aside = partial
-        else:
-            # A kill between these two leaves the old folder aside: see recover().
-            place.rename(aside)
-            try:
-                partial.rename(place)
-            except OSError:
-                aside.rename(place)
-                raise
-        sync(place.parent)
-        remove(aside)
-
-
-def _exchange(one: Path, other: Path) -> bool:
-    """Swap two folders at one instant; False where the system cannot (all but Linux)."""
-    import ctypes
-
-    try:
-        rename = ctypes.CDLL(None).renameat2
-    except (AttributeError, OSError, TypeError):
-        return False
-    here, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
-    return bool(rename(here, os.fsencode(one), here, os.fsencode(other), swap) == 0)
-
-
-def recover(place: Path, aside: Path) -> None:
-    """Finish what a kill between two renames left behind."""
-    if aside.exists() and place.exists():
-        remove(aside)
-    elif aside.exists():
-        aside.rename(place)
-
-
-@contextlib.contextmanager
-def alone(place: Path, folder: Path) -> Iterator[None]:
-    """Hold a folder against other drysims; the lock dies with the process, even by kill -9.
-
-    Raises
-    ------
-    OutputError
-        When another one holds it, or has put another folder in its place.
-    """
-    if os.name == "nt":  # Folders cannot be locked there.
-        yield
-        return
-    import fcntl
-
-    taken = OutputError(
-        f"another drysim is writing {folder} right now", f"wait for it, or {ELSEWHERE}"
-    )
-    handle = os.open(place, os.O_RDONLY)
-    try:
-        # Some network disks know no locks: any other OSError means to go on without.
-        with contextlib.suppress(OSError):
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise taken from None
-        if not os.path.samestat(os.fstat(handle), os.stat(place)):
-            raise taken
-        yield
-    finally:
-        os.close(handle)
-
-
-def empty(folder: Path, keep: Collection[str] = ()) -> None:
-    """Remove what a folder holds, the marker last, so that the rest stays known as ours."""
-    for path in (folder, *folder.rglob("*")):
-        if path.is_dir() and not path.is_symlink():
-            path.chmod(path.stat().st_mode | stat.S_IRWXU)  # nothing leaves a read-only folder
-    for path in sorted(folder.iterdir(), key=lambda path: path.name == MARKER):
-        if path.name in keep:
-            continue
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path)
-        else:
-            path.unlink()
-
-
-def remove(folder: Path) -> None:
-    """Remove a folder of ours; what cannot be removed now goes with the next run."""
-    with contextlib.suppress(OSError):
-        empty(folder)
-    with contextlib.suppress(OSError):
-        folder.rmdir()  # an empty one even where no more files can be opened to see it
-
-
-def sync(path: Path) -> None:
-    """Wait until a file or folder is on the disk."""
-    if os.name == "nt" and path.is_dir():  # Folders cannot be opened there.
-        return
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-# The output folder: it appears complete or not at all, by one rename of `<name>.partial`.
-#
-# Knows no file but the sidecar, which names and hashes all others.
-
-
 Made = TypeVar("Made")
+
+
+def put(
+    made: Made,
+    folder: Path | Claim,
+    writers: Sequence[Callable[[Made, Path], None]],
+    tell: Callable[[Made, Ending], dict[str, Any]],
+    command: str,
+    exit_code: int,
+) -> dict[str, Any]:
+    """Let all writers write, tell what made their files, and put the folder in its place."""
+    held = nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder)
+    with held as claim:
+        require(claim)
+        refuse_foreign(named(claim.folder))  # what somebody has put there meanwhile stays
+        for writer in writers:
+            writer(made, claim.partial)
+        files = {
+            path.relative_to(claim.partial).as_posix(): _sha256(path)
+            for path in written(claim.partial)
+        }
+        told = tell(made, Ending(command, exit_code, files))
+        mark(claim.partial, json_text(told))
+        if exit_code == EXIT_INTERRUPTED:
+            leave(claim.partial)
+        else:
+            finish(claim)
+    return told
+
+
+def written(partial: Path) -> list[Path]:
+    """Give every file of a result, those in folders of its own included."""
+    every = (path for path in partial.rglob("*") if path.is_file())
+    return sorted(
+        path for path in every if RESULTS.fullmatch(path.relative_to(partial).as_posix())
+    )
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+# Our hold on a folder, from before the work until its result is in place.
 
 
 class Claim(NamedTuple):
@@ -436,27 +193,6 @@ def _held(folder: Path, place: Path, partial: Path, resume: bool) -> Iterator[Cl
             raise
 
 
-def finish(claim: Claim) -> None:
-    """Put `<name>.partial` in the place of the output folder, without its finished cases."""
-    place = named(claim.folder)
-    require(claim)
-    kept = [path for path in claim.partial.iterdir() if path.name not in (JOURNAL, CASES)]
-    for path in [*kept, claim.partial]:
-        sync(path)
-    claim.journal.unlink(missing_ok=True)
-    if not any(path.startswith(f"{CASES}/") for path in strangers(claim.partial)):
-        shutil.rmtree(claim.cases, ignore_errors=True)
-    swap(claim.partial, place, beside(place, "replaced"))
-
-
-def leave(partial: Path) -> None:
-    """Leave `<name>.partial` for a later time, or remove it when it holds no finished case."""
-    with suppress(OSError):
-        if not _resumable(partial) and not strangers(partial):
-            empty(partial)
-            partial.rmdir()
-
-
 def require(claim: Claim) -> None:
     """Make sure that `<name>.partial` is still the folder that we hold.
 
@@ -484,11 +220,31 @@ def mark(folder: Path, text: str) -> None:
     os.replace(folder / DRAFT, folder / MARKER)
 
 
+def finish(claim: Claim) -> None:
+    """Put `<name>.partial` in the place of the output folder, without its finished cases."""
+    place = named(claim.folder)
+    require(claim)
+    kept = [path for path in claim.partial.iterdir() if path.name not in (JOURNAL, CASES)]
+    for path in [*kept, claim.partial]:
+        sync(path)
+    claim.journal.unlink(missing_ok=True)
+    if not any(path.startswith(f"{CASES}/") for path in strangers(claim.partial)):
+        shutil.rmtree(claim.cases, ignore_errors=True)
+    swap(claim.partial, place, beside(place, "replaced"))
+
+
+def leave(partial: Path) -> None:
+    """Leave `<name>.partial` for a later time, or remove it when it holds no finished case."""
+    with suppress(OSError):
+        if not _resumable(partial) and not strangers(partial):
+            empty(partial)
+            partial.rmdir()
+
+
 def holds_sweep(folder: Path) -> bool:
     """Tell whether an output folder holds the table of a sweep."""
-    return any(
-        (folder / name).exists() for name in ("transmissibility.csv", "transmissibility")
-    )
+    names = ("transmissibility.csv", "transmissibility")
+    return any((folder / name).exists() for name in names)
 
 
 def resumable(folder: Path) -> bool:
@@ -507,42 +263,283 @@ def _resumable(partial: Path) -> bool:
         return False
 
 
-def put(
-    made: Made,
-    folder: Path | Claim,
-    writers: Sequence[Callable[[Made, Path], None]],
-    tell: Callable[[Made, Ending], dict[str, Any]],
-    command: str,
-    exit_code: int,
-) -> dict[str, Any]:
-    """Let all writers write, tell what made their files, and put the folder in its place."""
-    held = nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder)
-    with held as claim:
-        require(claim)
-        refuse_foreign(named(claim.folder))  # what somebody has put there meanwhile stays
-        for writer in writers:
-            writer(made, claim.partial)
-        files = {
-            path.relative_to(claim.partial).as_posix(): _sha256(path)
-            for path in written(claim.partial)
-        }
-        told = tell(made, Ending(command, exit_code, files))
-        mark(claim.partial, json_text(told))
-        if exit_code == EXIT_INTERRUPTED:
-            leave(claim.partial)
-        else:
-            finish(claim)
-    return told
+# Whose folder is it? Tells before any work whether drysim may write or replace one.
 
 
-def written(partial: Path) -> list[Path]:
-    """Give every file of a result, those in folders of its own included."""
-    every = (path for path in partial.rglob("*") if path.is_file())
+def check(folder: Path) -> None:
+    """Find out, before any computation, whether a folder may be written; it need not exist.
+
+    Raises
+    ------
+    OutputError
+        The folder is not ours to replace, or cannot be written; nothing was touched.
+    """
+    with sentences(folder):
+        place = named(folder)
+        refuse_foreign(place)
+        for suffix in ("partial", "replaced"):
+            refuse_foreign(beside(place, suffix), leftover=True)
+        parent = _there(place)
+        if not parent.is_dir():
+            raise OutputError(
+                f"cannot write {folder}: {parent.name} is not a folder", ELSEWHERE
+            )
+        if not os.access(parent, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def require_room(folder: Path, volume: float) -> None:
+    """Find out, before any computation, whether a disk has room for so many bytes.
+
+    Raises
+    ------
+    OutputError
+        When it has not: what is free, and what is needed at least.
+    """
+    with sentences(folder):
+        free = float(shutil.disk_usage(_there(named(folder))).free)
+    if volume > free:
+        needed, has = spoken(volume), spoken(free)
+        sentence = f"cannot write {folder}: it takes {needed} at least, and {has} are free"
+        raise OutputError(sentence, HINTS[errno.ENOSPC])
+
+
+def spoken(size: float) -> str:
+    """Give a number of bytes in words."""
+    for unit, one in SIZES.items():
+        if size >= one:
+            return f"{size / one:.3g} {unit}"
+    return f"{size:.0f} bytes"
+
+
+def named(folder: Path) -> Path:
+    """Give a folder that the user calls `.` or `..` by its own name."""
+    return folder if folder.name not in ("", "..") else Path(os.path.realpath(folder))
+
+
+def beside(place: Path, suffix: str) -> Path:
+    """Give the sibling `<name>.<suffix>`."""
+    return place.with_name(f"{place.name}.{suffix}")
+
+
+@contextmanager
+def sentences(folder: Path) -> Iterator[None]:
+    """Turn what the system says into what, where and what to do.
+
+    Raises
+    ------
+    OutputError
+        In place of any OSError of the block.
+    """
+    try:
+        yield
+    except OSError as fault:
+        reason = (fault.strerror or str(fault)).lower()
+        hint = HINTS.get(fault.errno or 0, ELSEWHERE)
+        raise OutputError(f"cannot write {folder}: {reason}", hint) from fault
+
+
+def refuse_foreign(place: Path, leftover: bool = False) -> None:
+    """Raise when something is in the way that drysim did not write."""
+    if not _exists(place):
+        return
+    away = f"move it away, or {ELSEWHERE}"
+    if place.is_symlink():
+        raise OutputError(
+            f"{place} is a symbolic link", f"name the folder itself, or {ELSEWHERE}"
+        )
+    if not place.is_dir():
+        raise OutputError(f"{place} is a file, not a folder", away)
+    held = set(os.listdir(place)) - STRAY - {DRAFT}
+    marker = _marker(place)
+    if held and marker is None:
+        raise OutputError(f"{place} was not written by drysim; it stays as it is", away)
+    if leftover:
+        if foreign := strangers(place):
+            raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
+        return
+    if marker is None:
+        return
+    ours = _listed(marker)
+    folders = {name.partition("/")[0] for name in ours if "/" in name}
+    inner = {f"{name}/{path}" for name in held & folders for path in _inside(place / name)}
+    foreign = sorted((held - {MARKER} - folders) - ours | inner - ours)
+    if foreign:
+        raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
+    if _edited(place / SCENARIO, marker):
+        raise OutputError(
+            f"{place / SCENARIO} was edited since drysim wrote it, and would be replaced",
+            f"save it elsewhere, or {ELSEWHERE}",
+        )
+
+
+def strangers(partial: Path) -> list[str]:
+    """Return the files in a `<name>.partial` that drysim neither keeps nor writes there."""
+    ours = _listed(_marker(partial)) | {MARKER, DRAFT}
     return sorted(
-        path for path in every if RESULTS.fullmatch(path.relative_to(partial).as_posix())
+        path
+        for path in _inside(partial)
+        if path not in ours and not KEPT.fullmatch(path) and not RESULTS.fullmatch(path)
     )
 
 
-def _sha256(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+def _marker(place: Path) -> dict[str, Any] | None:
+    """Give the marker of a folder that drysim wrote, None for any other folder."""
+    file = place / MARKER
+    try:
+        marker = json.loads(file.read_bytes()) if file.is_file() else None
+    except (OSError, ValueError, RecursionError):
+        return None
+    return (
+        marker if isinstance(marker, dict) and isinstance(marker.get("format"), int) else None
+    )
+
+
+def _listed(marker: dict[str, Any] | None) -> set[str]:
+    """Return the files that a marker names."""
+    files = marker.get("files") if marker else None
+    return set(files if isinstance(files, dict) else ())
+
+
+def _inside(folder: Path) -> Iterator[str]:
+    """Give the files within a folder of a result, by their path from it."""
+    for path in folder.rglob("*"):
+        if not path.is_dir() and path.name not in STRAY:
+            yield path.relative_to(folder).as_posix()
+
+
+def _edited(file: Path, marker: dict[str, Any]) -> bool:
+    """Whether the scenario of a result, which runs again as it is, is somebody's own by now."""
+    files = marker.get("files")
+    written = files.get(file.name) if isinstance(files, dict) else None
+    return written is not None and file.is_file() and str(written) != _sha256(file)
+
+
+def _there(place: Path) -> Path:
+    """Give the nearest folder above a place that is there."""
+    parent = place.absolute().parent
+    while not _exists(parent):
+        parent = parent.parent
+    return parent
+
+
+def _exists(path: Path) -> bool:
+    """Whether there is anything of that name; a link that leads nowhere counts."""
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except ValueError:
+        raise OutputError(f"{str(path)!r} cannot be the name of a folder", ELSEWHERE) from None
+    return True
+
+
+# One folder in the place of another at one instant, locks, and what a kill leaves behind.
+
+
+def swap(partial: Path, place: Path, aside: Path) -> None:
+    """Put the new folder in place of the old one, and remove that."""
+    if place.exists() and not any(place.iterdir()):
+        place.rmdir()
+    if not place.exists():
+        partial.rename(place)
+        sync(place.parent)
+        return
+    with alone(place, place):
+        if _exchange(partial, place):
+            aside = partial
+        else:
+            # A kill between these two leaves the old folder aside: see recover().
+            place.rename(aside)
+            try:
+                partial.rename(place)
+            except OSError:
+                aside.rename(place)
+                raise
+        sync(place.parent)
+        remove(aside)
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Swap two folders at one instant; False where the system cannot (all but Linux)."""
+    import ctypes
+
+    try:
+        rename = ctypes.CDLL(None).renameat2
+    except (AttributeError, OSError, TypeError):
+        return False
+    here, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
+    return bool(rename(here, os.fsencode(one), here, os.fsencode(other), swap) == 0)
+
+
+def recover(place: Path, aside: Path) -> None:
+    """Finish what a kill between two renames left behind."""
+    if aside.exists() and place.exists():
+        remove(aside)
+    elif aside.exists():
+        aside.rename(place)
+
+
+@contextmanager
+def alone(place: Path, folder: Path) -> Iterator[None]:
+    """Hold a folder against other drysims; the lock dies with the process, even by kill -9.
+
+    Raises
+    ------
+    OutputError
+        When another one holds it, or has put another folder in its place.
+    """
+    if os.name == "nt":  # Folders cannot be locked there.
+        yield
+        return
+    import fcntl
+
+    taken = OutputError(
+        f"another drysim is writing {folder} right now", f"wait for it, or {ELSEWHERE}"
+    )
+    handle = os.open(place, os.O_RDONLY)
+    try:
+        # Some network disks know no locks: any other OSError means to go on without.
+        with suppress(OSError):
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise taken from None
+        if not os.path.samestat(os.fstat(handle), os.stat(place)):
+            raise taken
+        yield
+    finally:
+        os.close(handle)
+
+
+def empty(folder: Path, keep: Collection[str] = ()) -> None:
+    """Remove what a folder holds, the marker last, so that the rest stays known as ours."""
+    for path in (folder, *folder.rglob("*")):
+        if path.is_dir() and not path.is_symlink():
+            path.chmod(path.stat().st_mode | stat.S_IRWXU)  # nothing leaves a read-only folder
+    for path in sorted(folder.iterdir(), key=lambda path: path.name == MARKER):
+        if path.name in keep:
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
+def remove(folder: Path) -> None:
+    """Remove a folder of ours; what cannot be removed now goes with the next run."""
+    with suppress(OSError):
+        empty(folder)
+    with suppress(OSError):
+        folder.rmdir()  # an empty one even where no more files can be opened to see it
+
+
+def sync(path: Path) -> None:
+    """Wait until a file or folder is on the disk."""
+    if os.name == "nt" and path.is_dir():  # Folders cannot be opened there.
+        return
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
