@@ -1,4 +1,8 @@
-"""drysim.json of many cases: sweeps, comparisons, ensembles."""
+"""drysim.json of many cases, and the CSV files of an ensemble.
+
+Of a sweep and a comparison drysim.json tells the extremes with where they are, of an ensemble
+the statistics over its seeds; ensemble.csv has a row for each seed.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +26,6 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.statistics import Statistic
     from drysim.study.table import Extreme, Table, Tally
-
-
-# drysim.json of many cases: what made the numbers, and their extremes with where they are.
 
 
 def of_table(table: Table, ending: Ending) -> Fields:
@@ -108,8 +109,8 @@ def _metrics(tally: Tally | None) -> Fields:
 
 def _quantiles(tally: Tally, name: str) -> Fields:
     """Give the quantiles of a metric, where they were gathered."""
-    known = tally.quantiles[name].told() if name in tally.quantiles else {}
-    return {"quantiles": known} if known else {}
+    told = tally.quantiles[name].told() if name in tally.quantiles else {}
+    return {"quantiles": told} if told else {}
 
 
 def _where(extreme: Extreme, metric: str) -> Fields:
@@ -129,21 +130,14 @@ def _deviation(comparison: Comparison, approach: str) -> Fields:
     return {"T_a_deviation": found | mean}
 
 
-# Files of many seeds: a row for each seed, and what drysim.json says of all of them.
+# Many seeds.
 
 
 HEADING = f"{SEED} [-]"
 
 
 def ensemble(made: Ensemble, folder: Path) -> None:
-    """Write ensemble.csv: every metric of every seed, and the hash of its base motion.
-
-    Parameters
-    ----------
-    made : Ensemble
-    folder : Path
-        Where to write.
-    """
+    """Write ensemble.csv: every metric of every seed, and the hash of its base motion."""
     left_out = {"closure"}
     left_out |= set() if made.scenario.measure.weights else {*COMFORT}
     left_out |= set() if made.scenario.stops else {*BOUNDED}
@@ -180,15 +174,15 @@ def of_ensemble(made: Ensemble, ending: Ending) -> Fields:
         "cases": len(made.rows),
         "energy_residual": residual and residual.greatest[0],
     }
-    more = {"excitation": _drawn(made), "ensemble": _ensemble(made)}
-    return framed(made, made.response.motion, numerics, made.metrics, ending, **more)
-
-
-def _drawn(made: Ensemble) -> Fields:
-    """Give the base motions; the hash is that of the hashes of all seeds, in order."""
-    fields = excitation(made.scenario, made.response.motion)
-    fields["sha256"] = sha256_together(row.sha256 for row in made.rows)
-    return fields | {"seeds": len(made.rows), "sha256_of": "sha256 of every seed, one a line"}
+    motion = made.response.motion
+    drawn = {
+        **excitation(made.scenario, motion),
+        "sha256": sha256_together(row.sha256 for row in made.rows),
+        "seeds": len(made.rows),
+        "sha256_of": "sha256 of every seed, one a line",
+    }
+    more = {"excitation": drawn, "ensemble": _ensemble(made)}
+    return framed(made, motion, numerics, made.metrics, ending, **more)
 
 
 def _ensemble(made: Ensemble) -> Fields:

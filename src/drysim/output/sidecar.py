@@ -1,4 +1,8 @@
-"""drysim.json of a run: what made its numbers."""
+"""drysim.json: what made these numbers; of a run also spectra.csv.
+
+It holds no absolute path, no user and no host, and nothing but JSON: what every such file says
+is `framed`, and values and words leave the machine as `plain` and its like make them.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import drysim
-from drysim.core.model import Input, Pressed, Samples, Sines
+from drysim.core.model import Pressed, Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.output.tables import joined, texts, write
 from drysim.study.case import sha256_of
@@ -31,88 +35,6 @@ if TYPE_CHECKING:
     from drysim.study.ensemble import Ensemble
     from drysim.study.outcome import Outcome
     from drysim.study.table import Table
-
-
-# Values and words as they may leave the machine: no absolute path, nothing but JSON.
-
-
-ABSOLUTE = re.compile(
-    r"(?<![\w.)\]/~:-])(?:~\w*|[A-Za-z]:)?[\\/](?:[^\\/\s'\"`:;,=]+[\\/])*(?=\w)"
-)
-"""The folders of an absolute path within a sentence."""
-
-LEADING = re.compile(r"(^|=)(?:~\w*|[A-Za-z]:)?[\\/](?:.*[\\/])?(?=.)")
-"""The folders of an absolute path that is a word of a command, spaces and all."""
-
-
-def bare_name(file: str) -> str:
-    """Give the name of a file as it was given, but without the folders of an absolute one."""
-    return LEADING.sub("", file, count=1)
-
-
-def bare_command(command: str) -> str:
-    """Give a command line, without the folders of absolute paths."""
-    try:
-        words = shlex.split(command)
-    except ValueError:
-        return command
-    return shlex.join(LEADING.sub(r"\1", word) for word in words)
-
-
-def plain(value: Any) -> Any:
-    """Give a value as JSON knows it: finite numbers, no absolute path, nothing of numpy."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(inner) for inner in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float):
-        return value if isfinite(value) else None
-    if isinstance(value, str):
-        return ABSOLUTE.sub("", value).encode(errors="replace").decode()
-    return str(value) if isinstance(value, PurePath) else value
-
-
-# spectra.csv: the spectra of a run, line by line, and what drysim.json says of them.
-
-
-SPECTRA_HEADINGS = (
-    "f [Hz]", "G_u [(m/s2)2/Hz]", "G_x [(m/s2)2/Hz]", "H1 [-]", "phase [rad]", "coherence [-]",
-)  # fmt: skip
-
-
-def spectra(outcome: Outcome, folder: Path) -> None:
-    """Write spectra.csv, but only when spectra were asked for.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    folder : Path
-        Where to write.
-    """
-    found = outcome.spectra
-    if found is None:
-        return
-    columns = (
-        found.f, found.G_u, found.G_x, np.abs(found.H1), np.angle(found.H1), found.coherence,
-    )  # fmt: skip
-    cells = [[text if text != "nan" else "" for text in texts(column)] for column in columns]
-    write(folder / "spectra.csv", SPECTRA_HEADINGS, [joined(cells)])
-
-
-def of_spectra(found: Spectra) -> dict[str, Any]:
-    """Give how spectra were made, for drysim.json."""
-    return {
-        "method": "Welch, Hann window, half overlapping, mean of the window removed",
-        "series": "means over every step, their fading with frequency taken back",
-        "segment": found.segment,
-        "segments": found.segments,
-        "resolution": 1.0 / found.segment,
-    }
-
-
-# drysim.json: what made these numbers. Holds no absolute path, no user and no host.
 
 
 FORMAT = 1
@@ -153,8 +75,38 @@ def of_run(outcome: Outcome, ending: Ending) -> Fields:
         "energy_residual": outcome.metrics["energy_residual"],
     }
     if outcome.spectra is not None:
-        numerics["spectra"] = of_spectra(outcome.spectra)
+        numerics["spectra"] = _spectra(outcome.spectra)
     return framed(outcome, outcome.response.motion, numerics, outcome.metrics, ending)
+
+
+def _spectra(found: Spectra) -> Fields:
+    """Give how spectra were made."""
+    return {
+        "method": "Welch, Hann window, half overlapping, mean of the window removed",
+        "series": "means over every step, their fading with frequency taken back",
+        "segment": found.segment,
+        "segments": found.segments,
+        "resolution": 1.0 / found.segment,
+    }
+
+
+def spectra(outcome: Outcome, folder: Path) -> None:
+    """Write spectra.csv, but only when spectra were asked for."""
+    found = outcome.spectra
+    if found is None:
+        return
+    columns = {
+        "f [Hz]": found.f,
+        "G_u [(m/s2)2/Hz]": found.G_u,
+        "G_x [(m/s2)2/Hz]": found.G_x,
+        "H1 [-]": np.abs(found.H1),
+        "phase [rad]": np.angle(found.H1),
+        "coherence [-]": found.coherence,
+    }
+    cells = [
+        [text if text != "nan" else "" for text in texts(column)] for column in columns.values()
+    ]
+    write(folder / "spectra.csv", list(columns), [joined(cells)])
 
 
 def framed(
@@ -179,13 +131,15 @@ def framed(
     **further
         What else is told, behind the metrics.
     """
-    scenario, complete = made.scenario, getattr(made, "complete", True)
+    scenario, law = made.scenario, made.scenario.law()
+    pressure = law.pressure if isinstance(law, Pressed) else None
+    inputs = (*getattr(motion, "inputs", ()), *(pressure.inputs if pressure else ()))
     fields = {
-        **head(ending, complete),
+        **head(ending, getattr(made, "complete", True)),
         "scenario": {"name": scenario.name, **origin(scenario.origin)},
         "inputs": [
             {"file": bare_name(file), "sha256": sha256, "size": size}
-            for file, sha256, size in (*getattr(motion, "inputs", ()), *_forces(scenario))
+            for file, sha256, size in inputs
         ],
         "excitation": excitation(scenario, motion),
         "numerics": numerics,
@@ -212,35 +166,9 @@ def head(ending: Ending, complete: bool = True) -> Fields:
     }
 
 
-def _forces(scenario: Scenario) -> tuple[Input, ...]:
-    """Give the file behind a recorded normal force."""
-    law = scenario.law()
-    pressure = law.pressure if isinstance(law, Pressed) else None
-    return pressure.inputs if pressure else ()
-
-
-def json_text(fields: Mapping[str, Any]) -> str:
-    """Give a sidecar as JSON, in ASCII so that every terminal and pipe can take it."""
-    return json.dumps(fields, indent=2, allow_nan=False) + "\n"
-
-
-def created() -> str:
-    """Give the time of day in UTC, or what SOURCE_DATE_EPOCH says it is."""
-    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
-    try:
-        moment = datetime.fromtimestamp(int(epoch), UTC)
-    except (ValueError, OverflowError, OSError):
-        moment = datetime.fromtimestamp(int(time.time()), UTC)
-    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
-
-
-def software() -> dict[str, str]:
-    """Give the versions of Python and of what was loaded; nothing is loaded for its version."""
-    versions = {"python": ".".join(map(str, sys.version_info[:3]))}
-    for name in SOFTWARE:
-        if name in sys.modules:
-            versions[name] = str(getattr(sys.modules[name], "__version__", ""))
-    return versions
+def origin(known: Mapping[str, Any]) -> Fields:
+    """Give where a scenario came from: its file by its bare name, its hash, overrides."""
+    return {**known, "file": bare_name(str(known.get("file", "")))}
 
 
 def excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
@@ -268,6 +196,66 @@ def _check(verdict: Verdict) -> Fields:
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
 
 
-def origin(known: Mapping[str, Any]) -> Fields:
-    """Give where a scenario came from: its file by its bare name, its hash, overrides."""
-    return {**known, "file": bare_name(str(known.get("file", "")))}
+def created() -> str:
+    """Give the time of day in UTC, or what SOURCE_DATE_EPOCH says it is."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+    try:
+        moment = datetime.fromtimestamp(int(epoch), UTC)
+    except (ValueError, OverflowError, OSError):
+        moment = datetime.fromtimestamp(int(time.time()), UTC)
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def software() -> dict[str, str]:
+    """Give the versions of Python and of what was loaded; nothing is loaded for its version."""
+    versions = {"python": ".".join(map(str, sys.version_info[:3]))}
+    for name in SOFTWARE:
+        if name in sys.modules:
+            versions[name] = str(getattr(sys.modules[name], "__version__", ""))
+    return versions
+
+
+def json_text(fields: Mapping[str, Any]) -> str:
+    """Give a sidecar as JSON, in ASCII so that every terminal and pipe can take it."""
+    return json.dumps(fields, indent=2, allow_nan=False) + "\n"
+
+
+# Values and words as they may leave the machine.
+
+
+ABSOLUTE = re.compile(
+    r"(?<![\w.)\]/~:-])(?:~\w*|[A-Za-z]:)?[\\/](?:[^\\/\s'\"`:;,=]+[\\/])*(?=\w)"
+)
+"""The folders of an absolute path within a sentence."""
+
+LEADING = re.compile(r"(^|=)(?:~\w*|[A-Za-z]:)?[\\/](?:.*[\\/])?(?=.)")
+"""The folders of an absolute path that is a word of a command, spaces and all."""
+
+
+def plain(value: Any) -> Any:
+    """Give a value as JSON knows it: finite numbers, no absolute path, nothing of numpy."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    if isinstance(value, str):
+        return ABSOLUTE.sub("", value).encode(errors="replace").decode()
+    return str(value) if isinstance(value, PurePath) else value
+
+
+def bare_name(file: str) -> str:
+    """Give the name of a file as it was given, but without the folders of an absolute one."""
+    return LEADING.sub("", file, count=1)
+
+
+def bare_command(command: str) -> str:
+    """Give a command line, without the folders of absolute paths."""
+    try:
+        words = shlex.split(command)
+    except ValueError:
+        return command
+    return shlex.join(LEADING.sub(r"\1", word) for word in words)

@@ -1,9 +1,8 @@
-"""Files of a bench: speed_error.csv, hard_cases.csv and their drysim.json."""
+"""Files of a bench: speed_error.csv, hard_cases.csv, and what drysim.json says of them."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,9 +16,6 @@ if TYPE_CHECKING:
     from drysim.bench.score import Bench, Panel
 
 
-# Files of a bench: speed_error.csv, and what drysim.json says of it.
-
-
 NUMBERS = ("step", "time_per_sample", "error_x_r", "error_T_a", "energy_residual")
 FURTHER = ("time_over_lfilter", "samples", "repeats")
 """Columns of numbers, before and behind the verdict."""
@@ -29,30 +25,20 @@ OF_A_CASE = ("scenario", "inputs", "excitation")
 
 
 def speed_error(bench: Bench, folder: Path) -> None:
-    """Write speed_error.csv: a row for every entry on every case.
-
-    Parameters
-    ----------
-    bench : Bench
-    folder : Path
-        Where to write.
-    """
+    """Write speed_error.csv: a row for every entry on every case."""
     headings = [
         "approach", "setting", *map(heading, NUMBERS), "verdict",
         "case", *map(heading, FURTHER),
     ]  # fmt: skip
-    rows = [bench_cells(panel, at) for panel in bench.panels for at in range(len(panel.scores))]
+    rows = []
+    for panel in bench.panels:
+        for one in panel.scores:
+            before = (one.step, one.time, one.error_x_r, one.error_T_a, one.energy_residual)
+            rows.append([
+                one.approach, quoted(one.setting), *map(text, before), quoted(one.verdict),
+                panel.scenario.name, *map(text, (one.ratio, one.samples, one.repeats)),
+            ])  # fmt: skip
     write(folder / "speed_error.csv", headings, [joined(zip(*rows, strict=True))])
-
-
-def bench_cells(panel: Panel, at: int) -> list[str]:
-    """Give one row of speed_error.csv."""
-    one = panel.scores[at]
-    before = (one.step, one.time, one.error_x_r, one.error_T_a, one.energy_residual)
-    return [
-        one.approach, quoted(one.setting), *map(text, before), quoted(one.verdict),
-        panel.scenario.name, *map(text, (one.ratio, one.samples, one.repeats)),
-    ]  # fmt: skip
 
 
 def of_bench(bench: Bench, ending: Ending) -> Fields:
@@ -81,40 +67,19 @@ def _found(panel: Panel) -> Fields:
     }
 
 
-def quoted(words: str) -> str:
-    """Give words as a cell: in quotes where they hold a comma, a quote or a line end."""
-    words = " ".join(words.split())
-    return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words
-
-
-# Files of the hard cases: hard_cases.csv, and what drysim.json says of them.
-
-
-DEVIATIONS = tuple(f"{metric}_deviation" for metric in COMPARED)
-HARD_HEADINGS = ("case", "approach", "verdict", "how", *map(heading, DEVIATIONS))
-COUNTS = ("checks", "passed", "time")
-
-
 def hard_cases(ordeals: Ordeals, folder: Path) -> None:
-    """Write hard_cases.csv: a row for every approach on every case.
-
-    Parameters
-    ----------
-    ordeals : Ordeals
-    folder : Path
-        Where to write.
-    """
-    columns = [*HARD_HEADINGS, *map(heading, COUNTS)]
-    write(folder / "hard_cases.csv", columns, [joined(zip(*hard_cells(ordeals), strict=True))])
-
-
-def hard_cells(ordeals: Ordeals) -> Iterator[list[str]]:
-    """Give the rows of hard_cases.csv."""
+    """Write hard_cases.csv: a row for every approach on every case."""
+    deviations = [f"{metric}_deviation" for metric in COMPARED]
+    numbers = [*deviations, "checks", "passed", "time"]
+    headings = ["case", "approach", "verdict", "how", *map(heading, numbers)]
+    rows = []
     for case in ordeals.cases:
         for one in case.trials:
             off = [text(one.deviations.get(metric)) for metric in COMPARED]
             counts = [str(one.checks), str(one.passed), str(one.time)]
-            yield [case.scenario.name, one.approach, one.word, quoted(one.how), *off, *counts]
+            words = [case.scenario.name, one.approach, one.word, quoted(one.how)]
+            rows.append([*words, *off, *counts])
+    write(folder / "hard_cases.csv", headings, [joined(zip(*rows, strict=True))])
 
 
 def of_ordeals(ordeals: Ordeals, ending: Ending) -> Fields:
@@ -142,3 +107,9 @@ def of_ordeals(ordeals: Ordeals, ending: Ending) -> Fields:
         "files": ending.files,
     }
     return {key: plain(value) for key, value in fields.items()}
+
+
+def quoted(words: str) -> str:
+    """Give words as a cell: in quotes where they hold a comma, a quote or a line end."""
+    words = " ".join(words.split())
+    return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words
