@@ -1,4 +1,10 @@
-"""Which files a result has."""
+"""Files: what finished work leaves on the disk. Computes nothing and shows nothing.
+
+`write` and its like choose the writers of what was made, `tables`, `many`, `speed_error` and
+`drysim.plots` among them. `folder.put` lets them write into `<name>.partial`, adds drysim.json
+last (`sidecar`), and puts the folder in its place; whether it may is for `check` and
+`claim_partial` to say, before any work.
+"""
 
 from __future__ import annotations
 
@@ -26,18 +32,8 @@ if TYPE_CHECKING:
     from drysim.study.table import Table
 
 
-# The resolved scenario beside every result: defaults spelled out, it runs again as it is.
-
-
 def own(made: Outcome | Ensemble | Table, folder: Path) -> None:
-    """Write scenario.yaml.
-
-    Parameters
-    ----------
-    made : Outcome or Ensemble or Table
-    folder : Path
-        Where to write.
-    """
+    """Write scenario.yaml: resolved, defaults spelled out, it runs again as it is."""
     _write(made.scenario, folder, SCENARIO)
 
 
@@ -59,13 +55,6 @@ def _write(scenario: Scenario, folder: Path, name: str) -> None:
     (folder / name).write_text(words, encoding="utf-8", newline="\n")
 
 
-# Files: what finished work leaves on the disk. Computes nothing and shows nothing.
-#
-# `write` and its like choose the writers of what was made. `folder.put` lets them write into
-# `<name>.partial`, adds drysim.json last (`sidecar`), and puts the folder in its place
-# (`swap`); whether it may is for `claim` to say, before any work.
-
-
 WRITERS = (
     own,
     tables.response,
@@ -77,10 +66,6 @@ WRITERS = (
 
 PAINTERS = ("response", "spectra")
 """The same in `drysim.plots`, for files that `--no-plots` leaves out."""
-
-TABLE_PAINTERS = ("transmissibility", "stroke")
-COMPARISON_PAINTERS = ("comparison",)
-BENCH_PAINTERS = ("speed_error",)
 
 
 def write(
@@ -152,12 +137,11 @@ def write_table(
     form : str
         How the cases are written: `csv` or `parquet`.
     """
-    from drysim.output import many, tables
+    from drysim.output import many
 
     cases = tables.transmissibility if form == "csv" else tables.transmissibility_parquet
-    drawn = TABLE_PAINTERS * (plots and exit_code != EXIT_INTERRUPTED)
-    files = (own, cases, tables.stroke_violations_of_cases)
-    writers = files + _painters(drawn)
+    drawn = ("transmissibility", "stroke") * (plots and exit_code != EXIT_INTERRUPTED)
+    writers = (own, cases, tables.stroke_violations_of_cases, *_painters(drawn))
     return put(table, folder, writers, many.of_table, command, exit_code)
 
 
@@ -165,9 +149,9 @@ def write_comparison(
     comparison: Comparison, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of a comparison; parameters and errors are those of `write`."""
-    from drysim.output import many, tables
+    from drysim.output import many
 
-    writers = (compared, tables.comparison, *_painters(COMPARISON_PAINTERS * plots))
+    writers = (compared, tables.comparison, *_painters(("comparison",) * plots))
     return put(comparison, folder, writers, many.of_comparison, command, exit_code)
 
 
@@ -177,7 +161,7 @@ def write_bench(
     """Write the output folder of a bench; parameters and errors are those of `write`."""
     from drysim.output import speed_error
 
-    writers = (benched, speed_error.speed_error, *_painters(BENCH_PAINTERS * plots))
+    writers = (benched, speed_error.speed_error, *_painters(("speed_error",) * plots))
     return put(bench, folder, writers, speed_error.of_bench, command, exit_code)
 
 
