@@ -1,4 +1,9 @@
-"""Numbers, scenes and cases as text."""
+"""Words for what every output tells: numbers, base motion, cases of a sweep, seeds, the scene.
+
+Each function gives a text on one line: four digits, units as people write them, and other
+people's words with all that could drive a terminal spelled out. What varies from case to case
+is left out of what all cases share.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +27,6 @@ from drysim.core.model import (
     moments,
     sample_squares,
 )
-
-# Numbers, units and other people's words as a line of text.
-
 
 SIGNIFICANT = 4
 """Digits that an engineer reads; the files hold them all."""
@@ -128,11 +130,10 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 def clean(text: str) -> str:
     """Give a user's text on one line, with all that could drive a terminal spelled out."""
-    return "".join(map(_visible, " ".join(text.split())))
-
-
-def _visible(sign: str) -> str:
-    return sign if sign.isprintable() else sign.encode("unicode_escape").decode()
+    return "".join(
+        sign if sign.isprintable() else sign.encode("unicode_escape").decode()
+        for sign in " ".join(text.split())
+    )
 
 
 def pretty(unit: str) -> str:
@@ -142,7 +143,7 @@ def pretty(unit: str) -> str:
     return "" if unit == "-" else unit.replace("*", "·")
 
 
-# How the base moves, in words.
+# How the base moves.
 
 
 MUCH = 0.1
@@ -272,12 +273,11 @@ def _rms(motion: Sines) -> float:
     return sqrt(sum(abs(amplitude) ** 2 for amplitude in sums.values()) / 2)
 
 
-# The cases of a sweep in words: what is swept, and where one of them is.
+# The cases of a sweep: what is swept, and where one of them is.
 
 
 FEW = 5
 """Values of a swept key up to which each is named."""
-
 
 MANY = 10_000
 """Values of a swept key beyond which they can only be evenly spread, in order."""
@@ -365,7 +365,7 @@ def short(key: str, keys: Collection[str]) -> str:
     return key if sum(other.rpartition(".")[2] == last for other in keys) > 1 else last
 
 
-# Means over many seeds in words: a value with its interval, and which seeds there were.
+# Means over many seeds: a value with its interval, and which seeds there were.
 
 
 FINEST = 1e-6
@@ -412,7 +412,7 @@ def seeds(drawn: Sequence[int], until: Wish | None, counts: Sequence[int] = ()) 
     return f"{span}; {wish}values are means, ± half of their 95 % confidence interval"
 
 
-# What is solved, in words: the oscillator, its dry friction, its end stops.
+# What is solved: the oscillator, its dry friction, its end stops.
 
 
 EVERY = {"kinetic": True, "static": True}
@@ -504,9 +504,8 @@ def friction(
     if law.F_fs == 0 and kinetic and static:
         return "no dry friction"
     limit = static and (not terms or law.F_fs > law.F_fk)
-    parts = [f"F_fk {number(law.F_fk, 'N')}"] * kinetic + [
-        f"F_fs {number(law.F_fs, 'N')}"
-    ] * limit
+    parts = [f"F_fk {number(law.F_fk, 'N')}"] * kinetic
+    parts += [f"F_fs {number(law.F_fs, 'N')}"] * limit
     if not static and "static_ratio" in ratios and "friction.static_ratio" not in swept:
         parts.append(f"F_fs/F_fk {number(ratios['static_ratio'])}")
     text = ", ".join([*terms[:1], *parts])
