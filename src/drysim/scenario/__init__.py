@@ -13,6 +13,6 @@ from drysim.scenario.warnings import cautions as cautions
 
 def schema() -> dict[str, Any]:
     """Give the JSON schema of scenario files (draft 2020-12); descriptions hold the units."""
-    from drysim.scenario.schema import describe
+    from drysim.scenario.json_schema import describe
 
     return describe()
