@@ -21,7 +21,6 @@ friction: {law: coulomb, kinetic: 45}
 excitation: {kind: harmonic, frequency: 2, amplitude: 1}
 measure: {duration: 2}
 solver: {step: 0.01}
-sweep: {excitation.frequency: [1, 2, 3]}
 """
 
 
@@ -66,7 +65,8 @@ def executed(*words: str) -> int:
         " and m.__name__.split('.')[0] == 'drysim']; print(len(names), file=sys.stderr)"
     )
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "s.yaml").write_text(SCENARIO)
+        sweep = "sweep: {excitation.frequency: [1, 2, 3]}\n" if words[0] == "sweep" else ""
+        Path(folder, "s.yaml").write_text(SCENARIO + sweep)
         done = subprocess.run(
             [sys.executable, "-c", program, *words], cwd=folder, capture_output=True, text=True
         )
