@@ -1,28 +1,32 @@
 """The table of speed and error in README.md: `make proof` measures it and writes it anew.
 
-It runs the two commands that the README names beside it. Timings vary from run to run, so its
-numbers are not compared with those of today; `tests/test_readme.py` checks its shape.
+It runs the two benches that the README names beside it, with all other programs that are
+installed. Timings vary from run to run, so its numbers are not compared with those of today;
+`tests/test_readme.py` checks its shape.
 """
 
 from __future__ import annotations
 
-import csv
-import os
 import re
-import tempfile
 from pathlib import Path
 
-from drysim.cli import main
+from drysim.bench import scipy_ivp, speed_error
+from drysim.bench.score import Panel
+from drysim.bench.timing import Terms
 from drysim.wording import number
+from tools import peers
 
 FILE = Path(__file__).parents[1] / "README.md"
 PART = re.compile(r"(<!-- proof -->\n)(.*?)(?=<!-- end -->)", re.S)
 
-TERMS = ["--repeats", "9", "--patience", "0.1"]
+TERMS = {"repeats": 9, "patience": 0.1}
+OPTIONS = [word for name, value in TERMS.items() for word in (f"--{name}", str(value))]
 COMMANDS = {
-    "bench": ["bench", *TERMS, "--quiet", "--no-plots", "--out", "bench"],
-    "steady": ["bench", "--steady", *TERMS, "--quiet", "--no-plots", "--out", "steady"],
+    "bench": ["bench", *OPTIONS, "--quiet", "--no-plots", "--out", "bench"],
+    "steady": ["bench", "--steady", *OPTIONS, "--quiet", "--no-plots", "--out", "steady"],
 }
+"""What measures the same without the programs of `tools.peers`."""
+
 WORKS = (
     ("sine", "bench", ("paper-high-friction",)),
     ("noise", "bench", ("paper-random",)),
@@ -46,45 +50,43 @@ ENTRIES = (
 )
 """Rows: approaches at the step of the samples, and peers."""
 
-Rows = list[dict[str, str]]
+Panels = tuple[Panel, ...]
 
 NONE = "–"
 CELL = re.compile(r"[\d.e]+ \([\d.e]+ ns\), [\d.e-]+")
 
 
-def measured() -> dict[str, Rows]:
-    """Run the commands in an empty folder, and give the rows that each has written."""
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        for words in COMMANDS.values():
-            assert main(words) == 0
-        tables = {name: Path(name, "speed_error.csv").read_text() for name in COMMANDS}
-    return {name: list(csv.DictReader(text.splitlines())) for name, text in tables.items()}
+def measured() -> dict[str, Panels]:
+    """Run both benches, and give the panels of each."""
+    terms = Terms(**TERMS, peers=(scipy_ivp, *peers.present()))
+    asked = {
+        "bench": speed_error.marching(speed_error.scenarios(None, [], swept=False), terms),
+        "steady": speed_error.settling(speed_error.scenarios(None, [], swept=True), terms),
+    }
+    return {name: one.run(lambda: None).panels for name, one in asked.items()}
 
 
-def cell(rows: Rows, approach: str, setting: str, cases: tuple[str, ...]) -> str:
+def cell(panels: Panels, approach: str, setting: str, cases: tuple[str, ...]) -> str:
     """Give time and error of an entry on some cases that weigh alike."""
     found = []
     for case in cases:
-        alike = [row for row in rows if (row["case"], row["approach"]) == (case, approach)]
-        alike = [row for row in alike if row["setting"].startswith(setting)]
-        found += [row for row in alike if row["error_x_r [-]"]][:1]
+        panel = next(panel for panel in panels if panel.scenario.name == case)
+        alike = [one for one in panel.scores if one.approach == approach]
+        alike = [one for one in alike if one.setting.startswith(setting)]
+        found += [one for one in alike if one.error_x_r is not None][:1]
     if len(found) < len(cases):
         return NONE
-
-    def mean(column: str) -> float:
-        return sum(float(row[column]) for row in found) / len(found)
-
-    error = max(float(row["error_x_r [-]"]) for row in found)
-    ratio, time = mean("time_over_lfilter [-]"), mean("time_per_sample [ns]")
+    error = max(one.error_x_r for one in found)
+    ratio = sum(one.ratio for one in found) / len(found)
+    time = sum(one.time for one in found) / len(found)
     return f"{number(ratio, digits=2)} ({number(time, 'ns', 2)}), {number(error, digits=1)}"
 
 
-def table(tables: dict[str, Rows]) -> str:
+def table(benches: dict[str, Panels]) -> str:
     """Give the table, a row an entry that is known on any of the works."""
     lines = [("", *(heading for heading, _, _ in WORKS)), ("---",) * (1 + len(WORKS))]
     for approach, setting in ENTRIES:
-        cells = [cell(tables[name], approach, setting, cases) for _, name, cases in WORKS]
+        cells = [cell(benches[name], approach, setting, cases) for _, name, cases in WORKS]
         if set(cells) != {NONE}:
             lines.append((" ".join(filter(None, (approach, setting))), *cells))
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)

@@ -12,13 +12,13 @@ import pytest
 import drysim as package
 from drysim.approach import SHELF
 from drysim.bench import scipy_ivp, score, timing
-from drysim.bench.peers import heyoka
 from drysim.bench.score import Yardstick
 from drysim.bench.speed_error import held_to, judged, with_uncertainty
 from drysim.bench.timing import Terms, at_most, attempt
 from drysim.bench.work import Answer, Entry, work_of
 from drysim.errors import SolverError
 from seat import rows_of
+from tools.peers import heyoka
 
 SLIDING = """\
 drysim: 1
@@ -45,7 +45,7 @@ SINES = (
 )
 HELD = SLIDING.replace("frequency: 2, rms: 0.75", "frequency: 5, rms: 0.33")
 SMALL = ("--samples", 200, "--repeats", 1, "--patience", 0.01)
-TERMS = Terms(samples=400, repeats=1, patience=1.0, peers=False)
+TERMS = Terms(samples=400, repeats=1, patience=1.0, peers=())
 
 
 @pytest.fixture
@@ -193,7 +193,7 @@ def test_answer_that_is_no_number_has_failed(works):
 
 def test_slow_entry_runs_on_a_shorter_stretch(works):
     work = works(SLIDING, samples=4000)
-    runner = attempt(scipy_ivp.reference(), work, Terms(4000, 1, 0.01, False))
+    runner = attempt(scipy_ivp.reference(), work, Terms(4000, 1, 0.01, ()))
     assert 200 <= runner.work.samples < 4000
     assert len(runner.answer.x_r) == runner.work.samples + 1
 

@@ -553,7 +553,7 @@ def test_exact_entry_without_an_error_stands_below_all_others_and_says_so():
     exact = Score("stick-slip", "", True, None, 1, time=150.0, verdict="exact by its balance")
     coarse = Score("signum", "", True, 1e-3, 1, time=50.0, error_x_r=0.4, error_T_a=-0.4)
     panel = Panel(stand_in("harmonic"), None, (), (exact, coarse), 7.0, None, ())
-    figure = draw_bench(Bench((panel,), (), "plain"))
+    figure = draw_bench(Bench((panel,), "plain"))
     for shown in figure.axes:
         lowest = min(
             y for line in shown.lines if line.get_marker() in "*^" for y in line.get_ydata()

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import pytest
 
-from drysim.bench import peers, score, speed_error
+from drysim.bench import scipy_ivp, score, speed_error
 from drysim.bench.score import Yardstick
 from drysim.bench.speed_error import judged
 from drysim.bench.timing import Runner, lfilter
 from drysim.bench.work import work_of
 from drysim.core.compile import PLAIN_STEPS, settle
+from tools import peers
 
 SAMPLES = 4_000
 """Samples of the work: the slowest entry takes some seconds on them."""
@@ -23,7 +24,8 @@ WORKS = [work_of(one, SAMPLES) for one in speed_error.scenarios(None, [], swept=
 CASES = [
     pytest.param(work, entry, id=f"{work.scenario.name}-{entry.approach}-{entry.setting}")
     for work in WORKS
-    for entry in (*score.entries(work), *peers.entries(work))
+    for shelf in (score, scipy_ivp, *peers.present())
+    for entry in shelf.entries(work)
     if entry.points <= 20
 ]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from drysim.bench.work import Answer, Entry, Run, Work
-from drysim.core.model import Samples
+from drysim.core.model import AnyLaw, Law, Pressed, Samples, Stopped
 from drysim.errors import SolverError
 from drysim.wording import number
 
@@ -153,6 +153,16 @@ def lacks(work: Work) -> tuple[str, ...]:
     return ("a static limit above kinetic friction",) if work.law.F_fs > work.law.F_fk else ()
 
 
+def unknown(law: AnyLaw) -> str:
+    """Say what the peers do not know: any but Coulomb's friction under a constant force."""
+    if isinstance(law, Stopped):
+        return "end stops"
+    if isinstance(law, Law | Pressed):
+        varies = isinstance(law, Pressed) or law.variation
+        return "a varying normal force" if varies else ""
+    return "this friction law"
+
+
 def swing(work: Work) -> Floats:
     """Give the size of x_r [m] and v_r [m/s] to which absolute tolerances are relative.
 
@@ -168,8 +178,6 @@ def swing(work: Work) -> Floats:
 
 # scipy.integrate.solve_ivp: the yardstick that people know, with events and smoothed.
 
-
-PACKAGE = "scipy"
 
 Method = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
 
@@ -247,7 +255,7 @@ class Restarted:
         self.grid = work.grid
 
     def __call__(self, begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
-        """Slide in direction d; see `machine.Slide`."""
+        """Slide in direction d; see `Slide`."""
         last = min(begin.n + (1 if self.sampled else CHUNK), self.work.samples)
         found = self._solved(begin, d, last)
         if not found.success:

@@ -134,14 +134,11 @@ class Bench:
     Attributes
     ----------
     panels : tuple of Panel
-    absent : tuple of str
-        Peers that are not installed.
     engine : str
         `plain` or `compiled`.
     """
 
     panels: tuple[Panel, ...]
-    absent: tuple[str, ...]
     engine: str
 
     @property

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from drysim import wording
 from drysim.approach import EXACT
 from drysim.approach.stick_slip import StickSlip
-from drysim.bench import peers, score
-from drysim.bench.scipy_ivp import checked, reference
+from drysim.bench import score
+from drysim.bench.scipy_ivp import checked, reference, unknown
 from drysim.bench.score import EXACT_BELOW, Bench, Panel, Score, Yardstick, verdict
 from drysim.bench.timing import (
     HOPELESS,
@@ -45,9 +45,14 @@ if TYPE_CHECKING:
 
 def entries(work: Work, terms: Terms) -> list[Entry]:
     """Give all entries on a work: the exact one first, the reference last."""
-    known = not peers.unknown(work.law)
-    others = peers.entries(work) if terms.peers and known else ()
-    return [*score.entries(work), *others, *([reference()] if known else [])]
+    own = list(score.entries(work))
+    return own if unknown(work.law) else [*own, *others(work, terms), reference()]
+
+
+def others(work: Work, terms: Terms) -> Iterator[Entry]:
+    """Give the entries of all peers that take part."""
+    for peer in terms.peers:
+        yield from peer.entries(work)
 
 
 def panel(work: Work, terms: Terms, finished: Job) -> Panel:
@@ -66,7 +71,7 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
         When the exact approach fails; whatever happens to another is its score.
     """
     wanted, yardstick = entries(work, terms), Yardstick.of(work)
-    last = None if peers.unknown(work.law) else wanted[-1]
+    last = None if unknown(work.law) else wanted[-1]
     scores: list[Score] = []
     ready: list[Tried] = []
     stated: float | None = None
@@ -189,8 +194,8 @@ def cautions(work: Work, wanted: Sequence[Entry]) -> Iterator[Caution]:
     yield from work.cautions
     for sentence in dict.fromkeys(words for one in wanted if one.own for words in one.lacks):
         yield Caution("left-out", sentence)
-    if unknown := peers.unknown(work.law):
-        yield Caution("no-peers", f"no peer knows {unknown}: none takes part")
+    if what := unknown(work.law):
+        yield Caution("no-peers", f"no peer knows {what}: none takes part")
 
 
 # Settling: cases of a sweep as work to march through, and the orbits they must come to.
@@ -287,9 +292,7 @@ def cases_of(scenario: Scenario) -> Case:
 def steady_entries(work: Work, terms: Terms) -> list[Entry]:
     """Give what marches: the shelf at the step of the work, the peers, the reference last."""
     own = [one for one in score.entries(work) if one.points == 1 and one.approach != EXACT]
-    if peers.unknown(work.law):
-        return own
-    return [*own, *(peers.entries(work) if terms.peers else ()), reference()]
+    return own if unknown(work.law) else [*own, *others(work, terms), reference()]
 
 
 def size(case: Case) -> int:
@@ -314,7 +317,7 @@ def steady_panel(case: Case, terms: Terms, finished: Job) -> Panel:
     total = size(case)
     marches = [one for one in tried if isinstance(one, Tried)]
     plain, scores = clocked(known[0].work, [search(case, total), *marches], terms)
-    held = None if peers.unknown(case.law) else followed(known)
+    held = None if unknown(case.law) else followed(known)
     failed = [one for one in tried if isinstance(one, Score)]
     scores = [held_to(scores[0], held), *scores[1:], *failed]
     words = tuple(steady_words(case, [one.work for one in known], total, plain))
@@ -472,6 +475,6 @@ def held(
     def run(finished: Job) -> Bench:
         settle(PLAIN_STEPS + 1)
         panels = tuple(panel(one, terms, finished) for one in asked)
-        return Bench(panels, peers.absent() if terms.peers else (), engine())
+        return Bench(panels, engine())
 
     return run

@@ -14,8 +14,9 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from drysim.bench import scipy_ivp
 from drysim.bench.score import Score
-from drysim.bench.work import Answer, Entry, Run, Work
+from drysim.bench.work import Answer, Entry, Peer, Run, Work
 from drysim.core.compile import compiling
 from drysim.errors import DrysimError, SolverError
 from drysim.wording import number
@@ -156,14 +157,14 @@ class Terms(NamedTuple):
         Runs of an entry, at most.
     patience : float
         Time that one run may take [s]; slower entries run on a shorter stretch.
-    peers : bool
-        Whether the peers take part; the reference always does.
+    peers : tuple of Peer
+        Other programs that take part; the reference, which is scipy, always does.
     """
 
     samples: int = 24_000
     repeats: int = 15
     patience: float = 0.2
-    peers: bool = True
+    peers: tuple[Peer, ...] = (scipy_ivp,)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi, sin, tau
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -227,3 +227,10 @@ class Entry:
     points: int = 1
     own: bool = False
     lacks: tuple[str, ...] = ()
+
+
+class Peer(Protocol):
+    """Another program on the same work, e.g. a module: what people would take else."""
+
+    def entries(self, work: Work) -> Iterator[Entry]:
+        """Give its entries on a work, each with one setting."""

@@ -425,17 +425,19 @@ def bench(
         raise UsageError("--steady and --hard ask for two benches", "ask for one at a time")
     if hard:
         return held(scenario, changes or [], out, patience, dry_run, voice, command)
-    from drysim.bench import speed_error
+    from drysim.bench import scipy_ivp, speed_error
     from drysim.bench.timing import Terms
     from drysim.output.folder import check
 
-    terms = Terms(samples, repeats, patience or PATIENCE, peers)
+    terms = Terms(samples, repeats, patience or PATIENCE, (scipy_ivp,) if peers else ())
     asked = speed_error.scenarios(scenario, changes or [], steady)
     job = speed_error.settling(asked, terms) if steady else speed_error.marching(asked, terms)
     folder = folder_of(out, scenario, asked, "steady" if steady else "bench")
     check(folder)
     if dry_run:
-        return plan_bench(job.cases, terms._asdict(), folder, job.cautions, voice)
+        return plan_bench(
+            job.cases, terms._asdict() | {"peers": peers}, folder, job.cautions, voice
+        )
     from drysim import output
     from drysim.console import findings, terminal
 

@@ -190,8 +190,6 @@ def show_bench(bench: Bench, folder: Path | None = None) -> None:
         for head, sentence in findings(panel):
             headed(paper, head, sentence)
         paper.print()
-    if bench.absent:
-        headed(paper, "absent", absent(bench.absent))
     show_folder(paper, folder)
     show_warnings(bench.warnings)
 
@@ -245,11 +243,6 @@ def findings(panel: Panel) -> Iterator[tuple[str, str]]:
     for one in panel.scores:
         if one.verdict.startswith("failed"):
             yield "failed", f"{name(one)}: {one.verdict.partition(', ')[2]}"
-
-
-def absent(packages: tuple[str, ...]) -> str:
-    """Say which peers are not installed."""
-    return f"{', '.join(packages)}: not installed, and not needed by drysim"
 
 
 def _short(value: float | None, digits: int) -> str:

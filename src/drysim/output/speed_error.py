@@ -43,7 +43,7 @@ def speed_error(bench: Bench, folder: Path) -> None:
 
 def of_bench(bench: Bench, ending: Ending) -> Fields:
     """Give everything that made the numbers of a bench, ready for JSON."""
-    numerics = {"engine": bench.engine, "cases": len(bench.panels), "absent": bench.absent}
+    numerics = {"engine": bench.engine, "cases": len(bench.panels)}
     metrics = {panel.scenario.name: _found(panel) for panel in bench.panels}
     frames = [framed(panel, panel.motion, numerics, metrics, ending) for panel in bench.panels]
     cases = [

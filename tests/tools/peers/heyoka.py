@@ -84,7 +84,7 @@ class Series:
         self.advance = self._over_sample if self.sampled else self._over_grid
 
     def __call__(self, begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
-        """Slide in direction d; see `machine.Slide`."""
+        """Slide in direction d; see `scipy_ivp.Slide`."""
         way = self.ways[d]
         way.time = begin.t
         way.state[:] = begin.x_r, begin.v_r or d * SLIPPING

@@ -1,0 +1,1 @@
+"""What developers run or borrow beside the tests."""
