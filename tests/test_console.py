@@ -14,7 +14,7 @@ import pytest
 
 import drysim as package
 from drysim import wording
-from drysim.console import findings, problems, summaries
+from drysim.console import many, problems, summaries
 from drysim.core.model import Law
 from drysim.errors import OutputError, Problem, RecordError, ScenarioError
 from outcomes import outcome, record
@@ -297,5 +297,5 @@ def test_repetition_is_counted_in_periods_of_the_base(seat, capsys):
 
 def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):
     made = package.compare(package.load(seat), ("signum", "stick-slip"))
-    findings.show_comparison(made)
+    many.show_comparison(made)
     assert "base        harmonic 1.6 Hz, 1 m/s² RMS" in capsys.readouterr().out

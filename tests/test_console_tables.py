@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from drysim.console import findings, summaries
+from drysim.console import many
 from drysim.console import terminal as console_terminal
 from drysim.console.summaries import SummaryRow, show_rows
 from drysim.console.terminal import stdout
@@ -51,7 +51,7 @@ RMS = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0]
 
 def test_sweep_fits_80_columns_and_is_plain_when_piped(capsys):
     table = judged(spoil(small(limit=0.015), FAILED, 1, note="a " * 60), "T_a < 1 at x.y >= 8")
-    summaries.show_table(table, Path("out/seat"))
+    many.show_table(table, Path("out/seat"))
     out, err = capsys.readouterr()
     assert max(map(len, out.splitlines())) <= 80
     assert {sign for sign in out if not sign.isprintable()} == {"\n"}
@@ -65,20 +65,20 @@ def test_extremes_that_differ_by_rounding_are_the_same(capsys, tmp_path):
     table = solved(load(tmp_path / "seat.yaml", phases))
     ends = next(iter(table.tallies.values())).extremes["T_a"]
     assert ends[0].row.point != ends[1].row.point
-    summaries.show_table(table)
+    many.show_table(table)
     out = words(capsys.readouterr().out)
     for name in ("T_a", "T_x", "peak |x_r|"):
         assert re.search(
             rf"{re.escape(name)} [\d.]+( mm)? (.* limit, )?the same in every case", out
         )
     assert " least at " not in out
-    summaries.show_table(spoil(small(), FAILED, 1))
+    many.show_table(spoil(small(), FAILED, 1))
     assert "least at" in words(capsys.readouterr().out)
 
 
 def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
     table = judged(small(), "x_r_peak < 25 mm", "T_a < 1.2", "T_a < 9 at no.key >= 1")
-    summaries.show_table(table, Path("out/seat"))
+    many.show_table(table, Path("out/seat"))
     out = words(capsys.readouterr().out)
     best = max(table.own, key=lambda row: row.metrics["T_a"])
     assert best.point["excitation.frequency"] == 1.0
@@ -102,7 +102,7 @@ def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
 
 
 def test_what_is_swept_is_not_said_to_be_fixed(capsys):
-    summaries.show_table(sweep(*axes(force=[0, 15]), reference=None))
+    many.show_table(sweep(*axes(force=[0, 15]), reference=None))
     out = capsys.readouterr().out
     assert "  friction    F_fs = F_fk (not given)\n" in out
     assert "  swept       friction.kinetic 0, 15 N\n" in out
@@ -117,19 +117,19 @@ def test_static_limit_that_is_swept_is_not_said_to_be_missing(capsys):
         for value in ratio.values
         for row in table.rows
     ]
-    summaries.show_table(replace(table, axes=(*table.axes, ratio), rows=tuple(rows)))
+    many.show_table(replace(table, axes=(*table.axes, ratio), rows=tuple(rows)))
     assert "  friction    F_fk 15 N\n" in capsys.readouterr().out
 
 
 def test_base_motion_that_all_cases_share_is_told(capsys):
     table = replace(sweep(*axes(force=[0, 15])), motion=record(700))
-    summaries.show_table(table)
+    many.show_table(table)
     assert "base        harmonic road.csv, 700 samples at 400 Hz" in capsys.readouterr().out
 
 
 def test_stroke_violations_are_counted_with_how_much(capsys):
     table = small(limit=0.015)
-    summaries.show_table(table)
+    many.show_table(table)
     out = words(capsys.readouterr().out)
     met = [row for row in table.own if row.metrics["violations"]]
     far = (max(row.metrics["x_r_peak"] for row in met) - 0.015) * 1e3
@@ -140,13 +140,13 @@ def test_stroke_violations_are_counted_with_how_much(capsys):
 def test_limit_met_while_settling_is_not_said_to_be_met_by_the_peak(capsys):
     table = small(limit=0.1)
     rows = tuple(replace(row, metrics={**row.metrics, "violations": 1}) for row in table.rows)
-    summaries.show_table(replace(table, rows=rows))
+    many.show_table(replace(table, rows=rows))
     assert "limit met 6 cases of 6, while it settles" in words(capsys.readouterr().out)
 
 
 def test_cases_without_numbers_are_counted_and_the_first_is_named(capsys):
     table = spoil(small(), NOT_SETTLED, 1, 2, note="after 600 s")
-    summaries.show_table(spoil(table, FAILED, 4, note=""))
+    many.show_table(spoil(table, FAILED, 4, note=""))
     out = words(capsys.readouterr().out)
     assert "not settled 2 cases the first at frequency 2 Hz, rms 0.5 m/s²: after 600 s" in out
     assert "failed 1 case the first at frequency 2 Hz, rms 1 m/s²" in out
@@ -164,20 +164,20 @@ def test_cases_without_numbers_are_counted_and_the_first_is_named(capsys):
 )
 def test_isolation_is_told_for_every_curve(capsys, force, lost, said):
     table = spoil(small(force=force, reference=None), NOT_SETTLED, *lost)
-    summaries.show_table(table)
+    many.show_table(table)
     assert said in words(capsys.readouterr().out)
 
 
 def test_isolation_of_many_curves_is_told_from_where_all_isolate(capsys):
     """A sample said `from 2 to 4 Hz` where more than half of the cases exceed 1 at 2 Hz."""
     table = sweep(*axes(frequency=[1, 2, 4], rms=RMS), force=27.0, reference=None)
-    summaries.show_table(table)
+    many.show_table(table)
     early = {row.point["excitation.rms"] for row in table.own if is_early(row)}
     assert 0 < len(early) < len(RMS)
     out = words(capsys.readouterr().out)
     said = "isolation from 4 Hz T_a stays below 1 on all 6 curves; on"
     assert f"{said} {len(early)} of them from 2 Hz" in out
-    summaries.show_table(spoil(table, NOT_SETTLED, 2))
+    many.show_table(spoil(table, NOT_SETTLED, 2))
     assert "below 1 on 5 of 6 curves, nowhere on the others" in words(capsys.readouterr().out)
 
 
@@ -188,21 +188,21 @@ def is_early(row):
 
 def test_isolation_is_not_told_where_each_case_has_a_frequency_of_its_own(capsys):
     frequency, *rest = axes(frequency=[2, 4], rms=[0.5])
-    summaries.show_table(sweep(replace(frequency, walk="sample"), *rest, reference=None))
+    many.show_table(sweep(replace(frequency, walk="sample"), *rest, reference=None))
     assert "isolation" not in capsys.readouterr().out
 
 
 def test_isolation_is_not_told_where_no_case_has_numbers(capsys):
     table = small(reference=None)
-    summaries.show_table(spoil(table, NOT_SETTLED, *range(len(table))))
+    many.show_table(spoil(table, NOT_SETTLED, *range(len(table))))
     assert "isolation" not in capsys.readouterr().out
 
 
 def test_interrupted_sweep_says_how_to_go_on(capsys):
     table = small()
     table = replace(table, rows=table.rows[:8], complete=False)
-    summaries.show_table(table, Path("out/seat"))
-    summaries.show_interrupted(len(table), "case", Path("out/seat"))
+    many.show_table(table, Path("out/seat"))
+    many.show_interrupted(len(table), "case", Path("out/seat"))
     out, err = capsys.readouterr()
     assert "  state       incomplete: 8 of 12 cases\n" in out
     assert "written" not in out
@@ -213,12 +213,12 @@ def test_interrupted_sweep_says_how_to_go_on(capsys):
 
 
 def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
-    summaries.show_interrupted(0, "case", Path("out/seat"))
+    many.show_interrupted(0, "case", Path("out/seat"))
     assert capsys.readouterr().err == "interrupted before any case was finished\n"
 
 
 def test_warnings_of_a_sweep_go_to_stderr(capsys):
-    summaries.show_table(replace(small(), warnings=(Caution("slug", "careful"),)))
+    many.show_table(replace(small(), warnings=(Caution("slug", "careful"),)))
     out, err = capsys.readouterr()
     assert "careful" not in out
     assert err == "warning: careful\n"
@@ -231,7 +231,7 @@ SENTENCES = ("signum is off: " + "far and " * 12 + "away", "a smaller step will 
 
 def test_comparison_is_aligned_columns_when_piped(capsys):
     made = replace(orbits(["signum", "stick-slip"]), verdict=SENTENCES)
-    findings.show_comparison(made, Path("out/seat"))
+    many.show_comparison(made, Path("out/seat"))
     out, err = capsys.readouterr()
     rows = [line.split("  ") for line in out.splitlines()]
     table = [[cell.strip() for cell in row if cell.strip()] for row in rows]
@@ -253,7 +253,7 @@ def test_comparison_is_aligned_columns_when_piped(capsys):
 
 def test_stroke_of_a_small_comparison_is_told_in_micrometres(capsys):
     made = orbits(["signum", "stick-slip"], rms=5e-6, force=15e-5)
-    findings.show_comparison(made)
+    many.show_comparison(made)
     out = capsys.readouterr().out
     heading, *_ = (line for line in out.splitlines() if line.startswith("approach"))
     assert "peak |x_r| µm" in heading
@@ -265,7 +265,7 @@ def test_stroke_of_a_small_comparison_is_told_in_micrometres(capsys):
 def test_comparison_over_a_sweep_gives_ranges_and_the_worst_with_where(capsys):
     swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
     made = comparison(["signum", "stick-slip"], *swept, n=900)
-    findings.show_comparison(made)
+    many.show_comparison(made)
     out = capsys.readouterr().out
     T_a = [row.metrics["T_a"] for row in made.table.of("signum")]
     worst = max(100 * made.deviation(row) for row in made.table.of("signum"))
@@ -286,7 +286,7 @@ def test_comparison_is_a_ruled_table_at_a_terminal_of_80_columns(capsys, monkeyp
         replace(row, metrics={**row.metrics, "T_x": 0.01234 * (at + 1)})
         for at, row in enumerate(made.table.rows)
     )
-    findings.show_comparison(replace(made, table=replace(made.table, rows=rows)))
+    many.show_comparison(replace(made, table=replace(made.table, rows=rows)))
     out = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
     assert "─────" in out
     assert "…" not in out
@@ -300,11 +300,11 @@ def test_no_user_text_drives_the_terminal(capsys, monkeypatch):
     evil = "[bold red]\x1b[2J\x1b]0;owned\x07\u202e:smile:\r\n[/]"
     scene = stand_in("harmonic", name=evil, about=evil, sweep=small().axes, reference=None)
     table = spoil(replace(small(), scenario=scene), FAILED, 1, note=evil)
-    summaries.show_table(table, Path(evil))
-    summaries.show_table(replace(table, complete=False), Path(evil))
+    many.show_table(table, Path(evil))
+    many.show_table(replace(table, complete=False), Path(evil))
     made = orbits(["signum", "stick-slip"])
-    findings.show_comparison(replace(made, table=replace(made.table, scenario=scene)))
-    findings.show_comparison(replace(made, verdict=(evil,)), Path(evil))
+    many.show_comparison(replace(made, table=replace(made.table, scenario=scene)))
+    many.show_comparison(replace(made, verdict=(evil,)), Path(evil))
     shown = re.sub(r"\x1b\[[0-9;]*m", "", "".join(capsys.readouterr()))
     assert "[bold red]" in shown
     assert {sign for sign in shown if not sign.isprintable()} == {"\n"}
@@ -448,7 +448,7 @@ solver: {step: 1e-3}
 """
     (tmp_path / "seat.yaml").write_text(text)
     table = solved(load(tmp_path / "seat.yaml", {**words, "sweep": over}))
-    summaries.show_table(table, None)
+    many.show_table(table, None)
     out = " ".join(capsys.readouterr().out.split())
     for sentence in said:
         assert sentence in out
@@ -462,5 +462,5 @@ excitation: {kind: record, file: r.csv, rate: 100}
 sweep: {excitation.scale: [1, 2]}
 """
     (tmp_path / "seat.yaml").write_text(text)
-    summaries.show_table(solved(load(tmp_path / "seat.yaml")), None)
+    many.show_table(solved(load(tmp_path / "seat.yaml")), None)
     assert "  base        record r.csv\n" in capsys.readouterr().out

@@ -13,7 +13,7 @@ import pytest
 
 import drysim as package
 from drysim.console import terminal
-from drysim.console.summaries import show_ensemble
+from drysim.console.many import show_ensemble
 from drysim.core.compile import COMPILED
 from drysim.errors import ScenarioError, SolverError
 from drysim.plots.ensemble import draw

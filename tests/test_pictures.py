@@ -12,7 +12,7 @@ import pytest
 
 from drysim import wording
 from drysim.bench.score import Bench, Panel, Score
-from drysim.console.summaries import show_table
+from drysim.console.many import show_table
 from drysim.plots import comparison as comparison_plot
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison

@@ -16,7 +16,7 @@ import pytest
 
 from cluster_scenes import blocks_in
 from drysim.cli import process
-from drysim.console import summaries, terminal
+from drysim.console import many, terminal
 from drysim.system import in_order
 from test_cli import tree
 
@@ -157,7 +157,7 @@ def test_interruption_is_told_before_the_summary_of_what_is_finished(
 
     monkeypatch.setattr(terminal, "progress", lambda *_: nullcontext(advance))
     for name in ("show_interrupted", "show_table", "show_ensemble"):
-        monkeypatch.setattr(summaries, name, lambda *_, name=name: told.append(name))
+        monkeypatch.setattr(many, name, lambda *_, name=name: told.append(name))
     command, *words = MANY[kind]
     quick = ("--workers", 1, "--no-plots", "--set", "checks=[T_a < 1e-3]")
     assert drysim(command, seat, *words, *quick).code == 130

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drysim.console import summaries
+from drysim.console import many
 from drysim.plots.sweep import draw_stroke
 from drysim.scenario.load import load
 from drysim.study.sweep import sweep
@@ -34,7 +34,7 @@ def swept(tmp_path):
 
 def said(table, capsys):
     """Give the summary of a table, every run of blanks as one."""
-    summaries.show_table(table)
+    many.show_table(table)
     return " ".join(capsys.readouterr().out.split())
 
 

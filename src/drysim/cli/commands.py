@@ -261,7 +261,7 @@ def sweep(
 
         return work.show_grid(case, folder, [one.word for one in wanted], voice)
     from drysim import output
-    from drysim.console import summaries
+    from drysim.console import many, summaries
 
     command = typed(context)
     with (
@@ -273,9 +273,9 @@ def sweep(
         told = output.write_table(
             table, claim, plots=not no_plots, command=command, exit_code=code, form=form
         )
-    show = partial(summaries.show_table, table, folder)
+    show = partial(many.show_table, table, folder)
     if not table.complete:
-        summaries.show_interrupted(len(table.rows), "case", folder)
+        many.show_interrupted(len(table.rows), "case", folder)
         show = show if len(table.rows) else partial(summaries.show_warnings, ())
     written = folder if table.complete else claim.partial
     return voice.answer(told, show, table.warnings, written, code)
@@ -337,7 +337,7 @@ def compare(
 
         return work.show_grid(case, folder, [*wanted], voice)
     from drysim import output
-    from drysim.console import findings, terminal
+    from drysim.console import many, terminal
 
     total = count(list(wanted.values()))
     with terminal.progress(total, "cases", quiet) as advance:
@@ -348,7 +348,7 @@ def compare(
     told = output.write_comparison(
         made, folder, plots=not no_plots, command=command, exit_code=code
     )
-    show = partial(findings.show_comparison, made, folder)
+    show = partial(many.show_comparison, made, folder)
     return voice.answer(told, show, made.table.warnings, folder, code)
 
 
@@ -518,7 +518,7 @@ TOLD = ("metrics", "ensemble", "checks", "numerics")
 
 def summarise(folder: Folder, as_json: options.Json = False) -> int:
     """Extremes, quantiles and checks of a result on the disk."""
-    from drysim.console import findings
+    from drysim.console import summaries
 
     told = read(folder)
     with reader_may_leave():
@@ -526,7 +526,7 @@ def summarise(folder: Folder, as_json: options.Json = False) -> int:
             words = {name: told[name] for name in TOLD if name in told}
             typer.echo(json.dumps(words, indent=2))
         else:
-            findings.show_retold(told)
+            summaries.show_retold(told)
     return EXIT_OK
 
 

@@ -208,9 +208,9 @@ class Voice(NamedTuple):
 
     def _excuse(self, told: Mapping[str, Any], warnings: Sequence[Caution]) -> None:
         """Say on stderr what makes the exit code, where nothing else is said."""
-        from drysim.console import findings, summaries, terminal
+        from drysim.console import summaries, terminal
 
-        checks = list(findings.told_checks(told))
+        checks = list(summaries.told_checks(told))
         failed = [words for passed, words in checks if passed is False]
         for words in failed:
             terminal.remark(f"check failed: {words}")

@@ -51,15 +51,15 @@ def run_ensemble(
 ) -> int:
     """Compute, write and show the ensemble of a case; give the exit code."""
     from drysim import output
-    from drysim.console import summaries
+    from drysim.console import many
 
     with voice.claimed(folder, resume, "seeds") as claim:
         made = solved(case, claim.journal, workers, resume, voice.quiet)
         code = made.exit_code(strict) if made.complete else EXIT_INTERRUPTED
         told = output.write_ensemble(made, claim, plots=plots, command=command, exit_code=code)
-    show = partial(summaries.show_ensemble, made, folder)
+    show = partial(many.show_ensemble, made, folder)
     if not made.complete:
-        summaries.show_interrupted(len(made.rows), "seed", folder)
+        many.show_interrupted(len(made.rows), "seed", folder)
     written = folder if made.complete else claim.partial
     return voice.answer(told, show, made.warnings, written, code)
 
