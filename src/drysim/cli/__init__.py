@@ -1,4 +1,8 @@
-"""App, main, exit codes."""
+"""The command `drysim`: its application, and where a fault becomes a sentence and an exit code.
+
+A command is a function of `commands`, its options are in `options`; `process` has the signals
+and the streams.
+"""
 
 from __future__ import annotations
 
@@ -15,18 +19,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from drysim.cli import options, process
-from drysim.cli.commands import (
-    bench,
-    compare,
-    doctor,
-    init,
-    run,
-    schema,
-    summarise,
-    sweep,
-    validate,
-)
+from drysim.cli import commands, options, process
 from drysim.cli.process import (
     ASKED,
     REFUSALS,
@@ -43,13 +36,20 @@ from drysim.errors import (
     UsageError,
 )
 
-# The commands on one shelf: a command is a function of a module here, and its name below.
-
-
 COMMANDS: tuple[Callable[..., int], ...] = (
-    init, run, sweep, compare, validate, summarise, bench, schema, doctor
+    commands.init, commands.run, commands.sweep, commands.compare, commands.validate,
+    commands.summarise, commands.bench, commands.schema, commands.doctor,
 )  # fmt: skip
 """As somebody new may need them, and as the help lists them."""
+
+COMPUTING, HELP = ("run", "sweep", "compare", "bench", "validate"), {"-h", "--help"}
+
+SELDOM = 1_000_000
+"""New objects between two collections: a hundred megabytes, were they all garbage."""
+
+BUG = """
+This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
+lines above, the scenario file and what `drysim doctor` prints."""
 
 
 class Interruptible(TyperGroup):
@@ -87,20 +87,6 @@ def no_command(context: typer.Context, version: options.Version = False) -> int:
 
 for each in COMMANDS:
     app.command()(each)
-
-
-# The command line: where a fault becomes a sentence and an exit code.
-
-
-SELDOM = 1_000_000
-"""New objects between two collections: a hundred megabytes, were they all garbage."""
-
-COMPUTING = ("run", "sweep", "compare", "bench", "validate")
-HELP = {"-h", "--help"}
-
-BUG = """
-This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
-lines above, the scenario file and what `drysim doctor` prints."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -142,8 +128,8 @@ def with_command(name: str) -> typer.Typer:
 
     Typer builds every command that it is given, with all its options, to run one of them.
     """
-    commands = app.registered_commands
-    found = [one for one in commands if one.callback and one.callback.__name__ == name]
+    known = app.registered_commands
+    found = [one for one in known if one.callback and one.callback.__name__ == name]
     if not found:
         return app
     alone = copy(app)

@@ -1,4 +1,9 @@
-"""The nine commands."""
+"""The nine commands, in the order of the help; each gives its exit code.
+
+A command reads its words, says what it would do or does it, and tells what came out; how that
+is done is with `study`, `output` and `console`. These are loaded within: of nine commands one
+runs, and `--help` needs none of them.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,7 @@ import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -31,113 +36,22 @@ if TYPE_CHECKING:
     from drysim.study.rows import Batch
     from drysim.study.table import Table
 
+FIRST = "paper-low-friction"
+"""What `drysim init` writes when no name is given."""
 
-# The commands about one scenario, and about none: run, validate, init, schema, doctor.
+HERE = "scenario.yaml"
+"""What `drysim compare` takes when no scenario is named."""
 
+FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
+"""What it takes of the gallery where that is missing; the latter has options of every law."""
+
+TOLD = ("metrics", "ensemble", "checks", "numerics")
+"""What of drysim.json is told again; only many seeds are an ensemble."""
 
 RUN_BY_DOCTOR = "free-decay"
 
 PNG_END = b"IEND\xaeB`\x82"
 """Last bytes of a whole PNG file."""
-
-FIRST = "paper-low-friction"
-"""What `drysim init` writes when no name is given."""
-
-
-def run(
-    context: typer.Context,
-    scenario: options.File,
-    changes: options.Changes = None,
-    out: options.Out = None,
-    approach: options.Approach = None,
-    workers: options.SeedWorkers = None,
-    resume: options.SeedResume = False,
-    dry_run: options.DryRun = False,
-    strict: options.Strict = False,
-    no_plots: options.NoPlots = False,
-    as_json: options.Json = False,
-    quiet: options.Quiet = False,
-) -> int:
-    """One case, or one under many seeds: motion, metrics, checks."""
-    from drysim.cli import work
-    from drysim.output.folder import check, holds_sweep
-    from drysim.scenario.load import load
-    from drysim.study.case import prepare
-    from drysim.study.statistics import most
-
-    voice = Voice(as_json, quiet)
-    case = prepare(load(scenario, options.overrides(changes, approach)))
-    if most(case.scenario) == 1:
-        work.refuse_needless(workers, resume)
-    folder = out or Path("out", case.scenario.name)
-    check(folder)
-    if dry_run:
-        from drysim.cli import work
-
-        return work.show(case, folder, voice)
-    if holds_sweep(folder):
-        voice.remark(f"{folder} holds a sweep, which this run replaces; --out keeps it")
-    asked = (case, folder, typed(context), voice)
-    if most(case.scenario) > 1:
-        return work.run_ensemble(
-            *asked, workers=workers, resume=resume, strict=strict, plots=not no_plots
-        )
-    return run_alone(*asked, strict=strict, plots=not no_plots)
-
-
-def run_alone(
-    case: Case, folder: Path, command: str, voice: Voice, *, strict: bool, plots: bool
-) -> int:
-    """Compute, write and show the outcome of a case; give the exit code."""
-    from drysim import output
-    from drysim.console import summaries
-    from drysim.output.folder import require_room
-    from drysim.study.case import LARGE, LEAST_SHARE, SLOW, response_bytes
-    from drysim.study.run import solve
-
-    require_room(folder, LEAST_SHARE * response_bytes(case))
-    for caution in case.cautions:
-        if caution.slug in (SLOW, LARGE):  # of use before the work, too
-            voice.remark(f"patience: {caution.sentence}")
-    outcome = solve(case)
-    code = outcome.exit_code(strict)
-    told = output.write(outcome, folder, plots=plots, command=command, exit_code=code)
-    show = partial(summaries.show_outcome, outcome, folder)
-    return voice.answer(told, show, outcome.warnings, folder, code)
-
-
-def validate(
-    scenarios: options.Files,
-    changes: options.Changes = None,
-    form: options.Format = "text",
-    strict: options.StrictWarnings = False,
-    quiet: options.Quiet = False,
-) -> int:
-    """Check files, compute nothing."""
-    from drysim.console import problems
-    from drysim.study.validate import examine
-
-    found = {file: examine(file, changes or []) for file in scenarios}
-    failing = ("error", "warning") if strict else ("error",)
-    faults = {
-        file: failed
-        for file, problems in found.items()
-        if (failed := [problem for problem in problems if problem.severity in failing])
-    }
-    with reader_may_leave():
-        problems.show_problems(faults if quiet and form != "json" else found, form)
-    if any(problem.severity == "error" for file in faults.values() for problem in file):
-        return EXIT_NOTHING_COMPUTED
-    return EXIT_CHECK_FAILED if faults else EXIT_OK
-
-
-def schema() -> int:
-    """JSON schema of scenario files, for editors."""
-    from drysim.scenario import schema as describe
-
-    with reader_may_leave():
-        typer.echo(json.dumps(describe(), indent=2))
-    return EXIT_OK
 
 
 def init(name: options.Name = FIRST, show: options.Show = False) -> int:
@@ -174,51 +88,78 @@ def show_gallery(part: str) -> int:
     return EXIT_OK
 
 
-def doctor() -> int:
-    """Versions, known answers, a run with its picture; two seconds."""
-    from drysim.console import terminal
-    from drysim.study.doctor import examine_installation
+def run(
+    context: typer.Context,
+    scenario: options.File,
+    changes: options.Changes = None,
+    out: options.Out = None,
+    approach: options.Approach = None,
+    workers: options.SeedWorkers = None,
+    resume: options.SeedResume = False,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """One case, or one under many seeds: motion, metrics, checks."""
+    from drysim.output.folder import check, holds_sweep
+    from drysim.scenario.load import load
+    from drysim.study.case import prepare
+    from drysim.study.statistics import most
 
-    findings = [*examine_installation(), end_to_end()]
-    with reader_may_leave():
-        for finding in findings:
-            mark = "ok" if finding.sound else "FAULT"
-            terminal.say(f"{mark:<6}{finding.name:<12}{finding.sentence}")
-    return EXIT_OK if all(finding.sound for finding in findings) else EXIT_NUMERICS_FAILED
+    voice = Voice(as_json, quiet)
+    case = prepare(load(scenario, options.overrides(changes, approach)))
+    alone = most(case.scenario) == 1
+    if alone:
+        refuse_needless(workers, resume)
+    folder = out or Path("out", case.scenario.name)
+    check(folder)
+    if dry_run:
+        from drysim.cli import work
+
+        return work.show(case, folder, voice)
+    if holds_sweep(folder):
+        voice.remark(f"{folder} holds a sweep, which this run replaces; --out keeps it")
+    asked = (case, folder, typed(context), voice)
+    if alone:
+        return run_alone(*asked, strict=strict, plots=not no_plots)
+    from drysim.cli import work
+
+    return work.run_ensemble(
+        *asked, workers=workers, resume=resume, strict=strict, plots=not no_plots
+    )
 
 
-def end_to_end() -> Finding:
-    """Run a scenario of the gallery from its file to its picture, in a temporary folder."""
-    from tempfile import TemporaryDirectory
-
-    from drysim.study.doctor import Finding
-
-    try:
-        from drysim import output
-        from drysim.scenario.load import load
-        from drysim.study import gallery
-        from drysim.study.case import prepare
-        from drysim.study.run import solve
-
-        outcome = solve(prepare(load(gallery.find(RUN_BY_DOCTOR).file)))
-        with TemporaryDirectory() as folder:
-            out = Path(folder, RUN_BY_DOCTOR)
-            output.write(outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK)
-            whole = Path(out, "response.png").read_bytes().endswith(PNG_END)
-    except Exception as fault:  # whatever a broken installation raises
-        return Finding("run", False, f"{type(fault).__name__}: {fault}")
-    sound = whole and outcome.exit_code() == EXIT_OK
-    return Finding("run", sound, f"{RUN_BY_DOCTOR} and its picture")
+def refuse_needless(workers: int | None, resume: bool) -> None:
+    """Make sure that nobody asks a single seed for what only many can do."""
+    only = "has a meaning only with many seeds"
+    hint = "ask for them by --set excitation.seeds=20, or leave it out"
+    if workers is not None:
+        raise UsageError(f"--workers {only}: a single run is one thread", hint)
+    if resume:
+        raise UsageError(f"--resume {only}: a single run begins anew", hint)
 
 
-# The commands over many cases: sweep and compare.
+def run_alone(
+    case: Case, folder: Path, command: str, voice: Voice, *, strict: bool, plots: bool
+) -> int:
+    """Compute, write and show the outcome of a case; give the exit code."""
+    from drysim import output
+    from drysim.console import summaries
+    from drysim.output.folder import require_room
+    from drysim.study.case import LARGE, LEAST_SHARE, SLOW, response_bytes
+    from drysim.study.run import solve
 
-
-HERE = "scenario.yaml"
-"""What `drysim compare` takes when no scenario is named."""
-
-FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
-"""What it takes of the gallery where that is missing; the latter has options of every law."""
+    require_room(folder, LEAST_SHARE * response_bytes(case))
+    for caution in case.cautions:
+        if caution.slug in (SLOW, LARGE):  # of use before the work, too
+            voice.remark(f"patience: {caution.sentence}")
+    outcome = solve(case)
+    code = outcome.exit_code(strict)
+    told = output.write(outcome, folder, plots=plots, command=command, exit_code=code)
+    show = partial(summaries.show_outcome, outcome, folder)
+    return voice.answer(told, show, outcome.warnings, folder, code)
 
 
 def sweep(
@@ -366,54 +307,81 @@ def scenario_or_default(file: str | None, names: Sequence[str], voice: Voice) ->
     return str(gallery.find(name).file)
 
 
-# The command over all approaches: bench.
+def validate(
+    scenarios: options.Files,
+    changes: options.Changes = None,
+    form: options.Format = "text",
+    strict: options.StrictWarnings = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """Check files, compute nothing."""
+    from drysim.console import problems
+    from drysim.study.validate import examine
+
+    found = {file: examine(file, changes or []) for file in scenarios}
+    failing = ("error", "warning") if strict else ("error",)
+    faults = {
+        file: failed
+        for file, problems in found.items()
+        if (failed := [problem for problem in problems if problem.severity in failing])
+    }
+    with reader_may_leave():
+        problems.show_problems(faults if quiet and form != "json" else found, form)
+    if any(problem.severity == "error" for file in faults.values() for problem in file):
+        return EXIT_NOTHING_COMPUTED
+    return EXIT_CHECK_FAILED if faults else EXIT_OK
 
 
-PATIENCE, HARD_PATIENCE = 0.2, 30.0
-"""Time that one run may take [s], and that a hard case may: there it decides held or failed."""
+def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
+    """Extremes, quantiles and checks of a result on the disk."""
+    from drysim.console import summaries
 
-Asked = Annotated[
-    str | None,
-    typer.Argument(metavar="SCENARIO", help="File (YAML); default: two of the gallery."),
-]
-Repeats = Annotated[
-    int, typer.Option("--repeats", min=1, metavar="N", help="Runs of an entry, at most.")
-]
-Size = Annotated[
-    int, typer.Option("--samples", min=1, metavar="N", help="Samples of the work, at most.")
-]
-Patience = Annotated[
-    float | None,
-    typer.Option(
-        "--patience",
-        min=1e-3,
-        metavar="SECONDS",
-        help=f"What one run may take, default {PATIENCE:g}: slower entries run on a shorter "
-        f"stretch; with --hard {HARD_PATIENCE:g}, and what takes longer fails.",
-    ),
-]
-Peers = Annotated[
-    bool, typer.Option("--peers/--no-peers", help="Whether other programs take part.")
-]
-Steady = Annotated[
-    bool, typer.Option("--steady", help="Time the steady states of a sweep instead.")
-]
-Hard = Annotated[
-    bool, typer.Option("--hard", help="Put every approach through the hard cases instead.")
-]
+    told = read(folder)
+    with reader_may_leave():
+        if as_json:
+            words = {name: told[name] for name in TOLD if name in told}
+            typer.echo(json.dumps(words, indent=2))
+        else:
+            summaries.show_retold(told)
+    return EXIT_OK
+
+
+def read(folder: Path) -> dict[str, Any]:
+    """Give the drysim.json of a result.
+
+    Raises
+    ------
+    OutputError
+        When the folder holds none.
+    """
+    from drysim.output.folder import MARKER
+
+    file = folder / MARKER
+    hint = "name the folder that a run, a sweep or a comparison has written"
+    try:
+        told = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as fault:
+        reason = (fault.strerror or str(fault)).lower()
+        raise OutputError(f"cannot read {file}: {reason}", hint) from fault
+    except ValueError:
+        told = None
+    needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
+    if not isinstance(told, dict) or not needed <= told.keys():
+        raise OutputError(f"{file} holds no finished result", hint)
+    return told
 
 
 def bench(
     context: typer.Context,
-    scenario: Asked = None,
+    scenario: options.Asked = None,
     changes: options.Changes = None,
     out: options.Out = None,
-    steady: Steady = False,
-    hard: Hard = False,
-    repeats: Repeats = 15,
-    samples: Size = 24_000,
-    patience: Patience = None,
-    peers: Peers = True,
+    steady: options.Steady = False,
+    hard: options.Hard = False,
+    repeats: options.Repeats = 15,
+    samples: options.Size = 24_000,
+    patience: options.Patience = None,
+    peers: options.Peers = True,
     dry_run: options.DryRun = False,
     no_plots: options.NoPlots = False,
     as_json: options.Json = False,
@@ -429,7 +397,7 @@ def bench(
     from drysim.bench.timing import Terms
     from drysim.output.folder import check
 
-    terms = Terms(samples, repeats, patience or PATIENCE, (scipy_ivp,) if peers else ())
+    terms = Terms(samples, repeats, patience or options.PATIENCE, (scipy_ivp,) if peers else ())
     asked = speed_error.scenarios(scenario, changes or [], steady)
     job = speed_error.settling(asked, terms) if steady else speed_error.marching(asked, terms)
     folder = folder_of(out, scenario, asked, "steady" if steady else "bench")
@@ -467,7 +435,7 @@ def held(
     asked = hard_cases.scenarios(scenario, changes)
     folder = folder_of(out, scenario, asked, "hard")
     check(folder)
-    limit = patience or HARD_PATIENCE
+    limit = patience or options.HARD_PATIENCE
     if dry_run:
         cases = [{"name": one.name, "entries": len(SHELF)} for one in asked]
         return plan_bench(cases, {"patience": limit}, folder, (), voice)
@@ -507,53 +475,47 @@ def plan_bench(
     return voice.plan(fields, sentences, cautions)
 
 
-# The command that reads a result again: summarise.
+def schema() -> int:
+    """JSON schema of scenario files, for editors."""
+    from drysim.scenario import schema as describe
 
-
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that drysim wrote.")]
-
-TOLD = ("metrics", "ensemble", "checks", "numerics")
-"""What of drysim.json is told again; only many seeds are an ensemble."""
-
-
-def summarise(folder: Folder, as_json: options.Json = False) -> int:
-    """Extremes, quantiles and checks of a result on the disk."""
-    from drysim.console import summaries
-
-    told = read(folder)
     with reader_may_leave():
-        if as_json:
-            words = {name: told[name] for name in TOLD if name in told}
-            typer.echo(json.dumps(words, indent=2))
-        else:
-            summaries.show_retold(told)
+        typer.echo(json.dumps(describe(), indent=2))
     return EXIT_OK
 
 
-def read(folder: Path) -> dict[str, Any]:
-    """Give the drysim.json of a result.
+def doctor() -> int:
+    """Versions, known answers, a run with its picture; two seconds."""
+    from drysim.console import terminal
+    from drysim.study.doctor import examine_installation
 
-    Raises
-    ------
-    OutputError
-        When the folder holds none.
-    """
-    from drysim.output.folder import MARKER
+    findings = [*examine_installation(), end_to_end()]
+    with reader_may_leave():
+        for finding in findings:
+            mark = "ok" if finding.sound else "FAULT"
+            terminal.say(f"{mark:<6}{finding.name:<12}{finding.sentence}")
+    return EXIT_OK if all(finding.sound for finding in findings) else EXIT_NUMERICS_FAILED
 
-    file = folder / MARKER
+
+def end_to_end() -> Finding:
+    """Run a scenario of the gallery from its file to its picture, in a temporary folder."""
+    from tempfile import TemporaryDirectory
+
+    from drysim.study.doctor import Finding
+
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise OutputError(
-            f"cannot read {file}: {(fault.strerror or str(fault)).lower()}",
-            "name the folder that a run, a sweep or a comparison has written",
-        ) from fault
-    except ValueError:
-        told = None
-    needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
-    if not isinstance(told, dict) or not needed <= told.keys():
-        raise OutputError(
-            f"{file} holds no finished result",
-            "name the folder that a run, a sweep or a comparison has written",
-        )
-    return told
+        from drysim import output
+        from drysim.scenario.load import load
+        from drysim.study import gallery
+        from drysim.study.case import prepare
+        from drysim.study.run import solve
+
+        outcome = solve(prepare(load(gallery.find(RUN_BY_DOCTOR).file)))
+        with TemporaryDirectory() as folder:
+            out = Path(folder, RUN_BY_DOCTOR)
+            output.write(outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK)
+            whole = Path(out, "response.png").read_bytes().endswith(PNG_END)
+    except Exception as fault:  # whatever a broken installation raises
+        return Finding("run", False, f"{type(fault).__name__}: {fault}")
+    sound = whole and outcome.exit_code() == EXIT_OK
+    return Finding("run", sound, f"{RUN_BY_DOCTOR} and its picture")

@@ -1,4 +1,4 @@
-"""Options with their help."""
+"""The arguments and options of all commands, with their help."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ import typer
 
 from drysim import __version__
 from drysim.errors import EXIT_OK
+
+PATIENCE, HARD_PATIENCE = 0.2, 30.0
+"""Time that one run may take [s], and that a hard case may: there it decides held or failed."""
 
 
 def approach_names() -> list[str]:
@@ -69,12 +72,7 @@ NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object in place of the summary.")]
 Workers = Annotated[
     int | None,
-    typer.Option(
-        "--workers",
-        min=1,
-        metavar="N",
-        help="Threads; default: one a processor.",
-    ),
+    typer.Option("--workers", min=1, metavar="N", help="Threads; default: one a processor."),
 ]
 SeedWorkers = Annotated[
     int | None,
@@ -139,6 +137,36 @@ Name = Annotated[
 Show = Annotated[
     bool, typer.Option("--list", help="Show the gallery; after `hard`, its hard cases.")
 ]
+Asked = Annotated[
+    str | None,
+    typer.Argument(metavar="SCENARIO", help="File (YAML); default: two of the gallery."),
+]
+Repeats = Annotated[
+    int, typer.Option("--repeats", min=1, metavar="N", help="Runs of an entry, at most.")
+]
+Size = Annotated[
+    int, typer.Option("--samples", min=1, metavar="N", help="Samples of the work, at most.")
+]
+Patience = Annotated[
+    float | None,
+    typer.Option(
+        "--patience",
+        min=1e-3,
+        metavar="SECONDS",
+        help=f"What one run may take, default {PATIENCE:g}: slower entries run on a shorter "
+        f"stretch; with --hard {HARD_PATIENCE:g}, and what takes longer fails.",
+    ),
+]
+Peers = Annotated[
+    bool, typer.Option("--peers/--no-peers", help="Whether other programs take part.")
+]
+Steady = Annotated[
+    bool, typer.Option("--steady", help="Time the steady states of a sweep instead.")
+]
+Hard = Annotated[
+    bool, typer.Option("--hard", help="Put every approach through the hard cases instead.")
+]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that drysim wrote.")]
 
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:

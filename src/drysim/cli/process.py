@@ -1,4 +1,9 @@
-"""Signals, closed streams, --json/--quiet."""
+"""The process of a command: signals, its streams, how it speaks, and what it goes without.
+
+Ctrl-C, `kill` and a terminal that closes interrupt the work, which leaves its files in order.
+Stdout may be a pipe whose reader leaves early, a file on a full disk, or closed; stderr as
+well. A command speaks in words, by one JSON object, or not at all.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +30,7 @@ if TYPE_CHECKING:
     from drysim.output.folder import Claim
 
 
-# Signals that ask a process to go: Ctrl-C, `kill`, a terminal that closes.
-
+# Signals.
 
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 """Not every system knows all of them."""
@@ -36,7 +40,6 @@ OURS = (signal.SIG_DFL, signal.default_int_handler)
 
 ASKED = Event()
 """Set once we were asked to go: an import that this cuts short may fail with any exception."""
-
 
 PATIENCE = 1.0
 """Time after a signal until the process ends in spite of a kernel that is still at work [s]."""
@@ -93,8 +96,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-# Stdout as it is: a pipe whose reader may leave early, a file on a full disk, or closed.
-
+# Streams.
 
 REFUSALS = {
     errno.EAGAIN, errno.EBADF, errno.ECONNRESET, errno.EDQUOT, errno.EFBIG, errno.EINVAL,
@@ -157,7 +159,7 @@ def close_stdout() -> None:
     os.close(nowhere)
 
 
-# How a command speaks: in words, by one JSON object, or not at all.
+# Words.
 
 
 def typed(context: typer.Context) -> str:
@@ -256,7 +258,6 @@ class Voice(NamedTuple):
 
 
 # Pydantic without plug-ins: to look for them takes longer than to load a scenario.
-
 
 LOADER = "pydantic.plugin._loader"
 """The module that asks every installed package whether it is a plug-in of pydantic."""

@@ -1,4 +1,8 @@
-"""How a command works: what it would do, where it writes, how many seeds are done."""
+"""How commands over many cases work: what they would do, where it is computed, how far it is.
+
+A run of many seeds, what a dry run says, and the place where a sweep is computed: threads of
+this process, or a cluster.
+"""
 
 from __future__ import annotations
 
@@ -18,24 +22,11 @@ if TYPE_CHECKING:
     from drysim.cli.process import Voice
     from drysim.study.case import Case
     from drysim.study.ensemble import Ensemble
-    from drysim.study.rows import Batch
+    from drysim.study.rows import Batch, Row
     from drysim.study.store import Store
     from drysim.study.table import Table
 
-
-# A run of many seeds: what `drysim run` does where the scenario asks for them.
-
-
-ONLY = "has a meaning only with many seeds"
-HINT = "ask for them by --set excitation.seeds=20, or leave it out"
-
-
-def refuse_needless(workers: int | None, resume: bool) -> None:
-    """Make sure that nobody asks a single seed for what only many can do."""
-    if workers is not None:
-        raise UsageError(f"--workers {ONLY}: a single run is one thread", HINT)
-    if resume:
-        raise UsageError(f"--resume {ONLY}: a single run begins anew", HINT)
+    Compute = Callable[[Case, Store, Callable[[Batch], None]], Table]
 
 
 def run_ensemble(
@@ -68,8 +59,6 @@ def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: boo
     """Give the ensemble of a case; incomplete when it was interrupted on the way."""
     from drysim.console import terminal
     from drysim.study.ensemble import ensemble_of, solve
-    from drysim.study.rows import Row
-    from drysim.study.statistics import most
     from drysim.study.store import Journal, identity
 
     what = identity(case.scenario) | {"of": "seeds"}
@@ -89,83 +78,6 @@ def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: boo
                 if not rows:
                     raise
                 return ensemble_of(case, rows, complete=False)
-
-
-# What a dry run says: what would be done, and where it would be written.
-
-
-def show(case: Case, folder: Path, voice: Voice) -> int:
-    """Show what a run would do; everything up to the computation was found in order."""
-    seeds = f"{many}, " if (many := many_seeds(case)) else ""
-    first, *rest = sentences(case)
-    words = [f"{case.scenario.name}: {seeds}{first}", *rest]
-    return voice.plan(plan(case, folder), words, case.cautions)
-
-
-def show_grid(case: Case, folder: Path, words: Sequence[str], voice: Voice) -> int:
-    """Show what a sweep or a comparison would do, by some approaches or laws."""
-    from drysim.scenario.axes import size
-
-    scenario = case.scenario
-    cases = size(scenario.sweep)
-    swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.sweep]
-    each = f", each {many}" if (many := many_seeds(case)) else ""
-    what = f"{several(cases, 'case')} by {listed(words)}{each}"
-    first = f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}"
-    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": len(words)}
-    return voice.plan(fields, [first, *sentences(case)[1:]], case.cautions)
-
-
-def sentences(case: Case) -> list[str]:
-    """Give the plan for people: the march, and what is done to a record before it."""
-    begin, end = case.window
-    span = f"{number(begin, 's')} to {number(end, 's')}"
-    over = "one repetition of the periodic orbit" if case.period else span
-    kind, steps = case.scenario.excitation.kind, clean_up(case.motion, case.law)
-    return [
-        f"{case.steps} steps of {number(case.step, 's')} by {case.approach.approach}, metrics "
-        f"over {over}",
-        f"base: {base(case)}",
-        *(f"{kind}: {step}" for step in steps),
-    ]
-
-
-def base(case: Case) -> str:
-    """Give the base motion; the RMS of a record tells whether its unit is right."""
-    excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
-    if any(key.startswith("excitation.") for key in varied):
-        return wording.excitations(excitation, varied)
-    return wording.excitation(excitation, case.motion)
-
-
-def many_seeds(case: Case) -> str:
-    """Give how many seeds there are to be, where there are many."""
-    seeds = most(case.scenario)
-    up_to = "up to " if until_of(case.scenario) else ""
-    return f"{up_to}{seeds} seeds" if seeds > 1 else ""
-
-
-def plan(case: Case, folder: Path) -> dict[str, object]:
-    """Give the plan for scripts."""
-    return {
-        "name": case.scenario.name,
-        "approach": case.approach.approach,
-        "step": case.step,
-        "steps": case.steps,
-        "seeds": most(case.scenario),
-        "window": list(case.window),
-        "steady": case.period is not None,
-        "clean_up": clean_up(case.motion, case.law),
-        "folder": folder.as_posix(),
-        "warnings": [caution.sentence for caution in case.cautions],
-    }
-
-
-# Where a sweep is computed: by threads of this process, or by a cluster.
-
-
-if TYPE_CHECKING:
-    Compute = Callable[[Case, Store, Callable[[Batch], None]], Table]
 
 
 @contextmanager
@@ -204,3 +116,70 @@ def place(
     own, warn = Certificates(*certificates), terminal.remark
     with joined(cluster, workers, voice.remark, warn, own) as link:
         yield lambda case, store, finished: solve_far(case, link, store, finished=finished)
+
+
+def show(case: Case, folder: Path, voice: Voice) -> int:
+    """Show what a run would do; everything up to the computation was found in order."""
+    seeds = f"{many}, " if (many := many_seeds(case)) else ""
+    first, *rest = sentences(case)
+    words = [f"{case.scenario.name}: {seeds}{first}", *rest]
+    return voice.plan(plan(case, folder), words, case.cautions)
+
+
+def show_grid(case: Case, folder: Path, words: Sequence[str], voice: Voice) -> int:
+    """Show what a sweep or a comparison would do, by some approaches or laws."""
+    from drysim.scenario.axes import size
+
+    scenario = case.scenario
+    cases = size(scenario.sweep)
+    swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.sweep]
+    each = f", each {many}" if (many := many_seeds(case)) else ""
+    what = f"{several(cases, 'case')} by {listed(words)}{each}"
+    first = f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}"
+    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": len(words)}
+    return voice.plan(fields, [first, *sentences(case)[1:]], case.cautions)
+
+
+def plan(case: Case, folder: Path) -> dict[str, object]:
+    """Give the plan for scripts."""
+    return {
+        "name": case.scenario.name,
+        "approach": case.approach.approach,
+        "step": case.step,
+        "steps": case.steps,
+        "seeds": most(case.scenario),
+        "window": list(case.window),
+        "steady": case.period is not None,
+        "clean_up": clean_up(case.motion, case.law),
+        "folder": folder.as_posix(),
+        "warnings": [caution.sentence for caution in case.cautions],
+    }
+
+
+def sentences(case: Case) -> list[str]:
+    """Give the plan for people: the march, and what is done to a record before it."""
+    begin, end = case.window
+    span = f"{number(begin, 's')} to {number(end, 's')}"
+    over = "one repetition of the periodic orbit" if case.period else span
+    kind, steps = case.scenario.excitation.kind, clean_up(case.motion, case.law)
+    return [
+        f"{case.steps} steps of {number(case.step, 's')} by {case.approach.approach}, metrics "
+        f"over {over}",
+        f"base: {base(case)}",
+        *(f"{kind}: {step}" for step in steps),
+    ]
+
+
+def base(case: Case) -> str:
+    """Give the base motion; the RMS of a record tells whether its unit is right."""
+    excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
+    if any(key.startswith("excitation.") for key in varied):
+        return wording.excitations(excitation, varied)
+    return wording.excitation(excitation, case.motion)
+
+
+def many_seeds(case: Case) -> str:
+    """Give how many seeds there are to be, where there are many."""
+    seeds = most(case.scenario)
+    up_to = "up to " if until_of(case.scenario) else ""
+    return f"{up_to}{seeds} seeds" if seeds > 1 else ""
