@@ -1,4 +1,7 @@
-"""Public names, lazy."""
+"""Vibration isolation with viscous and dry-friction damping, solved without a time-step error.
+
+The public names are loaded when first asked for, so that importing drysim stays light.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,9 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-# Names of a package that are loaded when first asked for, so that importing it stays light.
-
 
 def late(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """Give the `__getattr__` of a package.
+    """Give the `__getattr__` of a package whose names are loaded when first asked for.
 
     Parameters
     ----------
@@ -35,11 +36,6 @@ def late(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
         return value
 
     return load
-
-
-# Vibration isolation with viscous and dry-friction damping, solved without a time-step error.
-#
-# The public names are loaded when first asked for, so that importing drysim stays light.
 
 
 __version__ = "0.1.0"

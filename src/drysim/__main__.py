@@ -1,4 +1,4 @@
-"""Python -m drysim."""
+"""The entry of `drysim` and of `python -m drysim`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Bench --hard."""
+"""`drysim bench --hard`: every approach through the hard cases of the gallery.
+
+The exact approach is held to the checks of every case, the others to the exact one: which
+hold, which are wrong and how, which fail.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +26,6 @@ from drysim.wording import number
 
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
-
-
-# A trial: what an approach made of a hard case, and the verdict on it.
-#
-# The exact approach is held to the checks of every case, the others to the exact one.
 
 
 HELD, WRONG, FAILED = "held", "wrong", "failed"
@@ -128,9 +127,6 @@ def spoken(metric: str, off: float) -> str:
     if off > TOO_LARGE:
         return f"{word} ×{number(1.0 + off, digits=2)}"
     return f"{word} {'+' if off > 0.0 else ''}{number(100.0 * off, '%', 2)}"
-
-
-# The hard cases through every approach: which hold, which are wrong and how, which fail.
 
 
 @dataclass(frozen=True, eq=False)

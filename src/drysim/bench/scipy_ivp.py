@@ -1,4 +1,10 @@
-"""scipy as an entry of the bench: restarted at events, and on a smoothed law."""
+"""scipy's `solve_ivp`, which people know: restarted at events, and on a smoothed law.
+
+It is a peer of drysim, and the reference that the exact approach is held to. What every peer
+needs around its integrator is here, too: a state machine that slides from an instant to the
+stop or to the end, and sticks without an integrator (what a careful person writes around a
+general solver; nothing of drysim's core is in it), and tanh(c v) for the sign of v, Eq. (8).
+"""
 
 from __future__ import annotations
 
@@ -17,11 +23,7 @@ if TYPE_CHECKING:
     from drysim.approach.solution import Floats
 
 
-# The state machine that every peer with events needs around its integrator.
-#
-# A peer slides from an instant to the stop or to the end; sticking needs no integrator. This is
-# what a careful person writes around a general solver, and nothing of drysim's core is in it.
-
+# The state machine around an integrator.
 
 AHEAD = 512
 """Samples looked at together while the mass sticks."""
@@ -140,7 +142,7 @@ def friction(work: Work, x_r: Floats, d: Floats) -> Floats:
     return F_f
 
 
-# What peers on the smoothed law share: tanh(c v) stands for the sign of v, Eq. (8).
+# What else peers share.
 
 
 def smoothed(work: Work, x_r: Floats, v_r: Floats, c: float) -> Answer:
@@ -176,8 +178,7 @@ def swing(work: Work) -> Floats:
     return np.array([(v * time + abs(work.start.x_r)) or 1.0, v or 1.0])
 
 
-# scipy.integrate.solve_ivp: the yardstick that people know, with events and smoothed.
-
+# scipy itself.
 
 Method = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
 

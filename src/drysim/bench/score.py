@@ -1,4 +1,8 @@
-"""Errors against exact, verdicts."""
+"""What a bench gives: scores by the error against the exact answer, verdicts in a few words.
+
+The judge knows the exact answer on the whole work. Below stand the entries of drysim's own
+shelf: every approach at several steps, methods and sharpnesses.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +30,6 @@ if TYPE_CHECKING:
     from drysim.errors import Caution
     from drysim.metrics.checks import Verdict
     from drysim.scenario.model import Scenario
-
-
-# What a bench gives, as plain values.
 
 
 EXACT_BELOW = 1e-9
@@ -149,9 +150,6 @@ class Bench:
         )
 
 
-# The judge: errors of an answer against the exact one, and a verdict in a few words.
-
-
 CLOSE, FINE, COARSE = 1e-4, 1e-2, 1e-1
 """Errors [-] up to which an answer counts as close, fine and coarse: what no measurement tells
 apart, what nobody minds, what misleads nobody."""
@@ -263,9 +261,6 @@ def verdict(errors: Errors, symptoms: tuple[bool, bool], lacks: bool) -> str:
 
 def _rms(series: Floats) -> float:
     return sqrt(float(np.dot(series, series)) / len(series)) if len(series) else 0.0
-
-
-# The entries of drysim's own shelf: every approach at several steps, methods, sharpnesses.
 
 
 FINER = (1, 4, 16, 64)

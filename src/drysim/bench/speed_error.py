@@ -1,4 +1,9 @@
-"""Bench and bench --steady."""
+"""`drysim bench` and `drysim bench --steady`: speed against error of every entry.
+
+A bench times and judges all entries on one motion a scenario. With `--steady` the work is a
+sweep of steady states: the exact approach finds all orbits, the others march through some cases
+until these settle, and their last periods are held to the orbits.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +45,7 @@ if TYPE_CHECKING:
     from drysim.study.case import Case
 
 
-# Speed against error: every entry timed and judged on the same work.
+# One motion.
 
 
 def entries(work: Work, terms: Terms) -> list[Entry]:
@@ -198,8 +203,7 @@ def cautions(work: Work, wanted: Sequence[Entry]) -> Iterator[Caution]:
         yield Caution("no-peers", f"no peer knows {what}: none takes part")
 
 
-# Settling: cases of a sweep as work to march through, and the orbits they must come to.
-
+# Steady states.
 
 PERIODS, A_PERIOD = 100, 256
 """What settling takes: after so many periods of so many samples the start is forgotten."""
@@ -262,9 +266,6 @@ def followed(known: Sequence[Settling]) -> Score | None:
     T_a = max((error or 0.0 for _, error in found), key=abs)
     score = replace(score, samples=A_PERIOD * len(found), uncertainty=apart)
     return replace(score, error_x_r=off, error_T_a=T_a)
-
-
-# Steady states against error: the orbits of a sweep, beside marching until they settle.
 
 
 TASTE, TOO_LONG, STEADY_HOPELESS = 4, 8.0, 60.0
@@ -407,8 +408,7 @@ def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> 
     return Tried(all_runs, once * count, score)
 
 
-# What a bench is asked: its scenarios, by default the paper's, and the job they make.
-
+# What is asked.
 
 GALLERY = (
     ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),

@@ -1,4 +1,10 @@
-"""Interleaved medians, time limits."""
+"""How entries are timed: medians of interleaved repeats, so that all meet the same machine.
+
+The clock counts the time of the processor, which other work on the machine disturbs little;
+where the system counts that too coarsely, the time that passes. An entry is made ready on as
+much of the work as patience allows, and what comes to no end is given up. Beside all entries a
+filter is timed that everybody has, in turns with them.
+"""
 
 from __future__ import annotations
 
@@ -20,12 +26,6 @@ from drysim.bench.work import Answer, Entry, Peer, Run, Work
 from drysim.core.compile import compiling
 from drysim.errors import DrysimError, SolverError
 from drysim.wording import number
-
-# The clock: medians of interleaved repeats, so that all entries meet the same machine.
-#
-# It counts the time of the processor, which other work on the machine disturbs little; where
-# the system counts that too coarsely, the time that passes.
-
 
 Job = Callable[[], Any]
 
@@ -78,9 +78,6 @@ def undisturbed() -> Iterator[None]:
             gc.enable()
 
 
-# Patience: an end to work that does not come to one by itself.
-
-
 Given = TypeVar("Given")
 
 
@@ -131,9 +128,6 @@ def at_most(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-
-
-# An attempt: an entry made ready on as much of the work as patience allows.
 
 
 MOST_POINTS = 2_000_000
@@ -195,9 +189,6 @@ def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:
     run = entry.ready(part)
     answer, once = timed(run)
     return Runner(part, run, answer, once)
-
-
-# What entries take beside a filter that everybody has: medians, all of them in turns.
 
 
 RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])

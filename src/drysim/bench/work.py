@@ -1,4 +1,7 @@
-"""The scene all entries solve."""
+"""The work that all entries of a bench do: the first samples of one scene, from its start.
+
+An entry is one approach with one setting, ready to be timed; a peer gives entries of its own.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,6 @@ if TYPE_CHECKING:
     from drysim.core.model import AnyLaw, Plant, State
     from drysim.errors import Caution
     from drysim.scenario.model import Scenario
-
-
-# The work that all entries of a bench do: the first samples of one scene, from its start.
 
 
 A_PERIOD = 64
@@ -189,9 +189,6 @@ def cut(motion: Sines | Samples, samples: int) -> Sines | Samples:
     if isinstance(motion, Sines):
         return motion
     return Samples(np.ascontiguousarray(motion.u_dd[: samples + 1]), motion.dt)
-
-
-# Entry: one approach with one setting, ready to be timed.
 
 
 Run = Callable[[], Answer]

@@ -1,4 +1,4 @@
-"""Errors for people, JSON, GitHub."""
+"""What is wrong with scenarios and records, fault by fault: for people, JSON, GitHub."""
 
 from __future__ import annotations
 

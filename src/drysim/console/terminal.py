@@ -1,4 +1,9 @@
-"""Streams, wrapping, tables, progress."""
+"""The two streams as paper: lines with a little colour where the terminal takes it.
+
+Words are wrapped to its width and tables ruled; pipes and files get words as they are, in
+aligned columns. A progress bar stands on stderr, at a terminal that can draw it and for work
+that lasts.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +15,46 @@ import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Literal, TextIO
+from typing import TYPE_CHECKING, Any, Literal, TextIO, TypeAlias
 
 from drysim.wording import clean
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-
-# Paper that is no terminal: words as they are, without the weight of colours.
-
+    Paper: TypeAlias = "Console | Plain"
 
 USUAL = 80
 """Columns of a terminal that tells nothing."""
 
 ASKED = ("FORCE_COLOR", "TTY_COMPATIBLE")
 """Words of the environment that make a terminal of any stream, as rich has it."""
+
+COMMAND = re.compile(r"\s*::")
+"""The beginning of a line that the runner of a workflow on GitHub would obey."""
+
+COMMAND_WITHIN = re.compile(r"##(\[|vso\[)")
+"""What others obey anywhere in a line: GitHub of old, and Azure."""
+
+NARROW, WIDE = 50, 100
+"""Fewest and most columns that words are set in; a narrower terminal breaks lines itself."""
+
+Piece = str | tuple[str, str]
+"""Words, or words and their style."""
+
+NONE = "–"
+"""What stands where there is nothing to say."""
+
+BETWEEN = 3
+"""Columns between two columns of a ruled table."""
+
+Columns = Sequence[Sequence[str]]
+"""Column by column, headings first."""
+
+PATIENCE = 1.0
+"""Time that work may take before a bar appears [s]."""
+
+Advance = Callable[..., None]
 
 
 class Plain:
@@ -56,25 +85,6 @@ class Plain:
 def is_plain(file: TextIO) -> bool:
     """Whether a stream is no terminal, and is not to be taken for one."""
     return not (any(map(os.environ.get, ASKED)) or file.isatty())
-
-
-# The two streams as paper: lines with a little colour where the terminal takes it.
-
-
-if TYPE_CHECKING:
-    Paper = Console | Plain
-
-COMMAND = re.compile(r"\s*::")
-"""The beginning of a line that the runner of a workflow on GitHub would obey."""
-
-COMMAND_WITHIN = re.compile(r"##(\[|vso\[)")
-"""What others obey anywhere in a line: GitHub of old, and Azure."""
-
-NARROW, WIDE = 50, 100
-"""Fewest and most columns that words are set in; a narrower terminal breaks lines itself."""
-
-Piece = str | tuple[str, str]
-"""Words, or words and their style."""
 
 
 def stdout() -> Paper:
@@ -166,13 +176,58 @@ def _shown(words: str) -> str:
     return "".join(sign if sign.isprintable() else clean(sign) or " " for sign in words)
 
 
-# A progress bar on stderr: at a terminal that can draw it, and for work that lasts.
+def show_columns(
+    paper: Paper, given: Columns, left: Collection[str], spared: Sequence[str] = ()
+) -> None:
+    """Show a table.
+
+    Parameters
+    ----------
+    paper : Paper
+    given : sequence of sequence of str
+        Column by column, headings first.
+    left : collection of str
+        Headings of the columns that are set to the left.
+    spared : sequence of str, optional
+        How the headings begin of what a narrow terminal does without, in this order.
+    """
+    if isinstance(paper, Plain):
+        _plain(paper, given)
+    else:
+        _ruled(paper, _fitting(given, paper.width, spared), left)
 
 
-PATIENCE = 1.0
-"""Time that work may take before a bar appears [s]."""
+def _ruled(paper: Console, given: Columns, left: Collection[str]) -> None:
+    """Show a table at a terminal."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
 
-Advance = Callable[..., None]
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style="bold")
+    for heading, *_ in given:
+        side: Literal["left", "right"] = "left" if heading in left else "right"
+        table.add_column(Text(heading), justify=side, no_wrap=True)
+    for row in list(zip(*given, strict=True))[1:]:
+        table.add_row(*map(Text, row))
+    paper.print(table, soft_wrap=False)
+
+
+def _fitting(given: Columns, width: int, spared: Sequence[str]) -> Columns:
+    """Give the columns that a terminal has room for; the files hold them all."""
+    for heading in spared:
+        if sum(max(map(len, column)) + BETWEEN for column in given) <= width:
+            break
+        given = [column for column in given if not column[0].startswith(heading)]
+    return given
+
+
+def _plain(paper: Plain, given: Columns) -> None:
+    """Show a table in aligned columns, for pipes and files."""
+    line(paper)
+    widths = [max(map(len, column)) for column in given]
+    for row in zip(*given, strict=True):
+        words = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        line(paper, "  ".join(words).rstrip())
 
 
 @contextmanager
@@ -266,70 +321,3 @@ class _Bar:
         with self._lock:
             if self._shown is not None:
                 self._shown.stop()
-
-
-# A table of words in columns: ruled at a terminal, aligned in pipes and files.
-
-
-NONE = "–"
-"""What stands where there is nothing to say."""
-
-BETWEEN = 3
-"""Columns between two columns of a ruled table."""
-
-Columns = Sequence[Sequence[str]]
-"""Column by column, headings first."""
-
-
-def show_columns(
-    paper: Paper, given: Columns, left: Collection[str], spared: Sequence[str] = ()
-) -> None:
-    """Show a table.
-
-    Parameters
-    ----------
-    paper : Paper
-    given : sequence of sequence of str
-        Column by column, headings first.
-    left : collection of str
-        Headings of the columns that are set to the left.
-    spared : sequence of str, optional
-        How the headings begin of what a narrow terminal does without, in this order.
-    """
-    if isinstance(paper, Plain):
-        _plain(paper, given)
-    else:
-        _ruled(paper, _fitting(given, paper.width, spared), left)
-
-
-def _ruled(paper: Console, given: Columns, left: Collection[str]) -> None:
-    """Show a table at a terminal."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style="bold")
-    for heading, *_ in given:
-        side: Literal["left", "right"] = "left" if heading in left else "right"
-        table.add_column(Text(heading), justify=side, no_wrap=True)
-    for row in list(zip(*given, strict=True))[1:]:
-        table.add_row(*map(Text, row))
-    paper.print(table, soft_wrap=False)
-
-
-def _fitting(given: Columns, width: int, spared: Sequence[str]) -> Columns:
-    """Give the columns that a terminal has room for; the files hold them all."""
-    for heading in spared:
-        if sum(max(map(len, column)) + BETWEEN for column in given) <= width:
-            break
-        given = [column for column in given if not column[0].startswith(heading)]
-    return given
-
-
-def _plain(paper: Plain, given: Columns) -> None:
-    """Show a table in aligned columns, for pipes and files."""
-    line(paper)
-    widths = [max(map(len, column)) for column in given]
-    for row in zip(*given, strict=True):
-        words = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        line(paper, "  ".join(words).rstrip())
