@@ -33,8 +33,7 @@ from drysim.bench.work import Answer, Entry, Work, work_of
 from drysim.core.compile import PLAIN_STEPS, engine, settle
 from drysim.core.model import Sines, State
 from drysim.errors import Caution, DrysimError, SolverError, UsageError
-from drysim.scenario.axes import points
-from drysim.scenario.axes import size as cases_of_grid
+from drysim.scenario.axes import points, size
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study import gallery, run, sweep
@@ -43,6 +42,76 @@ from drysim.wording import number
 
 if TYPE_CHECKING:
     from drysim.study.case import Case
+
+
+GALLERY = (
+    ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),
+    ("paper-random", ("friction.static_ratio=1.2", "excitation.rms=0.67")),
+)
+"""Scenarios of the gallery, and what is changed in them: a sine at which the mass sticks twice
+a period, and noise under 45 N that is 54 N at rest."""
+
+STEADY = (("paper-low-friction", ()), ("paper-high-friction", ()))
+"""The paper's Figs. 3 and 4."""
+
+
+class Asked(NamedTuple):
+    """A bench that is ready to be run: its cases in words, and the work."""
+
+    cases: list[dict[str, Any]]
+    cautions: list[Caution]
+    run: Callable[[Job], Bench]
+
+
+def scenarios(file: str | None, changes: Sequence[str], swept: bool) -> list[Scenario]:
+    """Give the scenarios to bench: the one named, else those of the gallery.
+
+    Raises
+    ------
+    ScenarioError
+        With every problem of a file.
+    """
+    if file is not None:
+        return [load(file, list(changes))]
+    known = STEADY if swept else GALLERY
+    return [load(gallery.find(name).file, [*own, *changes]) for name, own in known]
+
+
+def marching(asked: Sequence[Scenario], terms: Terms) -> Asked:
+    """Give the bench of one motion a scenario."""
+    works = [work_of(one, terms.samples) for one in asked]
+    cases = [
+        {"name": work.scenario.name, "samples": work.samples, "step": work.step,
+         "entries": len(entries(work, terms))}
+        for work in works
+    ]  # fmt: skip
+    cautions = [caution for work in works for caution in work.cautions]
+    return Asked(cases, cautions, held(panel, works, terms))
+
+
+def settling(asked: Sequence[Scenario], terms: Terms) -> Asked:
+    """Give the bench of the steady states of every scenario's sweep."""
+    ready = [cases_of(one) for one in asked]
+    cases = [
+        {"name": case.scenario.name, "steady_states": size(case.scenario.sweep),
+         "entries": count(case, terms)}
+        for case in ready
+    ]  # fmt: skip
+    cautions = [caution for case in ready for caution in case.cautions]
+    return Asked(cases, cautions, held(steady_panel, ready, terms))
+
+
+def held(
+    panel: Callable[[Any, Terms, Job], Panel], asked: Sequence[object], terms: Terms
+) -> Callable[[Job], Bench]:
+    """Give the function that holds a bench, a panel for each of what is asked."""
+
+    def run(finished: Job) -> Bench:
+        settle(PLAIN_STEPS + 1)
+        panels = tuple(panel(one, terms, finished) for one in asked)
+        return Bench(panels, engine())
+
+    return run
 
 
 # One motion.
@@ -296,11 +365,6 @@ def steady_entries(work: Work, terms: Terms) -> list[Entry]:
     return own if unknown(work.law) else [*own, *others(work, terms), reference()]
 
 
-def size(case: Case) -> int:
-    """Give the number of steady states of a sweep."""
-    return cases_of_grid(case.scenario.sweep)
-
-
 def count(case: Case, terms: Terms) -> int:
     """Give the number of entries that march through a sweep."""
     known = next(settlings(case), None)
@@ -315,7 +379,7 @@ def steady_panel(case: Case, terms: Terms, finished: Job) -> Panel:
     for alike in wanted:
         tried.append(attempt_steady(alike, known, terms))
         finished()
-    total = size(case)
+    total = size(scenario.sweep)
     marches = [one for one in tried if isinstance(one, Tried)]
     plain, scores = clocked(known[0].work, [search(case, total), *marches], terms)
     held = None if unknown(case.law) else followed(known)
@@ -406,75 +470,3 @@ def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> 
             one()
 
     return Tried(all_runs, once * count, score)
-
-
-# What is asked.
-
-GALLERY = (
-    ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),
-    ("paper-random", ("friction.static_ratio=1.2", "excitation.rms=0.67")),
-)
-"""Scenarios of the gallery, and what is changed in them: a sine at which the mass sticks twice
-a period, and noise under 45 N that is 54 N at rest."""
-
-STEADY = (("paper-low-friction", ()), ("paper-high-friction", ()))
-"""The paper's Figs. 3 and 4."""
-
-
-class Asked(NamedTuple):
-    """A bench that is ready to be run: its cases in words, and the work."""
-
-    cases: list[dict[str, Any]]
-    cautions: list[Caution]
-    run: Callable[[Job], Bench]
-
-
-def scenarios(file: str | None, changes: Sequence[str], swept: bool) -> list[Scenario]:
-    """Give the scenarios to bench: the one named, else those of the gallery.
-
-    Raises
-    ------
-    ScenarioError
-        With every problem of a file.
-    """
-    if file is not None:
-        return [load(file, list(changes))]
-    known = STEADY if swept else GALLERY
-    return [load(gallery.find(name).file, [*own, *changes]) for name, own in known]
-
-
-def marching(asked: Sequence[Scenario], terms: Terms) -> Asked:
-    """Give the bench of one motion a scenario."""
-    works = [work_of(one, terms.samples) for one in asked]
-    cases = [
-        {"name": work.scenario.name, "samples": work.samples, "step": work.step,
-         "entries": len(entries(work, terms))}
-        for work in works
-    ]  # fmt: skip
-    cautions = [caution for work in works for caution in work.cautions]
-    return Asked(cases, cautions, held(panel, works, terms))
-
-
-def settling(asked: Sequence[Scenario], terms: Terms) -> Asked:
-    """Give the bench of the steady states of every scenario's sweep."""
-    ready = [cases_of(one) for one in asked]
-    cases = [
-        {"name": case.scenario.name, "steady_states": size(case),
-         "entries": count(case, terms)}
-        for case in ready
-    ]  # fmt: skip
-    cautions = [caution for case in ready for caution in case.cautions]
-    return Asked(cases, cautions, held(steady_panel, ready, terms))
-
-
-def held(
-    panel: Callable[[Any, Terms, Job], Panel], asked: Sequence[object], terms: Terms
-) -> Callable[[Job], Bench]:
-    """Give the function that holds a bench, a panel for each of what is asked."""
-
-    def run(finished: Job) -> Bench:
-        settle(PLAIN_STEPS + 1)
-        panels = tuple(panel(one, terms, finished) for one in asked)
-        return Bench(panels, engine())
-
-    return run
