@@ -28,6 +28,7 @@ from drysim.errors import DrysimError, SolverError
 from drysim.wording import number
 
 Job = Callable[[], Any]
+Given = TypeVar("Given")
 
 FINE = 1e-6
 """Resolution [s] that a clock must have: the quickest jobs take some hundred of it."""
@@ -37,6 +38,18 @@ QUICKEST = 1e-9
 
 FEWEST = 3
 """Repeats of the slowest jobs: the least that has a median."""
+
+MOST_POINTS = 2_000_000
+"""Points that an entry with several a sample may compute in one run: some hundred megabytes."""
+
+TASTE = 200
+"""Samples of the stretch that tells how long a whole run would take."""
+
+HOPELESS = 30.0
+"""Time [s] after which an entry has failed that was to run for the patience only."""
+
+RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
+"""The filter that is timed: a stable one of second order, as the oscillator is."""
 
 seconds = process_time if get_clock_info("process_time").resolution <= FINE else perf_counter
 """Gives the time of the processor [s], counted from anywhere. How fine that is, is asked once:
@@ -76,9 +89,6 @@ def undisturbed() -> Iterator[None]:
     finally:
         if collects:
             gc.enable()
-
-
-Given = TypeVar("Given")
 
 
 def tried(work: Callable[[], Given], seconds: float) -> Given | str:
@@ -130,16 +140,6 @@ def at_most(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-MOST_POINTS = 2_000_000
-"""Points that an entry with several a sample may compute in one run: some hundred megabytes."""
-
-TASTE = 200
-"""Samples of the stretch that tells how long a whole run would take."""
-
-HOPELESS = 30.0
-"""Time [s] after which an entry has failed that was to run for the patience only."""
-
-
 class Terms(NamedTuple):
     """How a bench is held.
 
@@ -189,10 +189,6 @@ def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:
     run = entry.ready(part)
     answer, once = timed(run)
     return Runner(part, run, answer, once)
-
-
-RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
-"""The filter that is timed: a stable one of second order, as the oscillator is."""
 
 
 @dataclass(frozen=True, eq=False)
