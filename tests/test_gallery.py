@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
+import sys
 
 import pytest
 
@@ -90,3 +93,13 @@ def test_every_law_can_act_in_the_scenario_of_all_laws(law):
     scenario = drysim.load(GALLERY / "friction-laws.yaml")
     assert scenario.with_law(law).law().F_fk == 45.0
     assert tuple(scenario.losses(law)) == ()
+
+
+@pytest.mark.parametrize("name", ["friction-dahl.png"])
+def test_program_that_draws_the_pictures_of_the_gallery_runs(name, tmp_path):
+    shutil.copytree(GALLERY, tmp_path / "scenarios")
+    loop = tmp_path / "scenarios" / "pictures" / "loops" / name
+    loop.unlink()
+    draw = [sys.executable, str(tmp_path / "scenarios" / "pictures" / "draw.py"), name]
+    assert subprocess.run(draw, check=False).returncode == 0
+    assert loop.read_bytes().startswith(b"\x89PNG")

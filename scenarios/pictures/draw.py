@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import drysim
-from drysim.report.plots import canvas, curves, panels
-from drysim.scenario.laws import LAWS
+from drysim.plots import response, style
+from drysim.scenario.reading import LAWS
 from drysim.wording import length_unit
 
 HERE = Path(__file__).parent
@@ -68,11 +68,12 @@ def loop(law: str) -> Figure:
     motion, unit = made.response, length_unit(made.metrics["x_r_peak"])
     figure = Figure(figsize=SIZE, dpi=DOTS)
     axes = figure.add_axes((0.15, 0.17, 0.73, 0.63))
-    panels.loop(axes, curves.curve(motion, slice(None)), motion, unit)
+    response.loop(axes, response.curve(motion, slice(None)), motion, unit)
     figure.text(0.02, 0.92, law, weight="bold", size=11)
     if not motion.law.variation:
         beside = {"transform": axes.get_yaxis_transform(), "va": "center", "size": 9}
-        _, symbol = panels.limit_of(motion.law)
+        static = motion.law.sticks or motion.law.F_fs > motion.law.F_fk
+        symbol = "$F_{fs}$" if static else "$F_{fk}$"
         axes.text(1.01, motion.law.F_fs, symbol, **beside)
         axes.text(1.01, -motion.law.F_fs, f"$-${symbol}", **beside)
     return figure
@@ -90,5 +91,5 @@ for law in LAWS:
     name = f"friction-{law}.png"
     if asked(name):
         with tempfile.TemporaryDirectory() as place:
-            canvas.paint(lambda law=law: loop(law), Path(place, name))
+            style.paint(lambda law=law: loop(law), Path(place, name))
             keep(Path(place, name), LOOPS / name, FEW)

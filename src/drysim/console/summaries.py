@@ -17,6 +17,7 @@ from drysim.errors import Caution
 from drysim.excitation.recorded import Record
 from drysim.metrics import UNITS
 from drysim.metrics.checks import Check, Verdict
+from drysim.records.options import HIGH_PASS
 from drysim.scenario.model import common_period
 from drysim.wording import length, number, percent, several, times
 
@@ -122,8 +123,6 @@ def _run_rows(outcome: Outcome) -> Iterator[SummaryRow]:
     excitation = outcome.scenario.excitation
     way = ""
     if isinstance(excitation, Record) and metrics["u_rms"] is None:
-        from drysim.records.warnings import HIGH_PASS  # few runs come here
-
         way = f"; for that, state a high-pass: {excitation.remove.with_too(below=HIGH_PASS)}"
     yield SummaryRow(
         "T_x", number(metrics["T_x"]), f"x_r {x_r} RMS, base displacement {u}{way}"
