@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from io import FileIO
+from pathlib import Path
 
 import pytest
 
@@ -228,16 +230,18 @@ def test_record_of_a_scenario_is_copied_with_it_and_never_replaced(tmp_path):
     assert not scenario.exists()
 
 
-def test_file_that_cannot_be_written_completely_is_removed(tmp_path):
+def test_file_that_cannot_be_written_completely_is_removed(tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "open", lambda file, _: Interrupted(file, "x"))
     with pytest.raises(KeyboardInterrupt):
-        write_half(tmp_path / "new")
+        gallery.write_new(tmp_path / "new", b"whole")
     assert not (tmp_path / "new").exists()
 
 
-def write_half(file):
-    """Write a file and be interrupted."""
-    with gallery.removed_on_failure(file):
-        file.write_text("half")
+class Interrupted(FileIO):
+    """A file that half its content is written to when somebody presses Ctrl-C."""
+
+    def write(self, content):
+        super().write(content[: len(content) // 2])
         raise KeyboardInterrupt
 
 
