@@ -60,10 +60,10 @@ slow: $(READY) ## the slow tests; seven minutes on two cores
 	$(RUN) pytest -m slow $(SHARED) --maxprocesses 2
 
 fuzz: $(READY) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
-	cd tests && ../$(RUN) fuzz --inputs $(INPUTS)
+	cd tests && PYTHONPATH=tools ../$(RUN) fuzz --inputs $(INPUTS)
 
 mutate: $(READY) ## change the core in one place at a time, and see whether tests notice; hours
-	$(VENV)/bin/python tests/mutate.py $(CHANGES) $(FILES)
+	$(VENV)/bin/python tests/tools/mutate.py $(CHANGES) $(FILES)
 
 coverage: $(READY) ## branch coverage of src under the plain engine, gaps named; a quarter of an hour
 	$(RUN) coverage erase
@@ -78,13 +78,13 @@ bench: $(READY) ## time every approach by pytest-benchmark; apart from the tests
 	  --benchmark-columns=min,median,iqr,rounds --benchmark-group-by=group
 
 proof: $(READY) ## measure the table of speed and error in README.md anew; some minutes
-	$(VENV)/bin/python tests/proof.py
+	$(VENV)/bin/python tests/tools/proof.py
 
 scale: $(READY) ## measure what a case of a large sweep costs, in threads and on a cluster; a minute
-	$(VENV)/bin/python tests/scale.py
+	$(VENV)/bin/python tests/tools/scale.py
 
 laws: $(READY) ## time the laws without a closed form beside scipy's integrators; half a minute
-	$(VENV)/bin/python tests/law_speed.py
+	$(VENV)/bin/python tests/tools/law_speed.py
 
 demo: $(READY) ## compute and draw a seat on the EM1 base motion, and the paper's Fig. 3
 	$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1
@@ -99,7 +99,7 @@ paper: $(READY) ## compute and draw the paper's Figs. 3, 4 and 5
 	@echo "The pictures:"; ls out/paper-*/*.png
 
 readme: $(READY) ## write tables and console output of README.md anew
-	$(VENV)/bin/python tests/readme.py
+	$(VENV)/bin/python tests/tools/readme.py
 
 pictures: $(READY) ## draw the pictures of README.md
 	$(VENV)/bin/python scenarios/pictures/draw.py

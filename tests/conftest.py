@@ -1,4 +1,13 @@
-"""The command line as a fixture, in this process or in one of its own."""
+"""The tests of drysim, and the command line as a fixture, in this process or one of its own.
+
+`test_*.py`: one module for each module of the package, or for what users meet: bad input,
+hostile files, streams, kills, the README. `core/`: the numeric core under both engines
+(`kernel`). `independent/`: solutions in 50 digits and hard cases. `properties/`: laws on drawn
+scenes. `fuzz/`: damaged inputs to every reader. `bench/`: timings for `make bench`. `tools/`:
+what tests share, and programs: `golden.py` keeps what the gallery gives, `figures.py` counts
+files and imports, `mutate.py` changes the core, `proof.py` and `readme.py` write parts of the
+README.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +19,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from seat import SEAT
 
 from drysim.cli import main
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
-from seat import SEAT
 
 
 class Answer(NamedTuple):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from seat import dotted
 
 from drysim.core.model import Samples
 from drysim.scenario.load import load
 from drysim.scenario.warnings import cautions
 from drysim.study.compare import compare
 from drysim.yaml_document import dump
-from seat import dotted
 
 WORDS = {
     "oscillator": {"mass": 75, "stiffness": 7500, "damping": 500},

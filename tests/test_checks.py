@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
+from outcomes import judgement
 
 from drysim.metrics import METRICS
 from drysim.metrics.checks import Check
-from outcomes import judgement
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 
 import pytest
-
 from cluster_scenes import ALL, QUIET, blocks_in, pem, table, written
+
 from drysim.console import terminal
 from drysim.scenario.load import load
 from drysim.study import cluster as study_cluster

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from cluster_scenes import ORBITS, QUIET, blocks_in, pem, table, written
 from machines import PATIENCE, Machines, command
 

@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from seat import dotted
 
 import drysim
 from drysim import system
@@ -14,7 +15,6 @@ from drysim.metrics.comfort import DIRECTIONS, WEIGHTINGS, gain, greatest_runnin
 from drysim.scenario.blocks import Measure
 from drysim.study import case
 from drysim.study.sweep import sweep
-from seat import dotted
 
 BANDS = (-4, -3, 0, 3, 6, 7, 8, 9, 10, 12, 15, 19)
 """Exact third octaves 10^(n/10) Hz: 0.4 0.5 1 2 4 5 6.3 8 10 16 31.5 80."""

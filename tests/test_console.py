@@ -7,17 +7,31 @@ import io
 import json
 import re
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from grids import axes, comparison, orbits, spoil, sweep
+from outcomes import judgement, outcome, record, stand_in
+from seat import SEAT
 
 import drysim as package
 from drysim import wording
 from drysim.console import many, problems, summaries
+from drysim.console import terminal as console_terminal
+from drysim.console.summaries import SummaryRow, show_rows
+from drysim.console.terminal import stdout
 from drysim.core.model import Law
-from drysim.errors import OutputError, Problem, RecordError, ScenarioError
-from outcomes import outcome, record
+from drysim.errors import Caution, OutputError, Problem, RecordError, ScenarioError
+from drysim.metrics.checks import Check
+from drysim.scenario.axes import Axis
+from drysim.scenario.load import load
+from drysim.study.rows import FAILED, NOT_SETTLED
+from drysim.study.sweep import sweep as solved
+
+# The terminal: what stands on stdout and stderr, and that no user's text drives it.
+
 
 TYPO = Problem(
     "unknown key `stifness` in oscillator; did you mean `stiffness`?",
@@ -299,3 +313,444 @@ def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):
     made = package.compare(package.load(seat), ("signum", "stick-slip"))
     many.show_comparison(made)
     assert "base        harmonic 1.6 Hz, 1 m/s² RMS" in capsys.readouterr().out
+
+
+# The terminal after a sweep or a comparison, and while it lasts.
+
+
+def words(text):
+    """Give a text with every run of blanks as one."""
+    return " ".join(text.split())
+
+
+def judged(table, *texts):
+    """Give the table with verdicts on its rows."""
+    rows = [(row.point, row.metrics) for row in table.own]
+    return replace(table, checks=tuple(judgement(Check.parse(text), rows) for text in texts))
+
+
+def small(**options):
+    return sweep(*axes(frequency=[1, 2, 4], rms=[0.5, 1.0]), **options)
+
+
+RMS = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0]
+
+
+# sweeps
+
+
+def test_sweep_fits_80_columns_and_is_plain_when_piped(capsys):
+    table = judged(spoil(small(limit=0.015), FAILED, 1, note="a " * 60), "T_a < 1 at x.y >= 8")
+    many.show_table(table, Path("out/seat"))
+    out, err = capsys.readouterr()
+    assert max(map(len, out.splitlines())) <= 80
+    assert {sign for sign in out if not sign.isprintable()} == {"\n"}
+    assert err == ""
+
+
+def test_extremes_that_differ_by_rounding_are_the_same(capsys, tmp_path):
+    """Wherever a steady orbit begins, its metrics are the same but for rounding."""
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    phases = {"sweep": {"excitation.phase": [0, 0.5, 1, 2, 3]}, "measure": {"steady": True}}
+    table = solved(load(tmp_path / "seat.yaml", phases))
+    ends = next(iter(table.tallies.values())).extremes["T_a"]
+    assert ends[0].row.point != ends[1].row.point
+    many.show_table(table)
+    out = words(capsys.readouterr().out)
+    for name in ("T_a", "T_x", "peak |x_r|"):
+        assert re.search(
+            rf"{re.escape(name)} [\d.]+( mm)? (.* limit, )?the same in every case", out
+        )
+    assert " least at " not in out
+    many.show_table(spoil(small(), FAILED, 1))
+    assert "least at" in words(capsys.readouterr().out)
+
+
+def test_sweep_says_what_was_swept_and_where_the_extremes_are(capsys):
+    table = judged(small(), "x_r_peak < 25 mm", "T_a < 1.2", "T_a < 9 at no.key >= 1")
+    many.show_table(table, Path("out/seat"))
+    out = words(capsys.readouterr().out)
+    best = max(table.own, key=lambda row: row.metrics["T_a"])
+    assert best.point["excitation.frequency"] == 1.0
+    peak = max(row.metrics["x_r_peak"] for row in table.own) * 1e3
+    for said in (
+        "F_fk 15 N, F_fs 15 N (not given: F_fs = F_fk)",
+        "swept excitation.frequency 1, 2, 4 Hz excitation.rms 0.5, 1 m/s²",
+        "cases 6 by stick-slip, 6 by viscous",
+        f"to {best.metrics['T_a']:.3g} least at frequency 4 Hz, rms 1 m/s², "
+        "greatest at frequency 1 Hz, rms 1 m/s²",
+        f"peak |x_r| {peak:.4g} mm 68.2 % of the stroke limit, at frequency 1 Hz, rms 1 m/s²",
+        "isolation from 4 Hz T_a stays below 1",
+        f"✓ holds x_r_peak < 25 mm, with {peak:.6g} mm at frequency 1 Hz, rms 1 m/s²",
+        f"✗ fails T_a < 1.2, with {best.metrics['T_a']:.6g} at frequency 1 Hz, rms 1 m/s²",
+        "✗ fails T_a < 9 at no.key >= 1; no case lies there",
+        "written out/seat",
+    ):
+        assert said in out
+    assert "not settled" not in out
+    assert "limit met" not in out
+
+
+def test_what_is_swept_is_not_said_to_be_fixed(capsys):
+    many.show_table(sweep(*axes(force=[0, 15]), reference=None))
+    out = capsys.readouterr().out
+    assert "  friction    F_fs = F_fk (not given)\n" in out
+    assert "  swept       friction.kinetic 0, 15 N\n" in out
+    assert "isolation" not in out
+
+
+def test_static_limit_that_is_swept_is_not_said_to_be_missing(capsys):
+    table = small(reference=None)
+    ratio = Axis("friction.static_ratio", "-", (1.0, 1.2))
+    rows = [
+        replace(row, point={**row.point, ratio.key: value}, F_fs=15.0 * value)
+        for value in ratio.values
+        for row in table.rows
+    ]
+    many.show_table(replace(table, axes=(*table.axes, ratio), rows=tuple(rows)))
+    assert "  friction    F_fk 15 N\n" in capsys.readouterr().out
+
+
+def test_base_motion_that_all_cases_share_is_told(capsys):
+    table = replace(sweep(*axes(force=[0, 15])), motion=record(700))
+    many.show_table(table)
+    assert "base        harmonic road.csv, 700 samples at 400 Hz" in capsys.readouterr().out
+
+
+def test_stroke_violations_are_counted_with_how_much(capsys):
+    table = small(limit=0.015)
+    many.show_table(table)
+    out = words(capsys.readouterr().out)
+    met = [row for row in table.own if row.metrics["violations"]]
+    far = (max(row.metrics["x_r_peak"] for row in met) - 0.015) * 1e3
+    cases = "1 case" if len(met) == 1 else f"{len(met)} cases"
+    assert f"limit met {cases} of 6, {far:.4g} mm too far at the worst" in out
+
+
+def test_limit_met_while_settling_is_not_said_to_be_met_by_the_peak(capsys):
+    table = small(limit=0.1)
+    rows = tuple(replace(row, metrics={**row.metrics, "violations": 1}) for row in table.rows)
+    many.show_table(replace(table, rows=rows))
+    assert "limit met 6 cases of 6, while it settles" in words(capsys.readouterr().out)
+
+
+def test_cases_without_numbers_are_counted_and_the_first_is_named(capsys):
+    table = spoil(small(), NOT_SETTLED, 1, 2, note="after 600 s")
+    many.show_table(spoil(table, FAILED, 4, note=""))
+    out = words(capsys.readouterr().out)
+    assert "not settled 2 cases the first at frequency 2 Hz, rms 0.5 m/s²: after 600 s" in out
+    assert "failed 1 case the first at frequency 2 Hz, rms 1 m/s²" in out
+
+
+@pytest.mark.parametrize(
+    ("force", "lost", "said"),
+    [
+        (0.0, (), "isolation from 4 Hz T_a stays below 1 peak"),
+        (500.0, (), "isolation nowhere"),
+        (27.0, (), "rms 0.5 m/s² from 2 Hz; rms 1 m/s² from 4 Hz"),
+        (0.0, (2,), "rms 0.5 m/s² nowhere; rms 1 m/s² from 4 Hz"),
+    ],
+    ids=["everywhere alike", "stuck", "differs", "not known at the end"],
+)
+def test_isolation_is_told_for_every_curve(capsys, force, lost, said):
+    table = spoil(small(force=force, reference=None), NOT_SETTLED, *lost)
+    many.show_table(table)
+    assert said in words(capsys.readouterr().out)
+
+
+def test_isolation_of_many_curves_is_told_from_where_all_isolate(capsys):
+    """A sample said `from 2 to 4 Hz` where more than half of the cases exceed 1 at 2 Hz."""
+    table = sweep(*axes(frequency=[1, 2, 4], rms=RMS), force=27.0, reference=None)
+    many.show_table(table)
+    early = {row.point["excitation.rms"] for row in table.own if is_early(row)}
+    assert 0 < len(early) < len(RMS)
+    out = words(capsys.readouterr().out)
+    said = "isolation from 4 Hz T_a stays below 1 on all 6 curves; on"
+    assert f"{said} {len(early)} of them from 2 Hz" in out
+    many.show_table(spoil(table, NOT_SETTLED, 2))
+    assert "below 1 on 5 of 6 curves, nowhere on the others" in words(capsys.readouterr().out)
+
+
+def is_early(row):
+    """Tell whether a case isolates at 2 Hz already."""
+    return row.point["excitation.frequency"] == 2.0 and row.metrics["T_a"] < 1.0
+
+
+def test_isolation_is_not_told_where_each_case_has_a_frequency_of_its_own(capsys):
+    frequency, *rest = axes(frequency=[2, 4], rms=[0.5])
+    many.show_table(sweep(replace(frequency, walk="sample"), *rest, reference=None))
+    assert "isolation" not in capsys.readouterr().out
+
+
+def test_isolation_is_not_told_where_no_case_has_numbers(capsys):
+    table = small(reference=None)
+    many.show_table(spoil(table, NOT_SETTLED, *range(len(table))))
+    assert "isolation" not in capsys.readouterr().out
+
+
+def test_interrupted_sweep_says_how_to_go_on(capsys):
+    table = small()
+    table = replace(table, rows=table.rows[:8], complete=False)
+    many.show_table(table, Path("out/seat"))
+    many.show_interrupted(len(table), "case", Path("out/seat"))
+    out, err = capsys.readouterr()
+    assert "  state       incomplete: 8 of 12 cases\n" in out
+    assert "written" not in out
+    assert err == (
+        "interrupted: 8 finished cases are kept in out/seat.partial; the same command with "
+        "--resume computes only the rest\n"
+    )
+
+
+def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
+    many.show_interrupted(0, "case", Path("out/seat"))
+    assert capsys.readouterr().err == "interrupted before any case was finished\n"
+
+
+def test_warnings_of_a_sweep_go_to_stderr(capsys):
+    many.show_table(replace(small(), warnings=(Caution("slug", "careful"),)))
+    out, err = capsys.readouterr()
+    assert "careful" not in out
+    assert err == "warning: careful\n"
+
+
+# comparisons
+
+SENTENCES = ("signum is off: " + "far and " * 12 + "away", "a smaller step will not help")
+
+
+def test_comparison_is_aligned_columns_when_piped(capsys):
+    made = replace(orbits(["signum", "stick-slip"]), verdict=SENTENCES)
+    many.show_comparison(made, Path("out/seat"))
+    out, err = capsys.readouterr()
+    rows = [line.split("  ") for line in out.splitlines()]
+    table = [[cell.strip() for cell in row if cell.strip()] for row in rows]
+    at = next(i for i, row in enumerate(table) if row[:1] == ["approach"])
+    assert table[at] == [
+        "approach", "T_a", "deviation", "T_x", "peak |x_r| mm", "stuck %", "chatter %"
+    ]  # fmt: skip
+    assert [row[0] for row in table[at + 1 : at + 4]] == ["signum", "stick-slip", "viscous"]
+    signum, exact = made.table.rows[:2]
+    assert table[at + 1][1] == f"{signum.metrics['T_a']:.4g}"
+    assert table[at + 1][2] == f"{100 * made.deviation(signum):+.3g} %"
+    assert table[at + 2][2] == "–"
+    assert table[at + 2][5] == f"{100 * exact.metrics['stuck_share']:.3g}"
+    assert words(" ".join(SENTENCES)) in words(out)
+    assert "yardstick   stick-slip" in out
+    assert max(map(len, out.splitlines())) <= 80
+    assert err == ""
+
+
+def test_stroke_of_a_small_comparison_is_told_in_micrometres(capsys):
+    made = orbits(["signum", "stick-slip"], rms=5e-6, force=15e-5)
+    many.show_comparison(made)
+    out = capsys.readouterr().out
+    heading, *_ = (line for line in out.splitlines() if line.startswith("approach"))
+    assert "peak |x_r| µm" in heading
+    peak = made.table.rows[1].metrics["x_r_peak"]
+    (row,) = (line for line in out.splitlines() if line.startswith("stick-slip"))
+    assert f"  {1e6 * peak:.3g}  " in row
+
+
+def test_comparison_over_a_sweep_gives_ranges_and_the_worst_with_where(capsys):
+    swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
+    made = comparison(["signum", "stick-slip"], *swept, n=900)
+    many.show_comparison(made)
+    out = capsys.readouterr().out
+    T_a = [row.metrics["T_a"] for row in made.table.of("signum")]
+    worst = max(100 * made.deviation(row) for row in made.table.of("signum"))
+    (row,) = (line for line in out.splitlines() if line.startswith("signum"))
+    assert f"{min(T_a):.4g}–{max(T_a):.4g}" in row
+    assert f"{worst:+.3g} %" in row
+    assert "worst signum at kinetic 45 N, rms 0.33 m/s²" in words(out)
+    # A record does not know the displacement of its base.
+    assert "T_x" not in out
+
+
+def test_comparison_is_a_ruled_table_at_a_terminal_of_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    swept = axes(force=[0, 15, 45], rms=[0.33, 0.67])
+    made = comparison(["signum", "stick-slip"], *swept, n=900)
+    rows = tuple(
+        replace(row, metrics={**row.metrics, "T_x": 0.01234 * (at + 1)})
+        for at, row in enumerate(made.table.rows)
+    )
+    many.show_comparison(replace(made, table=replace(made.table, rows=rows)))
+    out = re.sub(r"\x1b\[[0-9;]*m", "", capsys.readouterr().out)
+    assert "─────" in out
+    assert "…" not in out
+    assert "T_x" not in out
+    assert "chatter %" in out
+    assert max(len(line.rstrip()) for line in out.splitlines()) <= 80
+
+
+def test_no_user_text_drives_the_terminal(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    evil = "[bold red]\x1b[2J\x1b]0;owned\x07\u202e:smile:\r\n[/]"
+    scene = stand_in("harmonic", name=evil, about=evil, sweep=small().axes, reference=None)
+    table = spoil(replace(small(), scenario=scene), FAILED, 1, note=evil)
+    many.show_table(table, Path(evil))
+    many.show_table(replace(table, complete=False), Path(evil))
+    made = orbits(["signum", "stick-slip"])
+    many.show_comparison(replace(made, table=replace(made.table, scenario=scene)))
+    many.show_comparison(replace(made, verdict=(evil,)), Path(evil))
+    shown = re.sub(r"\x1b\[[0-9;]*m", "", "".join(capsys.readouterr()))
+    assert "[bold red]" in shown
+    assert {sign for sign in shown if not sign.isprintable()} == {"\n"}
+
+
+# progress
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def terminal(monkeypatch):
+    """Put a terminal in the place of stderr."""
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setenv("TERM", "xterm")
+    return stream
+
+
+def test_progress_shows_nothing_when_piped(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+    with console_terminal.progress(3, "cases") as advance:
+        advance()
+        advance(2)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_short_work_and_quiet_work_show_no_bar(monkeypatch):
+    screen = terminal(monkeypatch)
+    with console_terminal.progress(3, "cases") as advance:
+        advance(2)
+    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+    with console_terminal.progress(3, "cases", quiet=True) as advance:
+        advance(2)
+    assert screen.getvalue() == ""
+
+
+def test_work_that_lasts_shows_a_bar_and_takes_it_away(monkeypatch):
+    screen = terminal(monkeypatch)
+    monkeypatch.setattr(console_terminal, "PATIENCE", 0.0)
+    with console_terminal.progress(30, "cases") as advance:
+        time.sleep(0.001)
+        advance(12)
+    shown = screen.getvalue()
+    assert "cases" in shown
+    assert "12/30" in shown
+    assert shown.endswith("\x1b[2K")
+
+
+@pytest.mark.parametrize(
+    ("done", "blocks", "seconds", "shown"),
+    [
+        (1, 1083, 1.0, "1 cases/s"),
+        (30, 1083, 40.0, "0.75 cases/s"),
+        (9_000, 300, 2.0, "1/300 blocks, 4,500 cases/s"),
+        (64, 17, 7.0, "1/17 blocks, 9.1 cases/s"),
+    ],
+)
+def test_blocks_are_shown_where_they_are_not_the_cases(
+    monkeypatch, done, blocks, seconds, shown
+):
+    clock = [0.0]
+    monkeypatch.setattr(console_terminal.time, "monotonic", lambda: clock[0])
+    pace = console_terminal._Bar(1083 if done < 100 else 10_000, "cases", blocks)
+    clock[0] = seconds
+    pace._done, pace._blocks_done = done, 1
+    assert pace._pace() == shown
+
+
+def test_terminal_that_cannot_draw_shows_no_bar(monkeypatch):
+    screen = terminal(monkeypatch)
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+    with console_terminal.progress(3, "cases") as advance:
+        advance()
+    assert screen.getvalue() == ""
+
+
+def test_interrupt_gives_the_terminal_back(monkeypatch):
+    screen = terminal(monkeypatch)
+    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+
+    def interrupted():
+        with console_terminal.progress(30, "cases") as advance:
+            advance()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert screen.getvalue().count("\x1b[?25h") == screen.getvalue().count("\x1b[?25l") == 1
+
+
+def test_counting_costs_next_to_nothing_where_nobody_watches():
+    with console_terminal.progress(100_000, "cases") as advance:
+        began = time.process_time()
+        for _ in range(100_000):
+            advance()
+    assert time.process_time() - began < 0.2
+
+
+def test_long_range_stays_apart_from_its_remark(capsys):
+    rows = [
+        SummaryRow("T_a", "1.2", "least"),
+        SummaryRow("stuck", "below 0.1 % to 23.6 %", "most at 1 Hz"),
+    ]
+    show_rows(stdout(), rows, 20)
+    short, long = capsys.readouterr().out.splitlines()[1:]
+    assert "23.6 % most at 1 Hz" in long
+    assert short.index("least") == long.index("most")
+
+
+@pytest.mark.parametrize(
+    ("over", "words", "said"),
+    [
+        ({"excitation.frequency": [1, 2]}, {}, ["base harmonic, 0.75 m/s² RMS"]),
+        ({"excitation.rms": [1, 2]}, {}, ["base harmonic 2 Hz"]),
+        (
+            {"oscillator.stiffness": [5000, 7500]},
+            {},
+            ["oscillator m 75 kg, b 500 N·s/m", "base harmonic 2 Hz, 0.75 m/s² RMS"],
+        ),
+        (
+            {"oscillator.mass": [50, 75]},
+            {"oscillator.damping": None, "oscillator.damping_ratio": 0.3},
+            ["oscillator k_x 7500 N/m, ξ 0.3"],
+        ),
+        ({"friction.kinetic": [15, 45]}, {"friction.static_ratio": 1.2}, ["F_fs/F_fk 1.2"]),
+    ],
+)
+def test_sweep_tells_what_all_its_cases_share(tmp_path, capsys, over, words, said):
+    text = """
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45}
+excitation: {kind: harmonic, frequency: 2, rms: 0.75}
+solver: {step: 1e-3}
+"""
+    (tmp_path / "seat.yaml").write_text(text)
+    table = solved(load(tmp_path / "seat.yaml", {**words, "sweep": over}))
+    many.show_table(table, None)
+    out = " ".join(capsys.readouterr().out.split())
+    for sentence in said:
+        assert sentence in out
+
+
+def test_sweep_of_a_record_names_its_file(tmp_path, capsys):
+    (tmp_path / "r.csv").write_text("a [m/s2]\n" + "1\n-1\n" * 20)
+    text = """
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+excitation: {kind: record, file: r.csv, rate: 100}
+sweep: {excitation.scale: [1, 2]}
+"""
+    (tmp_path / "seat.yaml").write_text(text)
+    many.show_table(solved(load(tmp_path / "seat.yaml")), None)
+    assert "  base        record r.csv\n" in capsys.readouterr().out

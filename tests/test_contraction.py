@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from law_scenes import PAPER, noise, sine, solved
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Law, Plant, Slider, State
-from law_scenes import PAPER, noise, sine, solved
 
 FAINT = Plant(80.0, 6000.0, 14.0)
 BLOCK = Plant(80.0, 0.0, 0.0)

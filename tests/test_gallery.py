@@ -7,13 +7,13 @@ import shutil
 import subprocess
 import sys
 
+import golden
 import pytest
+from golden import GALLERY, HARD, SCENARIOS, SWEEPS
 
 import drysim
-import golden
 from drysim.scenario.reading import LAWS
 from drysim.study import gallery
-from golden import GALLERY, HARD, SCENARIOS, SWEEPS
 
 KEPT = json.loads(golden.FILE.read_text())
 

@@ -7,6 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hysteresis import swing
+from invariants import Invariants
+from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved
+from reference import assert_agrees, peak
 
 from drysim.approach.scene import waves_of
 from drysim.approach.steady_state import find_orbit
@@ -17,10 +21,6 @@ from drysim.core.model import BRISTLE, LEUVEN, Deflected, Dynamic, Plant, Sample
 from drysim.metrics import measure
 from drysim.scenario.load import load
 from drysim.study.case import prepare
-from hysteresis import swing
-from invariants import Invariants
-from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved
-from reference import assert_agrees, peak
 
 LAW = Dynamic(
     45.0, 54.0, LEUVEN, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, F_h=80.0

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from seat import SEAT
 
 import drysim
 from drysim import errors
@@ -19,7 +20,6 @@ from drysim.approach import SHELF
 from drysim.metrics import measure
 from drysim.scenario.reading import LAWS
 from drysim.study.ensemble import Ensemble
-from seat import SEAT
 
 GALLERY = Path(__file__).parents[1] / "scenarios"
 SCENARIOS = sorted(GALLERY.glob("*.yaml"))

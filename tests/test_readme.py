@@ -9,14 +9,14 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import proof
 import pytest
+import readme
+from readme import CONSOLE, MADE, PART, PYTHON, README, made
 
 import drysim
-import proof
-import readme
 from drysim import errors
 from drysim.cli import main
-from readme import CONSOLE, MADE, PART, PYTHON, README, made
 
 ROOT = Path(__file__).parents[1]
 BLOCKS = CONSOLE.findall(README)

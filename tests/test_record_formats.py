@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import sys
 import tracemalloc
+import warnings
 import wave
 from pathlib import Path
 
@@ -15,6 +17,9 @@ from drysim import system
 from drysim.errors import RecordError, ScenarioError
 from drysim.excitation.recorded import Record
 from drysim.scenario.load import load
+
+# Records from files that other programs write: WAV, MAT and AT2.
+
 
 EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.csv"
 RATE = 400
@@ -449,3 +454,381 @@ def test_empty_and_absent_files_are_refused_in_every_format(tmp_path, file):
     assert "the record is not there" in refused(tmp_path, file)
     (tmp_path / file).touch()
     assert refused(tmp_path, file) == "the record is empty"
+
+
+# Records from loggers, each file written by the package that drysim reads it with.
+
+
+DT = 0.005
+UNITS = {"acc": "m/s^2", "other": "g"}
+
+
+def extra_refused(folder, file, **words):
+    """Give the sentence that a record earns."""
+    with pytest.raises(RecordError) as caught:
+        motion_of(folder, file, **words)
+    return caught.value.problem.sentence
+
+
+def series():
+    """Give two series by name."""
+    noise = np.random.default_rng(11).normal(size=(2, 300))
+    return {"acc": noise[0], "other": noise[1]}
+
+
+def uff(path, given=None, binary=1, t=None, units=UNITS, **words):
+    """Write a UFF58 by pyuff."""
+    pyuff = pytest.importorskip("pyuff", reason="pyuff is not installed")
+    path.unlink(missing_ok=True)
+    for node, (name, values) in enumerate((given or series()).items()):
+        head = {
+            "binary": binary,
+            "func_type": 1,
+            "id1": name,
+            "rsp_node": node,
+            "rsp_dir": -3,
+            "ord_data_type": 4,
+            "num_pts": len(values),
+            "abscissa_spacing": int(t is None),
+            "abscissa_min": 1.0,
+            "abscissa_inc": DT,
+            "abscissa_spec_data_type": 17,
+            "abscissa_axis_units_lab": "s",
+            "ordinate_spec_data_type": 12,
+            "ordinate_axis_units_lab": units.get(name, "NONE"),
+        }
+        x = 1 + DT * np.arange(len(values)) if t is None else t
+        whole = pyuff.prepare_58(**head | words, data=values, x=x, return_full_dict=True)
+        for key in [key for key, value in whole.items() if value is None]:
+            whole[key] = "" if re.search(r"lab$|^id\d|ent_name", key) else 0
+        with warnings.catch_warnings():  # pyuff leaves the file open that it has written
+            warnings.simplefilter("ignore", ResourceWarning)
+            pyuff.UFF(str(path)).write_sets(whole, "add")
+
+
+def mdf(path, given=None, t=None, units=UNITS):
+    """Write an MDF4 by asammdf, every channel in a group of its own."""
+    asammdf = pytest.importorskip("asammdf", reason="asammdf is not installed")
+    with asammdf.MDF(version="4.10") as whole:
+        for name, values in (given or series()).items():
+            times = 1 + DT * np.arange(len(values)) if t is None else t
+            unit = units.get(name, "")
+            whole.append([asammdf.Signal(values, times, name=name, unit=unit)])
+        whole.save(path, overwrite=True)
+
+
+def tdms(path, given=None, units=UNITS, waveform=True):
+    """Write a TDMS by npTDMS."""
+    nptdms = pytest.importorskip("nptdms", reason="npTDMS is not installed")
+    told = {"wf_increment": DT, "wf_start_offset": 1.0} if waveform else {}
+    with nptdms.TdmsWriter(str(path)) as whole:
+        for name, values in (given or series()).items():
+            unit = {"unit_string": units[name]} if name in units else {}
+            whole.write_segment([nptdms.ChannelObject("log", name, values, told | unit)])
+
+
+WRITERS = {"r.uff": uff, "r.mf4": mdf, "r.tdms": tdms}
+
+
+@pytest.mark.parametrize(("file", "write"), WRITERS.items())
+def test_channel_is_found_by_name_and_number_with_its_unit_and_step(tmp_path, file, write):
+    write(tmp_path / file)
+    for channel in ("other", 2):
+        motion = motion_of(tmp_path, file, channel=channel)
+        np.testing.assert_allclose(motion.u_dd, series()["other"] * 9.80665, rtol=1e-14)
+        assert motion.dt == DT
+    assert np.array_equal(motion_of(tmp_path, file, channel=1).u_dd, series()["acc"])
+    assert motion.inputs[0].size == (tmp_path / file).stat().st_size
+
+
+@pytest.mark.parametrize(("file", "write"), WRITERS.items())
+def test_window_counts_on_the_times_of_the_file(tmp_path, file, write):
+    write(tmp_path / file)
+    part = motion_of(tmp_path, file, channel=1, window={"from": 1.5, "to": 2})
+    assert np.array_equal(part.u_dd, series()["acc"][100:201])
+
+
+@pytest.mark.parametrize(("file", "write"), WRITERS.items())
+def test_what_is_missing_or_wrong_is_said(tmp_path, file, write):
+    write(tmp_path / file, series() | {"mute": np.ones(3), "gap": np.array([1.0, np.nan, 2])})
+    for words, sentence in (
+        ({}, "give `channel`, its name or number; there are: "),
+        ({"channel": "othr"}, "there is no channel `othr`; did you mean `other`? there are: "),
+        ({"channel": 99}, "there is no channel 99"),
+        ({"channel": "mute"}, "`) has no unit; write `unit: m/s²` in the scenario"),
+        (
+            {"channel": 2, "unit": "m/s2"},
+            "`): the file says `g`, the scenario says `unit: m/s2`",
+        ),
+    ):
+        assert sentence in extra_refused(tmp_path, file, **words)
+    if file != "r.uff":  # pyuff writes numbers in their place
+        assert "sample 2, channel 4" in extra_refused(tmp_path, file, channel="gap", unit="g")
+        write(tmp_path / file, {"one": np.ones(1)})
+        assert "the record has one sample only" in extra_refused(tmp_path, file, unit="g")
+
+
+@pytest.mark.parametrize(("file", "write"), WRITERS.items())
+def test_unit_that_is_none_may_be_put_right(tmp_path, file, write):
+    write(tmp_path / file, units={"acc": "gee"})
+    assert "unknown unit `gee`" in extra_refused(tmp_path, file, channel="acc")
+    right = motion_of(tmp_path, file, channel="acc", unit="g").u_dd
+    np.testing.assert_allclose(right, series()["acc"] * 9.80665, rtol=1e-14)
+
+
+@pytest.mark.parametrize(("file", "write"), WRITERS.items())
+def test_damaged_file_is_refused(tmp_path, file, write):
+    write(tmp_path / file)
+    whole = (tmp_path / file).read_bytes()
+    for part in (b"\0" * 300, b"1,2,3\n" * 50, whole[:40], whole[10:]):
+        (tmp_path / file).write_bytes(part)
+        said = extra_refused(tmp_path, file, channel="acc")
+        assert re.match("the record is no|the TDMS file has no", said)
+        assert "BytesIO" not in said
+
+
+def test_universal_file_of_text_is_read_to_its_digits(tmp_path):
+    uff(tmp_path / "r.unv", binary=0)
+    motion = motion_of(tmp_path, "r.unv", channel="acc")
+    np.testing.assert_allclose(motion.u_dd, series()["acc"], rtol=1e-11)
+    uff(tmp_path / "r.unv", {"": np.ones(4)}, units={"": "g"})
+    motion = motion_of(tmp_path, "r.unv", channel="0-Z", gravity="keep")
+    assert motion.u_dd[0] == 9.80665
+
+
+def test_universal_file_may_have_times_of_its_own(tmp_path):
+    t = 2 + DT * np.arange(300)
+    uff(tmp_path / "r.uff", t=t)
+    assert motion_of(tmp_path, "r.uff", channel="acc").dt == DT
+    uff(tmp_path / "r.uff", t=np.where(t > 2.5, t + 1, t))
+    assert "200 samples are missing before this row" in extra_refused(
+        tmp_path, "r.uff", channel="acc"
+    )
+    assert motion_of(tmp_path, "r.uff", channel="acc", rate=100).dt == 0.01
+
+
+def test_universal_file_that_is_cut_short_is_refused(tmp_path):
+    uff(tmp_path / "r.uff", {"acc": np.ones(50)}, num_pts=60, binary=0)
+    text = (tmp_path / "r.uff").read_text()
+    (tmp_path / "r.uff").write_text(text.replace("        50", "        60"))
+    said = extra_refused(tmp_path, "r.uff")
+    assert said == "data set 1 is cut short or damaged: it has 50 samples, not 60"
+
+
+def test_spectra_in_a_universal_file_are_no_records(tmp_path):
+    uff(tmp_path / "r.uff", func_type=2)
+    assert "is no universal file with a time history in a data set 58" in extra_refused(
+        tmp_path, "r.uff"
+    )
+
+
+def test_times_that_jitter_are_refused_unless_the_scenario_says_a_rate(tmp_path):
+    t = DT * np.arange(300)
+    t[100] += DT / 4
+    mdf(tmp_path / "r.mf4", t=t)
+    said = extra_refused(tmp_path, "r.mf4", channel="acc")
+    assert said.startswith("sample 101, channel 3 (`time of acc`): the time steps are uneven")
+    assert "`resample` puts the record onto an even grid; or give `rate` or `step`" in said
+    assert motion_of(tmp_path, "r.mf4", channel="acc", step=DT).dt == DT
+
+
+def test_tdms_without_a_waveform_takes_a_time_channel_or_a_rate(tmp_path):
+    given = series() | {"t": 1 + DT * np.arange(300)}
+    tdms(tmp_path / "r.tdms", given, UNITS | {"t": "s"}, waveform=False)
+    assert motion_of(tmp_path, "r.tdms", channel="acc", time="t").dt == DT
+    assert motion_of(tmp_path, "r.tdms", channel="log/acc", rate=100).dt == 0.01
+    said = extra_refused(tmp_path, "r.tdms", channel="acc")
+    assert "`time: t` is what is missing, as the file has `log/t`" in said
+
+
+def test_step_that_a_file_knows_is_not_said_again(tmp_path):
+    tdms(tmp_path / "r.tdms")
+    said = extra_refused(tmp_path, "r.tdms", channel=1, rate=5)
+    assert said == "channel 1 (`log/acc`) knows the step of its samples, 0.005 s; remove `rate`"
+
+
+MISSING = {"r.uff": ("pyuff", "uff"), "r.mf4": ("asammdf", "mdf"), "r.tdms": ("nptdms", "tdms")}
+
+
+@pytest.mark.parametrize(("file", "names"), MISSING.items())
+def test_package_that_is_not_installed_is_named_with_the_way_to_install_it(
+    tmp_path, monkeypatch, file, names
+):
+    monkeypatch.setitem(sys.modules, names[0], None)
+    (tmp_path / file).write_bytes(b"something")
+    suffix = file.removeprefix("r")
+    assert extra_refused(tmp_path, file, channel=1) == (
+        f"a `{suffix}` record needs the package {names[0]}; "
+        f'install it by: pip install "drysim[{names[1]}]"'
+    )
+
+
+def test_mdf_whose_sizes_no_machine_holds_is_refused_at_once(tmp_path):
+    mdf(tmp_path / "r.mf4", {"acc": np.ones(300)})
+    whole = (tmp_path / "r.mf4").read_bytes()
+    sizes = (300).to_bytes(8, "little"), (16).to_bytes(4, "little") + bytes(4)
+    at = whole.index(b"##CG")
+    cycles = whole.index(sizes[0], at)
+    row = whole.index(sizes[1], cycles + 8)
+    for place, sentence in ((cycles + 5, "GB of memory"), (row + 3, "one row of ")):
+        (tmp_path / "r.mf4").write_bytes(whole[:place] + b"\x7f" + whole[place + 1 :])
+        assert sentence in extra_refused(tmp_path, "r.mf4")
+
+
+# RPC III: files that rpc3-file wrote, and files written here by the published layout.
+
+
+GROUP = 2048
+
+
+def rpc(path, given=None, units=("m/s^2", "g"), kind=float, samples=True):
+    """Write an RPC III by rpc3-file."""
+    rpc3 = pytest.importorskip("rpc3.rpc3", reason="rpc3-file is not installed")
+    rpc3.progressbar = False
+    found = [
+        rpc3.Channel(name, unit, DT, values)
+        for (name, values), unit in zip((given or series()).items(), units, strict=True)
+    ]
+    rpc3.write(str(path), found, datatype=kind, overwrite=True, omit_samples_param=not samples)
+
+
+def laid_out(path, values, scales, frame=256, group=512, kind="<i2", **changed):
+    """Write an RPC III by its layout: keys and values of 32 and 96 bytes, then group by group.
+
+    `values` are counts or floats, shape (channels, frames x frame); each group holds some
+    frames of one channel after the other.
+    """
+    count, n = values.shape
+    words = {
+        "FORMAT": "BINARY_IEEE_LITTLE_END",
+        "NUM_HEADER_BLOCKS": 0,
+        "NUM_PARAMS": 0,
+        "FILE_TYPE": "TIME_HISTORY",
+        "TIME_TYPE": "RESPONSE",
+        "DATA_TYPE": "SHORT_INTEGER" if kind == "<i2" else "FLOATING_POINT",
+        "DELTA_T": "4.882812E-03",
+        "CHANNELS": count,
+        "PTS_PER_FRAME": frame,
+        "PTS_PER_GROUP": group,
+        "FRAMES": n // frame,
+        "INT_FULL_SCALE": 32752,
+    }
+    for number, scale in enumerate(scales, 1):
+        words |= {
+            f"DESC.CHAN_{number}": f'"axle {number}"',
+            f"UNITS.CHAN_{number}": "g",
+            f"SCALE.CHAN_{number}": repr(scale),
+            f"LOWER_LIMIT.CHAN_{number}": "-1.0",
+            f"UPPER_LIMIT.CHAN_{number}": "1.0",
+        }
+    words |= changed
+    blocks = -(-len(words) // 4)
+    words |= {"NUM_HEADER_BLOCKS": blocks, "NUM_PARAMS": len(words)}
+    head = b"".join(
+        key.encode().ljust(32, b"\0") + str(value).encode().ljust(96, b"\0")
+        for key, value in words.items()
+    )
+    whole = np.zeros((count, -(-n // group) * group))
+    whole[:, :n] = values
+    body = whole.reshape(count, -1, group).swapaxes(0, 1).astype(kind).tobytes()
+    path.write_bytes(head.ljust(512 * blocks, b"\0") + body)
+
+
+def test_channel_is_found_by_name_and_number_with_its_unit_and_step_of_rpc(tmp_path):
+    rpc(tmp_path / "r.rpc")
+    for channel in ("other", 2):
+        motion = motion_of(tmp_path, "r.rpc", channel=channel)
+        np.testing.assert_allclose(motion.u_dd, series()["other"] * 9.80665, rtol=1e-7)
+        assert motion.dt == DT
+    assert motion.inputs[0].size == (tmp_path / "r.rpc").stat().st_size
+
+
+def test_whole_numbers_are_true_to_their_quantisation(tmp_path):
+    rpc(tmp_path / "r.rsp", kind=int)
+    level = np.abs(series()["acc"]).max() / 32752
+    found = motion_of(tmp_path, "r.rsp", channel="acc").u_dd
+    assert np.abs(found - series()["acc"]).max() <= level / 2 * 1.01
+
+
+@pytest.mark.parametrize("kind", ["<i2", "<f4"])
+@pytest.mark.parametrize("suffix", [".rpc", ".rsp", ".tim", ".drv"])
+def test_groups_of_several_frames_are_put_together_again(tmp_path, kind, suffix):
+    pytest.importorskip("rpc3", reason="rpc3-file is not installed")
+    counts = np.random.default_rng(3).integers(-32752, 32752, (3, 5 * 256)).astype(float)
+    scales = (1e-3, 2.5e-4, 1.0) if kind == "<i2" else (1.0, 1.0, 1.0)
+    laid_out(tmp_path / f"r{suffix}", counts, scales, kind=kind)
+    for number, scale in enumerate(scales, 1):
+        motion = motion_of(tmp_path, f"r{suffix}", channel=f"axle {number}")
+        np.testing.assert_allclose(motion.u_dd, counts[number - 1] * scale * 9.80665, rtol=1e-6)
+        assert motion.dt == 4.882812e-3
+
+
+def test_file_without_a_number_of_samples_ends_with_its_last_frame(tmp_path):
+    rpc(tmp_path / "r.rpc", samples=False)
+    found = motion_of(tmp_path, "r.rpc", channel="acc").u_dd
+    assert len(found) == GROUP
+    np.testing.assert_allclose(found[:300], series()["acc"], rtol=1e-6)
+
+
+def test_what_is_missing_or_wrong_is_said_of_rpc(tmp_path):
+    rpc(tmp_path / "r.rpc", units=("m/s^2", ""))
+    for words, sentence in (
+        ({}, "give `channel`, its name or number; there are: `acc`, `other`"),
+        ({"channel": "othr"}, "there is no channel `othr`; did you mean `other`?"),
+        ({"channel": 3}, "there is no channel 3"),
+        ({"channel": 2}, "(`other`) has no unit; write `unit: m/s²` in the scenario"),
+        ({"channel": 1, "unit": "g"}, "the file says `m/s^2`, the scenario says `unit: g`"),
+    ):
+        assert sentence in extra_refused(tmp_path, "r.rpc", **words)
+
+
+BROKEN = {
+    "empty": lambda whole: b"",
+    "cut in the head": lambda whole: whole[:700],
+    "cut in the samples": lambda whole: whole[:-9],
+    "another file": lambda whole: b"1,2,3\n" * 500,
+    "big end": lambda whole: whole.replace(b"LITTLE", b"BIG\0\0\0"),
+    "no step": lambda whole: whole.replace(b"4.882812E-03", b"0.0".ljust(12, b"\0")),
+    "huge": lambda whole: whole.replace(
+        b"FRAMES".ljust(32, b"\0") + b"4".ljust(16, b"\0"),
+        b"FRAMES".ljust(32, b"\0") + b"4" * 12 + bytes(4),
+    ),
+    "no unit key": lambda whole: whole.replace(b"UNITS.CHAN_1", b"UNIFS.CHAN_1"),
+    "spectrum": lambda whole: whole.replace(b"TIME_HISTORY", b"SPECTRAL\0\0\0\0"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_file_earns_a_sentence(tmp_path, capfd, name):
+    pytest.importorskip("rpc3", reason="rpc3-file is not installed")
+    laid_out(tmp_path / "r.rpc", np.ones((1, 4 * 256)), [0.5])
+    assert motion_of(tmp_path, "r.rpc").u_dd[0] == 0.5 * 9.80665
+    whole = (tmp_path / "r.rpc").read_bytes()
+    changed = BROKEN[name](whole)
+    assert changed != whole
+    (tmp_path / "r.rpc").write_bytes(changed)
+    said = extra_refused(tmp_path, "r.rpc")
+    assert said.startswith(("the record is no RPC III time history", "the record is empty"))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_package_that_is_not_installed_is_named_with_the_way_to_install_it_of_rpc(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "rpc3.rpc3", None)
+    (tmp_path / "r.rsp").write_bytes(b"something")
+    assert extra_refused(tmp_path, "r.rsp") == (
+        'a `.rsp` record needs the package rpc3-file; install it by: pip install "drysim[rpc]"'
+    )
+
+
+def test_keys_that_the_file_answers_itself_are_refused(tmp_path):
+    from drysim.errors import ScenarioError
+
+    for key in ("column: 1", "time: t", "rate: 5", "step: 1", "full_scale: 1 g"):
+        (tmp_path / "seat.yaml").write_text(
+            "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+            f"excitation: {{kind: record, file: r.rpc, {key}}}\n"
+        )
+        with pytest.raises(ScenarioError):
+            load(tmp_path / "seat.yaml")

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from seat import dotted
 
 import drysim
 from drysim.metrics.spectra import viscous_transmissibility
 from drysim.plots.spectra import draw
 from drysim.study.case import prepare, segment_of
-from seat import dotted
 
 FLAT = {"kind": "psd", "points": [[0.5, 1], [20, 1]], "duration": 400, "seed": 3}
 ASKED = {"settle": 5, "spectra": True, "segment": 10}

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from seat import SEAT
 
 from drysim.console import terminal
 from drysim.errors import OutputError
@@ -22,7 +23,6 @@ from drysim.study.plan import Piece, Pieces, approaches_of, solve_piece
 from drysim.study.run import Motions
 from drysim.study.store import CASES, WHAT, Store, Stored, identity
 from fuzz.mutate import damaged
-from seat import SEAT
 
 SWEEP = "sweep: {friction.kinetic: [10, 20, 30, 40, 50]}\n"
 STEADY = SEAT.replace("measure: {steady: false, settle: 0, duration: 2}\n", "") + SWEEP

@@ -13,8 +13,8 @@ from contextlib import nullcontext, suppress
 from functools import partial
 
 import pytest
-
 from cluster_scenes import blocks_in
+
 from drysim.cli import process
 from drysim.console import many, terminal
 from drysim.system import in_order

@@ -8,6 +8,7 @@ from io import FileIO
 from pathlib import Path
 
 import pytest
+from seat import dotted
 
 import drysim
 from drysim import system
@@ -15,7 +16,6 @@ from drysim.errors import Caution
 from drysim.study import case, gallery
 from drysim.study.validate import examine
 from drysim.study.warnings import found
-from seat import dotted
 
 LOUD = {"excitation.rms": 2.0}
 

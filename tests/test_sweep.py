@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from seat import rows_of
 
+from drysim import output
+from drysim.console import many
 from drysim.errors import ScenarioError
+from drysim.metrics.checks import Check
+from drysim.output import tables
+from drysim.plots.sweep import draw_stroke
 from drysim.scenario.axes import points, size
 from drysim.scenario.load import load
+from drysim.study import ensemble, rows
+from drysim.study import plan as study_plan
+from drysim.study import sweep as tally_sweep
 from drysim.study.case import prepare
-from drysim.study.plan import Pieces, approaches_of, solve_piece
-from drysim.study.rows import Row
+from drysim.study.compare import compare
+from drysim.study.ensemble import run
+from drysim.study.plan import Pieces, Plan, approaches_of, solve_piece
+from drysim.study.rows import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, Row
 from drysim.study.run import Motions, count
+from drysim.study.statistics import interval
 from drysim.study.store import Store, identity
 from drysim.study.sweep import leftover, solve, sweep
-from drysim.study.table import Table
+from drysim.study.table import Table, Tally
+
+# Sweeps: every case in order, whatever the workers, the interruptions and the statuses.
+
 
 GRID = """\
 drysim: 1
@@ -178,3 +195,416 @@ def test_spectra_that_only_a_run_gives_are_told_of(grid: Path) -> None:
     grid.write_text(text.replace(", T_a < 0.9 at excitation.frequency >= 4", ""))
     slugs = [caution.slug for caution in sweep(load(grid, {"measure.spectra": True})).warnings]
     assert "spectra-left-out" in slugs
+
+
+# A stroke limit that is swept: every case is judged by its own, never by that of the file.
+
+
+SEAT = """\
+name: seat
+oscillator: {mass: 80, stiffness: 6000, damping: 250}
+friction: {law: coulomb, kinetic: 30, static: 40}
+stroke: {limit: 15 mm}
+excitation: {kind: harmonic, frequency: 1.7 Hz, rms: 1.5 m/s2}
+solver: {step: 2 ms}
+"""
+PEAK = 34.42  # mm, whatever the limit
+
+
+@pytest.fixture
+def swept(tmp_path):
+    """Give the table of the seat over some swept keys, stops as a file says them."""
+
+    def solved(words, stops=""):
+        file = tmp_path / "seat.yaml"
+        file.write_text(SEAT.replace("15 mm", f"15 mm{stops}") + f"sweep: {words}\n")
+        return sweep(load(file))
+
+    return solved
+
+
+def said(table, capsys):
+    """Give the summary of a table, every run of blanks as one."""
+    many.show_table(table)
+    return " ".join(capsys.readouterr().out.split())
+
+
+def limits(figure):
+    """Give the stroke limits that a picture draws, as the points of each curve."""
+    dashed = [
+        line for axes in figure.axes for line in axes.lines if line.get_linestyle() == "--"
+    ]
+    level = [line for line in dashed if len({*line.get_xdata()}) > 1]
+    return [list(map(float, line.get_ydata())) for line in level]
+
+
+def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
+    table = swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 100 mm]}")
+    out = said(table, capsys)
+    assert f"peak |x_r| {PEAK} mm 344 % of the stroke limit, at limit 0.01 m" in out
+    assert f"limit met 2 cases of 4, {PEAK - 10:.2f} mm too far at the worst" in out
+    (warning,) = [one for one in table.warnings if one.slug == "stroke-violated"]
+    assert warning.sentence == (
+        f"the stroke limit is met in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 0.01 m"
+    )
+    assert warning.numbers["limit"] == 0.01
+
+
+def test_case_that_uses_the_most_of_its_own_limit_is_told_beside_the_peak(swept, capsys):
+    out = said(swept("{stroke.limit: [100 mm, 10 mm]}"), capsys)
+    assert f"peak |x_r| {PEAK} mm 34.4 % of the stroke limit, at limit 0.1 m" in out
+    assert "344 % of the stroke limit at the most, at limit 0.01 m" in out
+    assert f"{PEAK - 10:.2f} mm too far at the worst" in out
+
+
+def test_rigid_stops_use_all_of_any_limit_and_no_more(swept, capsys):
+    out = said(swept("{stroke.limit: [6 mm, 30 mm]}", ", stops: {restitution: 0.4}"), capsys)
+    assert "peak |x_r| 30 mm 100 % of the stroke limit, at limit 0.03 m" in out
+    assert "at the most" not in out
+
+
+def test_limit_with_one_value_is_not_told_as_that_of_the_file(swept, capsys):
+    out = said(swept("{stroke.limit: [30 mm]}", ", stops: {restitution: 0.4}"), capsys)
+    assert "15 mm" not in out
+
+
+def test_picture_draws_a_swept_limit_as_the_curve_that_it_is(swept):
+    figure = draw_stroke(swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 500 mm]}"))
+    assert limits(figure) == [pytest.approx([10.0, 20.0, 50.0])]
+
+
+def test_picture_draws_the_own_limit_of_every_line(swept):
+    words = "{excitation.frequency: [1, 1.5, 2, 3, 4], stroke.limit: [10 mm, 30 mm]}"
+    figure = draw_stroke(swept(words))
+    assert [set(line) for line in limits(figure)] == [{10.0}, {30.0}]
+    many = ", ".join(f"{limit} mm" for limit in range(10, 20))
+    assert not limits(draw_stroke(swept(words.replace("10 mm, 30 mm", many))))
+
+
+# Sweeps and comparisons over many seeds: the same seeds everywhere, means with intervals.
+
+
+SEEDS_SEAT = """\
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45}
+stroke: {limit: 5 mm}
+excitation: {kind: psd, points: [[0.5, 1], [10, 1]], rms: 0.67, duration: 10, seed: 3, seeds: 5}
+solver: {step: 5e-3}
+sweep:
+  friction.kinetic: [15, 45]
+  excitation.rms: [0.5, 0.67]
+reference: viscous
+"""
+
+
+@pytest.fixture
+def noisy(tmp_path):
+    """Write a small random sweep."""
+    file = tmp_path / "noisy.yaml"
+    file.write_text(SEEDS_SEAT)
+    return file
+
+
+def test_every_case_is_the_ensemble_of_that_case_alone(noisy):
+    table = sweep(load(noisy))
+    for row in table.own:
+        alone = {**row.point, "sweep": None, "reference": None}
+        many = run(load(noisy, alone))
+        assert row.seeds == 5
+        assert row.metrics == many.metrics
+        assert row.over.T_a == tuple(one.metrics["T_a"] for one in many.rows)
+        assert row.half_widths["T_a"] == many.statistics["T_a"].half_width
+
+
+def test_every_case_and_the_reference_have_the_same_seeds(noisy):
+    table = sweep(load(noisy, {"sweep": {"friction.kinetic": [15, 45]}}))
+    assert len({row.over.sha256 for row in table.rows}) == 1
+    assert {row.approach for row in table.rows} == {"stick-slip", "viscous"}
+
+
+def test_a_sweep_does_not_depend_on_the_number_of_workers(noisy):
+    wish = {
+        "excitation.until": {"metric": "T_a", "half_width": "0.6 %"},
+        "excitation.seeds": 24,
+    }
+    tables = [sweep(load(noisy, wish), workers=workers) for workers in (1, 3, 8)]
+    one, *others = ([vars(row) for row in table.rows] for table in tables)
+    assert others == [one, one]
+    assert len({row["over"].count for row in one}) > 1, "cases differ in how many they need"
+
+
+def test_one_case_is_many_seeds_side_by_side(noisy):
+    alone = {"sweep": {"friction.kinetic": [15]}, "reference": None, "excitation.seeds": 20}
+    one, four = (sweep(load(noisy, alone), workers=workers) for workers in (1, 4))
+    assert vars(one[0]) == vars(four[0])
+
+
+def test_columns_tell_how_well_the_means_are_known(drysim, noisy, tmp_path):
+    assert drysim("sweep", noisy).code == 0
+    found = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
+    table = sweep(load(noisy))
+    for cells, row in zip(found, table.rows, strict=True):
+        assert cells["seeds [-]"] == "5"
+        assert float(cells["T_a [-]"]) == row.metrics["T_a"]
+        for name in ("T_a", "T_x", "stuck_share"):
+            assert float(cells[f"{name}_half_width [-]"]) == row.half_widths[name]
+    told = json.loads((tmp_path / "out" / "noisy" / "drysim.json").read_text())
+    assert told["numerics"]["seeds"] == {"least": 5, "greatest": 5}
+    assert told["metrics"]["T_a"]["least"]["half_width"] > 0
+
+
+def test_columns_of_single_seeds_are_as_they_were(drysim, noisy, tmp_path):
+    drysim("sweep", noisy, "--no-plots", "--set", "excitation.seeds=null")
+    (first, *_) = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
+    assert [*first][-1] == "status"
+
+
+def test_checks_of_a_sweep_judge_means_and_name_what_is_not_decided(noisy):
+    T_a = min(row.metrics["T_a"] for row in sweep(load(noisy)).own)
+    table = sweep(load(noisy, {"checks": [f"T_a > {T_a + 1e-5}", "T_a < 1.5"]}))
+    failed, passed = table.checks
+    assert (failed.passed, failed.seeds, passed.passed) == (False, 5, True)
+    assert failed.undecided
+    (caution,) = [one for one in table.warnings if one.slug == "check-undecided"]
+    assert "is not decided in 1 of 4 cases, the first at kinetic 15 N, " in caution.sentence
+
+
+def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
+    answer = drysim("sweep", noisy, "--no-plots")
+    assert "seeds       5 in every case, from 3 to 7; values are means" in answer.out
+    assert "at the worst: 0." in answer.out
+    assert "with some seeds" in answer.err
+    plan = drysim("sweep", noisy, "--dry-run").out
+    assert plan.startswith("noisy: 4 cases by stick-slip and viscous, each 5 seeds;")
+
+
+def test_the_number_of_seeds_may_be_swept(noisy):
+    table = sweep(load(noisy, {"sweep": {"excitation.seeds": [2, 8]}, "reference": None}))
+    assert [row.seeds for row in table.rows] == [2, 8]
+    # Few seeds are solved one by one, many by blocks: rounding may tell.
+    assert table[0].over.T_a == pytest.approx(table[1].over.T_a[:2], rel=1e-13)
+
+
+def test_deviations_are_paired_by_seed(drysim, noisy, tmp_path):
+    made = compare(load(noisy, {"sweep": None, "reference": None}), ["smooth", "stick-slip"])
+    smooth, exact, _ = made.table.rows
+    pairs = zip(smooth.over.T_a, exact.over.T_a, strict=True)
+    paired = interval([own / theirs - 1 for own, theirs in pairs])
+    assert made.off(smooth) == paired
+    apart = np.hypot(
+        *(row.half_widths["T_a"] / exact.metrics["T_a"] for row in (smooth, exact))
+    )
+    assert paired[1] < apart, "the same noise cancels"
+    words = ("--set", "sweep=null", "--set", "reference=null")
+    answer = drysim("compare", "smooth", "vs", "stick-slip", "-s", noisy, *words)
+    assert " ± " in answer.out
+    found = rows_of(tmp_path / "out" / "noisy-compare" / "comparison.csv")
+    assert float(found[0]["T_a_deviation [-]"]) == paired[0]
+    assert float(found[0]["T_a_deviation_half_width [-]"]) == paired[1]
+
+
+def test_a_case_fails_with_one_of_its_seeds(noisy):
+    noisy.write_text(
+        "oscillator: {mass: 1, stiffness: 100, damping: 300}\n"
+        "friction: {law: coulomb, kinetic: 1}\n"
+        "excitation: {kind: psd, points: [[0.5, 1], [10, 1]], duration: 3.4, seeds: 8}\n"
+        "solver: {approach: signum, step: 1e-2, signum: {method: euler}}\n"
+        "sweep: {oscillator.damping: [100, 300]}\n"
+    )
+    table = sweep(load(noisy))
+    good, failed = table.rows
+    assert (good.status, failed.status, failed.metrics["T_a"]) == ("ok", "failed", None)
+    assert "of 8 seeds, the first " in failed.note
+    assert table.exit_code() == 3
+
+
+def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monkeypatch):
+    assert drysim("sweep", noisy, "--no-plots", "--out", "whole").code == 0
+    one_seed, count = ensemble.row_of_seed, 0
+
+    def stopped(*words):
+        nonlocal count
+        count += 1
+        if count == 13:
+            raise KeyboardInterrupt
+        return one_seed(*words)
+
+    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
+    answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1)
+    assert answer.code == 130
+    assert "2 finished cases are kept" in answer.err
+    assert "  state       incomplete: 2 of 6 cases\n" in answer.out
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    assert drysim("sweep", noisy, "--no-plots", "--out", "part", "--resume").code == 0
+    one, other = (tmp_path / name / "transmissibility.csv" for name in ("whole", "part"))
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_path, monkeypatch):
+    def stopped(scenario, seed, *words):
+        if seed == 5:
+            raise KeyboardInterrupt
+        return one_seed(scenario, seed, *words)
+
+    one_seed = ensemble.row_of_seed
+    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
+    assert drysim("run", noisy, "--no-plots", "--workers", 1).code == 130
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    assert drysim("sweep", noisy, "--no-plots", "--resume").code == 0
+    found = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
+    exact = sweep(load(noisy))
+    assert [float(row["T_a [-]"]) for row in found] == [row.metrics["T_a"] for row in exact]
+    assert not (tmp_path / "out" / "noisy.partial").exists()
+
+
+def test_base_motions_are_made_once_for_all_cases(noisy, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        "drysim.study.run.base_motion", lambda one: made.append(one) or drawn(one)
+    )
+    from drysim.study.case import base_motion as drawn
+
+    sweep(load(noisy, {"sweep": {"friction.kinetic": [5, 15, 25, 35, 45]}}), workers=1)
+    seeds = [scenario.excitation.seed for scenario in made]
+    assert sorted(seeds) == [3, 4, 5, 6, 7]
+
+
+def test_seeds_that_do_not_fit_are_not_kept(noisy):
+    from drysim.study.case import prepare
+
+    case = prepare(load(noisy, {"excitation.seeds": 100_000}))
+    assert Motions.beginning_with(case).most < 10
+
+
+# What many cases come to, gathered block by block, is what all of them come to at once.
+
+
+TALLY_GRID = """\
+drysim: 1
+name: many
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+stroke: {limit: 16 mm}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+sweep:
+  excitation.frequency: {from: 1, to: 4, step: 0.1}
+  friction.kinetic: [15, 45]
+  excitation.rms: {from: 0.5, to: 1, count: 10}
+reference: viscous
+checks: [T_a < 1.6, T_a < 0.9 at excitation.frequency >= 3.95]
+"""
+
+
+@pytest.fixture
+def tally_many(tmp_path: Path):
+    """Give a sweep of some hundred cases."""
+    (tmp_path / "many.yaml").write_text(TALLY_GRID)
+    return load(tmp_path / "many.yaml")
+
+
+def test_tally_does_not_depend_on_the_blocks(tally_many):
+    table = tally_sweep.sweep(tally_many)
+    whole = next(iter(table.tallies.values()))
+    own = [row for row in table if row.approach == "stick-slip"]
+    small = Tally("stick-slip", tally_many.checks)
+    for at in range(0, len(own), 7):
+        small.add(Batch.of(at, own[at : at + 7]))
+    for name, ends in whole.extremes.items():
+        assert [one.value for one in ends] == [one.value for one in small.extremes[name]]
+        assert [one.row.point for one in ends] == [
+            one.row.point for one in small.extremes[name]
+        ]
+    assert whole.verdicts == small.verdicts
+    assert (whole.cases, whole.beyond, whole.forces) == (
+        small.cases,
+        small.beyond,
+        small.forces,
+    )
+
+
+def test_extremes_are_the_first_of_their_kind(tally_many):
+    table = tally_sweep.sweep(tally_many)
+    own = list(table.of("stick-slip"))
+    for metric in ("T_a", "x_r_peak", "stuck_share"):
+        least, most = next(iter(table.tallies.values())).extremes[metric]
+        values = [row.metrics[metric] for row in own]
+        assert least.row.point == own[values.index(min(values))].point
+        assert most.row.point == own[values.index(max(values))].point
+
+
+def test_cases_without_numbers_are_counted_by_their_reason():
+    good = Row({"a": 1.0}, "stick-slip", 1.0, 1.0, {"T_a": 2.0})
+    lost = [Row({"a": float(i)}, "stick-slip", 1.0, 1.0, {}, FAILED, "no") for i in (2, 3)]
+    tally = Tally("stick-slip")
+    tally.add(Batch.of(0, [good, *lost]))
+    assert (tally.lost[FAILED].cases, tally.lost[FAILED].first.note) == (2, "no")
+    assert tally.extremes["T_a"][0].row.point == {"a": 1.0}
+
+
+@pytest.mark.parametrize("status", [NOT_SETTLED, NOT_UNIQUE, FAILED])
+def test_case_without_metrics_fails_the_checks_that_apply_to_it(status):
+    """A sweep had passed: the other cases hold, and this one was not asked."""
+    good, lost = ({"friction.kinetic": force} for force in (1000.0, 10.0))
+    rows_ = [
+        Row(good, "stick-slip", 1.0, 1.0, {"x_r_peak": 0.0}),
+        Row(lost, "stick-slip", 1.0, 1.0, {}, status, "no"),
+    ]
+    texts = {
+        "x_r_peak < 1 m": False,
+        "x_r_peak < 1 m at friction.kinetic < 11": False,
+        "x_r_peak < 1 m at friction.kinetic > 11": True,
+        "x_r_peak < 1 m at status == ok": True,
+        "x_r_peak < 1 m at friction.kinetic > 0 and status == ok": True,
+        "x_r_peak < 1 m at status == ok and friction.kinetic < 11": False,
+    }
+    for order in (rows_, rows_[::-1]):
+        tally = Tally("stick-slip", tuple(map(Check.parse, texts)))
+        tally.add(Batch.of(0, order))
+        assert dict(zip(texts, (v.passed for v in tally.verdicts), strict=True)) == texts
+        every, here, *_, none = tally.verdicts
+        assert every.where == here.where == lost
+        assert every.found == f"{status}: x_r_peak is not known"
+        assert none.found == "no case lies there"
+
+
+def test_row_of_a_block_is_that_of_its_iteration(tally_many):
+    table = tally_sweep.sweep(tally_many)
+    assert [table[i] for i in (0, 333, len(table) - 1)] == [
+        list(table)[i] for i in (0, 333, len(table) - 1)
+    ]
+
+
+def test_large_table_is_written_as_a_small_one(tally_many, tmp_path, monkeypatch):
+    table = tally_sweep.sweep(tally_many)
+    kept = output.write_table(table, tmp_path / "a", plots=False, command="", exit_code=0)
+    monkeypatch.setattr(tables, "HELD", 10)
+    other = output.write_table(table, tmp_path / "b", plots=False, command="", exit_code=0)
+    assert kept["files"] == other["files"]
+    cells = rows_of(tmp_path / "a/transmissibility.csv")
+    assert cells[-1]["friction.kinetic [N]"] == ""
+    assert {row["violations [-]"] for row in cells} >= {"0", "2"}
+
+
+def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
+    tally_many, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(tally_sweep, "HELD", 0)
+    monkeypatch.setattr(rows, "HELD", 0)
+    store = Store(tmp_path / "cases", identity(tally_many), resume=False)
+    table = tally_sweep.solve(prepare(tally_many), store=store)
+    assert list(table) == list(tally_sweep.sweep(tally_many))
+    assert all(row.status == OK for row in table.rows[:5])
+
+
+def test_numbers_of_a_block_read_back_to_the_last_bit(tally_many, tmp_path):
+    store = Store(tmp_path / "cases", identity(tally_many), resume=False)
+    plan = Plan(Pieces(study_plan.approaches_of(tally_many)))
+    piece, batch = plan.pieces[0], plan.block(0)
+    store.write(piece, batch)
+    again = store.read(piece)
+    for name, column in batch.metrics.items():
+        assert np.array_equal(column, again.metrics[name], equal_nan=True)
+    assert list(again) == list(batch)

@@ -6,6 +6,7 @@ runs are compared by `--benchmark-autosave` and `--benchmark-compare`.
 
 from __future__ import annotations
 
+import peers
 import pytest
 
 from drysim.bench import scipy_ivp, score, speed_error
@@ -14,7 +15,6 @@ from drysim.bench.speed_error import judged
 from drysim.bench.timing import Runner, lfilter
 from drysim.bench.work import work_of
 from drysim.core.compile import PLAIN_STEPS, settle
-from tools import peers
 
 SAMPLES = 4_000
 """Samples of the work: the slowest entry takes some seconds on them."""

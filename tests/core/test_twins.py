@@ -6,10 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from drawn import Scene, scenes
 from hypothesis import HealthCheck, given, settings
 from scenes import leap, march
-
-from drawn import Scene, scenes
 
 FAST, MANY = 40, 1000
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from seat import SEAT
 
 from drysim.errors import UsageError
 from drysim.excitation.recorded import Record
@@ -14,7 +15,6 @@ from drysim.metrics import METRICS
 from drysim.metrics.checks import Check
 from drysim.scenario.load import load
 from drysim.units import KINDS, convert
-from seat import SEAT
 from test_record_formats import at2, mat, wav
 
 HERE = Path(__file__).parents[1]

@@ -7,9 +7,9 @@ from random import Random
 from typing import Any
 
 import numpy as np
+from drawn import Scene
 from taylor import Solution, solve
 
-from drawn import Scene
 from drysim.approach.solution import Track
 
 ULP = 2.0**-52

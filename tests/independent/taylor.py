@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import mpmath as mp
-from polynomial import DIGITS, Polynomial, first_zero, leaves, slope, square_integral, value
-
 from drawn import Scene
+from polynomial import DIGITS, Polynomial, first_zero, leaves, slope, square_integral, value
 
 TERMS = 42
 """A stretch is one radian of the fastest rate, so what is left out is below 1/42! = 7e-52."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
+from drawn import Scene
 from taylor import solve
 
-from drawn import Scene
 from drysim.metrics import measure
 
 

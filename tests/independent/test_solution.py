@@ -9,11 +9,11 @@ from pathlib import Path
 import mpmath as mp
 import pytest
 from against import AGREES, unexplained
+from drawn import Scene, scenes
 from hypothesis import HealthCheck, Phase, given, settings
 from taylor import DIGITS, solve
 
 import drysim
-from drawn import Scene, scenes
 from drysim.core.model import Samples
 from drysim.study.case import prepare
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from drawn import Scene
 from hypothesis import note
 
-from drawn import Scene
 from drysim.approach.solution import Track
 from drysim.core.events import direction
 from drysim.metrics import measure

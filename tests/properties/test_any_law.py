@@ -9,10 +9,10 @@ from random import Random
 from typing import Any
 
 import pytest
+from seat import SEAT
 
 import drysim
 from drysim.errors import DrysimError
-from seat import SEAT
 
 FEW, MANY = 40, 400
 

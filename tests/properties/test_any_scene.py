@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 
 import pytest
+from drawn import Scene, scenes
 from hypothesis import HealthCheck, given, settings
 from laws import LAWS, Law
 
-from drawn import Scene, scenes
 from drysim.errors import SolverError
 
 FAST, MANY = 40, 1000

@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 from drysim.bench.work import Peer
-from tools.peers import heyoka, mujoco, pathsim, sundials
+from peers import heyoka, mujoco, pathsim, sundials
 
 
 def present() -> tuple[Peer, ...]:

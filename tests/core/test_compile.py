@@ -1,0 +1,334 @@
+"""The engines: how one is settled, and where compiled kernels are kept."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import drysim
+from drysim.core import compile
+from drysim.core.compile import cache_class
+from drysim.errors import DrysimError
+
+# The engines: how one is settled, and where compiled kernels are kept.
+
+
+@pytest.mark.parametrize(
+    ("word", "engine"), [("plain", "plain"), ("compiled", "compiled"), ("auto", "compiled")]
+)
+def test_environment_names_the_engine(
+    monkeypatch: pytest.MonkeyPatch, word: str, engine: str
+) -> None:
+    monkeypatch.setenv(compile.VARIABLE, word)
+    assert compile.engine() == engine
+
+
+def test_another_word_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(compile.VARIABLE, "turbo")
+    with pytest.raises(ValueError, match="plain, compiled or auto, not 'turbo'"):
+        compile.engine()
+
+
+def test_kernels_are_kept_in_the_users_cache_under_a_name_of_their_source(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    compile.cache_folder.cache_clear()
+    try:
+        folder = compile.cache_folder()
+        assert folder == tmp_path / "drysim" / f"kernels-{compile.source_key()}"
+        assert folder.is_dir()
+    finally:
+        compile.cache_folder.cache_clear()
+
+
+def test_cache_that_cannot_be_made_falls_back_to_the_temporary_folder(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    compile.cache_folder.cache_clear()
+    try:
+        folder = compile.cache_folder()
+        assert folder is not None
+        assert folder.is_relative_to(tmp_path)
+    finally:
+        compile.cache_folder.cache_clear()
+
+
+def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "numba", None)
+    with pytest.raises(
+        DrysimError, match=r"the compiler \(numba\) cannot be loaded: "
+    ) as fault:
+        compile.compiler()
+    assert "DRYSIM_ENGINE=plain" in fault.value.hint
+
+
+@pytest.fixture
+def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
+    """Give a temporary folder for one whose cache cannot be made elsewhere."""
+    (tmp_path / "file").write_text("")
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
+    compile.cache_folder.cache_clear()
+    yield tmp_path / "tmp"
+    compile.cache_folder.cache_clear()
+
+
+def folders_of(place: Path) -> list[Path]:
+    """Give the folders on the way to the kernels below a temporary folder."""
+    own = place / f"cache-{os.getuid()}"
+    return [own, own / "drysim", own / "drysim" / f"kernels-{compile.source_key()}"]
+
+
+OWNED = pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no owner there")
+
+
+@OWNED
+@pytest.mark.parametrize("mask", [0o000, 0o002, 0o022])
+def test_folders_of_kernels_are_for_the_user_alone(nowhere: Path, mask: int) -> None:
+    before = os.umask(mask)
+    try:
+        assert compile.cache_folder() == folders_of(nowhere)[-1]
+    finally:
+        os.umask(before)
+    assert {folder.stat().st_mode & 0o777 for folder in folders_of(nowhere)} == {0o700}
+
+
+@OWNED
+@pytest.mark.parametrize("deep", [0, 1, 2])
+@pytest.mark.parametrize("trap", ["writable by a group", "writable by all", "link", "owner"])
+def test_temporary_folder_that_somebody_has_prepared_is_not_used(
+    nowhere: Path, monkeypatch: pytest.MonkeyPatch, deep: int, trap: str
+) -> None:
+    folder = folders_of(nowhere)[deep]
+    folder.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    if trap == "link":
+        (nowhere / "mine").mkdir(mode=0o700)
+        folder.symlink_to(nowhere / "mine")
+    else:
+        folder.mkdir(mode=0o700)
+    if trap.startswith("writable"):
+        folder.chmod(0o770 if trap.endswith("group") else 0o707)
+    if trap == "owner":
+        about, lstat = os.lstat(folder), Path.lstat
+        theirs = os.stat_result((*about[:4], about.st_uid + 1, *about[5:10]))
+        monkeypatch.setattr(
+            Path, "lstat", lambda path: theirs if path == folder else lstat(path)
+        )
+    assert compile.cache_folder() is None
+
+
+@pytest.mark.parametrize("home", ["XDG_CACHE_HOME", "HOME"])
+def test_relative_cache_folder_is_ignored(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, home: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv(home, "here")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "tmp"))
+    (tmp_path / "tmp").mkdir()
+    compile.cache_folder.cache_clear()
+    try:
+        folder = compile.cache_folder()
+    finally:
+        compile.cache_folder.cache_clear()
+    assert folder is not None
+    assert folder.is_relative_to(tmp_path / ("home/.cache" if home != "HOME" else "tmp"))
+    assert not (tmp_path / "here").exists()
+
+
+class Evil:
+    """Runs a program when it is unpickled."""
+
+    def __reduce__(self) -> Any:
+        return os.mkdir, ("evil",)
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, ending: str
+) -> None:
+    import numba
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    found = cache_class()(compile.source_key)
+    files, data = found._cache_file, {"numbers": [1.0, 2.0]}
+    files.save("key", data)
+    assert files.load("key") == data
+    assert files.load("other") is None
+    (kept,) = tmp_path.rglob(f"*.{ending}")
+    whole = kept.read_bytes()
+    spoiled = bytearray(whole)
+    spoiled[-1] ^= 255
+    for words in (pickle.dumps(Evil()), whole[:-1], whole + b"\0", bytes(spoiled), b""):
+        kept.write_bytes(words)
+        with pytest.raises(ValueError, match="not what was written"):
+            files.load("key")
+    assert not (tmp_path / "evil").exists()
+    kept.write_bytes(whole)
+    assert files.load("key") == data
+
+
+@pytest.fixture
+def settled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callable[..., str]]:
+    """Give the engine that `auto` settles on in a process that has loaded no kernel yet."""
+
+    def engine(steps: int, *kernels: str) -> str:
+        monkeypatch.setenv(compile.VARIABLE, compile.AUTO)
+        monkeypatch.delitem(sys.modules, "drysim.core.oscillator", raising=False)
+        compile.settle(steps, *kernels)
+        return os.environ[compile.VARIABLE]
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    compile.cache_folder.cache_clear()
+    yield engine
+    compile.cache_folder.cache_clear()
+
+
+def test_short_job_stays_plain_and_a_long_one_is_compiled(
+    settled: Callable[..., str],
+) -> None:
+    assert settled(compile.PLAIN_STEPS) == compile.PLAIN
+    assert settled(compile.PLAIN_STEPS + 1) == compile.COMPILED
+
+
+def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
+    settled: Callable[..., str],
+) -> None:
+    middling, much = 2 * compile.PLAIN_STEPS, 11 * compile.PLAIN_STEPS
+    assert settled(middling, "taylor.trace") == compile.PLAIN
+    assert settled(much, "taylor.trace") == compile.COMPILED
+    folder = compile.cache_folder()
+    assert folder is not None
+    (folder / "core_0").mkdir()
+    (folder / "core_0" / "taylor.trace-1.py311.nbi").touch()
+    assert settled(middling, "taylor.trace") == compile.COMPILED
+    assert settled(middling, "march.touch sampled.march_joint") == compile.PLAIN
+
+
+# Compiled kernels on disk: written beside no package, shared by processes, never stale.
+
+
+ARCTAN = 1
+PROGRAM = (
+    "from drysim.core.fixed_step import sliding_share as share\n"
+    f"print(share({ARCTAN}, 1.0, 1.0), len(share.stats.cache_hits))\n"
+)
+HALF = 0.5
+"""2/π atan(1)."""
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[Path]:
+    """Give a folder of packages with a drysim that nobody can write to."""
+    site = tmp_path / "site"
+    shutil.copytree(
+        Path(drysim.__file__).parent,
+        site / "drysim",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
+    for path in (site, *site.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    yield site
+    for path in (site, *site.rglob("*")):
+        path.chmod(0o755)
+
+
+def start(site: Path) -> subprocess.Popen[str]:
+    """Begin a process that compiles one kernel of a drysim and calls it."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(site),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "XDG_CACHE_HOME": str(site.parent / "cache"),
+        "DRYSIM_ENGINE": "compiled",
+    }
+    return subprocess.Popen(
+        [sys.executable, "-c", PROGRAM],
+        env=environment,
+        cwd=site.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def answer(process: subprocess.Popen[str]) -> tuple[float, bool]:
+    """Give what the kernel gave, and whether it came from the disk."""
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    value, hits = out.split()
+    return float(value), hits != "0"
+
+
+@pytest.mark.slow
+def test_kernels_are_kept_although_the_package_can_only_be_read(site: Path) -> None:
+    before = sorted(site.rglob("*"))
+    assert answer(start(site)) == (HALF, False)
+    assert answer(start(site)) == (HALF, True)
+    assert sorted(site.rglob("*")) == before
+
+
+@pytest.mark.slow
+def test_processes_that_compile_at_once_do_not_disturb_each_other(site: Path) -> None:
+    answers = [answer(process) for process in [start(site) for _ in range(3)]]
+    assert [value for value, _ in answers] == [HALF] * 3
+    assert answer(start(site)) == (HALF, True)
+
+
+@pytest.mark.slow
+def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
+    assert answer(start(site))[0] == HALF
+    source = site / "drysim" / "core" / "fixed_step.py"
+    written, text = source.stat(), source.read_text()
+    changed = text.replace("2.0 / math.pi", "4.0 / math.pi")
+    assert changed != text
+    source.chmod(0o644)
+    source.write_text(changed)
+    os.utime(source, ns=(written.st_atime_ns, written.st_mtime_ns))
+    assert source.stat().st_size == written.st_size
+    assert answer(start(site)) == (2 * HALF, False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
+@pytest.mark.parametrize("zeros", [0, 64], ids=["cut short", "ending in zeros"])
+def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(
+    site: Path, ending: str, zeros: int
+) -> None:
+    assert answer(start(site)) == (HALF, False)
+    kept = list((site.parent / "cache").rglob(f"*{ending}"))
+    assert kept
+    for file in kept:
+        whole = file.read_bytes()
+        file.write_bytes(whole[: -len(whole) // 3] + bytes(zeros))
+    assert answer(start(site)) == (HALF, False)
+    assert answer(start(site)) == (HALF, True)
+
+
+@pytest.mark.slow
+def test_kernel_with_a_changed_byte_is_not_run(site: Path) -> None:
+    assert answer(start(site)) == (HALF, False)
+    (kept,) = (site.parent / "cache").rglob("*.nbc")
+    whole = bytearray(kept.read_bytes())
+    whole[len(whole) // 2] ^= 255
+    kept.write_bytes(whole)
+    assert answer(start(site)) == (HALF, False)
+    assert answer(start(site)) == (HALF, True)

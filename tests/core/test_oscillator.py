@@ -1,0 +1,400 @@
+"""The flow against arbitrary precision, in every damping regime."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scenes import march
+
+# The flow against arbitrary precision, in every damping regime.
+
+
+REGIMES = {
+    "light": (0.5, 100.0),
+    "paper": (500 / 75, 100.0),
+    "critical": (20.0, 100.0),
+    "just above critical": (20.0 * (1 + 1e-8), 100.0),
+    "heavy": (1000.0, 100.0),
+    "no damper": (0.0, 100.0),
+    "no spring": (2.0, 0.0),
+    "free block": (0.0, 0.0),
+    "nearly no spring": (1e3, 1e-10),
+}
+
+LENGTHS = (1e-6, 2.5e-3, 0.1, 1.0, 30.0)
+
+
+def reference(c: float, w: float, omega: float, s: float) -> list[mp.mpf]:
+    """Give y, y_d, Y, YY, R, P by the exponential of a matrix in 60 digits."""
+    with mp.workdps(60):
+        step = mp.matrix(
+            [[0, 1, 0, 0], [-mp.mpf(w), -mp.mpf(c), 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
+        )
+        ramp = mp.expm(step * mp.mpf(s))
+        step[3, 2] = -(mp.mpf(omega) ** 2)
+        wave = mp.expm(step * mp.mpf(s))
+        return [ramp[0, 1], ramp[1, 1], ramp[0, 2], ramp[0, 3], wave[0, 3], wave[0, 2]]
+
+
+@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize("s", LENGTHS)
+def test_flow_and_wave_are_right_to_rounding_in_every_regime(
+    kernel: SimpleNamespace, regime: str, s: float
+) -> None:
+    c, w = REGIMES[regime]
+    if (c + math.sqrt(w)) * s > 2e3:
+        pytest.skip("the reference itself would take minutes")
+    omega = math.sqrt(w) or 3.0  # at resonance where there is one
+    y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
+    R, P, _, sine, cosine = kernel.oscillator.wave(c, w, omega, s, y, y_d)
+    want = reference(c, w, omega, s)
+    turns = max(1.0, (c + math.sqrt(w) + omega) * s)
+    # A value that crosses zero is measured against its swing: a tenth of that is enough.
+    swing = min(s, 1 / c if c else s, s * s * s) / (10 * max(omega, 1 / s) ** 2)
+    floors = (min(s, 1 / (omega + c)), 1.0, swing, swing, swing, swing * omega)
+    for got, exact, floor in zip((y, y_d, Y, YY, R, P), want, floors, strict=True):
+        assert abs(got - float(exact)) <= 2e-15 * turns * max(abs(float(exact)), floor)
+    assert sine == pytest.approx(math.sin(omega * s) / omega, abs=1e-15 * turns / omega)
+    assert cosine == pytest.approx(math.cos(omega * s), abs=1e-15 * turns)
+
+
+def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
+    c, w, s = 6.7, 100.0, 0.37
+    y, y_d, Y, _ = kernel.oscillator.flow(c, w, s)
+    y_2, y_d_2, _, _ = kernel.oscillator.flow(c, w, 2 * s)
+    assert y_2 == pytest.approx(y * (1 - w * Y + y_d), rel=1e-13)
+    assert y_d_2 == pytest.approx(y_d * y_d - w * y * y, rel=1e-13)
+
+
+@pytest.mark.parametrize("c", [1e3, 1e5, 1e10, 1e15])
+@pytest.mark.parametrize("w", [1e-10, 100.0, 1e8])
+def test_flow_keeps_its_digits_however_strong_the_damper(
+    kernel: SimpleNamespace, c: float, w: float
+) -> None:
+    # Each doubling had doubled the rounding of y: at c = 1e15 not a digit was left after 1 s.
+    if 0.25 * c * c < w:
+        pytest.skip("no strong damper")
+    with mp.workdps(100):
+        kappa = mp.sqrt(mp.mpf(c) ** 2 / 4 - mp.mpf(w))
+        slow, fast = mp.mpf(c) / 2 - kappa, mp.mpf(c) / 2 + kappa
+        y = (mp.exp(-slow) - mp.exp(-fast)) / (fast - slow)
+        y_d = (fast * mp.exp(-fast) - slow * mp.exp(-slow)) / (fast - slow)
+        Y = (1 - y_d - mp.mpf(c) * y) / mp.mpf(w)
+        YY = (1 - y - mp.mpf(c) * Y) / mp.mpf(w)
+        want = [float(exact) for exact in (y, y_d, Y, YY)]
+    digits = 1e-14 * max(1.0, float(slow))
+    assert kernel.oscillator.flow(c, w, 1.0) == pytest.approx(want, rel=digits, abs=0.0)
+
+
+@pytest.mark.parametrize("turns", [1e2, 1e4, 1e6])
+def test_long_slide_without_spring_and_damper_keeps_its_digits(
+    kernel: SimpleNamespace, turns: float
+) -> None:
+    omega, s = 10.0, turns / 10.0
+    found = kernel.oscillator.wave(
+        0.0, 0.0, omega, s, *kernel.oscillator.flow(0.0, 0.0, s)[:2]
+    )[:3]
+    want = (
+        (s - math.sin(turns) / omega) / omega**2,
+        (1.0 - math.cos(turns)) / omega**2,
+        math.sin(turns) / omega,
+    )
+    for value, exact, swing in zip(found, want, (s / omega**2, 1e-2, 0.1), strict=True):
+        assert value == pytest.approx(exact, abs=1e-15 * swing)
+
+
+# The series of a short stretch against the general way.
+
+
+def flown(
+    kernel: SimpleNamespace, c: float, w: float, v: float, a: float, r: float, s: float
+) -> tuple[float, float]:
+    """Give distance and velocity after a time s in closed form."""
+    y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
+    p = a + c * v
+    return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
+
+
+@pytest.mark.parametrize("radians", [0.099, 0.499])
+@pytest.mark.parametrize(
+    ("c", "w"),
+    [(0.0, 100.0), (6.7, 100.0), (20.0, 100.0), (900.0, 100.0), (0.0, 0.0), (9.0, 0.0)],
+)
+def test_short_way_and_long_way_are_one(
+    kernel: SimpleNamespace, c: float, w: float, radians: float
+) -> None:
+    rng = np.random.Generator(np.random.PCG64(5))
+    h = radians / (c + math.sqrt(w)) if c + w else 1.0
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(0.0, 0.0)
+    short_way = kernel.oscillator.steps_of(plant, law, h)
+    assert short_way.short
+    assert short_way.brief == (radians < 0.1 or c + w == 0.0)
+    stops = 0
+    for _ in range(300):
+        v, a, r = abs(rng.normal()), rng.normal() * 2 / h, rng.normal() * 4 / h**2
+        scale = v + abs(a) * h + abs(r) * h * h
+        one, other = (
+            kernel.sampled.coast(short_way, v, a, r, h),
+            flown(kernel, c, w, v, a, r, h),
+        )
+        assert one[0] == pytest.approx(other[0], abs=1e-14 * scale * h)
+        assert one[1] == pytest.approx(other[1], abs=1e-14 * scale)
+        short = kernel.sampled.stop_within(short_way, v, a, r, other[1], h)
+        long = kernel.sampled.stop_by_flow(c, w, v, a, r, other[1], h)
+        if math.inf in (short[0], long[0]):
+            assert short[0] == long[0]
+        else:
+            stops += 1
+            assert short[0] == pytest.approx(long[0], rel=1e-12)
+        assert short[1] == pytest.approx(long[1], abs=1e-14 * scale * h)
+    assert stops > 50
+
+
+def test_graze_is_left_to_the_long_way(kernel: SimpleNamespace) -> None:
+    # v = (s - 1)² touches zero and does not cross it: Newton on a series has no slope to go by.
+    q = (1.0, -2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert kernel.oscillator.fall(q, 1.0)[0] == -1.0
+    assert kernel.roots.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(1.0)
+
+
+def test_series_is_the_flow_to_the_last_digit(kernel: SimpleNamespace) -> None:
+    c, w, s = 6.7, 100.0, 3.5e-3
+    y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
+    tail = kernel.oscillator.tail_of(c, w)
+    for v, a, r in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -70.0, 900.0)):
+        q = kernel.oscillator.series(tail, v, a, r - c * a - w * v)
+        p = a + c * v
+        assert kernel.oscillator.distance(q, s) == pytest.approx(
+            v * y + p * Y + r * YY, rel=1e-15
+        )
+        assert kernel.oscillator.speed(q, s) == pytest.approx(
+            v * y_d + p * y + r * Y, rel=1e-14
+        )
+        assert kernel.oscillator.rate(q, s) == pytest.approx(
+            a * y_d + (r - w * v) * y, rel=1e-14
+        )
+
+
+def test_six_terms_more_carry_the_series_on_to_the_last_digit(kernel: SimpleNamespace) -> None:
+    c, w, s = 6.7, 900.0, 0.0136
+    y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
+    tail = kernel.oscillator.tail_of(c, w)
+    more = kernel.oscillator.more_of(tail, c, w)
+    for v, a, r in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -70.0, 900.0)):
+        j = r - c * a - w * v
+        brief = kernel.oscillator.series(tail, v, a, j)
+        longer = kernel.oscillator.longer_series(tail, more, v, a, j)
+        p = a + c * v
+        way = v * y + p * Y + r * YY
+        assert kernel.oscillator.distance(longer, s) == pytest.approx(way, rel=3e-15, abs=0.0)
+        assert kernel.oscillator.distance(brief, s) != pytest.approx(way, rel=1e-14, abs=0.0)
+        assert kernel.oscillator.speed(longer, s) == pytest.approx(
+            v * y_d + p * y + r * Y, rel=1e-14, abs=0.0
+        )
+        assert kernel.oscillator.rate(longer, s) == pytest.approx(
+            a * y_d + (r - w * v) * y, rel=1e-14, abs=0.0
+        )
+
+
+def test_what_a_damper_alone_brings_to_rest_has_every_digit_of_a_longer_series(
+    kernel: SimpleNamespace,
+) -> None:
+    c, s = 500.0, 1e-3
+    tail = kernel.oscillator.tail_of(c, 0.0)
+    q = kernel.oscillator.longer_series(
+        tail, kernel.oscillator.more_of(tail, c, 0.0), 0.0, 1.0, -c
+    )
+    assert kernel.oscillator.speed(q, s) == pytest.approx(-math.expm1(-c * s) / c, rel=5e-16)
+
+
+def test_mass_that_only_the_end_of_a_step_shows_at_rest_stops_there(
+    kernel: SimpleNamespace,
+) -> None:
+    c, w, h = 600.0, 9e4, 2.5e-3
+    y, y_d, Y, _ = kernel.oscillator.flow(c, w, h)
+    v, a = 1.0, -400.0
+    r = -(v * y_d + (a + c * v) * y) / Y * (1.0 - 1e-12)
+    assert kernel.roots.locate_stop(c, w, v, a, r, h) == math.inf
+    stop, way = kernel.sampled.stop_by_flow(c, w, v, a, r, -1e-17, h)
+    assert stop == h
+    assert way == pytest.approx(flown(kernel, c, w, v, a, r, h)[0], rel=1e-14)
+
+
+# Steps of many radians: what is found in them against a brute force that knows no bound.
+
+
+OMEGA = 40.0
+GRID = 1000
+
+
+def motions(c: float, w: float, start: tuple[float, float, float], s: np.ndarray) -> np.ndarray:
+    """Give way, velocity and acceleration on a grid of times, by powers of one matrix."""
+    from scipy.linalg import expm
+
+    v, a, r = start
+    rates = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, -w, -c, r], [0, 0, 0, 0]], dtype=float)
+    step, rows = expm(rates * (s[1] - s[0])), [np.array([0.0, v, a, 1.0])]
+    while len(rows) < len(s):
+        rows.append(step @ rows[-1])
+    return np.array(rows).T[:3]
+
+
+def starts(seed: int, count: int, rate: float = OMEGA) -> list[tuple[float, float, float]]:
+    """Draw v, a and r of stretches of sliding, some from rest and some that only dip."""
+    rng = np.random.Generator(np.random.PCG64(seed))
+    drawn = []
+    for _ in range(count):
+        v, a, r = abs(rng.normal()), rng.normal() * rate, rng.normal() * rate**2
+        v, a = rng.choice([(v, a), (0.0, abs(a)), (abs(r) / rate**2, 0.95 * a)])
+        drawn.append((float(v), float(a), float(r)))
+    return drawn
+
+
+@pytest.mark.parametrize("xi", [0.0, 0.03, 0.33, 1.0, 3.0])
+@pytest.mark.parametrize("radians", [0.2, 0.6, 2.9, 3.1, 20.0, 150.0, 400.0])
+def test_first_stop_of_a_long_step_is_that_of_a_scan(
+    fast: SimpleNamespace, xi: float, radians: float
+) -> None:
+    c, w, h = 2.0 * xi * OMEGA, OMEGA**2, radians / OMEGA
+    plant, law = fast.model.Plant(1.0, w, c), fast.model.Law(0.0, 0.0)
+    steps = fast.oscillator.steps_of(plant, law, h)
+    parts = fast.sampled.parts_of(steps)
+    stops = 0
+    for start in starts(3, 60, max(OMEGA, 4.0 / h)):
+        stop, way, v_end, _ = fast.sampled.slide_on(steps, parts, *start, h)
+        end = min(stop, h)
+        s = np.linspace(0.0, end, GRID)
+        x, v, _ = motions(c, w, start, s)
+        size = np.abs(v).max()
+        stops += stop < math.inf
+        # An undamped scan of hundreds of radians has errors of its own.
+        near = 1e-12 * max(1.0, radians) * size
+        assert v.min() >= -near
+        assert v[-1] == pytest.approx(0.0 if stop < math.inf else v_end, abs=near)
+        assert way == pytest.approx(x[-1], abs=near * h)
+    assert 10 <= stops <= 50
+
+
+@pytest.mark.parametrize("xi", [0.0, 0.03, 0.33, 1.0, 3.0])
+def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: float) -> None:
+    c, w, s = 2.0 * xi * OMEGA, OMEGA**2, np.linspace(0.0, 12.0 / OMEGA, 200)
+    told = {True: 0, False: 0}
+    for start in starts(5, 100):
+        never = kernel.roots.never_stops(c, w, *start)
+        least = motions(c, w, start, s)[1][1:].min()
+        told[bool(never)] += 1
+        assert least > 0.0 or not never
+        # Without a damper it is a law, not a bound.
+        assert never or xi > 0.0 or least < 1e-3
+    assert min(told.values()) > 10
+
+
+def test_both_ways_through_a_short_step_find_one_stop(kernel: SimpleNamespace) -> None:
+    plant, law = kernel.model.Plant(1.0, OMEGA**2, 20.0), kernel.model.Law(0.0, 0.0)
+    steps = kernel.oscillator.steps_of(plant, law, 0.3 / OMEGA)
+    assert steps.short
+    parts = kernel.sampled.parts_of(steps)
+    for v, a, r in starts(9, 200, 4.0 / steps.dt):
+        v_end = kernel.sampled.coast(steps, v, a, r, steps.dt)[1]
+        stop, way = kernel.sampled.stop_within(steps, v, a, r, v_end, steps.dt)
+        other, far, _, _ = kernel.sampled.slide_on(steps, parts, v, a, r, steps.dt)
+        assert (stop == math.inf) == (other == math.inf)
+        if stop < math.inf:
+            assert other == pytest.approx(stop, rel=1e-12)
+            assert far == pytest.approx(way, rel=1e-12)
+
+
+def test_stop_of_a_creep_far_beyond_the_parts_that_are_walked_is_found(
+    kernel: SimpleNamespace,
+) -> None:
+    # What a strong damper leaves falls as exp(-w s/c) from 1 towards -1/2.
+    c, w, h = 1000.0, 1.0, 2000.0
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(0.0, 0.0)
+    steps = kernel.oscillator.steps_of(plant, law, h)
+    slow = 2.0 * w / (c + math.sqrt(c * c - 4.0 * w))
+    start = 1.0, -1.5 * slow, -0.5 * w
+    stop, way, v_end, _ = kernel.sampled.slide_on(
+        steps, kernel.sampled.parts_of(steps), *start, h
+    )
+    # The flow over two million decays is doubled up from half of one.
+    assert stop == pytest.approx(math.log(3.0) / slow, rel=1e-10)
+    assert way == pytest.approx(1.0 / slow - 0.5 * stop, rel=1e-9)
+    assert v_end == 0.0
+
+
+def brute_force(
+    plant: tuple[float, float, float], F: tuple[float, float], u_dd: np.ndarray, dt: float
+) -> list[tuple[float, int]]:
+    """Give times and kinds of events: thousands of steps where the march takes one."""
+    from scipy.linalg import expm
+
+    (m, k_x, b), (F_fk, F_fs) = plant, F
+    h = dt / GRID
+    rates = np.array(
+        [[0, 1, 0, 0], [-k_x / m, -b / m, -1, 0], [0, 0, 0, 1], [0, 0, 0, 0]], dtype=float
+    )
+    xx, xv, xu, xr, vx, vv, vu, vr = expm(rates * h)[:2].ravel().tolist()
+    x, v, d, found = 0.0, 0.0, 0, []
+    for n in range(len(u_dd) - 1):
+        slope = (u_dd[n + 1] - u_dd[n]) / dt
+        for i in range(GRID):
+            t, u = n * dt + i * h, u_dd[n] + slope * i * h
+            if d == 0:
+                F_0, F_1 = m * u + k_x * x, m * (u + slope * h) + k_x * x
+                if abs(F_1) <= F_fs:
+                    continue
+                d = -1 if F_1 > 0.0 else 1
+                share = (-d * F_fs - F_0) / (F_1 - F_0)
+                found.append((t + share * h, d))
+            else:
+                g = u + d * F_fk / m
+                x_1 = xx * x + xv * v + xu * g + xr * slope
+                v_1 = vx * x + vv * v + vu * g + vr * slope
+                if d * v_1 > 0.0:
+                    x, v = x_1, v_1
+                    continue
+                share = v / (v - v_1)
+                x += 0.5 * share * h * v
+                F_L = m * (u + slope * share * h) + k_x * x
+                d = 0 if abs(F_L) <= F_fs else (-1 if F_L > 0.0 else 1)
+                found.append((t + share * h, 2 * d))
+            left = (1.0 - share) * h
+            a = -(u + slope * share * h + k_x / m * x + d * F_fk / m) if d != 0 else 0.0
+            x, v = x + 0.5 * a * left * left, a * left
+    return found
+
+
+@pytest.mark.parametrize("radians", [0.6, 1.0, 3.0, 7.0, 20.0])
+@pytest.mark.parametrize(
+    ("xi", "F"), [(0.33, (0.2, 0.24)), (0.05, (0.3, 0.4)), (1.5, (0.1, 0.1))]
+)
+def test_events_of_long_steps_are_those_of_a_brute_force(
+    fast: SimpleNamespace, xi: float, F: tuple[float, float], radians: float
+) -> None:
+    dt = radians / OMEGA
+    plant = (1.0, OMEGA**2, 2.0 * xi * OMEGA)
+    rough = np.random.Generator(np.random.PCG64(2)).normal(size=40)
+    u_dd = np.convolve(rough, [0.25, 0.5, 0.25], mode="same")
+    u_dd[0] = 0.0
+    found, other = march(fast, u_dd, dt, F, plant), brute_force(plant, F, u_dd, dt)
+    assert found.events[2].tolist() == [kind for _, kind in other]
+    assert len(other) >= 10
+    assert np.abs(found.t - [t for t, _ in other]).max() < 2.0 * dt / GRID
+
+
+@pytest.mark.parametrize("radians", [0.6, 3.0, 20.0, 400.0])
+def test_mirrored_motion_in_long_steps_gives_the_mirrored_answer_bit_for_bit(
+    kernel: SimpleNamespace, radians: float
+) -> None:
+    plant, dt = (1.0, OMEGA**2, 0.1 * OMEGA), radians / OMEGA
+    u_dd = np.random.Generator(np.random.PCG64(6)).normal(size=60)
+    one = march(kernel, u_dd, dt, (0.3, 0.4), plant, (0.01, -0.2))
+    other = march(kernel, -u_dd, dt, (0.3, 0.4), plant, (-0.01, 0.2))
+    assert len(one.t) > 10
+    assert np.array_equal(one.x_r, -other.x_r)
+    assert np.array_equal(one.v_r, -other.v_r)
+    assert np.array_equal(one.t, other.t)

@@ -1,0 +1,91 @@
+"""Passages and excursions counted from turn to turn, where the answer can be seen."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenes import waves_of
+
+from drysim.core import trajectory
+
+# Passages and excursions counted from turn to turn, where the answer can be seen.
+
+
+TURNS = [0.0, 3.0, -4.0, 1.0, -1.0, 5.0]
+"""Displacements at the turns of a motion that goes on to 2 [m]."""
+
+
+def test_passages_count_each_return_to_the_limit_on_either_side(
+    kernel: SimpleNamespace,
+) -> None:
+    t, turns = np.arange(6.0), np.array(TURNS)
+    assert tuple(kernel.trajectory.passages(t, turns, 0.0, 2.0, 6.0, 2.5)) == (5.0, 2, 3)
+    assert tuple(kernel.trajectory.passages(t, turns, 0.0, 2.0, 6.0, 4.5)) == (5.0, 2, 1)
+    back_and_forth = np.array([3.0, -3.0, 3.0])
+    found = kernel.trajectory.passages(np.arange(3.0), back_and_forth, 3.0, 2.9, 3.0, 2.5)
+    assert tuple(found) == (3.0, 1, 2)
+
+
+@pytest.mark.parametrize("repeats", [False, True])
+def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(
+    kernel: SimpleNamespace, repeats: bool
+) -> None:
+    law, plant = kernel.model.Law(1.0, 1.0), kernel.model.Plant(1.0, 0.0, 0.0)
+    waves = waves_of(kernel, [(1.0, 1.0, 0.0)], law)
+    still = (np.zeros(1), np.zeros(1, dtype=np.int64), np.full(1, 0.3), 0.0)
+    scene = (plant, law, waves, *still, 0.3, 7.0)
+    assert tuple(kernel.trajectory.excursions(*scene, 0.2, repeats)) == (1, 0.0, 7.0)
+    assert tuple(kernel.trajectory.excursions(*scene, 0.4, repeats)) == (0, -1.0, 0.0)
+
+
+# Integrals over a stretch of sliding by series against those over panels of the flow.
+
+
+@pytest.mark.parametrize(
+    ("c", "w"),
+    [(0.0, 100.0), (6.7, 100.0), (20.0, 100.0), (90.0, 100.0), (0.0, 0.0), (9.0, 0.0)],
+)
+@pytest.mark.parametrize("radians", [0.05, 0.4, 0.9, 30.0])
+def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
+    kernel: SimpleNamespace, c: float, w: float, radians: float
+) -> None:
+    rate = c + math.sqrt(w) if c + w else 1.0
+    h, f = radians / rate, 0.3
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(f, f)
+    waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
+    steps = kernel.oscillator.steps_of(plant, law, h)
+    rng = np.random.Generator(np.random.PCG64(8))
+    for _ in range(20):
+        u_0, slope = rng.normal(), rng.normal() * rate
+        x_r, v_r, d = rng.normal() / rate**2, abs(rng.normal()) / rate, 1
+        scene = plant, law, waves, u_0, slope, 0.0, x_r, v_r, d
+        whole = kernel.trajectory.integrate(*scene, 0.0, h)
+        # Only what begins at the start is summed by series.
+        early = kernel.trajectory.integrate(*scene, 0.0, 0.3 * h)
+        late = kernel.trajectory.integrate(*scene, 0.3 * h, h)
+        between = kernel.trajectory.stretch(steps, u_0, slope, x_r, v_r, d, h)
+        size = max(1.0, abs(slope) * h) ** 2 * h
+        for i, per in enumerate((rate**4, rate**2, 1.0, rate)):
+            assert (early[i] + late[i]) * per == pytest.approx(
+                whole[i] * per, rel=1e-13, abs=1e-14 * size
+            )
+            assert between[i] * per == pytest.approx(
+                whole[i] * per, rel=1e-13, abs=1e-14 * size
+            )
+
+
+# Gauss and Legendre's rules are those of numpy, moved to a panel of length 1.
+
+
+@pytest.mark.parametrize(("name", "points"), [("FOUR", 4), ("SIX", 6), ("TWELVE", 12)])
+def test_rule_is_that_of_numpy(name, points):
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    np.testing.assert_allclose(
+        getattr(trajectory, f"{name}_NODES"), 0.5 + 0.5 * nodes, rtol=1e-14
+    )
+    np.testing.assert_allclose(
+        getattr(trajectory, f"{name}_WEIGHTS"), 0.5 * weights, rtol=1e-13
+    )

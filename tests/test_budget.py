@@ -1,0 +1,351 @@
+"""Work out of proportion is told before it is done, and what nobody waits for is refused."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from seat import SEAT, dotted
+
+import drysim
+from drysim.approach.fixed_step import Switch
+from drysim.core.compile import PLAIN_STEPS
+from drysim.errors import ScenarioError
+from drysim.study import sweep
+from drysim.study.case import prepare, price
+
+# Work out of proportion is told before it is done, and what nobody waits for is refused.
+
+
+NOISE = {"kind": "psd", "points": [["0.5 Hz", 1], ["10 Hz", 1]], "duration": 0.1, "seed": 1}
+
+
+@pytest.fixture
+def prepared(tmp_path):
+    """Give a case of the seat with some keys changed."""
+
+    def case(**overrides):
+        file = tmp_path / "seat.yaml"
+        file.write_text(SEAT)
+        return prepare(drysim.load(file, dotted(overrides)))
+
+    return case
+
+
+def slow(case):
+    """Give the sentences about slow scenes."""
+    return [caution.sentence for caution in case.cautions if caution.slug == "slow-scene"]
+
+
+def test_easy_scene_is_not_called_slow(prepared):
+    assert slow(prepared()) == []
+    assert slow(prepared(excitation__frequency=500)) == []
+
+
+DAMPED = {
+    "oscillator__damping": 1e8,
+    "friction": {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e5},
+}
+
+
+@pytest.mark.parametrize(
+    ("overrides", "what"),
+    [
+        (DAMPED, "the damper stills the mass 3333 times within a step"),
+        ({"excitation__frequency": 1e6}, "the base turns by 15708 radians within a step"),
+        ({"oscillator__stiffness": 1e14}, "the oscillator turns by 2887 radians"),
+        (
+            {"friction__normal_variation": {"amplitude": 0.5, "frequency": 1e5}},
+            "the normal force turns by 1571 radians",
+        ),
+        (
+            {"friction": {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e14}},
+            "the mass on its bristles turns by 2887 radians",
+        ),
+        (
+            {
+                "friction": {
+                    "law": "lugre", "kinetic": 15, "bristle_stiffness": 1e5,
+                    "bristle_damping": 1e9, "stribeck_velocity": 0.01,
+                }
+            },
+            "the damper of the bristles stills the mass 33333 times within a step",
+        ),
+        (
+            {"friction": {"law": "jenkins", "kinetic": 15, "tangential_stiffness": 1e14}},
+            "the mass on its contact turns by 2887 radians",
+        ),
+    ],
+)  # fmt: skip
+def test_scene_that_turns_fast_is_called_slow(prepared, overrides, what):
+    (sentence,) = slow(prepared(**overrides))
+    assert sentence.startswith(what)
+    assert "100 times as long as usual" in sentence
+
+
+@pytest.mark.parametrize(
+    ("overrides", "key"),
+    [
+        ({"excitation__frequency": 1e9}, "excitation"),
+        ({"oscillator__stiffness": 1e22, "oscillator__damping": 0}, "oscillator.stiffness"),
+        (
+            {"friction": {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e25}},
+            "friction.bristle_stiffness",
+        ),
+        (
+            {
+                "friction": {
+                    "law": "leuven", "kinetic": 15, "bristle_stiffness": 1e5,
+                    "bristle_damping": 1e12, "stribeck_velocity": 0.01,
+                }
+            },
+            "friction.bristle_damping",
+        ),
+        (DAMPED | {"oscillator__damping": 1e14}, "oscillator.damping"),
+    ],
+)  # fmt: skip
+def test_scene_that_nobody_waits_for_is_refused_with_the_hours(prepared, overrides, key):
+    with pytest.raises(ScenarioError) as refused:
+        prepared(**overrides)
+    (problem,) = refused.value.problems
+    assert problem.sentence.startswith(f"{key}: the ")
+    assert " h of work; check the units" in problem.sentence
+
+
+def test_stiff_spring_that_never_moves_or_is_damped_is_not_refused(prepared):
+    assert slow(prepared(oscillator__stiffness=1e22, friction__kinetic=1e4)) == []
+    assert slow(prepared(oscillator={"mass": 75, "stiffness": 1e22, "damping_ratio": 0.5}))
+
+
+def test_time_of_a_slow_orbit_is_told_for_a_period(prepared):
+    (sentence,) = slow(prepared(**DAMPED))
+    assert sentence.endswith("as long as usual, all of them up to 1.3 s")
+    (sentence,) = slow(prepared(**DAMPED, measure={}))
+    assert sentence.endswith("a period up to 0.42 s, and many may lead to the orbit")
+
+
+@pytest.mark.parametrize("stops", [{"restitution": 0.5}, {"stiffness": 1e5, "damping": 1e12}])
+@pytest.mark.parametrize("damping", [1e8, 1e16])
+def test_strong_damper_is_not_called_slow(prepared, stops, damping):
+    # Measured: ten times as long a step at 1e10 N·s/m, which is below a microsecond.
+    stroke = {"limit": 0.015, "stops": stops}
+    assert slow(prepared(oscillator__damping=damping)) == []
+    assert slow(prepared(oscillator__damping=damping, stroke=stroke)) == []
+
+
+def test_damper_that_has_nothing_to_still_is_not_called_slow(prepared):
+    still = {"law": "stribeck", "kinetic": 1e4, "stribeck_velocity": 0.01}
+    assert slow(prepared(oscillator__damping=1e16, friction=still)) == []
+
+
+def test_damping_beyond_measure_takes_no_time(prepared):
+    # A step was divided into a panel for every four decays.
+    file = prepared(oscillator__damping=1e12, excitation=NOISE, measure={}).scenario
+    begin = time.process_time()
+    outcome = drysim.run(file)
+    assert time.process_time() - begin < 20.0  # the compiler included; it was minutes
+    assert outcome.metrics["energy_residual"] < 1e-9
+
+
+def test_more_events_than_a_step_has_room_for_are_told_with_their_time(seat, drysim):
+    # 50,000 reversals of a mass that rings at 160 kHz, all within the first step.
+    words = {
+        "oscillator": "{mass: 1, stiffness: 1e12, damping: 0}",
+        "friction.kinetic": 1000,
+        "start.x_r": 1e-4,
+        "excitation": "{kind: psd, points: [[0.5, 1], [4, 1]], duration: 10, seed: 3}",
+        "measure": "null",
+        "solver.step": 0.1,
+    }
+    sets = [part for key, value in words.items() for part in ("--set", f"{key}={value}")]
+    answer = drysim("run", seat, "--no-plots", *sets)
+    assert answer.code == 3
+    assert "at t = 0.1 s more than 4096 events fall within a step of 0.1 s" in answer.err
+    assert "take a shorter step" in answer.err
+    assert answer.err.startswith("patience: the oscillator turns by 100000 radians within")
+
+
+LUGRE = {
+    "law": "lugre", "kinetic": 15, "bristle_stiffness": 1e5, "bristle_damping": 500,
+    "stribeck_velocity": 0.01,
+}  # fmt: skip
+
+
+@pytest.fixture
+def engine(monkeypatch):
+    """Give what a study of a case tells the choice of the engine: steps, and whose kernels."""
+
+    def told(settle, *job):
+        seen = []
+        monkeypatch.setattr(
+            "drysim.core.compile.settle",
+            lambda steps, kernels="": seen.append((steps, kernels)),
+        )
+        settle(*job)
+        return seen[0]
+
+    return told
+
+
+def test_cost_of_a_step_by_series_counts_in_the_choice_of_the_engine(prepared, engine):
+    cases = {"excitation.frequency": [1.0, 2.0, 4.0], "oscillator.mass": [60, 70, 80, 90]}
+    easy, dear = (prepared(sweep=cases, **law) for law in ({}, {"friction": LUGRE}))
+    steps, kernels = engine(sweep.settle, easy, [easy.scenario])
+    assert steps <= PLAIN_STEPS
+    assert kernels == ""
+    steps, kernels = engine(sweep.settle, dear, [dear.scenario])
+    assert steps > PLAIN_STEPS
+    assert kernels == "taylor.trace"
+    assert dear.work == 5 * easy.work
+
+
+def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engine):
+    case = prepared(sweep={"excitation.frequency": [1.0, 2.0]}, friction=LUGRE)
+    others = [case.scenario.with_approach("viscous"), case.scenario]
+    assert engine(sweep.settle, case, others)[1] == "taylor.trace"
+
+
+def test_fixed_steps_cost_the_same_whatever_the_law(prepared):
+    assert price(Switch(), prepared(friction=LUGRE).law) == price(Switch(), prepared().law)
+
+
+def test_rows_and_bytes_of_a_large_response_are_told_before_the_work(prepared):
+    slugs = {one.slug: one for one in prepared(solver__step=1e-9).cautions}
+    told = slugs["large-response"]
+    assert told.numbers["rows"] == 2_000_000_001
+    assert "response.csv with 2e+09 rows, some 200 GB" in told.sentence
+    assert "large-response" not in {one.slug for one in prepared(solver__step=1e-6).cautions}
+
+
+def test_sweep_writes_no_response_and_is_not_told_of_one(prepared):
+    case = prepared(solver__step=1e-9, sweep={"excitation.frequency": [1.0, 2.0]})
+    assert "large-response" not in {one.slug for one in case.cautions}
+
+
+# What Python shows of an answer, and of a fault: a line or two, never a wall of numbers.
+
+
+BRIEF_SEAT = """
+name: seat
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 45}
+excitation: {kind: harmonic, frequency: 2, rms: 0.75}
+solver: {step: 2.5e-3}
+sweep: {friction.kinetic: [0, 45]}
+checks: [x_r_peak < 1 mm, T_a < 2]
+"""
+BRIEF_NOISE = {"kind": "standard", "class": "EM3", "duration": 10, "seeds": 3}
+
+
+@pytest.fixture
+def seat(tmp_path):
+    """Give the path of a seat's scenario."""
+    (tmp_path / "seat.yaml").write_text(BRIEF_SEAT)
+    return tmp_path / "seat.yaml"
+
+
+def test_outcome_shows_itself_in_a_line(seat):
+    outcome = drysim.run(drysim.load(seat))
+    assert repr(outcome) == (
+        "<Outcome of seat: T_a 0.976, T_x 0.4485, peak |x_r| 2.794 mm; 5 events; "
+        "1 of 2 checks held>"
+    )
+    elsewhere = {"checks": ["T_a < 2", "T_a < 1 at friction.kinetic < 1"]}
+    told = repr(drysim.run(drysim.load(seat, elsewhere)))
+    assert told.endswith("1 of 2 checks held and 1 not judged>")
+    assert repr(outcome.response) == "<Response: 201 points at 0.0025 s, 5 events>"
+    assert repr(outcome.events).startswith("<Events: 5; ")
+
+
+def test_answers_of_many_cases_show_themselves_in_a_line(seat):
+    table = drysim.sweep(drysim.load(seat))
+    assert repr(table) == (
+        "<Table of seat: 2 cases by stick-slip; T_a 0.976 to 1.28, T_x 0.449 to 1.55, "
+        "peak |x_r| 2.79 to 10.4 mm; 1 of 2 checks held>"
+    )
+    comparison = drysim.compare(drysim.load(seat), "signum vs stick-slip")
+    assert repr(comparison).startswith(
+        "<Comparison of seat: signum, stick-slip, viscous against stick-slip; signum "
+    )
+    own = repr(drysim.sweep(drysim.load(seat))).partition("; ")[2].partition("; ")[0]
+    assert f"; {own} by stick-slip; 1 of 2 checks held" in repr(comparison.table)
+    many = drysim.run(drysim.load(seat, {"excitation": BRIEF_NOISE}))
+    assert repr(many).startswith("<Ensemble of seat: 3 seeds; T_a 1.0")
+    assert len(repr(many)) < 200
+
+
+def test_comparison_takes_its_words_as_a_text_or_as_a_list(seat):
+    scenario = drysim.load(seat)
+    one = drysim.compare(scenario, "signum vs stick-slip")
+    for words in (["signum", "stick-slip"], ["signum vs stick-slip"]):
+        assert drysim.compare(scenario, words).verdict == one.verdict
+    for words in (None, 5, [5, 6]):
+        with pytest.raises(drysim.UsageError, match="takes words, such as"):
+            drysim.compare(scenario, words)
+
+
+def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(seat):
+    scenario = drysim.load(seat)
+    for solve in (drysim.run, drysim.sweep, lambda one: drysim.compare(one, "signum viscous")):
+        with pytest.raises(drysim.UsageError, match="what is solved is a scenario"):
+            solve(str(seat))
+    many = drysim.load(seat, {"excitation": BRIEF_NOISE})
+    for workers in ("2", 0, -1, 2.5, True):
+        for solve, one in (
+            (drysim.sweep, scenario),
+            (drysim.run, many),
+            (drysim.run, scenario),
+        ):
+            with pytest.raises(drysim.UsageError, match="workers must be a whole number of at"):
+                solve(one, workers=workers)
+    comparison = drysim.compare(scenario, "signum vs stick-slip", workers=np.int64(2))
+    with pytest.raises(drysim.UsageError, match="that of a row of the table, not of 'x'"):
+        comparison.deviation("x")
+    slower = drysim.load(seat, {"oscillator.damping": 900})
+    with pytest.raises(drysim.UsageError, match=r"of a row of the table, not of `?Row"):
+        comparison.deviation(drysim.sweep(slower)[0])
+    assert comparison.deviation(comparison.table[1]) == comparison.deviation(
+        drysim.compare(scenario, "signum vs stick-slip").table[1]
+    )
+    table = comparison.table
+    assert table[-1] == table[4] == list(table)[4]
+    assert table[1:3] == list(table)[1:3]
+    for number in (5, -6):
+        with pytest.raises(IndexError, match=f"there is no number {number} among 5"):
+            table[number]
+
+
+def test_fault_shows_every_problem_with_its_place(seat):
+    seat.write_text(
+        BRIEF_SEAT.replace("mass: 75", "mas: 75").replace("kinetic: 45}", "kinetic: -1}")
+    )
+    with pytest.raises(drysim.ScenarioError) as caught:
+        drysim.load(seat)
+    assert str(caught.value).splitlines() == [
+        f"{seat} is not a scenario yet: 2 problems",
+        f"{seat}:3:14: unknown key `mas` in oscillator; did you mean `mass`?",
+        f"{seat}:4:35: friction.kinetic must be at least 0 N, not -1",
+    ]
+
+
+def test_fault_of_a_record_shows_its_place(seat):
+    record = {"kind": "record", "file": "r.csv", "rate": 400}
+    (seat.parent / "r.csv").write_text("a [g]\n1\noops\n")
+    scenario = drysim.load(seat, {"excitation": record, "solver": None})
+    with pytest.raises(drysim.RecordError) as caught:
+        drysim.run(scenario)
+    where = seat.parent / "r.csv"
+    assert (
+        str(caught.value) == f"{where}:3:1: row 3, column 1 (`a [g]`): `oops` is not a number"
+    )
+
+
+def test_what_is_no_scenario_is_told_in_a_sentence(seat):
+    for ask in (drysim.run, drysim.sweep):
+        with pytest.raises(
+            drysim.UsageError, match=r"as `drysim\.load` gives it, not 'seat\.ya"
+        ):
+            ask("seat.yaml")
+    with pytest.raises(drysim.UsageError, match="m must be above 0, not -1"):
+        drysim.simulate(m=-1.0, k_x=1.0, b=0.0, u_dd=np.zeros(3), dt=0.1)

@@ -1,0 +1,647 @@
+"""Samples and keys that walk together: what they draw, how a file says them, their faults."""
+
+from __future__ import annotations
+
+import json
+import time
+
+import numpy as np
+import pytest
+
+import drysim
+from drysim.approach import coulomb, exact, scene, stops
+from drysim.approach import coulomb as marching
+from drysim.approach import solution as responses
+from drysim.approach.stick_slip import StickSlip, Viscous
+from drysim.core.model import (
+    BLOCK,
+    Law,
+    Plant,
+    Pressed,
+    Pressure,
+    Samples,
+    Sines,
+    Slider,
+    State,
+    Stopped,
+    base_acceleration,
+)
+from drysim.core.sampled import STRETCH
+from drysim.errors import ScenarioError
+from drysim.metrics import measure
+from drysim.plots import response
+from drysim.plots.response import excursions
+from drysim.scenario import schema
+from drysim.scenario.axes import columns_of, points, size
+from drysim.scenario.load import load
+from drysim.scenario.sampling import Design, LogNormal, Normal, Triangular, Uniform
+from drysim.scenario.warnings import cautions, extremes
+from drysim.study.sweep import sweep
+from drysim.units import Quantity
+from drysim.yaml_document import dump
+
+# Samples and keys that walk together: what they draw, how a file says them, their faults.
+
+
+stats = pytest.importorskip("scipy.stats")
+
+BASE = """\
+drysim: 1
+name: sampled
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15, static: 15}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+"""
+
+OVER = {
+    "oscillator.mass": {"distribution": "normal", "mean": "75 kg", "sd": 5, "from": 50},
+    "oscillator.damping": {"from": 100, "to": "1 kN*s/m", "scale": "log"},
+}
+STOPS = "stroke: {limit: 20 mm, stops: {restitution: 0.5}}\n"
+TWO, ENDS = [1, 2], {"from": 1, "to": 2}
+GAUSS = {"distribution": "normal", "mean": 75, "sd": 5}
+SAMPLE = {"kind": "latin", "count": 40, "seed": 7, "over": OVER}
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """Give the scenario of a sweep block."""
+
+    def loaded(block, more=""):
+        (tmp_path / "sampled.yaml").write_text(BASE + more + dump({"sweep": block}))
+        return load(tmp_path / "sampled.yaml")
+
+    return loaded
+
+
+@pytest.fixture
+def fault(scenario):
+    """Give the sentences that a faulty sweep block earns."""
+
+    def told(block):
+        with pytest.raises(ScenarioError) as found:
+            scenario(block)
+        return [problem.sentence for problem in found.value.problems]
+
+    return told
+
+
+@pytest.mark.parametrize("kind", ["latin", "sobol", "uniform"])
+def test_point_of_a_design_is_known_by_its_number_alone(kind):
+    design = Design(kind, 10_000, 3, 5)
+    whole = design.at(np.arange(10_000))
+    some = np.array([9_999, 3, 4, 4096, 3])
+    assert np.array_equal(design.at(some), whole[some])
+    assert whole.min() >= 0
+    assert whole.max() < 1
+    assert abs(whole.mean(axis=0) - 0.5).max() < 0.02
+    assert not np.array_equal(Design(kind, 10_000, 3, 6).at(some), whole[some])
+
+
+@pytest.mark.parametrize(("dimensions", "count"), [(1, 16), (3, 1024), (7, 4096)])
+def test_sobol_design_is_that_of_scipy(dimensions, count):
+    source = np.random.Generator(np.random.PCG64(3))
+    word = Design("sobol", count, dimensions, 3)._word
+    engine = stats.qmc.Sobol(dimensions, scramble=True, bits=30, **{word: source})
+    numbers = np.arange(count)
+    found = Design("sobol", count, dimensions, 3).at(numbers)
+    assert np.array_equal(found, engine.random(count))
+
+
+def test_last_points_of_a_long_sobol_design_are_had_as_soon_as_the_first():
+    design, block = Design("sobol", 10**12, 3, 3), np.arange(4096)
+    design.at(block[:1])
+    began = time.process_time()
+    last = design.at(10**12 - 4096 + block)
+    assert time.process_time() - began < 1.0
+    assert abs(last.mean(axis=0) - 0.5).max() < 0.02
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 1000, 4097])
+def test_latin_design_has_one_point_in_every_layer(count):
+    layers = np.floor(Design("latin", count, 4, 1).at(np.arange(count)) * count)
+    for column in layers.T:
+        assert sorted(column.tolist()) == list(range(count))
+    if count > 100:
+        assert abs(np.corrcoef(layers.T) - np.eye(4)).max() < 0.1
+
+
+def test_billionth_point_is_made_without_the_others():
+    for kind in ("latin", "uniform"):
+        assert Design(kind, 10**9, 2, 1).at(np.array([10**9 - 1])).shape == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("law", "known"),
+    [
+        (Uniform(2.0, 5.0), stats.uniform(2, 3)),
+        (Uniform(2.0, 50.0, True), stats.loguniform(2, 50)),
+        (Normal(75.0, 5.0), stats.norm(75, 5)),
+        (Normal(75.0, 5.0, 70.0, 90.0), stats.truncnorm(-1, 3, 75, 5)),
+        (Triangular(1.0, 2.0, 5.0), stats.triang(0.25, 1, 4)),
+        (LogNormal(2.0, 1.0), stats.lognorm(np.log(1.25) ** 0.5, scale=2 / 1.25**0.5)),
+    ],
+)
+def test_quantiles_are_those_of_the_known_distribution(law, known):
+    shares = np.linspace(0.001, 0.999, 97)
+    assert law.quantile(shares) == pytest.approx(known.ppf(shares), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(4.5, 6), (8.2, 225), (9, 15), (37, 39), (50, 51), (1e4, np.inf)]
+)
+def test_samples_of_a_far_tail_scatter_and_lie_at_its_near_end(low, high):
+    """Beyond some eight standard deviations all values had fallen on one, even the far end."""
+    shares = np.array([1e-6, 0.01, 0.3, 0.5, 0.9, 0.999])
+    mp = pytest.importorskip("mpmath").mp
+    with mp.workdps(40):
+        above = Normal(75.0, 1.0, 75.0 + low, 75.0 + high).quantile(shares)
+        below = Normal(75.0, 1.0, 75.0 - high, 75.0 - low).quantile(1.0 - shares)
+        ends = [mp.erfc(mp.mpf(end) / mp.sqrt(2)) for end in (75.0 + low - 75.0, high)]
+        for share, value in zip(shares, above, strict=True):
+            beyond = mp.erfc((mp.mpf(float(value)) - 75) / mp.sqrt(2))
+            told = (ends[0] - beyond) / (ends[0] - ends[1])
+            rounding = 1e-13 * float(value) ** 2  # of scipy's `ndtri_exp`
+            assert float(told) == pytest.approx(share, abs=1e-10 + rounding)
+    assert below == pytest.approx(150.0 - above, abs=1e-9)
+    assert np.all(np.diff(above) > 0)
+
+
+def test_lognormal_of_a_far_tail_is_the_normal_of_its_logarithm():
+    law = LogNormal(75.0, 1.0, 1.0, 20.0)
+    width = np.log1p(1 / 75**2) ** 0.5
+    ends = [(np.log(end / 75.0) + width**2 / 2) / width for end in (1.0, 20.0)]
+    known = stats.truncnorm(*ends, np.log(75.0) - width**2 / 2, width)
+    shares = np.linspace(0.001, 0.999, 97)
+    assert law.quantile(shares) == pytest.approx(np.exp(known.ppf(shares)), rel=1e-9)
+
+
+@pytest.mark.parametrize("law", [Normal, LogNormal])
+@pytest.mark.parametrize("sd", [1e-320, 1e-200, 1e-9])
+def test_tail_beyond_all_numbers_lies_at_its_near_end(law, sd):
+    """A lognormal distribution this narrow had divided by zero."""
+    shares = np.array([0.0, 0.5, 1.0 - 2.0**-53])
+    assert law(75.0, sd, 1.0, 30.0).quantile(shares) == pytest.approx(30.0)
+    assert law(75.0, sd, 80.0, 300.0).quantile(shares) == pytest.approx(80.0)
+
+
+def test_widest_of_lognormals_is_drawn_in_numbers():
+    assert np.all(np.isfinite(LogNormal(75.0, 1e200).quantile(np.array([0.1, 0.5]))))
+
+
+def test_sample_beside_a_grid_multiplies_it(scenario):
+    found = scenario({"excitation.frequency": [1, 2], "sample": SAMPLE})
+    assert size(found.sweep) == 80
+    every = list(points(found.sweep))
+    assert [p["excitation.frequency"] for p in every[:4]] == [1, 2, 1, 2]
+    assert every[0]["oscillator.mass"] == every[1]["oscillator.mass"]
+    assert len({p["oscillator.mass"] for p in every}) == 40
+    columns = columns_of(found.sweep, 13, 29)
+    assert [float(x) for x in columns["oscillator.damping"]] == [
+        p["oscillator.damping"] for p in every[13:29]
+    ]
+
+
+def test_keys_of_a_zip_walk_together(scenario):
+    walk = {"friction.kinetic": [15, 30], "friction.static": ["18 N", 36]}
+    found = scenario({"zip": walk, "excitation.rms": [0.5, 1]})
+    assert [tuple(p.values()) for p in points(found.sweep)] == [
+        (15, 18, 0.5), (30, 36, 0.5), (15, 18, 1), (30, 36, 1)
+    ]  # fmt: skip
+
+
+def test_several_zips_are_a_grid(scenario):
+    one = {"friction.kinetic": [1, 2], "friction.static": [3, 4]}
+    other = {
+        "oscillator.mass": [60, 70, 80],
+        "oscillator.damping": {"from": 1, "to": 3, "step": 1},
+    }
+    assert size(scenario({"zip": [one, other]}).sweep) == 6
+
+
+def test_resolved_block_runs_again_as_it_is(scenario, tmp_path):
+    walk = {"friction.kinetic": [15, 30], "friction.static": [18, 36]}
+    found = scenario({"zip": [walk], "sample": SAMPLE})
+    (tmp_path / "again.yaml").write_text(dump(found.resolved()))
+    again = load(tmp_path / "again.yaml")
+    assert list(points(again.sweep)) == list(points(found.sweep))
+    assert again.resolved() == found.resolved()
+
+
+def test_sweep_of_a_sample_leaves_keys_out_that_the_reference_has_no_use_for(scenario):
+    found = scenario({"zip": {"friction.kinetic": [15, 30], "friction.static": [18, 36]},
+                      "sample": SAMPLE | {"count": 5}})  # fmt: skip
+    table = sweep(found.copied({"reference": "viscous"}))
+    assert [len(list(table.of(name))) for name in table.approaches] == [10, 5]
+    assert set(table[10].point) == set(OVER)
+
+
+def changed(**words):
+    """Give a sample with other words in it."""
+    return {"sample": {k: v for k, v in {**SAMPLE, **words}.items() if v is not None}}
+
+
+@pytest.mark.parametrize(
+    ("block", "words"),
+    [
+        (changed(kind="lattice"), "sweep.sample.kind must be latin, sobol or uniform"),
+        (changed(count=0), "sweep.sample.count must be 1 to"),
+        (changed(count=2.5), "sweep.sample.count must be a whole number"),
+        (changed(seed=None), "sweep.sample.seed is required"),
+        (changed(sed=1), "unknown key `sed`"),
+        (changed(over={"oscillator.mas": ENDS}), "did you mean `oscillator.mass`"),
+        (changed(over={"oscillator.mass": {"from": 1}}), "to is required (uniform)"),
+        (changed(over={"oscillator.mass": {"from": 2, "to": 1}}), "must be above `from`, 2"),
+        (changed(over={"oscillator.mass": {"from": -2, "to": 1}}), "must be above 0 kg"),
+        (changed(over={"oscillator.mass": GAUSS | {"sd": 0, "from": 1}}),
+         "sd must be above 0 kg"),
+        (changed(over={"oscillator.mass": {"from": 1, "to": 2, "mean": 1}}),
+         "has no use for a uniform distribution"),
+        (changed(over={"oscillator.mass": {"from": 1, "to": 2, "distribution": "gauss"}}),
+         "must be uniform, normal, lognormal, triangular"),
+        (changed(over={}), "must be keys"),
+        ({"sample": [1]}, "sweep.sample must be {kind: latin"),
+        ({"zip": {"friction.kinetic": [1, 2]}}, "sweep.zip must be two keys"),
+        ({"zip": {"friction.kinetic": [1, 2], "oscillator.mass": [1, 2, 3]}},
+         "has 3 values, and friction.kinetic beside it has 2"),
+        ({"zip": {"friction.kinetic": [1, 2], "friction.kinetik": [1, 2]}},
+         "did you mean `friction.kinetic`"),
+        ({"friction.kinetic": [1], "zip": {"friction.kinetic": TWO, "oscillator.mass": TWO}},
+         "friction.kinetic is swept twice"),
+    ],
+)  # fmt: skip
+def test_faults_of_samples_and_zips_are_located_sentences(fault, block, words):
+    assert any(words in sentence for sentence in fault(block))
+
+
+def test_normal_distribution_without_ends_is_cut_at_the_bounds_of_its_key(scenario):
+    wide = {"distribution": "normal", "mean": 0.5, "sd": 2.0}
+    over = {"oscillator.mass": GAUSS, "stroke.stops.restitution": wide}
+    block = {"sample": SAMPLE | {"count": 1000, "over": over}}
+    mass, restitution = (axis.values for axis in scenario(block, STOPS).sweep)
+    assert np.mean(mass) == pytest.approx(75.0, abs=0.1)
+    assert np.std(mass) == pytest.approx(5.0, rel=0.02)
+    assert 0.0 <= min(restitution) < 0.01 < 0.99 < max(restitution) <= 1.0
+    known = stats.truncnorm(-0.25, 0.25, 0.5, 2.0)
+    assert stats.kstest(np.array(restitution[:]), known.cdf).statistic < 0.01
+
+
+@pytest.mark.parametrize("kind", ["normal", "lognormal"])
+def test_key_above_zero_is_never_drawn_as_zero(kind):
+    low, high = Quantity("kg", above=0).ends
+    shape = Normal if kind == "normal" else LogNormal
+    values = shape(1.0, 50.0, low, high).quantile(np.array([0.0, 0.5, 1.0 - 2.0**-53]))
+    assert all(Quantity("kg", above=0).read(value) for value in values.tolist())
+
+
+def test_values_of_a_zip_are_tried_side_by_side(fault):
+    walk = {"friction.kinetic": [15, 30], "friction.static": [18, 20]}
+    (sentence,) = fault({"zip": walk})
+    assert "must be at least the kinetic 30 N, not 20 N" in sentence
+
+
+def test_schema_knows_samples_and_zips():
+    block = schema()["properties"]["sweep"]
+    assert {"zip", "sample"} <= block["properties"].keys()
+    assert "sobol" in json.dumps(block["properties"]["sample"])
+
+
+@pytest.mark.parametrize("kind", ["latin", "sobol", "uniform"])
+def test_values_of_a_sample_in_order_are_those_by_number(scenario, kind):
+    for axis in scenario({"sample": SAMPLE | {"kind": kind}}).sweep:
+        assert list(axis.values) == pytest.approx([*map(axis.values.one, range(40))], rel=1e-15)
+
+
+def test_extremes_of_a_sample_are_its_least_and_greatest_values(scenario):
+    found = scenario({"sample": SAMPLE, "friction.kinetic": [1, 3, 2]})
+    cases = [*extremes(found)]
+    for key, axis in zip(("mass", "damping"), found.sweep, strict=False):
+        of_cases = {getattr(case.oscillator, key) for case in cases}
+        assert {min(axis.values), max(axis.values)} <= of_cases
+    assert {case.friction.kinetic for case in cases} == {1.0, 3.0}
+    assert len(cases) <= 6
+
+
+def test_draws_of_a_sample_do_not_multiply_with_its_cases(scenario, monkeypatch):
+    """Every value alone had redrawn all keys: minutes for 5,000 cases of 7 keys."""
+    drawn = []
+    at = Design.at
+    monkeypatch.setattr(Design, "at", lambda *given: drawn.append(1) or at(*given))
+    counts = []
+    for count in (20, 200):
+        drawn.clear()
+        cautions(scenario({"sample": SAMPLE | {"count": count}}))
+        counts.append(len(drawn))
+    assert counts[0] == counts[1] < 30
+
+
+# A mass that creeps to rest on a silent base never stops, however small its velocity.
+
+
+PLANT = Plant(1.0, 1.0, 2.0)
+"""Critically damped: time constant 1 s."""
+
+
+def silence(step: float, length: float, push: float = 0.9) -> np.ndarray:
+    """Return a base that is silent but for a push in the last quarter."""
+    u_dd = np.zeros(round(length / step) + 1)
+    u_dd[len(u_dd) * 3 // 4 :] = push
+    return u_dd
+
+
+def test_creeping_mass_does_not_stop_on_a_silent_base() -> None:
+    response = drysim.simulate(
+        m=1, k_x=1, b=2, F_fk=1, F_fs=2, u_dd=silence(1.0, 80.0), dt=1, x_r=5
+    )
+    assert response.events.kind.tolist() == [-1]
+    # By 80 digits.
+    assert response.x_r[-1] == pytest.approx(0.100000025, rel=1e-8)
+
+
+def test_seat_creeping_after_a_shock_is_never_stuck() -> None:
+    m, k_x, step = 75.0, 7500.0, 1e-3
+    t = np.arange(10_001) * step
+    pulse = np.where((t >= 0.01) & (t <= 0.03), 50.0 * np.sin(np.pi * (t - 0.01) / 0.02), 0.0)
+    scene = {"m": m, "k_x": k_x, "b": 2.0 * np.sqrt(m * k_x), "F_fk": 45.0, "F_fs": 54.0}
+    response = drysim.simulate(**scene, u_dd=pulse, dt=step)
+    assert response.events.kind.tolist() == [0, -1, 2]
+    assert not response.stuck[t > 0.012].any()
+
+
+@pytest.mark.parametrize("step", [0.01, 1.0, 7.0, 900.0])
+def test_creeping_mass_does_not_stop_when_its_velocity_underflows(step: float) -> None:
+    u_dd = np.zeros(round(1500.0 / step) + 2)
+    response = drysim.simulate(m=1, k_x=1, b=2, F_fk=1, F_fs=2, u_dd=u_dd, dt=step, x_r=5)
+    assert response.events.kind.tolist() == [-1]
+
+
+def test_freely_decaying_mass_does_not_stop_when_its_velocity_underflows() -> None:
+    still = Sines((), (), ())
+    response = StickSlip().solve(PLANT, Law(1.0, 2.0), still, State(5.0, 0.0), 1.0, 2000.0)
+    assert response.events.kind.tolist() == [-1]
+
+
+def test_barely_underdamped_creep_stops_when_its_half_swing_ends() -> None:
+    xi = 0.999
+    response = drysim.simulate(
+        m=1, k_x=1, b=2 * xi, F_fk=1, F_fs=2, u_dd=np.zeros(1001), dt=0.1, x_r=5
+    )
+    assert response.events.kind.tolist() == [-1, 0]
+    assert response.events.t[1] == pytest.approx(np.pi / np.sqrt(1 - xi**2), rel=1e-8)
+
+
+@pytest.mark.parametrize("step", [0.5, 1.0, 4.8])
+@pytest.mark.parametrize("b", [2.0, 2.5, 20.0])
+def test_creep_is_the_same_by_every_core_and_mirrored(step: float, b: float) -> None:
+    plant, friction, start = Plant(1.0, 1.0, b), (1.0, 1.5), State(5.0, 0.0)
+    u_dd = silence(step, 120.0 * step)
+    motion = Samples(u_dd, step)
+    whole = StickSlip().solve(plant, Law(*friction), motion, start, step, None)
+    mirrored = StickSlip().solve(
+        plant, Law(*friction), Samples(-u_dd, step), State(-5.0, 0.0), step, None
+    )
+    assert np.array_equal(mirrored.x_r, -whole.x_r)
+    assert np.array_equal(mirrored.events.t, whole.events.t)
+    steady = Pressure(np.ones(len(u_dd)), step, 1.0)
+    pressed = exact.solve(
+        plant, Pressed(*friction, pressure=steady), motion, start, step, None, True
+    )
+    far = stops.march(plant, Stopped(*friction, 1e3), motion, start, None)
+    for events in (pressed.events, far.events):
+        assert events.kind.tolist() == whole.events.kind.tolist()
+        assert events.t == pytest.approx(whole.events.t, rel=1e-9, abs=1e-9 * step)
+    assert pressed.x_r == pytest.approx(whole.x_r, abs=1e-13)
+
+
+def test_creep_handed_over_between_blocks_goes_on_to_the_last_bit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    motion = Samples(silence(0.05, 200.0), 0.05)
+    scene = (PLANT, Law(1.0, 2.0), motion, State(5.0, 0.0), motion.dt, None)
+    whole = StickSlip().solve(*scene)
+    monkeypatch.setattr(coulomb, "KEPT", 0)
+    monkeypatch.setattr(coulomb, "BLOCK", STRETCH)
+    parts = StickSlip().by_parts(*scene)
+    assert len(parts.track.march.marks) > 10
+    assert np.array_equal(parts.x_r, whole.x_r)
+    assert np.array_equal(parts.events.t, whole.events.t)
+
+
+@pytest.mark.parametrize("seed", [13, 26, 35])
+def test_spring_contact_at_its_limit_on_a_silent_base_makes_no_storm_of_events(
+    seed: int,
+) -> None:
+    rng = np.random.Generator(np.random.PCG64(seed))
+    pulses, gap = rng.uniform(-2, 2, 3), np.zeros(rng.integers(20, 60))
+    u_dd = np.concatenate([pulses, gap, rng.uniform(-2, 2, 4), np.zeros(5)])
+    step = rng.uniform(2.0, 5.0)
+    plant = Plant(1.3, 2.7, 2.0 * np.sqrt(1.3 * 2.7))
+    scene = Slider(0.9, 1e3), Samples(u_dd, step), State(0.0, 0.0), step, None, True
+    response = exact.solve(plant, *scene)
+    mirrored = exact.solve(plant, scene[0], Samples(-u_dd, step), *scene[2:])
+    assert np.array_equal(mirrored.x_r, -response.x_r)
+    fine = np.interp(np.arange(2 * len(u_dd) - 1) / 2, np.arange(len(u_dd)), u_dd)
+    halved = exact.solve(
+        plant, scene[0], Samples(fine, step / 2), scene[2], step / 2, None, True
+    )
+    assert halved.x_r[::2] == pytest.approx(response.x_r, abs=1e-11)
+
+
+# A long motion is solved and written part by part: the same, to the last bit, as the whole.
+
+
+PARTS_PLANT, START = Plant(75.0, 7500.0, 500.0), State(0.001, 0.02)
+LAWS = {
+    "friction": Law(45.0, 54.0),
+    "variation": Law(30.0, 40.0, 0.5, 20.0, 0.3),
+    "none": Law(0.0, 0.0),
+}
+STEP, LENGTH, SIZE = 2.5e-3, 6001, STRETCH
+
+
+@pytest.fixture
+def motion():
+    """Give a random base motion."""
+    random = np.random.Generator(np.random.PCG64(3))
+    return Samples(random.standard_normal(LENGTH), STEP)
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Make everything long: blocks of a few samples."""
+    for module in (marching, responses):
+        monkeypatch.setattr(module, "KEPT", 0)
+        monkeypatch.setattr(module, "BLOCK", SIZE)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("duration", [None, 14.0, 13.9987])
+def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
+    scene = (PARTS_PLANT, LAWS[law], motion, START, STEP, duration)
+    whole, parted = StickSlip().solve(*scene), StickSlip().by_parts(*scene)
+    assert len(parted.track.march.marks) > 20 > len(whole.track.march.marks) == 1
+    for name in ("t", "kind", "x_r", "F_L"):
+        assert np.array_equal(getattr(parted.events, name), getattr(whole.events, name))
+    for part in parted.parts():
+        for one, other in zip(parted.points(part), whole.points(part), strict=True):
+            assert np.array_equal(one, other)
+        assert np.array_equal(parted.acceleration(part), whole.acceleration(part))
+        assert np.array_equal(parted.friction(part), whole.friction(part))
+    assert responses.WHOLE_RUN not in parted._kept
+    assert np.array_equal(parted.x_r, whole.x_r)
+    assert np.array_equal(parted.d, whole.d)
+
+
+def test_part_without_points_is_not_taken_for_the_whole(motion, small):
+    response = StickSlip().by_parts(PARTS_PLANT, LAWS["friction"], motion, START, STEP, None)
+    assert len(response.points(slice(0, 0)).x_r) == 0
+    assert len(response.x_r) == len(response) == LENGTH
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
+    scene = (PARTS_PLANT, LAWS[law], motion, START, STEP, 9.7)
+    window = (0.7003, 9.7)
+    whole, parted = (
+        measure(response.track, window, 0.004)
+        for response in (StickSlip().solve(*scene), StickSlip().by_parts(*scene))
+    )
+    for name, value in whole.items():
+        if name == "energy_residual":
+            assert max(value, parted[name]) < 1e-12
+        elif value is None:
+            assert parted[name] is None
+        else:
+            assert parted[name] == pytest.approx(value, rel=1e-12, abs=0), name
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_parts_under_sines_are_those_of_the_whole(law, small):
+    sines = Sines((1.0, 0.7), (1.3, 4.1), (0.0, 0.4))
+    parted = StickSlip().by_parts(PARTS_PLANT, LAWS[law], sines, START, STEP, 14.0)
+    parts = [parted.points(part) for part in parted.parts()]
+    whole = parted.grid.part(0, len(parted))
+    assert len(parts) > 20
+    for number in range(3):
+        joined = np.concatenate([points[number] for points in parts])
+        assert np.array_equal(joined, whole[number])
+    base = np.concatenate([parted.base(part) for part in parted.parts()])
+    assert np.array_equal(base, parted.grid.base(0, len(parted)))
+
+
+def test_blocks_begin_where_a_march_may_be_handed_over():
+    assert BLOCK % STRETCH == 0
+    assert scene.PER_CALL % STRETCH == 0
+
+
+def test_any_stretch_of_a_march_can_be_had(motion, small):
+    parted = StickSlip().by_parts(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
+    x_r = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP).x_r
+    for first, last in [
+        (0, 1),
+        (5, 100),
+        (SIZE - 1, SIZE + 1),
+        (100, 1000),
+        (LENGTH - 10, LENGTH),
+    ]:
+        assert np.array_equal(parted.points(slice(first, last)).x_r, x_r[first:last])
+
+
+def test_viscous_by_parts_has_nothing_stuck(motion, small):
+    parted = Viscous().by_parts(PARTS_PLANT, LAWS["friction"], motion, State(0.0, 0.0), STEP)
+    assert all((parted.points(part).d == 1).all() for part in parted.parts())
+
+
+def test_excursion_across_parts_is_one(motion, small):
+    parted = StickSlip().by_parts(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
+    whole = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
+    limit = 0.3 * response.greatest(whole, "x_r").value
+    over = np.abs(whole.x_r) >= limit
+    begins = np.diff(over, prepend=False) & over
+    assert len(excursions(parted, limit)) == np.count_nonzero(begins)
+    assert response.greatest(parted, "x_r", 70) == (
+        np.abs(whole.x_r[70:]).max(), 70 + np.abs(whole.x_r[70:]).argmax()
+    )  # fmt: skip
+
+
+# Sines on a grid: stepping from point to point gives what the events alone give.
+
+
+PAPER = Plant(75.0, 7500.0, 500.0)
+ONE = Sines((1.06,), (2.0,), (0.3,))
+SINES_TWO = Sines((1.4, 0.9), (1.1, 3.7), (0.4, 1.0))
+REST = Sines((), (), ())
+SCENES = {
+    "one sine": (PAPER, Law(45.0, 54.0), ONE, 2.5e-3),
+    "two sines": (PAPER, Law(30.0, 36.0), SINES_TWO, 2.5e-3),
+    "varying friction": (PAPER, Law(30.0, 36.0, 0.4, 10.7, 0.2), SINES_TWO, 2.5e-3),
+    "no friction": (PAPER, Law(0.0, 0.0), SINES_TWO, 2.5e-3),
+    "no damping": (Plant(75.0, 7500.0, 0.0), Law(15.0, 15.0), ONE, 2.5e-3),
+    "no spring": (Plant(75.0, 0.0, 500.0), Law(45.0, 45.0), ONE, 2.5e-3),
+    "nothing but friction": (Plant(75.0, 0.0, 0.0), Law(45.0, 45.0), ONE, 2.5e-3),
+    "fifty times critical": (Plant(75.0, 7500.0, 75000.0), Law(15.0, 18.0), ONE, 2.5e-3),
+    "fifty radians a step": (Plant(75.0, 3e10, 1e5), Law(15.0, 18.0), ONE, 2.5e-3),
+    "free motion": (Plant(1.0, 1.0, 0.0), Law(0.01, 0.01), REST, 0.01),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_grid_has_the_states_between_the_events(scene):
+    plant, law, motion, step = scene
+    found = StickSlip().solve(plant, law, motion, State(0.02, 0.1), step, 2000 * step)
+    states = np.array([found.track.state(n * step) for n in range(2001)])
+    for series, column in ((found.x_r, states[:, 0]), (found.v_r, states[:, 1])):
+        assert np.abs(series - column).max() <= 1e-12 * np.abs(column).max()
+    assert np.abs(found.u_dd - base_acceleration(motion, found.t)).max() < 1e-13
+
+
+def test_friction_only_takes_at_every_point_also_where_the_motion_dies_out():
+    # Far above critical damping the mass creeps to its place and never stops.
+    plant, law = Plant(75.0, 7500.0, 15000.0), Law(1.0, 1.0)
+    found = StickSlip().solve(plant, law, REST, State(0.02, 0.0), 0.05, 200.0)
+    assert (found.F_f * found.v_r >= 0.0).all()
+    assert not found.stuck.any()
+    states = np.array([found.track.state(t) for t in found.t.tolist()])
+    for series, column in ((found.x_r, states[:, 0]), (found.v_r, states[:, 1])):
+        assert np.abs(series - column).max() <= 1e-12 * np.abs(column).max()
+
+
+def test_blocks_of_a_grid_are_those_of_the_whole_to_the_last_bit():
+    plant, law, motion, step = SCENES["two sines"]
+    found = StickSlip().solve(plant, law, motion, State(0.0, 0.0), step, 3000 * step)
+    for first, last in ((0, 7), (100, 1000), (255, 258), (1777, 3001)):
+        part = found.grid.part(first, last)
+        assert (part.x_r == found.x_r[first:last]).all()
+        assert (part.v_r == found.v_r[first:last]).all()
+        assert (found.grid.base(first, last) == found.u_dd[first:last]).all()
+
+
+def test_mirrored_base_gives_the_mirrored_grid_to_the_last_bit():
+    plant, law, motion, step = SCENES["two sines"]
+    mirrored = motion._replace(A=tuple(-A for A in motion.A))
+    one = StickSlip().solve(plant, law, motion, State(0.0, 0.0), step, 3000 * step)
+    other = StickSlip().solve(plant, law, mirrored, State(0.0, 0.0), step, 3000 * step)
+    assert (one.x_r == -other.x_r).all()
+    assert (one.v_r == -other.v_r).all()
+
+
+def test_base_is_computed_for_those_who_ask_for_it():
+    plant, law, motion, step = SCENES["one sine"]
+    found = StickSlip().solve(plant, law, motion, State(0.0, 0.0), step, 300 * step)
+    assert len(found.x_r) == len(found.v_r) == 301
+    assert "u_dd" not in vars(found)
+    assert np.abs(found.u_dd - base_acceleration(motion, found.t)).max() < 1e-13
+
+
+@pytest.mark.parametrize("room", [2, 3, 7])
+def test_room_for_events_that_grows_leaves_no_trace(room, monkeypatch):
+    plant, law, motion, step = SCENES["two sines"]
+    scene = (plant, law, motion, State(0.02, 0.1), step, 3000 * step)
+    one = StickSlip().solve(*scene)
+    monkeypatch.setattr(coulomb, "FEW_EVENTS", room)
+    other = StickSlip().solve(*scene)
+    assert len(one.events) > 20
+    for name in ("t", "kind", "x_r", "F_L"):
+        assert np.array_equal(getattr(one.events, name), getattr(other.events, name))
+    assert one.numerics.closest_decision == other.numerics.closest_decision

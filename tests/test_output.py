@@ -1,0 +1,1114 @@
+"""The files of a run: tables, picture, sidecar, and the folder that holds them."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import hashlib
+import json
+import os
+import re
+import shutil
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
+from killing import ended, kills
+from outcomes import PAPER, SINE, STICKY, judgement, names, outcome, record
+from seat import rows_of
+
+import drysim
+from drysim import output
+from drysim.approach.stick_slip import StickSlip
+from drysim.bench import speed_error
+from drysim.core.model import Input, Law, Sines, Slider, State
+from drysim.errors import Caution, OutputError
+from drysim.metrics import METRICS
+from drysim.metrics.checks import Check
+from drysim.output import folder, many, tables
+from drysim.output.folder import RESULTS, finish, mark, written
+from drysim.output.sidecar import Ending
+from drysim.output.tables import transmissibility
+from drysim.plots import style
+from drysim.plots.response import (
+    BEYOND,
+    CROWDED,
+    MASS,
+    THIN,
+    curve,
+    draw,
+    envelope,
+    excursions,
+    of_mass,
+    response,
+    stuck_stretches,
+    zoom,
+)
+from drysim.study import compare as study_compare
+from drysim.study.rows import FAILED, NOT_SETTLED, Row
+from drysim.study.table import Table
+
+# The files of a run: tables, picture, sidecar, and the folder that holds them.
+
+
+pytestmark = pytest.mark.usefixtures("place")
+
+
+def write(folder, made=None, **words):
+    options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
+    place = Path(folder) if isinstance(folder, str) else folder
+    return output.write(made or outcome(), place, **options | words)
+
+
+def columns(file):
+    """Read a table with the csv module of Python: header and columns."""
+    with open(file, encoding="utf-8", newline="") as stream:
+        header, *rows = csv.reader(stream)
+    return dict(zip(header, zip(*rows, strict=True), strict=True))
+
+
+# tables
+
+
+def test_response_reads_back_to_the_last_bit():
+    made = outcome(Law(45.0, 54.0), record(700))
+    write("out", made)
+    table = columns("out/response.csv")
+    assert list(table) == [
+        "t [s]", "u_dd [m/s2]", "x_r [m]", "v_r [m/s]", "x_dd [m/s2]", "F_f [N]", "stuck [-]",
+    ]  # fmt: skip
+    for name in ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck"):
+        read = np.array(table[f"{name} [{tables.UNITS[name]}]"], dtype=float)
+        assert np.array_equal(read, getattr(made.response, name)), name
+    assert set(table["stuck [-]"]) == {"0", "1"}
+
+
+def test_blocks_give_the_same_file_as_one_piece(monkeypatch):
+    made = outcome()
+    write("one", made)
+    monkeypatch.setattr(tables, "BLOCK", 7)
+    write("many", made)
+    for name in ("response.csv", "events.csv"):
+        assert Path("one", name).read_bytes() == Path("many", name).read_bytes()
+
+
+def test_tables_have_unix_lines_and_no_negative_zero():
+    write("out", outcome(Law(500.0, 500.0)))
+    data = Path("out/response.csv").read_bytes()
+    assert data.endswith(b"\n")
+    assert b"\r" not in data
+    assert b"-0.0," not in data
+
+
+def test_events_begin_with_the_state_at_zero_and_name_directions():
+    made = outcome()
+    write("out", made)
+    table = columns("out/events.csv")
+    assert list(table) == ["t [s]", "event", "x_r [m]", "F_L [N]"]
+    assert (table["t [s]"][0], table["event"][:2]) == ("0.0", ("stick", "slip-"))
+    assert set(table["event"]) <= {"stick", "slip+", "slip-", "reversal+", "reversal-"}
+    assert len(table["event"]) == len(made.events)
+
+
+def test_stroke_violations_are_written_only_when_the_limit_was_met():
+    write("kept", outcome(limit=0.1))
+    assert "stroke_violations.csv" not in names("kept")
+    made = outcome(limit=0.005)
+    write("met", made)
+    assert columns("met/stroke_violations.csv") == {
+        "t_first [s]": (str(made.metrics["t_first_violation"]),),
+        "x_r_peak [m]": (str(made.metrics["x_r_peak"]),),
+        "t_beyond [s]": (str(made.metrics["t_beyond"]),),
+        "violations [-]": (str(made.metrics["violations"]),),
+    }
+
+
+def test_violation_while_settling_shows_its_own_peak():
+    made = outcome(limit=0.005)
+    made.metrics["x_r_peak"] = 0.001
+    whole = Caution("stroke-violated", "met", {"x_r_peak": 0.007})
+    write("out", replace(made, warnings=(whole,)))
+    assert columns("out/stroke_violations.csv")["x_r_peak [m]"] == ("0.007",)
+
+
+def test_long_table_is_quick(tmp_path):
+    made = outcome(Law(15.0, 15.0), record(24_000), None)
+    began = time.process_time()
+    tables.response(made, tmp_path)
+    # 0.06 s on an idle machine; the bound leaves room for a busy one.
+    assert time.process_time() - began < 0.6
+
+
+# curves and picture
+
+
+def test_events_stand_upright_in_the_friction_loop():
+    made = outcome()
+    drawn = curve(made.response, slice(None))
+    inside = len(made.events) - 1
+    assert len(drawn.t) == len(made.response.x_r) + 2 * inside
+    assert np.all(np.diff(drawn.t) >= 0)
+    steps = np.abs(np.diff(drawn.F_f)) > 40
+    assert steps.any()
+    assert np.all(np.diff(drawn.x_r)[steps] == 0)
+    assert np.abs(drawn.F_f).max() == pytest.approx(54.0)
+
+
+def test_acceleration_before_and_after_an_event_differs_by_the_force():
+    made = outcome(Law(15.0, 15.0))
+    drawn = curve(made.response, slice(None))
+    jump = np.abs(np.diff(drawn.x_dd)).max()
+    assert jump == pytest.approx(2 * 15.0 / 75.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("multiple", [None, 1])
+def test_loop_of_a_steady_orbit_is_closed(multiple):
+    made = outcome()
+    numerics = replace(made.response.numerics, period_multiple=multiple)
+    steady = replace(made, response=replace(made.response, how=lambda: numerics))
+    loop = draw(steady).axes[-1].lines[0].get_xydata()
+    assert (loop[0] == loop[-1]).all() == (multiple is not None)
+
+
+def test_motion_is_drawn_to_its_end_where_steps_are_longer_than_all_of_it():
+    response = StickSlip().solve(PAPER, STICKY, SINE, State(0.0, 0.1), 5.0, 1.0)
+    figure = draw(replace(outcome(), response=response))
+    above, below, _ = figure.axes
+    assert above.get_xlim() == (0.0, 1.0)
+    assert len(below.lines[0].get_xdata()) == 1 + 2 * (len(response.events) - 1) > 5
+    shaded = {(patch.get_x(), patch.get_width()) for patch in above.patches}
+    assert shaded == {*stuck_stretches(response, 0.0, 1.0)} != set()
+
+
+def test_stuck_stretches_end_with_the_next_slip():
+    made = outcome()
+    end = made.response.t[-1]
+    stretches = stuck_stretches(made.response, 0.0, end)
+    share = sum(length for _, length in stretches) / end
+    assert share == pytest.approx(made.metrics["stuck_share"], rel=1e-9)
+    assert stuck_stretches(outcome(Law(0.0, 0.0)).response, 0.0, 1.0) == []
+
+
+def test_zoom_holds_the_largest_stroke_and_fits_the_response():
+    made = outcome(Law(15.0, 15.0), record(9_000), None).response
+    peak = np.abs(made.x_r)
+    for settled in (0, 5_000, 8_999):
+        part = zoom(made, settled * made.dt)
+        assert peak[part].max() >= peak[settled:].max()
+        assert 0 <= part.start < part.stop <= len(made.x_r)
+
+
+def test_envelope_holds_every_value():
+    series = np.sin(np.arange(30_000) * 0.7)
+    _, low, high = envelope(series.__getitem__, len(series))
+    assert (low.min(), high.max()) == (series.min(), series.max())
+    assert np.all(low <= high)
+
+
+def test_excursions_are_found_at_their_largest():
+    made = outcome(limit=0.005)
+    peaks = excursions(made.response, 0.005)
+    assert len(peaks) == made.metrics["violations"]
+    t, x_r = np.array(peaks).T
+    assert np.array_equal(made.response.x_r[np.rint(t / made.response.dt).astype(int)], x_r)
+    assert np.all(np.abs(x_r) >= 0.005)
+
+
+SCENES = {
+    "steady": {},
+    "stuck": {"law": Law(500.0, 500.0), "limit": 0.025},
+    "frictionless": {"law": Law(0.0, 0.0)},
+    "free": {"motion": Sines((), (), ()), "start": State(0.02, 0.0)},
+    "at rest": {"motion": Sines((), (), ()), "limit": 0.025},
+    "one step": {"duration": 2.5e-3},
+    "violating": {"limit": 0.005},
+    "unusual words": {"name": "$x_{ [bold] 日本\x1b[31m\n%s", "about": "$" * 500},
+    "nothing about": {"about": ""},
+    "settling": {"measure": SimpleNamespace(settle=0.5)},
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_picture_is_drawn_without_a_warning(scene, tmp_path):
+    response(outcome(**scene), tmp_path)
+    assert (tmp_path / "response.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
+    figure = draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.01))
+    assert len(figure.axes) == 5
+    for panel in figure.axes:
+        assert panel.get_title("left").endswith("]")
+    below = [panel.get_xlabel() for panel in figure.axes if panel.get_xlabel()]
+    assert len(below) == 3
+    assert all("[" in label for label in below)
+    (legend,) = figure.legends
+    shown = [text.get_text() for text in legend.get_texts()]
+    assert len(shown) == len(set(shown))
+    assert {"mass ẍ", "base ü", "stroke limit ±10 mm"} <= set(shown)
+
+
+def labelled(axes, label):
+    """Return the one line of a panel that carries a label."""
+    (line,) = (line for line in axes.lines if line.get_label() == label)
+    return line
+
+
+@pytest.mark.parametrize("made", [outcome(), outcome(motion=record(24_000), duration=None)])
+def test_mass_is_drawn_above_a_lighter_and_thinner_base(made):
+    from matplotlib.colors import to_rgb
+
+    above = draw(made).axes[-3]
+    mass, base = labelled(above, "mass ẍ"), labelled(above, "base ü")
+    assert mass.get_zorder() > base.get_zorder()
+    assert mass.get_linewidth() > base.get_linewidth()
+    assert sum(to_rgb(mass.get_color())) < 0.5 * sum(to_rgb(base.get_color()))
+
+
+def test_line_with_very_many_turning_points_is_thin():
+    rough = np.random.Generator(np.random.PCG64(1)).standard_normal(2_000)
+    made = outcome(motion=record(2_000)._replace(u_dd=rough), duration=None)
+    smooth = outcome()
+    widths = [labelled(draw(one).axes[-3], "mass ẍ").get_linewidth() for one in (made, smooth)]
+    assert widths == [THIN, MASS["linewidth"]]
+    level = np.where(np.arange(4_000) % 2, 45.0, np.nextafter(45.0, 0.0))
+    assert of_mass(np.append(level, -45.0)) == MASS
+    assert of_mass(level[:1]) == of_mass(np.array([np.nan])) == MASS
+
+
+def legend(figure):
+    """Give the words below a picture."""
+    return {text.get_text() for one in figure.legends for text in one.get_texts()}
+
+
+def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
+    made = outcome(Slider(30.0, 20e3))
+    assert made.metrics["stuck_share"] == 0.0
+    assert {"contact holds", "friction limit ±$F_{fk}$"} <= legend(draw(made))
+    assert {"stuck", "static limit ±$F_{fs}$"} <= legend(draw(outcome(Law(45.0, 54.0))))
+
+
+def test_framed_stretch_is_less_than_half_of_the_run():
+    made = outcome(Law(15.0, 15.0), record(1_000), None)
+    part = zoom(made.response, 0.0)
+    assert 150 < part.stop - part.start < 500
+
+
+def test_crosses_of_many_violations_are_small_enough_to_show_the_peaks():
+    figure = draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.001))
+    crosses = [
+        line for axes in figure.axes for line in axes.lines if line.get_label() == "limit met"
+    ]
+    sizes = {len(line.get_xdata()) > CROWDED: line.get_markersize() for line in crosses}
+    assert sizes[True] < BEYOND["markersize"]
+
+
+@pytest.mark.parametrize("name", ["W" * 90, "W" * 3_000, "a long name " * 12, "i" * 85, "seat"])
+def test_name_fits_the_picture_and_is_never_left_out_whole(name):
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = draw(outcome(name=name))
+    title = figure.texts[0]
+    assert title.get_window_extent(FigureCanvasAgg(figure).get_renderer()).x1 < figure.bbox.x1
+    shown = title.get_text().removesuffix(" …")
+    assert name.startswith(shown)
+    assert len(shown) >= min(len(name), 40)
+
+
+def test_words_about_the_base_motion_are_told_to_their_end():
+    made = outcome(motion=record(1_000)._replace(realised={"psd_error": 0.00459}))
+    files = tuple(Input("a-record-with-a-rather-long-name.csv", "", 1) for _ in range(3))
+    motion = made.response.motion._replace(inputs=files)
+    words = style.lines(replace(made, response=replace(made.response, motion=motion)))[1]
+    assert " ".join(words).endswith("PSD within 0.459 % of its peak")
+
+
+def test_picture_does_not_depend_on_somebody_s_matplotlibrc(tmp_path):
+    import matplotlib
+
+    made = outcome()
+    response(made, tmp_path)
+    first = (tmp_path / "response.png").read_bytes()
+    with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red", "text.usetex": True}):
+        response(made, tmp_path)
+    assert (tmp_path / "response.png").read_bytes() == first
+
+
+def test_limit_far_beyond_the_motion_is_left_out():
+    def drawn(limit):
+        (legend,) = draw(outcome(limit=limit)).legends
+        return any("stroke limit" in text.get_text() for text in legend.get_texts())
+
+    assert drawn(0.012)
+    assert not drawn(0.5)
+
+
+# sidecar
+
+
+def test_sidecar_tells_what_made_the_numbers(monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    made = outcome(Law(15.0, 15.0), record(700), None, checks=["T_a < 9"], warnings=["careful"])
+    told = write("out", made)
+    assert told == json.loads(Path("out/drysim.json").read_text())
+    assert (told["format"], told["complete"], told["exit_code"]) == (1, True, 0)
+    assert told["created"] == "1970-01-02T00:00:00Z"
+    assert told["scenario"] == {
+        "name": "seat", "file": "seat.yaml", "sha256": "cd" * 32, "overrides": {},
+    }  # fmt: skip
+    assert told["inputs"] == [{"file": "road.csv", "sha256": "ab" * 32, "size": 1234}]
+    series = made.response.motion.u_dd.tobytes()
+    assert told["excitation"]["sha256"] == hashlib.sha256(series).hexdigest()
+    assert told["numerics"]["approach"] == "stick-slip"
+    assert told["numerics"]["steps"] == len(made.response.x_r) - 1
+    assert told["numerics"]["energy_residual"] == made.metrics["energy_residual"]
+    assert told["metrics"] == made.metrics
+    assert told["checks"] == [
+        {"check": "T_a < 9", "passed": True, "value": made.metrics["T_a"]}
+    ]
+    assert told["warnings"] == [{"slug": "slug", "sentence": "careful", "numbers": {}}]
+    for name, sha256 in told["files"].items():
+        assert hashlib.sha256(Path("out", name).read_bytes()).hexdigest() == sha256
+    assert sorted([*told["files"], "drysim.json"]) == names("out")
+
+
+@pytest.mark.parametrize("epoch", ["", "soon", "-", "9" * 30])
+def test_senseless_source_date_is_the_time_of_day(monkeypatch, epoch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    assert output.of_run(outcome(), Ending("", 0, {}))["created"] > "2024"
+
+
+def test_sidecar_names_no_folder_of_the_user():
+    made = outcome(
+        Law(15.0, 15.0), record(700), None,
+        warnings=["/home/joe/road.csv:3: gravity in m/s2, a/b", "see C:\\Users\\joe\\x.csv"],
+        origin={
+            "file": "/home/joe smith/seat.yaml",
+            "sha256": "",
+            "overrides": {"excitation.file": "/home/joe/road.csv", "excitation.unit": "m/s2"},
+        },
+    )  # fmt: skip
+    command = "drysim run '/home/joe smith/seat.yaml' --out=/tmp/joe/x -o ~joe/y --set a=m/s2"
+    told = output.of_run(made, Ending(command, 0, {}))
+    assert "joe" not in json.dumps(told)
+    assert told["command"] == "drysim run seat.yaml --out=x -o y --set a=m/s2"
+    assert told["scenario"]["overrides"] == {
+        "excitation.file": "road.csv", "excitation.unit": "m/s2",
+    }  # fmt: skip
+    assert told["warnings"][0]["sentence"] == "road.csv:3: gravity in m/s2, a/b"
+
+
+def test_sidecar_is_strict_json_whatever_the_numbers():
+    made = outcome()
+    made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
+    told = json.loads(output.json_text(output.of_run(made, Ending("", 3, {}))))
+    assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
+    assert told["metrics"]["violations"] == 3
+    assert told["complete"] is False
+
+
+def test_two_runs_differ_in_created_alone():
+    made = outcome()
+    write("one", made, plots=True)
+    write("two", made, plots=True)
+    assert names("one") == names("two")
+    for name in names("one"):
+        texts = [Path(folder, name).read_bytes() for folder in ("one", "two")]
+        if name == "drysim.json":
+            told = [json.loads(text) | {"created": ""} for text in texts]
+            assert told[0] == told[1]
+        else:
+            assert texts[0] == texts[1], name
+
+
+# folder
+
+
+def tree(folder="."):
+    return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
+
+
+def test_new_folder_replaces_what_drysim_wrote_and_nothing_is_left_beside():
+    write("deep/out", plots=True)
+    write("deep/out")
+    assert names("deep") == ["out"]
+    assert names("deep/out") == ["drysim.json", "events.csv", "response.csv", "scenario.yaml"]
+
+
+def test_empty_folder_is_filled():
+    Path("out").mkdir()
+    write("out")
+    assert "response.csv" in names("out")
+
+
+def foreign_folder():
+    Path("out").mkdir()
+    Path("out/thesis.txt").write_text("years of work")
+
+
+def foreign_json():
+    Path("out").mkdir()
+    Path("out/drysim.json").write_text('{"my": "notes"}')
+
+
+def notes_among_ours():
+    write("out")
+    Path("out/notes.txt").write_text("mine")
+
+
+def link_to_a_folder():
+    write("real")
+    Path("out").symlink_to("real")
+
+
+def link_to_nowhere():
+    Path("out").symlink_to("nowhere")
+
+
+def a_file():
+    Path("out").write_text("mine")
+
+
+def foreign_partial():
+    Path("out.partial").mkdir()
+    Path("out.partial/mine.txt").write_text("mine")
+
+
+def foreign_replaced():
+    Path("out.replaced").write_text("mine")
+
+
+@pytest.mark.parametrize(
+    ("plant", "sentence"),
+    [
+        (foreign_folder, "out was not written by drysim"),
+        (foreign_json, "out was not written by drysim"),
+        (notes_among_ours, "out holds notes.txt, which drysim did not write"),
+        (link_to_a_folder, "out is a symbolic link"),
+        (link_to_nowhere, "out is a symbolic link"),
+        (a_file, "out is a file, not a folder"),
+        (foreign_partial, "out.partial was not written by drysim"),
+        (foreign_replaced, "out.replaced is a file, not a folder"),
+    ],
+)
+def test_what_is_not_ours_is_refused_and_stays(plant, sentence):
+    plant()
+    before = tree()
+    for attempt in (output.check, write):
+        with pytest.raises(OutputError, match=sentence) as fault:
+            attempt(Path("out"))
+        assert "--out" in fault.value.hint
+        assert fault.value.exit_code == 2
+    assert tree() == before
+
+
+@pytest.mark.parametrize(
+    ("folder", "sentence"),
+    [
+        ("file/out", "file is not a folder"),
+        ("file/a/b/out", "file is not a folder"),
+        ("x" * 250, "name too long"),
+        ("a\0b", "cannot be the name of a folder"),
+        (".", "was not written by drysim"),
+        ("..", "not written by drysim"),
+        ("/", "not written by drysim"),
+    ],
+)
+def test_folder_that_cannot_be_is_refused_before_any_work(folder, sentence):
+    Path("file").write_text("mine")
+    before = tree()
+    with pytest.raises(OutputError, match=sentence) as fault:
+        output.check(Path(folder))
+    assert fault.value.hint
+    assert tree() == before
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_folder_without_permission_is_refused():
+    Path("locked").mkdir(mode=0o500)
+    with pytest.raises(OutputError, match="permission denied"):
+        output.check(Path("locked/out"))
+
+
+def test_check_leaves_no_trace():
+    output.check(Path("a/b/out"))
+    assert tree() == {}
+    assert names(".") == []
+
+
+@contextlib.contextmanager
+def fresh(folder):
+    """Give an empty folder that takes its place when the block ends well."""
+    with output.claim_partial(folder) as claim:
+        yield claim.partial
+        finish(claim)
+
+
+def fail_half_way(fault):
+    with fresh(Path("out")) as partial:
+        (partial / "response.csv").write_text("half")
+        raise fault
+
+
+def test_failure_while_writing_leaves_the_old_folder():
+    write("out")
+    before = tree()
+    with pytest.raises(OutputError, match="no space left") as fault:
+        fail_half_way(OSError(28, "No space left on device"))
+    assert "make room" in fault.value.hint
+    with pytest.raises(KeyboardInterrupt):
+        fail_half_way(KeyboardInterrupt())
+    assert tree() == before
+    assert names(".") == ["out"]
+
+
+def test_two_at_once_do_not_mix():
+    with fresh(Path("out")) as partial:
+        (partial / "response.csv").write_text("first")
+        with (
+            pytest.raises(OutputError, match="another drysim is writing out"),
+            fresh(Path("out")),
+        ):
+            pass
+        mark(partial, '{"format": 1, "files": {"response.csv": ""}}')
+    assert Path("out/response.csv").read_text() == "first"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.parametrize("atomic", [True, False], ids=["exchange", "two renames"])
+def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, atomic):
+    if not atomic:
+        monkeypatch.setattr(folder, "_exchange", lambda *_: False)
+
+    def put(word):
+        with fresh(Path("out")) as partial:
+            (partial / "events.csv").write_text(word)
+            mark(partial, '{"format": 1, "files": {"events.csv": ""}}')
+
+    put("old")
+    seen = []
+    for _ in kills(lambda: put("new")):
+        partial = Path("out.partial/events.csv")
+        if Path("out").exists():
+            word = Path("out/events.csv").read_text()
+            assert sorted(json.loads(Path("out/drysim.json").read_text())["files"]) == [
+                "events.csv"
+            ]
+        else:
+            word = "partial"
+            assert partial.read_text() == "new"
+        assert word in {"old", "new", "partial"}
+        seen.append(word)
+        assert set(names(".")) <= {"out", "out.partial", "out.replaced"}
+        output.check(Path("out"))
+        put("old")
+        assert names(".") == ["out"]
+        assert Path("out/events.csv").read_text() == "old"
+    assert len(seen) > 8
+    assert set(seen) == ({"old", "new"} if atomic else {"old", "new", "partial"})
+
+
+def test_run_of_the_same_scene_is_written_with_sines_too():
+    told = write("out", outcome(motion=SINE))
+    assert "sha256" not in told["excitation"]
+    assert told["inputs"] == []
+
+
+# files of somebody else, and what happens to the folders meanwhile
+
+STRANGERS = ["notes.txt", "cases/notes.txt", "sub/notes.txt", "transmissibility/a.parquet"]
+
+
+@pytest.mark.parametrize("resume", [False, True])
+@pytest.mark.parametrize("name", STRANGERS)
+def test_file_of_the_user_in_the_partial_is_refused_and_stays(name, resume):
+    Path("out.partial/cases").mkdir(parents=True)
+    Path("out.partial/drysim.json").write_text('{"format": 1, "complete": false}')
+    Path("out.partial", name).parent.mkdir(exist_ok=True)
+    Path("out.partial", name).write_text("mine")
+    before = tree()
+    with (
+        pytest.raises(OutputError, match=f"out.partial holds {name}, which drysim did not"),
+        output.claim_partial(Path("out"), resume),
+    ):
+        pass
+    assert tree() == before
+
+
+@pytest.mark.parametrize("name", STRANGERS)
+def test_file_put_into_the_partial_meanwhile_is_never_removed(name):
+    def fail():
+        with output.claim_partial(Path("out")) as claim:
+            (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
+            (claim.partial / name).write_text("mine")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert Path("out.partial", name).read_text() == "mine"
+    shutil.rmtree("out.partial")
+    with output.claim_partial(Path("out")) as claim:
+        (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
+        (claim.partial / name).write_text("mine")
+        assert name not in write(claim)["files"]
+    assert Path("out", name).read_text() == "mine"
+    with pytest.raises(OutputError, match="which drysim did not write"):
+        output.check(Path("out"))
+
+
+def test_file_put_into_the_old_folder_meanwhile_is_never_removed():
+    write("out")
+
+    def late():
+        with output.claim_partial(Path("out")) as claim:
+            Path("out/notes.txt").write_text("mine")
+            write(claim)
+
+    with pytest.raises(OutputError, match=r"out holds notes\.txt, which drysim did not write"):
+        late()
+    assert Path("out/notes.txt").read_text() == "mine"
+
+
+def test_every_file_that_drysim_writes_is_known_by_its_name():
+    package = Path(drysim.__file__).parent
+    files = [*package.glob("output/*.py"), *package.glob("plots/*.py")]
+    words = "".join(file.read_text(encoding="utf-8") for file in files)
+    named = {*re.findall(r'folder / "([^"]+)"', words), "scenario.yaml"}
+    named |= {f"{name}.yaml" for name, _ in (*speed_error.GALLERY, *speed_error.STEADY)}
+    assert len(named) > 15
+    assert [name for name in named if not RESULTS.fullmatch(name)] == []
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["removed", "of another"])
+def test_partial_that_is_removed_meanwhile_is_told(again):
+    def lose():
+        with output.claim_partial(Path("out")) as claim:
+            shutil.rmtree(claim.partial)
+            if again:
+                claim.partial.mkdir()
+            write(claim)
+
+    with pytest.raises(OutputError, match=r"out\.partial was removed, in whole or in part"):
+        lose()
+    assert names(".") == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_read_only_old_folder_leaves_no_partial_behind():
+    def act():
+        os.umask(0o022)
+        with contextlib.suppress(PermissionError):
+            os.setuid(65534)  # nobody, where root runs the tests: root may write everywhere
+        fresh_word("old")
+        Path("out/transmissibility/approach=viscous").chmod(0o555)
+        Path("out").chmod(0o555)
+        fresh_word("new")
+        assert names(".") == ["out"]
+        assert Path("out/events.csv").read_text() == "new"
+
+    home = Path(tempfile.mkdtemp())
+    try:
+        home.chmod(0o777)
+        os.chdir(home)
+        assert ended(act, lambda *_: None) == 0
+    finally:
+        os.chdir("/")
+        shutil.rmtree(home)
+
+
+def fresh_word(word):
+    """Write a result of two files, one in a folder of its own."""
+    with fresh(Path("out")) as partial:
+        inner = partial / "transmissibility/approach=viscous"
+        inner.mkdir(parents=True)
+        (inner / "000000000000.parquet").write_text(word)
+        (partial / "events.csv").write_text(word)
+        files = {path.relative_to(partial).as_posix(): "" for path in written(partial)}
+        mark(partial, json.dumps({"format": 1, "files": files}))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.parametrize("spare", range(6))
+def test_process_that_can_open_few_files_leaves_no_empty_partial(spare):
+    import resource
+
+    def act():
+        free = os.dup(0)
+        os.close(free)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (free + spare, free + spare))
+        with contextlib.suppress(OutputError):
+            write("out")
+
+    assert ended(act, lambda *_: None) == 0
+    assert names(".") in ([], ["out"])
+
+
+# The files of sweeps and comparisons: tables, sidecar, and the folder that is worked in.
+
+
+HEADER = (
+    "approach,excitation.frequency [Hz],excitation.rms [m/s2],F_fk [N],F_fs [N],a_u [m/s2],"
+    "a_x [m/s2],T_a [-],T_x [-],x_r_rms [m],x_r_peak [m],stroke_used [-],stuck_share [-],"
+    "chatter_share [-],violations [-],closure [-],status"
+)
+
+
+def small(**words):
+    return sweep(*axes(frequency=[1, 2, 4], rms=[0.5, 1.0]), **words)
+
+
+def tables_write(table, folder="out", **words):
+    options = {"plots": False, "command": "drysim sweep seat.yaml", "exit_code": 0}
+    target = folder if isinstance(folder, output.Claim) else Path(folder)
+    return output.write_table(table, target, **options | words)
+
+
+def compare(made, **words):
+    options = {"plots": False, "command": "drysim compare", "exit_code": 0}
+    return output.write_comparison(made, Path("out"), **options | words)
+
+
+# tables
+
+
+def test_transmissibility_has_the_columns_of_the_contract():
+    tables_write(small())
+    data = Path("out/transmissibility.csv").read_bytes()
+    assert data.decode().split("\n", 1)[0] == HEADER
+    assert data.endswith(b"ok\n")
+    assert b"\r" not in data
+
+
+def test_every_case_reads_back_to_the_last_bit_in_the_order_of_the_grid():
+    table = small()
+    tables_write(table)
+    rows = rows_of("out/transmissibility.csv")
+    assert len(rows) == len(table.rows) == 12
+    for cells, row in zip(rows, table.rows, strict=True):
+        assert cells["approach"] == row.approach
+        assert float(cells["excitation.frequency [Hz]"]) == row.point[FREQUENCY]
+        assert float(cells["excitation.rms [m/s2]"]) == row.point[RMS]
+        assert (float(cells["F_fk [N]"]), float(cells["F_fs [N]"])) == (row.F_fk, row.F_fs)
+        for name in ("a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "closure"):
+            (cell,) = (cells[key] for key in cells if key.split(" ")[0] == name)
+            assert float(cell) == row.metrics[name], name
+    assert [row["excitation.frequency [Hz]"] for row in rows[:4]] == [
+        "1.0",
+        "2.0",
+        "4.0",
+        "1.0",
+    ]
+
+
+def test_what_is_not_known_is_an_empty_cell():
+    table = spoil(sweep(*axes(force=[0, 15], rms=[0.5]), limit=None), NOT_SETTLED, 1)
+    tables_write(table)
+    good, lost, reference = rows_of("out/transmissibility.csv")
+    assert (lost["T_a [-]"], lost["status"]) == ("", "not settled")
+    assert (good["stroke_used [-]"], good["violations [-]"]) == ("", "")
+    assert reference["friction.kinetic [N]"] == ""
+    assert reference["excitation.rms [m/s2]"] == "0.5"
+
+
+def test_stroke_violations_name_the_cases_of_the_seat_and_not_of_its_reference():
+    table = small(limit=0.015)
+    tables_write(table)
+    met = [row for row in table.own if row.metrics["violations"]]
+    rows = rows_of("out/stroke_violations.csv")
+    assert 0 < len(met) < len(table.own)
+    assert list(rows[0]) == [
+        "excitation.frequency [Hz]", "excitation.rms [m/s2]", "t_first [s]", "x_r_peak [m]",
+        "t_beyond [s]", "violations [-]",
+    ]  # fmt: skip
+    for cells, row in zip(rows, met, strict=True):
+        assert float(cells["excitation.frequency [Hz]"]) == row.point[FREQUENCY]
+        assert float(cells["x_r_peak [m]"]) == row.metrics["x_r_peak"] >= 0.015
+    tables_write(small(limit=1.0))
+    assert "stroke_violations.csv" not in names("out")
+
+
+def test_comparison_adds_the_deviation_from_the_yardstick():
+    made = comparison(["signum", "stick-slip"], *axes(force=[15, 45], rms=[0.33, 0.67]), n=800)
+    compare(made)
+    header = Path("out/comparison.csv").read_text().split("\n", 1)[0]
+    assert header.endswith(",closure [-],status,T_a_deviation [-]")
+    rows = rows_of("out/comparison.csv")
+    own = {
+        (row["friction.kinetic [N]"], row["excitation.rms [m/s2]"]): float(row["T_a [-]"])
+        for row in rows
+        if row["approach"] == "stick-slip"
+    }
+    for row in rows:
+        at = row["friction.kinetic [N]"], row["excitation.rms [m/s2]"]
+        if row["approach"] == "viscous":  # One row beside many of the yardstick.
+            assert (at[0], row["T_a_deviation [-]"]) == ("", "")
+        else:
+            deviation = float(row["T_a [-]"]) / own[at] - 1.0
+            assert float(row["T_a_deviation [-]"]) == deviation
+    assert "stroke_violations.csv" not in names("out")
+
+
+def test_yardstick_without_friction_measures_every_case():
+    made = comparison(["stick-slip", "viscous"], *axes(force=[0, 45], rms=[0.33]), n=800)
+    first, second, own = (made.deviation(row) for row in made.table.rows)
+    assert first == pytest.approx(0.0, abs=1e-12)
+    assert abs(second) > 0.01
+    assert own == 0.0
+
+
+def test_deviation_of_an_approach_without_friction_is_known_at_every_case():
+    made = comparison(["stick-slip"], *axes(force=[0, 15, 45], rms=[0.33]), n=800)
+    found = study_compare.deviations(made, "viscous")
+    assert [one.row.point[FORCE] for one in found] == [0.0, 15.0, 45.0]
+    assert found[0].value == pytest.approx(0.0, abs=1e-12)
+    assert study_compare.worst_of(found) is found[2]
+
+
+def test_comparison_of_one_case_has_no_swept_columns():
+    compare(orbits(["signum", "stick-slip"]))
+    rows = rows_of("out/comparison.csv")
+    assert list(rows[0])[:2] == ["approach", "F_fk [N]"]
+    assert float(rows[0]["T_a_deviation [-]"]) > 0.2
+
+
+@pytest.mark.parametrize("count", [2_000, 20_000])
+def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
+    first = sweep(*axes(frequency=[2.0])).rows[0]
+    (swept,) = axes(frequency=range(1, count // 2 + 1))
+    rows = [
+        Row({FREQUENCY: f}, name, 15.0, 15.0, first.metrics)
+        for name in ("stick-slip", "viscous")
+        for f in swept.values
+    ]
+    table = replace(sweep(*axes(frequency=[2.0])), axes=(swept,), rows=tuple(rows))
+    made = replace(orbits(["stick-slip"]), table=table)
+    began = time.process_time()
+    transmissibility(table, tmp_path)
+    tables.comparison(made, tmp_path)
+    many.of_comparison(made, Ending("", 0, {}))
+    # 50 µs a case on an idle machine; a scan of all rows for each would take seconds.
+    assert (time.process_time() - began) / count < 5e-4
+
+
+# sidecar
+
+
+def test_sidecar_of_a_sweep_tells_extremes_with_where():
+    table = replace(small(), warnings=(Caution("slug", "careful"),))
+    told = tables_write(table)
+    assert told == json.loads(Path("out/drysim.json").read_text())
+    numerics, metrics = told["numerics"], told["metrics"]
+    assert (numerics["approach"], numerics["reference"]) == ("stick-slip", "viscous")
+    assert (numerics["cases"], numerics["statuses"]) == (12, {"ok": 12})
+    assert numerics["swept"][0] == {"key": FREQUENCY, "unit": "Hz", "values": 3}
+    assert 0 < numerics["closure"] < 1e-9
+    best = max(table.own, key=lambda row: row.metrics["T_a"])
+    assert metrics["T_a"]["greatest"] == {
+        "value": best.metrics["T_a"], "where": dict(best.point)
+    }  # fmt: skip
+    assert set(metrics) <= {metric.name for metric in METRICS}
+    assert told["warnings"][0]["sentence"] == "careful"
+    assert sorted([*told["files"], "drysim.json"]) == names("out")
+    assert told["complete"] is True
+
+
+def test_sidecar_holds_what_all_cases_share():
+    motion = record(700)
+    told = tables_write(replace(small(), motion=motion, numerics={"core": "orbit"}))
+    assert told["inputs"][0]["file"] == "road.csv"
+    assert len(told["excitation"]["sha256"]) == 64
+    assert told["numerics"]["core"] == "orbit"
+
+
+def test_sidecar_of_a_sweep_names_the_case_that_decided_a_check():
+    table = small()
+    verdict = judgement(
+        Check.parse("T_a < 1.2"), [(row.point, row.metrics) for row in table.own]
+    )
+    told = tables_write(replace(table, checks=(verdict,)), exit_code=1)
+    (check,) = told["checks"]
+    assert check["passed"] is False
+    assert check["where"] == {FREQUENCY: 1.0, RMS: 1.0}
+    assert (told["exit_code"], told["complete"]) == (1, True)
+
+
+def test_failed_case_marks_the_folder_as_incomplete():
+    told = tables_write(spoil(small(), FAILED, 2), exit_code=3)
+    assert told["complete"] is False
+    assert told["numerics"]["statuses"] == {"ok": 11, "failed": 1}
+    assert "transmissibility.csv" in names("out")
+
+
+def test_sidecar_of_a_comparison_tells_the_verdict_and_the_worst_deviation():
+    made = comparison(
+        ["signum", "stick-slip"],
+        *axes(force=[15, 45], rms=[0.33]),
+        n=800,
+        verdict=("off", "so"),
+    )
+    told = compare(made)
+    assert told["verdict"] == ["off", "so"]
+    assert told["numerics"]["approaches"] == ["signum", "stick-slip", "viscous"]
+    assert told["numerics"]["yardstick"] == "stick-slip"
+    worst = told["metrics"]["signum"]["T_a_deviation"]
+    assert worst["value"] > 0.5
+    assert worst["where"] == {FORCE: 45.0, RMS: 0.33}
+    assert "T_a_deviation" not in told["metrics"]["stick-slip"]
+    assert told["inputs"][0]["file"] == "road.csv"
+
+
+def test_two_sweeps_differ_in_created_alone(monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    tables_write(small(limit=0.015), "one", plots=True)
+    tables_write(small(limit=0.015), "two", plots=True)
+    assert names("one") == names("two") == [
+        "drysim.json", "scenario.yaml", "stroke.png", "stroke_violations.csv",
+        "transmissibility.csv", "transmissibility.png",
+    ]  # fmt: skip
+    for name in names("one"):
+        assert Path("one", name).read_bytes() == Path("two", name).read_bytes(), name
+
+
+# the folder that is worked in
+
+CASES = '{"what": 1}\n{"number": 0}\n'
+
+
+def interrupted(cases=CASES, table=None):
+    """Leave a sweep half done, as Ctrl-C does."""
+    with output.claim_partial(Path("out")) as claim:
+        claim.journal.write_text(cases)
+        return tables_write(small() if table is None else table, claim, exit_code=130)
+
+
+def test_claim_is_finished_in_place_of_the_old_folder():
+    tables_write(small(), plots=True)
+    with output.claim_partial(Path("out")) as claim:
+        assert claim.partial == Path("out.partial")
+        claim.journal.write_text(CASES)
+        tables_write(small(limit=0.015), claim)
+    assert names(".") == ["out"]
+    assert "stroke_violations.csv" in names("out")
+    assert "transmissibility.png" not in names("out")
+    assert folder.JOURNAL not in names("out")
+    assert folder.JOURNAL not in json.loads(Path("out/drysim.json").read_text())["files"]
+
+
+def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
+    tables_write(small())
+    told = interrupted()
+    assert names(".") == ["out", "out.partial"]
+    assert names("out.partial") == [
+        "cases.jsonl", "drysim.json", "scenario.yaml", "transmissibility.csv"
+    ]  # fmt: skip
+    assert (told["complete"], told["exit_code"]) == (False, 130)
+    assert json.loads(Path("out.partial/drysim.json").read_text()) == told
+    assert Path("out.partial/cases.jsonl").read_text() == CASES
+    assert json.loads(Path("out/drysim.json").read_text())["complete"] is True
+
+
+def test_resume_keeps_the_finished_cases_and_nothing_else():
+    interrupted()
+    with output.claim_partial(Path("out"), resume=True) as claim:
+        assert names(claim.partial) == ["cases.jsonl", "drysim.json"]
+        assert claim.journal.read_text() == CASES
+        tables_write(small(), claim)
+    assert names(".") == ["out"]
+
+
+def test_without_resume_a_sweep_begins_anew():
+    interrupted()
+    with output.claim_partial(Path("out")) as claim:
+        assert names(claim.partial) == ["drysim.json"]
+
+
+def test_nothing_stays_of_a_sweep_without_a_finished_case():
+    empty = Table(small().scenario, small().axes, (), complete=False)
+    told = interrupted('{"what": 1}\n', empty)
+    assert told["metrics"] == {}
+    assert names(".") == []
+
+
+@pytest.mark.parametrize(
+    ("cases", "left"), [(CASES, ["out.partial"]), ('{"what": 1}\n', []), (None, [])]
+)
+def test_fault_in_a_sweep_keeps_finished_cases_only(cases, left):
+    def fail():
+        with output.claim_partial(Path("out")) as claim:
+            if cases:
+                claim.journal.write_text(cases)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert names(".") == left
+
+
+def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(output, "own", full)
+
+    def end():
+        with output.claim_partial(Path("out")) as claim:
+            claim.journal.write_text(CASES)
+            tables_write(small(), claim)
+
+    with pytest.raises(OutputError, match="no space left"):
+        end()
+    assert names("out.partial") == ["cases.jsonl", "drysim.json"]
+
+
+def test_foreign_partial_is_refused_and_stays():
+    Path("out.partial").mkdir()
+    Path("out.partial/cases.jsonl").write_text("mine")
+    with (
+        pytest.raises(OutputError, match=r"out\.partial was not written by drysim"),
+        output.claim_partial(Path("out"), resume=True),
+    ):
+        pass
+    assert Path("out.partial/cases.jsonl").read_text() == "mine"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="folders cannot be locked there")
+def test_two_sweeps_at_once_do_not_mix():
+    with output.claim_partial(Path("out")) as claim:
+        claim.journal.write_text(CASES)
+        for resume in (False, True):
+            with (
+                pytest.raises(OutputError, match="another drysim is writing out"),
+                output.claim_partial(Path("out"), resume),
+            ):
+                pass
+        assert claim.journal.read_text() == CASES
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_kill_at_any_instant_leaves_what_resumes():
+    def act():
+        with output.claim_partial(Path("out"), resume=True) as claim:
+            claim.journal.write_text(CASES)
+            (claim.partial / "events.csv").write_text("new")
+            folder.mark(claim.partial, '{"format": 1, "files": {"events.csv": ""}}')
+            folder.finish(claim)
+
+    at, kept = [], 0
+    for passed in kills(act):
+        at.append(passed)
+        output.check(Path("out"))
+        assert set(names(".")) <= {"out", "out.partial"}
+        if Path("out.partial/cases.jsonl").exists():
+            kept += 1
+            assert not Path("out").exists()
+            with output.claim_partial(Path("out"), resume=True) as claim:
+                assert claim.journal.read_text() in ("", CASES)
+        act()
+        assert names("out") == ["drysim.json", "events.csv"]
+        shutil.rmtree("out")
+    assert at[-1] > 100 > kept > 2

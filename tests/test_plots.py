@@ -1,0 +1,856 @@
+"""The pictures of sweeps and comparisons: what is drawn, and that every table can be."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections import Counter
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from grids import FORCE, FREQUENCY, RMS, UNKNOWN, axes, comparison, orbits, points, spoil, sweep
+from grids import axes as axes_of
+from grids import sweep as many_stand_in
+from outcomes import stand_in
+
+from drysim import wording
+from drysim.bench.score import Bench, Panel, Score
+from drysim.console.many import show_table
+from drysim.plots import comparison as comparison_plot
+from drysim.plots import sweep as sweep_plots
+from drysim.plots.comparison import draw as draw_comparison
+from drysim.plots.speed_error import draw as draw_bench
+from drysim.plots.style import T_A, T_X, peak
+from drysim.plots.sweep import draw_stroke, draw_transmissibility
+from drysim.scenario.axes import Axis
+from drysim.scenario.load import load
+from drysim.study.compare import compare
+from drysim.study.rows import FAILED, NOT_SETTLED, NOT_UNIQUE, batches_of
+from drysim.study.sweep import sweep as many_sweep
+from drysim.study.sweep import sweep as solved
+from drysim.study.table import Table
+from drysim.study.warnings import case_strokes
+
+# The pictures of sweeps and comparisons: what is drawn, and that every table can be.
+
+
+MASS = Axis("oscillator.mass", "kg", (50.0, 75.0, 100.0))
+
+
+def legend(figure):
+    """Give the words of the legend."""
+    return [text.get_text() for one in figure.legends for text in one.get_texts()]
+
+
+def lines(panel, label):
+    """Give the curves of a panel that carry a label."""
+    return [line for line in panel.lines if line.get_label() == label]
+
+
+def along(key, *values, unit="-"):
+    """Give a table over any key, its numbers borrowed from one case."""
+    row = sweep(*axes(frequency=[2.0]), reference=None).rows[0]
+    axis = Axis(key, unit, tuple(map(float, values)))
+    rows = tuple(replace(row, point={key: value}) for value in axis.values)
+    return Table(stand_in("harmonic", 0.025), (axis,), rows)
+
+
+SCENES = {
+    "paper": lambda: sweep(*axes(frequency=[0.5, 1, 2, 4, 8], rms=[0.5, 1.0])),
+    "friction": lambda: sweep(*axes(force=[0, 15, 45], rms=[0.33, 0.67])),
+    "one case": lambda: sweep(*axes(frequency=[2.0])),
+    "two axes, many lines": lambda: sweep(*axes(frequency=[1, 2], rms=np.linspace(0.2, 2, 12))),
+    "three axes": lambda: sweep(*axes(frequency=[1, 2], rms=[1, 2], force=[0, 5, 15, 20, 45])),
+    "nothing is known": lambda: spoil(sweep(*axes(frequency=[1, 2])), FAILED, *range(4)),
+    "a long curve of which nothing is known": lambda: spoil(
+        sweep(*axes(frequency=np.linspace(1, 2, 24), rms=[1, 2])), NOT_SETTLED, *range(24)
+    ),
+    "gaps": lambda: spoil(sweep(*axes(frequency=[1, 2, 3, 4])), NOT_SETTLED, 0, 2),
+    "no limit": lambda: sweep(*axes(frequency=[1, 2]), limit=None),
+    "violated": lambda: sweep(*axes(frequency=[1, 2]), limit=0.001),
+    "all stuck": lambda: sweep(*axes(frequency=[1, 2, 4]), force=500.0),
+    "falling": lambda: sweep(*axes(frequency=[8, 4, 2, 1], rms=[1.0, 0.5])),
+    "mass": lambda: replace(along(MASS.key, *MASS.values, unit="kg"), axes=(MASS,)),
+    "negative": lambda: along("excitation.phase", -1.0, 0.0, 1.0, unit="rad"),
+    "seed": lambda: along("excitation.seed", 1, 2, 3),
+    "odd words": lambda: replace(
+        sweep(*axes(frequency=[1, 2])),
+        scenario=stand_in("psd", name="$x_{ 日本\x1b[31m", about="$" * 500),
+    ),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_sweep_is_drawn_without_a_warning(scene, tmp_path):
+    table = scene()
+    sweep_plots.transmissibility(table, tmp_path)
+    sweep_plots.stroke(table, tmp_path)
+    for name in ("transmissibility.png", "stroke.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_panel_of_a_metric_that_no_case_knows_says_so():
+    said = {
+        name: [
+            "not known" in [text.get_text() for text in panel.texts] for panel in figure.axes
+        ]
+        for name in ("nothing is known", "one case")
+        for figure in [draw_transmissibility(SCENES[name]())]
+    }
+    assert said == {"nothing is known": [True], "one case": [False, False]}
+
+
+def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_frequency():
+    figure = draw_transmissibility(SCENES["paper"]())
+    left, right = figure.axes
+    assert "$T_x$ [–]" in left.get_title("left")
+    assert "$T_a$ [–]" in right.get_title("left")
+    for panel in (left, right):
+        assert panel.get_xscale() == "log"
+        assert panel.get_xlim() == (0.5, 8.0)
+        assert panel.get_xlabel() == "frequency $f$ [Hz]"
+        assert panel.get_ylim()[0] == 0.0
+    assert legend(figure) == ["$a_u$ 0.5 m/s²", "$a_u$ 1 m/s²", "viscous, no dry friction"]
+
+
+def test_curve_is_the_transmissibility_of_its_rows():
+    table = SCENES["paper"]()
+    _, right = draw_transmissibility(table).axes
+    (line,) = lines(right, "$a_u$ 1 m/s²")
+    rows = [row for row in table.own if row.point[RMS] == 1.0]
+    assert list(line.get_xdata()) == [row.point[FREQUENCY] for row in rows]
+    assert list(line.get_ydata()) == [row.metrics["T_a"] for row in rows]
+
+
+def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
+    table = SCENES["paper"]()
+    for panel in draw_transmissibility(table).axes:
+        assert len(lines(panel, "viscous, no dry friction")) == 1
+        curves = [line for line in panel.lines if len(line.get_xdata()) == 5]
+        assert [line.get_linestyle() for line in curves] == ["-", "-", "--"]
+    (panel,) = draw_stroke(table).axes
+    own = [line for line in panel.lines if len(line.get_xdata()) == 5]
+    colours = {line.get_linestyle(): [] for line in own}
+    for line in own:
+        colours[line.get_linestyle()].append(str(line.get_color()))
+    # The stroke of the reference goes with the intensity: it is dashed in the line's colour,
+    # and in the legend in none of them.
+    assert colours["--"] == colours["-"]
+    (told,) = lines(panel, "viscous, no dry friction")
+    assert told.get_color() not in colours["-"]
+
+
+def test_friction_is_drawn_as_force_and_a_reference_without_it_as_a_level():
+    figure = draw_transmissibility(SCENES["friction"]())
+    _, right = figure.axes
+    assert right.get_xlabel() == "kinetic friction force $F_{fk}$ [N]"
+    assert right.get_xscale() == "linear"
+    (level,) = lines(right, "viscous, no dry friction")
+    assert len(set(level.get_ydata())) == 1
+
+
+def test_only_the_acceleration_is_drawn_where_the_base_displacement_is_not_known():
+    table = SCENES["paper"]()
+    rows = tuple(replace(row, metrics={**row.metrics, "T_x": None}) for row in table.rows)
+    (panel,) = draw_transmissibility(replace(table, rows=rows)).axes
+    assert "$T_a$" in panel.get_title("left")
+
+
+def test_gap_is_left_and_marked_where_there_is_no_number():
+    table = spoil(sweep(*axes(frequency=[1, 2, 3, 4]), reference=None), NOT_SETTLED, 1)
+    figure = draw_transmissibility(spoil(table, NOT_UNIQUE, 3))
+    for panel in figure.axes:
+        line = panel.lines[0]
+        assert np.isnan(line.get_ydata()).tolist() == [False, True, False, True]
+        (mark,) = lines(panel, "not settled")
+        assert list(mark.get_xdata()) == [2.0]
+        # A point between two gaps has no line to show it.
+        assert any(list(other.get_xdata()) == [1.0, 3.0] for other in panel.lines[1:])
+    assert {"not settled", "not unique"} < set(legend(figure))
+
+
+def test_natural_frequency_is_marked_unless_the_oscillator_is_swept():
+    def marks(table):
+        return [
+            text.get_text()
+            for panel in draw_transmissibility(table).axes
+            for text in panel.texts
+        ]
+
+    table = SCENES["paper"]()
+    assert marks(table) == ["$f_0$", "$\\sqrt{2}f_0$"] * 2
+    assert marks(replace(table, axes=(*table.axes, MASS))) == []
+    assert marks(SCENES["friction"]()) == []
+
+
+def second_key(key, unit, *ends):
+    """Give a table over a frequency and 25 values of any key, its numbers borrowed."""
+    row = sweep(*axes(frequency=[2.0]), reference=None).rows[0]
+    swept = (*axes(frequency=[1.0, 2.0]), Axis(key, unit, tuple(np.linspace(*ends, 25))))
+    rows = tuple(replace(row, point=point) for point in points(swept))
+    return Table(stand_in("harmonic", 0.025), swept, rows)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit", "low", "high"),
+    [
+        (FORCE, "N", 1.0, 73.0),
+        ("oscillator.stiffness", "N/m", 1e3, 730005.0),
+        ("oscillator.damping", "N*s/m", 1e-5, 9e-5),
+        ("start.x_r", "m", -0.123, 0.07),
+        ("start.x_r", "m", 0.0001, 0.0007),
+        ("friction.options.stribeck_velocity", "m/s", 1234567.0, 1234569.0),
+    ],
+)
+def test_scale_of_colours_with_its_label_lies_within_the_picture(key, unit, low, high):
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    for figure in (
+        draw_transmissibility(table := second_key(key, unit, low, high)),
+        draw_stroke(table),
+    ):
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        *panels, bar = figure.axes
+        box, whole = bar.get_tightbbox(renderer), figure.bbox
+        assert box.x0 > max(panel.get_tightbbox(renderer).x1 for panel in panels)
+        assert box.x1 < whole.x1
+        assert (box.y0 > 0.0, box.y1 < whole.y1) == (True, True)
+
+
+def test_scale_of_colours_names_what_the_colours_are():
+    *_, bar = draw_transmissibility(second_key("friction.mu_kinetic", "-", 0.05, 0.1)).axes
+    assert bar.get_ylabel() == "mu kinetic $\\mu_k$ [–]"
+
+
+def test_many_lines_are_coloured_by_their_value():
+    figure = draw_transmissibility(SCENES["two axes, many lines"]())
+    assert len(figure.axes) == 3
+    assert figure.axes[-1].get_ylabel() == "base acceleration $a_u$ RMS [m/s²]"
+    assert legend(figure) == ["viscous, no dry friction"]
+    colours = {str(line.get_color()) for line in figure.axes[0].lines}
+    assert len(colours) > 12
+
+
+def test_third_axis_gets_panels_of_its_own_on_one_scale():
+    table = SCENES["three axes"]()
+    view = sweep_plots.view(table)
+    # The longest of the other axes tells lines apart.
+    assert view.line.key == FORCE
+    assert [panel.title for panel in view.panels] == ["$a_u$ 1 m/s²", "$a_u$ 2 m/s²"]
+    figure = draw_transmissibility(table)
+    assert len(figure.axes) == 4
+    assert len({panel.get_ylim() for panel in figure.axes[:2]}) == 1
+    assert sum(bool(panel.get_xlabel()) for panel in figure.axes) == 2
+
+
+def test_panel_of_nothing_but_zeros_has_a_scale_of_one_and_no_other():
+    stuck = sweep(*axes(frequency=[1, 2, 4]), force=500.0, reference=None)
+    assert draw_stroke(stuck).axes[0].get_ylim() == (0, 1)
+    lost = spoil(stuck, NOT_SETTLED, *range(3))
+    assert draw_stroke(lost).axes[0].get_ylim() == (0, 1)
+    beside = draw_stroke(sweep(*axes(frequency=[1, 2, 4]), force=500.0)).axes[0]
+    assert beside.get_ylim()[1] > max(lines(beside, "viscous, no dry friction")[0].get_ydata())
+
+
+def test_every_curve_lies_within_its_panel_where_a_lower_row_reaches_higher():
+    force, rms = [45, 2], [0.5, 0.6, 0.7]
+    table = sweep(*axes(frequency=[1, 1.6, 2], force=force, rms=rms), reference=None)
+    for figure in (draw_transmissibility(table), draw_stroke(table)):
+        for panel in figure.axes:
+            top = panel.get_ylim()[1]
+            assert all(np.max(line.get_ydata()) <= top for line in panel.lines)
+    steep = sweep(*axes(frequency=[1, 10, 400], force=[45, 0], rms=[1, 2, 3]), reference=None)
+    columns = [panel.get_yscale() for panel in draw_transmissibility(steep).axes]
+    assert columns == ["linear", "linear", "log", "log"]
+
+
+ZIPPED = (
+    "name: seat\noscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+    "friction: {law: coulomb, kinetic: 15}\nstroke: {limit: 25 mm}\n"
+    "excitation: {kind: harmonic, frequency: 2, rms: 1}\nsolver: {step: 2.5e-3}\n"
+)
+
+
+def zipped(tmp_path, block):
+    """Give a scenario with a sweep in which keys walk together."""
+    (tmp_path / "s.yaml").write_text(f"{ZIPPED}sweep: {{{block}}}\n")
+    return load(tmp_path / "s.yaml")
+
+
+FORCES_AND_LIMITS = "zip: {friction.kinetic: [45, 15, 5], stroke.limit: [6 mm, 12 mm, 9 mm]}"
+
+
+def test_keys_that_walk_together_are_one_line_for_each_place(tmp_path):
+    made = zipped(tmp_path, f"excitation.frequency: [1, 2, 3, 4, 5], {FORCES_AND_LIMITS}")
+    (panel,) = draw_stroke(solved(made)).axes
+    (bare,) = lines(panel, "$F_{fk}$ 5 N, limit 0.009 m")
+    assert panel.get_xlabel() == "frequency $f$ [Hz]"
+    assert len(bare.get_xdata()) == 5
+    dashed = lines(panel, "stroke limit of each")
+    assert [set(line.get_ydata()) for line in dashed] == [{6.0}, {12.0}, {9.0}]
+    told = " ".join(text.get_text() for text in panel.figure.texts)
+    assert "friction.kinetic 45, 15, 5 N with stroke.limit 0.006, 0.012, 0.009 m" in told
+
+
+def test_stroke_limit_that_walks_with_the_axis_is_a_curve(tmp_path):
+    made = zipped(tmp_path, "zip: {friction.kinetic: [15, 45], stroke.limit: [12 mm, 5 mm]}")
+    (panel,) = draw_stroke(solved(made)).axes
+    curve, limit, *_ = panel.lines
+    assert list(curve.get_xdata()) == list(limit.get_xdata()) == [15, 45]
+    assert list(limit.get_ydata()) == [12, 5]
+
+
+def test_comparison_has_a_panel_for_each_place_of_keys_that_walk_together(tmp_path):
+    made = zipped(tmp_path, f"excitation.frequency: [1, 2, 3, 4, 5], {FORCES_AND_LIMITS}")
+    _, *panels = draw_comparison(compare(made, "switch vs stick-slip")).axes
+    assert len(panels) == 6
+    for panel in panels[::2]:
+        assert len(lines(panel, "stick-slip")[0].get_xdata()) == 5
+
+
+def test_comparison_of_a_sample_draws_points_and_no_line_between_them(tmp_path):
+    over = "{excitation.frequency: {from: 1, to: 5}, oscillator.mass: {from: 50, to: 90}}"
+    made = zipped(tmp_path, f"sample: {{kind: latin, count: 20, seed: 1, over: {over}}}")
+    _, *panels = draw_comparison(compare(made, "switch vs stick-slip")).axes
+    assert len(panels) == 2
+    (points,) = lines(panels[0], "stick-slip")
+    assert (points.get_linestyle(), points.get_marker()) == ("None", ".")
+    assert len(points.get_xdata()) == 20
+
+
+def test_heading_fills_its_lines_and_never_leaves_the_picture():
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    about = "mmmm WWWW " * 60
+    for words in (about, "iiii llll " * 60, "m" * 500):
+        table = replace(sweep(*axes(frequency=[1, 2])), scenario=stand_in("psd", about=words))
+        figure = draw_transmissibility(table)
+        canvas = FigureCanvasAgg(figure)
+        found = [text.get_window_extent(canvas.get_renderer()) for text in figure.texts]
+        wide = figure.get_figwidth() * figure.dpi
+        assert max(box.x1 for box in found) <= wide
+        assert max(box.x1 for box in found) > 0.8 * wide
+
+
+def test_number_in_the_heading_keeps_its_unit_on_its_line():
+    swept = (*axes(frequency=[1, 2], rms=[0.5, 1.0]), MASS)
+    for key in range(20):
+        longer = Axis(f"oscillator.{'x' * key}", "N*s/m", (900.0, 50.0))
+        table = replace(sweep(*axes(frequency=[1, 2])), axes=(*swept, longer))
+        told = [text.get_text() for text in draw_transmissibility(table).texts]
+        assert any("50 N·s/m" in line for line in told)
+
+
+def test_what_is_not_drawn_is_said():
+    table = sweep(*axes(frequency=[1, 2], force=range(7), rms=range(1, 7)), reference=None)
+    view = sweep_plots.view(table)
+    assert len(view.panels) == sweep_plots.MOST_PANELS
+    assert view.left_out == 2 * 7
+    words = " ".join(text.get_text() for text in draw_transmissibility(table).texts)
+    assert "14 curves are not drawn" in words
+
+
+def test_sweep_is_drawn_over_the_frequency_whatever_varies_fastest():
+    table = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2, 3, 4, 5]), reference=None)
+    assert sweep_plots.view(table).key == FREQUENCY
+    few = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2]), reference=None)
+    assert sweep_plots.view(few).key == RMS
+
+
+def test_steep_transmissibility_is_drawn_logarithmically():
+    table = sweep(*axes(frequency=[1, 10, 100, 400]), force=0.0, reference=None)
+    _, right = draw_transmissibility(table).axes
+    assert right.get_yscale() == "log"
+    right.figure.canvas.draw()
+    assert {"1", "0.1", "0.01"} <= {tick.get_text() for tick in right.get_yticklabels()}
+    (panel,) = draw_stroke(table).axes
+    assert panel.get_yscale() == "linear"
+
+
+def test_stroke_shows_its_limit_and_marks_every_case_that_meets_it():
+    table = sweep(*axes(frequency=[1, 2, 4], rms=[0.5, 1.0]), limit=0.012)
+    figure = draw_stroke(table)
+    (panel,) = figure.axes
+    assert "[mm]" in panel.get_title("left")
+    (limit,) = lines(panel, "stroke limit 12 mm")
+    assert set(limit.get_ydata()) == {12.0}
+    (met,) = lines(panel, "limit met")
+    beyond = [row for row in table.own if row.metrics["violations"]]
+    assert len(met.get_xdata()) == len(beyond) > 0
+    assert all(peak >= 12.0 for peak in met.get_ydata())
+
+
+def test_stroke_limit_that_is_too_far_away_to_be_drawn_is_told():
+    for limit, words in ((5.0, "stroke limit 5000 mm"), (0.012, "stroke limit 12 mm")):
+        figure = draw_stroke(sweep(*axes(frequency=[1, 2]), limit=limit))
+        assert any(words in text.get_text() for text in figure.texts)
+        assert (words in legend(figure)) == (limit < 1)
+    swept = draw_stroke(sweep(*axes(frequency=[1, 2]), limit=None))
+    assert not any("limit" in text.get_text() for text in swept.texts)
+
+
+def test_pictures_of_a_sweep_are_quick(tmp_path):
+    table = sweep(*axes(frequency=np.linspace(0.5, 10, 96), rms=[0.5, 0.75, 1.0, 1.5]))
+    sweep_plots.stroke(sweep(*axes(frequency=[1, 2])), tmp_path)
+    began = time.process_time()
+    sweep_plots.transmissibility(table, tmp_path)
+    sweep_plots.stroke(table, tmp_path)
+    # 0.3 s on an idle machine; the bound leaves room for a busy one.
+    assert time.process_time() - began < 2.0
+
+
+# comparisons
+
+SWEPT = {
+    "friction": lambda: comparison(
+        ["signum", "smooth", "stick-slip"], *axes(force=[0, 15, 45], rms=[0.33, 0.67]), n=1500
+    ),
+    "one case": lambda: orbits(["signum", "switch", "smooth", "stick-slip"]),
+    "frictionless yardstick": lambda: comparison(
+        ["stick-slip", "viscous"], *axes(force=[0, 45]), n=900, shown={}
+    ),
+    "no yardstick value": lambda: without(orbits(["signum", "stick-slip"]), "stick-slip"),
+    "one point": lambda: comparison(["smooth", "stick-slip"], *axes(force=[15]), n=900),
+    "slow": lambda: orbits(["smooth", "stick-slip"], frequency=0.5),
+    "always stuck": lambda: orbits(["smooth", "stick-slip"], force=500.0),
+    "never stuck": lambda: orbits(["smooth", "stick-slip"], force=1.0),
+}
+
+
+def without(made, name):
+    """Give a comparison in which an approach has no numbers."""
+    rows = tuple(
+        replace(row, metrics=UNKNOWN, status=FAILED) if row.approach == name else row
+        for row in made.table.rows
+    )
+    return replace(made, table=replace(made.table, rows=rows))
+
+
+@pytest.mark.parametrize("scene", SWEPT.values(), ids=SWEPT)
+def test_comparison_is_drawn_without_a_warning(scene, tmp_path):
+    comparison_plot.comparison(scene(), tmp_path)
+    assert (tmp_path / "comparison.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_comparison_shows_motion_transmissibility_and_deviation():
+    made = SWEPT["friction"]()
+    figure = draw_comparison(made)
+    motion, *panels = figure.axes
+    assert motion.get_title("left").startswith(
+        "acceleration of the mass ẍ [m/s²]: $F_{fk}$ 0 N"
+    )
+    assert motion.get_xlabel() == "time $t$ [s]"
+    assert len(panels) == 4
+    assert "$a_u$ 0.33 m/s²: $T_a$ [–]" in panels[0].get_title("left")
+    assert "$a_u$ 0.33 m/s²: deviation of $T_a$ [%]" in panels[1].get_title("left")
+    (line,) = lines(panels[1], "signum")
+    found = [row for row in made.table.of("signum") if row.point[RMS] == 0.33]
+    assert list(line.get_ydata()) == [100 * made.deviation(row) for row in found]
+    assert not lines(panels[1], "stick-slip")
+    assert len(lines(panels[1], "viscous")[0].get_xdata()) == 3
+    assert {"signum", "smooth", "stick-slip", "viscous", "within ±5 %"} <= set(legend(figure))
+
+
+def test_comparison_of_one_case_shows_bars_with_their_numbers():
+    made = SWEPT["one case"]()
+    figure = draw_comparison(made)
+    _, left, right = figure.axes
+    assert [label.get_text() for label in left.get_yticklabels()] == list(made.table.approaches)
+    assert len(left.patches) == 5
+    words = [text.get_text() for text in right.texts]
+    assert words[0].startswith("+23.")
+    assert len(words) == 4
+
+
+def test_comparison_where_no_deviation_is_known_shows_the_motion_alone_and_says_why(tmp_path):
+    decay = ZIPPED.replace("kind: harmonic, frequency: 2, rms: 1", "kind: rest")
+    words = f"{decay}start: {{x_r: 15 mm}}\nmeasure: {{duration: 1}}\n"
+    (tmp_path / "s.yaml").write_text(words)
+    for changes in ({}, {"sweep": {"friction.kinetic": [5, 15]}}):
+        made = compare(load(tmp_path / "s.yaml", changes), "signum vs stick-slip")
+        (verdict,) = made.verdict
+        assert verdict == (
+            "T_a of stick-slip, the yardstick, is not known: the base stands still"
+        )
+        figure = draw_comparison(made)
+        assert len(figure.axes) == 1
+        assert figure.texts[-1].get_text() == verdict.replace("T_a", "$T_{a}$")
+        assert {"signum", "stick-slip"} < set(legend(figure))
+
+
+def test_case_that_is_shown_has_its_panel():
+    swept = axes(force=[15, 45], rms=[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
+    made = comparison(["stick-slip"], *swept, n=300, shown={FORCE: 45.0, RMS: 0.4})
+    titles = [panel.title for panel in sweep_plots.compared(made).panels]
+    assert len(titles) == sweep_plots.MOST_COMPARED
+    assert "$a_u$ 0.4 m/s²" in titles
+
+
+def test_stretch_that_is_shown_holds_a_stop_of_the_yardstick():
+    made = orbits(["signum", "stick-slip"])
+    yardstick = made.responses["stick-slip"]
+    begin, end = comparison_plot.telling(yardstick, [made.responses["signum"]], 0.4)
+    assert 0.4 <= begin < end <= yardstick.track.end
+    inside = (yardstick.t >= begin) & (yardstick.t <= end)
+    assert 0 < yardstick.stuck[inside].mean() < 1
+
+
+def test_stretch_without_a_stop_holds_the_greatest_deviation():
+    made = orbits(["smooth", "stick-slip"], force=1.0)
+    yardstick, other = made.responses["stick-slip"], made.responses["smooth"]
+    gap = comparison_plot.difference(yardstick, other, 0.2)
+    begin, end = comparison_plot.telling(yardstick, [other], 0.2)
+    assert begin <= 0.2 + gap.argmax() * yardstick.dt <= end
+
+
+def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
+    # The varying normal force makes the orbit of stick-slip last two periods; signum has no
+    # use for it.
+    (tmp_path / "s.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        "friction: {law: coulomb, kinetic: 45,\n"
+        "  normal_variation: {amplitude: 0.5, frequency: 3}}\n"
+        "excitation: {kind: harmonic, frequency: 2, rms: 1}\n"
+        "solver: {step: 2.5e-3}\nmeasure: {steady: true}\n"
+    )
+    made = compare(load(tmp_path / "s.yaml"), "signum coulomb vs stick-slip")
+    short = made.responses["signum"]
+    assert (
+        comparison_plot.repetition(short),
+        comparison_plot.repetition(made.responses["coulomb"]),
+    ) == (0.5, 1)
+    motion, loops, *_ = draw_comparison(made).axes
+    assert motion.get_xlim()[0] > 0.5
+    thin = {line.get_linestyle(): line for line in motion.lines if line.get_linewidth() < 3}[
+        "-"
+    ]
+    t, x_dd = np.array(thin.get_data())
+    assert t[0] <= motion.get_xlim()[0] < motion.get_xlim()[1] <= t[-1]
+    assert x_dd == pytest.approx(np.interp(t - 0.5, short.t, short.x_dd))
+    for line in loops.lines:  # closed, a point or two beyond
+        x_r = line.get_xdata()
+        assert np.abs(x_r[-3:] - x_r[0]).min() == pytest.approx(0, abs=1e-6)
+
+
+def test_lengths_of_a_sweep_have_one_unit_wherever_they_are_told(capsys):
+    table = sweep(*axes(frequency=[1.0, 1.6], rms=[800.0]), limit=9.0, reference=None)
+    warnings = tuple(case_strokes(table.tallies["stick-slip"], table.scenario))
+    show_table(replace(table, warnings=warnings))
+    figure = draw_stroke(table)
+    told = [*capsys.readouterr(), *(text.get_text() for text in figure.texts), *legend(figure)]
+    assert len(warnings) == 1
+    assert "stroke limit 9 m" in legend(figure)
+    assert set(re.findall(r"\d (µm|mm|m)\b(?!/)", "\n".join(told))) == {"m"}
+
+
+def test_numbers_of_bars_stand_within_their_panel():
+    figure = draw_comparison(orbits(["signum", "switch", "stick-slip"]))
+    figure.draw_without_rendering()
+    for panel in figure.axes[-2:]:
+        room = panel.get_window_extent()
+        assert len(panel.texts) > 1
+        for number in panel.texts:
+            box = number.get_window_extent()
+            assert room.x0 <= box.x0
+            assert box.x1 <= room.x1
+
+
+def test_exact_entry_without_an_error_stands_below_all_others_and_says_so():
+    exact = Score("stick-slip", "", True, None, 1, time=150.0, verdict="exact by its balance")
+    coarse = Score("signum", "", True, 1e-3, 1, time=50.0, error_x_r=0.4, error_T_a=-0.4)
+    panel = Panel(stand_in("harmonic"), None, (), (exact, coarse), 7.0, None, ())
+    figure = draw_bench(Bench((panel,), "plain"))
+    for shown in figure.axes:
+        lowest = min(
+            y for line in shown.lines if line.get_marker() in "*^" for y in line.get_ydata()
+        )
+        assert lowest == pytest.approx(0.04)
+        assert "stick-slip: exact, no error" in [text.get_text() for text in shown.texts]
+
+
+def test_hits_of_end_stops_are_drawn_where_the_stroke_hardly_differs(tmp_path):
+    text = (
+        "oscillator: {mass: 80, stiffness: 6000, damping: 250}\n"
+        "excitation: {kind: harmonic, frequency: 1.7, rms: 1.5}\n"
+        "solver: {step: 4 ms}\nsweep: {excitation.rms: [1.0, 2.0]}\n"
+    )
+    for stops, title in (
+        ("restitution: 0.4", "impact speed"),
+        ("stiffness: 1e5", "peak force"),
+    ):
+        (tmp_path / "s.yaml").write_text(f"{text}stroke: {{limit: 0.01, stops: {{{stops}}}}}\n")
+        _, hits = draw_stroke(solved(load(tmp_path / "s.yaml"))).axes
+        assert title in hits.get_title("left")
+        (curve,) = [line for line in hits.lines if len(line.get_xdata()) == 2]
+        assert 0 < curve.get_ydata()[0] < curve.get_ydata()[1]
+
+
+@pytest.mark.parametrize(
+    ("size", "unit", "limit"), [(1e-5, "µm", 0.25), (1.0, "mm", 25.0), (1e4, "m", 250.0)]
+)
+def test_stroke_of_a_sweep_is_drawn_in_the_unit_in_which_its_peak_is_told(
+    tmp_path, capsys, size, unit, limit
+):
+    (tmp_path / "s.yaml").write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        f"friction: {{law: coulomb, kinetic: {15 * size}}}\n"
+        f"stroke: {{limit: {0.025 * size}}}\n"
+        f"excitation: {{kind: harmonic, frequency: 1.6, rms: {size}}}\n"
+        "solver: {step: 4 ms}\nsweep: {excitation.frequency: [1, 1.4, 2]}\n"
+    )
+    table = solved(load(tmp_path / "s.yaml"))
+    (panel,) = draw_stroke(table).axes
+    assert panel.get_title("left").endswith(f"[{unit}]")
+    assert lines(panel, f"stroke limit {limit:g} {unit}")[0].get_ydata()[0] == pytest.approx(
+        limit
+    )
+    show_table(table)
+    (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
+    peak = max(lines(panel, "stick-slip")[0].get_ydata())
+    assert told.split()[2:4] == [wording.number(peak), unit]
+    assert f"{wording.number(peak, digits=3)} {unit}" in repr(table)
+
+
+def test_numbers_below_a_long_logarithmic_axis_do_not_touch():
+    figure = draw_transmissibility(
+        along("friction.bristle_stiffness", 1e3, 1e4, 1e6, unit="N/m")
+    )
+    figure.draw_without_rendering()
+    for panel in figure.axes:
+        low, high = panel.get_xlim()
+        ticks = [one for one in panel.xaxis.get_major_ticks() if low <= one.get_loc() <= high]
+        ends = [one.label1.get_window_extent() for one in ticks]
+        assert len(ends) >= 4
+        assert all(one.x1 < other.x0 for one, other in pairwise(ends))
+        assert ends[-1].x1 <= figure.bbox.x1
+
+
+# The pictures of sweeps of very many cases, drawn of few: bands, maps and their axes.
+
+
+SEAT = """\
+drysim: 1
+name: seat
+oscillator: {mass: 75, stiffness: 7500, damping: 500}
+friction: {law: coulomb, kinetic: 15}
+stroke: {limit: 25 mm}
+excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
+solver: {approach: stick-slip, step: 2.5e-3}
+reference: viscous
+"""
+BOTH = [T_X, T_A]
+GRID = "{excitation.frequency: [1, 2, 4, 8], friction.kinetic: [5, 15, 45]}"
+SAMPLE = """
+  sample:
+    {kind: sobol, count: 60, seed: 1, over: {
+      excitation.frequency: {from: 0.5, to: 10},
+      oscillator.mass: {distribution: normal, mean: 75, sd: 5, from: 50}}}
+"""
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Give a function that computes the table of a sweep block."""
+
+    def swept(block, seat=SEAT):
+        file = tmp_path / "seat.yaml"
+        file.write_text(f"{seat}sweep: {block}\n")
+        return many_sweep(load(file))
+
+    return swept
+
+
+def band(panel, words):
+    """Give the lower and upper ends of a band, by x."""
+    (found,) = [one for one in panel.collections if one.get_label() == words]
+    ends = {}
+    for x, y in found.get_paths()[0].vertices:
+        low, high = ends.get(x, (np.inf, -np.inf))
+        ends[x] = min(low, y), max(high, y)
+    return [ends[x] for x in sorted(ends)]
+
+
+def line(panel, words):
+    """Give the curve of a label."""
+    (found,) = [one for one in panel.lines if one.get_label() == words]
+    return found.get_xdata(), found.get_ydata()
+
+
+def mesh(panel):
+    """Give the map of a panel."""
+    (found,) = [one for one in panel.collections if hasattr(one, "get_coordinates")]
+    return found
+
+
+def test_bands_lie_within_each_other_around_the_median(table):
+    bands, *_ = sweep_plots.draw_many(table(GRID), BOTH).axes
+    outer, inner = band(bands, "90 % of the cases"), band(bands, "half of them")
+    x, median = line(bands, "median")
+    assert x.tolist() == [1, 2, 4, 8]
+    for (low, high), (first, third), middle in zip(outer, inner, median, strict=True):
+        assert 0 < low <= first <= middle <= third <= high
+    assert line(bands, "median without dry friction")[1][1] > median[1]
+
+
+def test_axes_of_many_cases_are_named_and_share_their_range(table):
+    figure = sweep_plots.draw_many(table(GRID), BOTH)
+    bands, mapped = figure.axes[0], figure.axes[1]
+    assert mapped.get_xlabel() == "frequency $f$ [Hz]"
+    assert mapped.get_ylabel() == "kinetic friction force $F_{fk}$ [N]"
+    assert bands.get_xlabel() == ""
+    # Whole cells, those of the least and the greatest value, too.
+    assert bands.get_xlim() == mapped.get_xlim() == (0.5, 10)
+    assert mapped.get_ylim() == (0, 60)
+    assert bands.get_ylim()[0] == 0
+
+
+def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
+    swept = table(GRID)
+    figure = sweep_plots.draw_many(swept, BOTH)
+    known = [row.metrics["T_x"] for row in swept.of("stick-slip")]
+    found = mesh(figure.axes[1])
+    assert found.get_clim() == pytest.approx((min(known), max(known)))
+    values = found.get_array().reshape(3, 4)
+    assert values.ravel().tolist() == pytest.approx(known)
+
+
+def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
+    forces = "friction.kinetic: {from: 1, to: 45, count: 10}"
+    block = f"{{excitation.frequency: {{from: 0.1, to: 100, count: 7, scale: log}}, {forces}}}"
+    mapped = sweep_plots.draw_many(table(block), BOTH).axes[1]
+    assert (mapped.get_xscale(), mapped.get_yscale()) == ("log", "log")
+    x = mesh(mapped).get_coordinates()[0, :, 0]
+    assert np.diff(np.log(x)).tolist() == pytest.approx([np.log(10) / 2] * 7)
+    # An axis of equal steps does not reach down to zero, where no case is.
+    assert 0.4 < mapped.get_ylim()[0] < 1
+
+
+def test_a_coefficient_of_friction_is_not_called_a_force(table):
+    block = "{excitation.frequency: [1, 2], friction.mu_kinetic: [0.01, 0.02]}"
+    swept = table(block, SEAT.replace("kinetic: 15", "mu_kinetic: 0.02"))
+    assert sweep_plots.draw_many(swept, BOTH).axes[1].get_ylabel() == "mu kinetic $\\mu_k$ [–]"
+
+
+def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
+    swept = table(SAMPLE)
+    figure = draw_transmissibility(swept)
+    bands, mapped = figure.axes[0], figure.axes[1]
+    assert mapped.get_ylabel() == "mass $m$ [kg]"
+    # The picture reaches as far as the sample does, its curves and its cells, too.
+    x, median = line(bands, "median")
+    assert bands.get_xlim() == mapped.get_xlim() == (x[0], x[-1]) == (0.5, 10)
+    assert median[0] == median[1]
+    counts = sweep_plots.Scatter("T_a", sweep_plots.Bins.of(swept.axes[0]), None)
+    sweep_plots.gathered(batches_of(swept.rows), "stick-slip", [counts])
+    assert counts.counts.sum() == 60
+    # White where no case is: the map is masked there and nowhere else.
+    masked = np.ma.getmaskarray(mesh(mapped).get_array())
+    assert 0 < np.count_nonzero(~masked) <= 60
+
+
+def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
+    figure = sweep_plots.draw_many(table(GRID), [peak(0.01)])
+    assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
+    assert figure.axes[0].get_ylim()[1] >= 25
+
+
+def test_numbers_beside_a_map_are_within_the_picture(table):
+    small = SEAT.replace("rms: 1.0", "rms: 1e-5").replace("15}", "15e-5}")
+    rms = "{excitation.frequency: [1, 1.4, 4, 8], excitation.rms: [0.5e-5, 0.75e-5, 1e-5]}"
+    figure = sweep_plots.draw_many(table(rms, small), [peak(2e-7)])
+    figure.draw_without_rendering()
+    _, mapped = figure.axes
+    (bar,) = mapped.child_axes
+    ends = [one.get_window_extent().x1 for one in bar.get_yticklabels()]
+    assert len(ends) > 2
+    assert max(ends) <= figure.bbox.x1
+    factor, title = mapped.yaxis.get_offset_text(), mapped.title
+    assert not factor.get_window_extent().overlaps(title.get_window_extent())
+
+
+def test_bar_of_a_map_is_no_axis_of_the_next_which_names_and_numbers_its_own(table):
+    block = "{excitation.frequency: [1, 2, 4], oscillator.stiffness: [7500, 7600.25, 7700.5]}"
+    figure = sweep_plots.draw_many(table(block), BOTH)
+    figure.draw_without_rendering()
+    left, right = figure.axes[1], figure.axes[3]
+    assert left.get_ylabel() == right.get_ylabel() == "stiffness $k_x$ [N/m]"
+    numbers = [one for one in right.get_yticklabels() if one.get_text()]
+    assert [one.get_text() for one in numbers] == [
+        one.get_text() for one in left.get_yticklabels()
+    ]
+    (bar,) = left.child_axes
+    end = max(one.get_window_extent().x1 for one in bar.get_yticklabels())
+    assert end < right.yaxis.label.get_window_extent().x0
+
+
+def test_one_case_and_one_key_make_a_picture(table):
+    single = sweep_plots.draw_many(table("{friction.kinetic: [15]}"), BOTH)
+    assert line(single.axes[0], "median")[1][0] == pytest.approx(1.3, abs=0.1)
+    assert len(sweep_plots.draw_many(table("{friction.kinetic: [5, 15]}"), BOTH).axes) == 2
+
+
+def test_cases_without_numbers_leave_an_empty_panel():
+    lost = spoil(many_stand_in(*axes_of(frequency=[1, 2], force=[5, 15])), FAILED, *range(8))
+    figure = sweep_plots.draw_many(lost, BOTH)
+    assert figure.axes[0].get_ylim()[0] == 0
+    assert np.isnan(line(figure.axes[0], "median")[1]).all()
+
+
+def test_quantiles_of_a_picture_are_those_of_the_cases():
+    values = np.random.Generator(np.random.PCG64(2)).lognormal(size=5000)
+    bins = sweep_plots.Bins.of(axes_of(frequency=[1, 2])[0])
+    one = sweep_plots.Scatter("T_a", bins, None)
+
+    class Batch:
+        metrics, points = {"T_a": values}, {"excitation.frequency": np.ones(5000)}
+
+    one.add(Batch)
+    for level in (0.05, 0.25, 0.5, 0.75, 0.95):
+        assert one.quantile(level)[0] == pytest.approx(np.quantile(values, level), rel=4e-3)
+        assert np.isnan(one.quantile(level)[1])
+    assert Counter(one.counts.sum(axis=1).tolist()) == {5000: 1, 0: 1}
+
+
+def test_range_that_is_drawn_by_difference_has_even_bins_to_its_end(table):
+    force = "friction.kinetic: {from: 0.5, to: 60}"
+    mass = "oscillator.mass: {from: 10, to: 500, scale: log}"
+    sample = f"{{kind: latin, count: 60, seed: 2, over: {{{force}, {mass}}}}}"
+    by_difference, by_ratio = (
+        sweep_plots.Bins.of(axis) for axis in table(f"{{sample: {sample}}}").axes
+    )
+    assert by_difference.fences[[0, -1]].tolist() == pytest.approx([0.5, 60])
+    assert np.ptp(np.diff(by_difference.middles)) == pytest.approx(0, abs=1e-9)
+    assert by_ratio.fences[[0, -1]].tolist() == pytest.approx([10, 500])
+    assert (by_difference.even_in_ratio, by_ratio.even_in_ratio) == (False, True)
+
+
+def test_values_listed_in_any_order_have_bins_from_the_least_to_the_greatest():
+    values = np.random.Generator(np.random.PCG64(3)).permutation(np.linspace(1, 6, 151))
+    bins = sweep_plots.Bins.of(axes_of(frequency=values)[0])
+    assert bins.fences[[0, -1]].tolist() == [1, 6]
+    assert np.all(np.diff(bins.fences) > 0)
+
+
+def test_bins_between_which_a_range_has_no_value_are_one():
+    values = np.linspace(0.5, 10, 210)
+    bins = sweep_plots.Bins.of(axes_of(frequency=values)[0])
+    assert bins.even_in_ratio
+    assert bins.fences[[0, -1]].tolist() == [0.5, 10]
+    assert np.bincount(bins.find(values), minlength=len(bins)).min() == 1
+
+
+def test_sample_of_a_decade_by_ratio_has_a_logarithmic_axis_with_every_number_in_full(table):
+    stiffness = "oscillator.stiffness: {from: 5 kN/m, to: 50 kN/m"
+    over = "excitation.frequency: {from: 1, to: 5}"
+    for words, scale in (("", "linear"), (", scale: log", "log")):
+        sample = f"{{kind: latin, count: 60, seed: 2, over: {{{over}, {stiffness}{words}}}}}}}"
+        figure = draw_transmissibility(table(f"{{sample: {sample}}}"))
+        figure.draw_without_rendering()
+        mapped = figure.axes[1]
+        assert mapped.get_yscale() == scale
+        assert mapped.get_ylim() == pytest.approx((5e3, 5e4))
+        assert {"10000", "20000"} <= {one.get_text() for one in mapped.get_yticklabels()}
+        assert mapped.yaxis.get_offset_text().get_text() == ""
+        assert mapped.yaxis.label.get_window_extent().x0 > 0

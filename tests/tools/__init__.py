@@ -1,1 +1,0 @@
-"""What developers run or borrow beside the tests."""

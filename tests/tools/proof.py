@@ -1,0 +1,101 @@
+"""The table of speed and error in README.md: `make proof` measures it and writes it anew.
+
+It runs the two benches that the README names beside it, with all other programs that are
+installed. Timings vary from run to run, so its numbers are not compared with those of today;
+`tests/test_readme.py` checks its shape.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import peers
+
+from drysim.bench import scipy_ivp, speed_error
+from drysim.bench.score import Panel
+from drysim.bench.timing import Terms
+from drysim.wording import number
+
+FILE = Path(__file__).parents[2] / "README.md"
+PART = re.compile(r"(<!-- proof -->\n)(.*?)(?=<!-- end -->)", re.S)
+
+TERMS = {"repeats": 9, "patience": 0.1}
+OPTIONS = [word for name, value in TERMS.items() for word in (f"--{name}", str(value))]
+COMMANDS = {
+    "bench": ["bench", *OPTIONS, "--quiet", "--no-plots", "--out", "bench"],
+    "steady": ["bench", "--steady", *OPTIONS, "--quiet", "--no-plots", "--out", "steady"],
+}
+"""What measures the same without the programs of `peers`."""
+
+WORKS = (
+    ("sine", "bench", ("paper-high-friction",)),
+    ("noise", "bench", ("paper-random",)),
+    ("steady states", "steady", ("paper-low-friction", "paper-high-friction")),
+)
+"""Columns: heading, the command behind it, and the cases that it takes together."""
+
+ENTRIES = (
+    ("stick-slip", ""),
+    ("moreau", ""),
+    ("switch", ""),
+    ("signum", "semi-implicit"),
+    ("smooth", "tanh, c 1000, rk4"),
+    ("heyoka events", "1e-15"),
+    ("solve_ivp events", "RK45, 0.001"),
+    ("solve_ivp events", "DOP853, 1e-12"),
+    ("solve_ivp tanh", "LSODA, 1e-6, tanh c 10000"),
+    ("CVODE tanh", "BDF, 1e-9, tanh c 1e6"),
+    ("PathSim tanh", "RKCK54, 1e-6, tanh c 1000"),
+    ("MuJoCo", "implicitfast"),
+)
+"""Rows: approaches at the step of the samples, and peers."""
+
+Panels = tuple[Panel, ...]
+
+NONE = "–"
+CELL = re.compile(r"[\d.e]+ \([\d.e]+ ns\), [\d.e-]+")
+
+
+def measured() -> dict[str, Panels]:
+    """Run both benches, and give the panels of each."""
+    terms = Terms(**TERMS, peers=(scipy_ivp, *peers.present()))
+    asked = {
+        "bench": speed_error.marching(speed_error.scenarios(None, [], swept=False), terms),
+        "steady": speed_error.settling(speed_error.scenarios(None, [], swept=True), terms),
+    }
+    return {name: one.run(lambda: None).panels for name, one in asked.items()}
+
+
+def cell(panels: Panels, approach: str, setting: str, cases: tuple[str, ...]) -> str:
+    """Give time and error of an entry on some cases that weigh alike."""
+    found = []
+    for case in cases:
+        panel = next(panel for panel in panels if panel.scenario.name == case)
+        alike = [one for one in panel.scores if one.approach == approach]
+        alike = [one for one in alike if one.setting.startswith(setting)]
+        found += [one for one in alike if one.error_x_r is not None][:1]
+    if len(found) < len(cases):
+        return NONE
+    error = max(one.error_x_r for one in found)
+    ratio = sum(one.ratio for one in found) / len(found)
+    time = sum(one.time for one in found) / len(found)
+    return f"{number(ratio, digits=2)} ({number(time, 'ns', 2)}), {number(error, digits=1)}"
+
+
+def table(benches: dict[str, Panels]) -> str:
+    """Give the table, a row an entry that is known on any of the works."""
+    lines = [("", *(heading for heading, _, _ in WORKS)), ("---",) * (1 + len(WORKS))]
+    for approach, setting in ENTRIES:
+        cells = [cell(benches[name], approach, setting, cases) for _, name, cases in WORKS]
+        if set(cells) != {NONE}:
+            lines.append((" ".join(filter(None, (approach, setting))), *cells))
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+if __name__ == "__main__":
+    made = table(measured())
+    print(made)
+    text = FILE.read_text(encoding="utf-8")
+    text = PART.sub(lambda part: part[1] + made, text)
+    FILE.write_text(text, encoding="utf-8", newline="\n")
