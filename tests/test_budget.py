@@ -239,44 +239,44 @@ BRIEF_NOISE = {"kind": "standard", "class": "EM3", "duration": 10, "seeds": 3}
 
 
 @pytest.fixture
-def seat(tmp_path):
+def noisy_seat(tmp_path):
     """Give the path of a seat's scenario."""
     (tmp_path / "seat.yaml").write_text(BRIEF_SEAT)
     return tmp_path / "seat.yaml"
 
 
-def test_outcome_shows_itself_in_a_line(seat):
-    outcome = drysim.run(drysim.load(seat))
+def test_outcome_shows_itself_in_a_line(noisy_seat):
+    outcome = drysim.run(drysim.load(noisy_seat))
     assert repr(outcome) == (
         "<Outcome of seat: T_a 0.976, T_x 0.4485, peak |x_r| 2.794 mm; 5 events; "
         "1 of 2 checks held>"
     )
     elsewhere = {"checks": ["T_a < 2", "T_a < 1 at friction.kinetic < 1"]}
-    told = repr(drysim.run(drysim.load(seat, elsewhere)))
+    told = repr(drysim.run(drysim.load(noisy_seat, elsewhere)))
     assert told.endswith("1 of 2 checks held and 1 not judged>")
     assert repr(outcome.response) == "<Response: 201 points at 0.0025 s, 5 events>"
     assert repr(outcome.events).startswith("<Events: 5; ")
 
 
-def test_answers_of_many_cases_show_themselves_in_a_line(seat):
-    table = drysim.sweep(drysim.load(seat))
+def test_answers_of_many_cases_show_themselves_in_a_line(noisy_seat):
+    table = drysim.sweep(drysim.load(noisy_seat))
     assert repr(table) == (
         "<Table of seat: 2 cases by stick-slip; T_a 0.976 to 1.28, T_x 0.449 to 1.55, "
         "peak |x_r| 2.79 to 10.4 mm; 1 of 2 checks held>"
     )
-    comparison = drysim.compare(drysim.load(seat), "signum vs stick-slip")
+    comparison = drysim.compare(drysim.load(noisy_seat), "signum vs stick-slip")
     assert repr(comparison).startswith(
         "<Comparison of seat: signum, stick-slip, viscous against stick-slip; signum "
     )
-    own = repr(drysim.sweep(drysim.load(seat))).partition("; ")[2].partition("; ")[0]
+    own = repr(drysim.sweep(drysim.load(noisy_seat))).partition("; ")[2].partition("; ")[0]
     assert f"; {own} by stick-slip; 1 of 2 checks held" in repr(comparison.table)
-    many = drysim.run(drysim.load(seat, {"excitation": BRIEF_NOISE}))
+    many = drysim.run(drysim.load(noisy_seat, {"excitation": BRIEF_NOISE}))
     assert repr(many).startswith("<Ensemble of seat: 3 seeds; T_a 1.0")
     assert len(repr(many)) < 200
 
 
-def test_comparison_takes_its_words_as_a_text_or_as_a_list(seat):
-    scenario = drysim.load(seat)
+def test_comparison_takes_its_words_as_a_text_or_as_a_list(noisy_seat):
+    scenario = drysim.load(noisy_seat)
     one = drysim.compare(scenario, "signum vs stick-slip")
     for words in (["signum", "stick-slip"], ["signum vs stick-slip"]):
         assert drysim.compare(scenario, words).verdict == one.verdict
@@ -285,12 +285,12 @@ def test_comparison_takes_its_words_as_a_text_or_as_a_list(seat):
             drysim.compare(scenario, words)
 
 
-def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(seat):
-    scenario = drysim.load(seat)
+def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(noisy_seat):
+    scenario = drysim.load(noisy_seat)
     for solve in (drysim.run, drysim.sweep, lambda one: drysim.compare(one, "signum viscous")):
         with pytest.raises(drysim.UsageError, match="what is solved is a scenario"):
-            solve(str(seat))
-    many = drysim.load(seat, {"excitation": BRIEF_NOISE})
+            solve(str(noisy_seat))
+    many = drysim.load(noisy_seat, {"excitation": BRIEF_NOISE})
     for workers in ("2", 0, -1, 2.5, True):
         for solve, one in (
             (drysim.sweep, scenario),
@@ -302,7 +302,7 @@ def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(se
     comparison = drysim.compare(scenario, "signum vs stick-slip", workers=np.int64(2))
     with pytest.raises(drysim.UsageError, match="that of a row of the table, not of 'x'"):
         comparison.deviation("x")
-    slower = drysim.load(seat, {"oscillator.damping": 900})
+    slower = drysim.load(noisy_seat, {"oscillator.damping": 900})
     with pytest.raises(drysim.UsageError, match=r"of a row of the table, not of `?Row"):
         comparison.deviation(drysim.sweep(slower)[0])
     assert comparison.deviation(comparison.table[1]) == comparison.deviation(
@@ -316,32 +316,32 @@ def test_what_is_no_scenario_no_row_and_no_number_of_threads_earns_a_sentence(se
             table[number]
 
 
-def test_fault_shows_every_problem_with_its_place(seat):
-    seat.write_text(
+def test_fault_shows_every_problem_with_its_place(noisy_seat):
+    noisy_seat.write_text(
         BRIEF_SEAT.replace("mass: 75", "mas: 75").replace("kinetic: 45}", "kinetic: -1}")
     )
     with pytest.raises(drysim.ScenarioError) as caught:
-        drysim.load(seat)
+        drysim.load(noisy_seat)
     assert str(caught.value).splitlines() == [
-        f"{seat} is not a scenario yet: 2 problems",
-        f"{seat}:3:14: unknown key `mas` in oscillator; did you mean `mass`?",
-        f"{seat}:4:35: friction.kinetic must be at least 0 N, not -1",
+        f"{noisy_seat} is not a scenario yet: 2 problems",
+        f"{noisy_seat}:3:14: unknown key `mas` in oscillator; did you mean `mass`?",
+        f"{noisy_seat}:4:35: friction.kinetic must be at least 0 N, not -1",
     ]
 
 
-def test_fault_of_a_record_shows_its_place(seat):
+def test_fault_of_a_record_shows_its_place(noisy_seat):
     record = {"kind": "record", "file": "r.csv", "rate": 400}
-    (seat.parent / "r.csv").write_text("a [g]\n1\noops\n")
-    scenario = drysim.load(seat, {"excitation": record, "solver": None})
+    (noisy_seat.parent / "r.csv").write_text("a [g]\n1\noops\n")
+    scenario = drysim.load(noisy_seat, {"excitation": record, "solver": None})
     with pytest.raises(drysim.RecordError) as caught:
         drysim.run(scenario)
-    where = seat.parent / "r.csv"
+    where = noisy_seat.parent / "r.csv"
     assert (
         str(caught.value) == f"{where}:3:1: row 3, column 1 (`a [g]`): `oops` is not a number"
     )
 
 
-def test_what_is_no_scenario_is_told_in_a_sentence(seat):
+def test_what_is_no_scenario_is_told_in_a_sentence(noisy_seat):
     for ask in (drysim.run, drysim.sweep):
         with pytest.raises(
             drysim.UsageError, match=r"as `drysim\.load` gives it, not 'seat\.ya"

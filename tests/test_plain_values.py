@@ -212,7 +212,7 @@ def test_scenario_outcome_and_faults_pass_between_processes(seat, method):
     # A process of its own: this one has threads, which a fork would not take along.
     done = subprocess.run(
         [sys.executable, __file__, method, str(seat)],
-        env={**os.environ, "DRYSIM_ENGINE": "plain"},
+        env={**os.environ, "DRYSIM_ENGINE": "plain", "PYTHONPATH": os.pathsep.join(sys.path)},
         capture_output=True,
         text=True,
         check=False,
