@@ -17,9 +17,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Law
 from drysim.errors import ScenarioError
 from drysim.friction import FRICTIONS
-from drysim.friction.coulomb import Coulomb
-from drysim.friction.dynamic import Dahl, Leuven, Lugre, Stribeck
-from drysim.friction.elastic import Jenkins, PetrovEwins
+from drysim.friction.laws import Coulomb, Dahl, Jenkins, Leuven, Lugre, PetrovEwins, Stribeck
 from drysim.metrics import measure
 from drysim.scenario.load import load
 from drysim.scenario.reading import LAWS, numerals

@@ -18,8 +18,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Law, Plant, Pressed, Pressure, Samples, Sines, State
 from drysim.errors import RecordError, ScenarioError
 from drysim.scenario.load import load
-from drysim.study.case import prepare
-from drysim.study.validate import examine
+from drysim.study.case import examine, prepare
 
 # A normal force in scenarios: recorded or lifting; what uses it, refuses it, and says so.
 
@@ -110,10 +109,10 @@ def test_swept_amplitudes_on_both_sides_of_one_agree_with_runs(scene):
 
 
 def test_record_is_read_once_for_all_cases_and_hashed(scene, tmp_path, monkeypatch):
-    from drysim.records import file, record
+    from drysim.records import columns, record
 
     scenario = load(scene(more=WINDOW + "sweep: {friction.mu_kinetic: [0.1, 0.2, 0.3]}\n"))
-    calls, read = [], file.read
+    calls, read = [], columns.read
     monkeypatch.setattr(record, "read", lambda *given: calls.append(given) or read(*given))
     rows = list(drysim.sweep(scenario))
     assert len({row.metrics["T_a"] for row in rows}) == 3

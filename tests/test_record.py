@@ -16,7 +16,7 @@ from drysim import system
 from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
 from drysim.records import text as cells_module
-from drysim.records.file import read
+from drysim.records.columns import read
 from drysim.records.formats import SUFFIXES
 from drysim.records.text import _careful, _quick, text_columns
 

@@ -14,7 +14,7 @@ from drysim.core.model import blocks, largest
 from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
 from drysim.records import columns as channels_module
-from drysim.records import file as reader_module
+from drysim.records import columns as reader_module
 from drysim.records import text as cells_module
 from drysim.records.columns import Stored
 from test_record_formats import at2, mat, mdf, rpc, tdms, uff, wav

@@ -14,7 +14,7 @@ import drysim
 from drysim import system
 from drysim.errors import Caution
 from drysim.study import case, gallery
-from drysim.study.validate import examine
+from drysim.study.case import examine
 from drysim.study.warnings import found
 
 LOUD = {"excitation.rms": 2.0}

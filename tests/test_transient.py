@@ -10,7 +10,7 @@ import pytest
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Law, Plant, State
 from drysim.errors import ScenarioError
-from drysim.excitation.transient import Chirp, Shock
+from drysim.excitation.harmonic import Chirp, Shock
 from drysim.scenario.load import load
 from drysim.study.ensemble import run
 

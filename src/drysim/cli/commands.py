@@ -316,7 +316,7 @@ def validate(
 ) -> int:
     """Check files, compute nothing."""
     from drysim.console import problems
-    from drysim.study.validate import examine
+    from drysim.study.case import examine
 
     found = {file: examine(file, changes or []) for file in scenarios}
     failing = ("error", "warning") if strict else ("error",)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from drysim.excitation.harmonic import Harmonic, Rest, SineSum
+from drysim.excitation.harmonic import Chirp, Harmonic, Rest, Shock, SineSum
 from drysim.excitation.random import Psd, Road, Standard
 from drysim.excitation.recorded import Record
-from drysim.excitation.transient import Chirp, Shock
 
 EXCITATIONS = (Rest, Harmonic, SineSum, Chirp, Shock, Psd, Standard, Road, Record)
 

@@ -1,18 +1,24 @@
-"""Base motion that is known in closed form: rest, one sine, sums of sines.
+"""Deterministic base motion: rest, one sine, sums of sines; sine sweeps and shock pulses.
 
-A sine is given by its acceleration, as RMS value or amplitude, and used analytically.
+A sine is given by its acceleration, as RMS value or amplitude, and used analytically. What
+passes once is sampled on the grid of solver.step.
 """
 
 from __future__ import annotations
 
-from math import sqrt
-from typing import Annotated, Any, ClassVar, Literal
+from collections.abc import Collection, Iterator
+from math import ceil, log, pi, sqrt
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field
+import numpy as np
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from drysim.core.model import Sines
-from drysim.excitation.base import Member
-from drysim.units import Angle, Block, Frequency, Quantity
+from drysim.core.model import Samples, Sines
+from drysim.errors import Caution
+from drysim.excitation.base import WHOLE, Ending, Floats, Generated, Member, Span
+from drysim.excitation.random import coarse
+from drysim.units import Acceleration, Angle, Block, Frequency, Misfit, Quantity
+from drysim.wording import number
 
 
 class Rest(Member):
@@ -131,3 +137,222 @@ def sum_of(*sines: Component) -> tuple[Any, Any]:
     across = sum(sine.A * np.sin(sine.phase) for sine in sines)
     A, noise = np.hypot(along, across), ROUNDING * sum(sine.A for sine in sines)
     return np.where(noise < A, A, 0.0)[()], np.arctan2(across, along)[()]
+
+
+# Base motion that passes once: a sine sweep, and shock pulses of classical shapes.
+#
+# Both are sampled on the grid of solver.step; a warning says where straight lines between the
+# samples make something else of them.
+
+
+class Chirp(Ending):
+    """A shaker table on a sine sweep: a sine of constant acceleration and moving frequency.
+
+    Not to be confused with the `sweep` block, which runs a scenario once for every value: this
+    is one run through all frequencies, and what it shows at each still swings from before.
+    """
+
+    kind: Literal["sweep"]
+    """A sine sweep."""
+    also_called: ClassVar[tuple[str, ...]] = ("chirp", "sine sweep", "swept sine")
+    first: Annotated[Frequency, Field(alias="from")]
+    """Frequency at the beginning [Hz]."""
+    last: Annotated[Frequency, Field(alias="to")]
+    """Frequency at the end [Hz], above or below `from`."""
+    scale: Literal["linear", "log"] = "linear"
+    """How the frequency changes: `linear`, by equal steps, or `log`, by equal ratios, in equal
+    times."""
+    rms: Level | None = None
+    """RMS value of the sine [m/s²]."""
+    amplitude: Level | None = None
+    """Amplitude of the sine [m/s²], in place of `rms` and √2 times it."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rms", "amplitude"),)
+
+    @property
+    def A(self) -> float:
+        """Amplitude of the base acceleration [m/s²]."""
+        return sqrt(2) * (self.rms or 0.0) if self.amplitude is None else self.amplitude
+
+    @property
+    def highest(self) -> float:
+        """Highest frequency [Hz]."""
+        return max(self.first, self.last)
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give between which frequencies it goes, and how."""
+        band = f"{number(self.first)} to {number(self.last, 'Hz')}, "
+        return ("" if {"from", "to"} & {*varied} else band) + self.scale
+
+    def cycles(self, share: Floats) -> Floats:
+        """Give the phase, in cycles, when a share of the duration has passed.
+
+        Notes
+        -----
+        The integral of the frequency in closed form: with r = f1/f0 and s = t/T it is
+        f0 T s + (f1 - f0) T s²/2 for a linear and f0 T (r^s - 1)/ln r for a logarithmic sweep.
+        """
+        T, f_0, f_1 = self.duration, self.first, self.last
+        octaves = log(f_1 / f_0)
+        if self.scale == "linear" or octaves == 0.0:
+            return share * (f_0 * T + 0.5 * (f_1 - f_0) * T * share)
+        return np.asarray(f_0 * T / octaves * np.expm1(octaves * share))
+
+    def drawn(self, step: float) -> Samples:
+        """Sample the sweep, which begins at zero; its phase is exact at every sample."""
+        n = round(self.duration / step)
+        cycles = self.cycles(np.arange(n + 1) / n)
+        u_dd = self.A * np.sin(2 * pi * (cycles % 1.0))
+        left, right = u_dd[:-1], u_dd[1:]
+        square = float((left @ left + left @ right + right @ right) / (3 * n))
+        realised = {
+            "rms_asked": self.A / sqrt(2),
+            "rms": sqrt(square),
+            "cycles": float(cycles[-1]),
+        }
+        # A sine of frequency f loses sinc² of f times the step to the straight lines.
+        kept = float(np.sinc(self.highest * step) ** 2)
+        told = tuple(coarse(kept, step, f"amplitude at {self.highest:g} Hz than asked for"))
+        return Samples(u_dd, step, None, (), told, realised)
+
+
+# Shock.
+
+
+PULSES = ("half-sine", "haversine", "sawtooth", "trapezoid")
+
+BULGE = {"half-sine": pi**2 / 8, "haversine": pi**2 / 4}
+"""How far, in amplitudes, straight lines over 1/N of a pulse leave it; times 1/N²."""
+
+OFF = 0.01
+"""Share of the amplitude, or of the velocity change, that a grid may lose unsaid [-]."""
+
+
+def _short(given: object) -> object:
+    """Give `terminal-peak sawtooth` as `sawtooth`: there is no other here."""
+    return given.removeprefix("terminal-peak").strip(" -") if isinstance(given, str) else given
+
+
+Pulse = Annotated[
+    Literal["half-sine", "haversine", "sawtooth", "trapezoid"],
+    BeforeValidator(_short),
+    WithJsonSchema({"enum": [*PULSES, "terminal-peak sawtooth"]}),
+]
+
+
+class Shock(Generated):
+    """A base that is hit once, as by a drop table, and keeps the velocity that this leaves.
+
+    Not to be confused with a force on the mass: the pulse is the acceleration of the base. The
+    pulse is linear between the grid's points, on which its corners lie.
+    """
+
+    kind: Literal["shock"]
+    """One pulse of acceleration."""
+    pulse: Pulse
+    """Shape: half-sine, haversine, sawtooth (terminal-peak; falls within the step after its
+    end) or trapezoid."""
+    amplitude: Acceleration
+    """Peak acceleration [m/s²]."""
+    duration: Span
+    """Length of the pulse [s], a whole number of steps; that of the run is measure.duration."""
+    start: Annotated[float, Quantity("s", at_least=0)] = 0.0
+    """Time at which the pulse begins [s], a whole number of steps."""
+    rise: Span | None = None
+    """Of a trapezoid: time of its rise, and of its fall [s]; default: a tenth of `duration`."""
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if self.rise is not None and self.pulse != "trapezoid":
+            raise Misfit(f"has no use for a {self.pulse}; only a trapezoid has a rise", "rise")
+        if 2 * (self.rise or 0.0) > self.duration * (1 + WHOLE):
+            raise Misfit(
+                f"must be at most half of duration, {self.duration:g} s; not {self.rise:g} s",
+                "rise",
+            )
+        return self
+
+    def told(self, varied: Collection[str] = ()) -> str:
+        """Give shape, height and length of the pulse."""
+        words: str = self.pulse
+        if "amplitude" not in varied:
+            words += f" of {number(self.amplitude, 'm/s²')}"
+        return words if "duration" in varied else f"{words} for {number(self.duration, 's')}"
+
+    @property
+    def spans(self) -> dict[str, float]:
+        """Where the corners of the pulse are [s]."""
+        corners = {"start": self.start, "duration": self.duration}
+        if self.pulse == "trapezoid":
+            corners["rise"] = self._rise
+        return corners
+
+    @property
+    def _rise(self) -> float:
+        return 0.1 * self.duration if self.rise is None else self.rise
+
+    @property
+    def velocity_change(self) -> float:
+        """Integral of the pulse itself [m/s]."""
+        whole = self.amplitude * self.duration
+        if self.pulse == "half-sine":
+            return 2 / pi * whole
+        trapezoid = self.pulse == "trapezoid"
+        return self.amplitude * (self.duration - self._rise) if trapezoid else whole / 2
+
+    def motion(self, step: float | None = None, end: float | None = None) -> Samples:
+        """Sample the pulse at a step [s] from 0 to `end` [s], by default until it is over.
+
+        The errors are those of `check_step`.
+        """
+        assert step is not None, "a generated signal needs a step"
+        self.check_step(step)
+        values = self._values(round(self.duration / step), round(self._rise / step))
+        first = round(self.start / step)
+        over = first + len(values)
+        last = over if end is None else max(1, ceil(end / step * (1 - WHOLE)))
+        u_dd = np.zeros(max(last, over) + 1)
+        u_dd[first:over] = values
+        realised = {
+            "velocity_change_asked": self.velocity_change,
+            "velocity_change": float(values.sum() * step),
+        }
+        cautions = (*self._coarse(step), *self._cut(last * step))
+        return Samples(u_dd[: last + 1], step, None, (), cautions, realised)
+
+    def _values(self, n: int, rise: int) -> Floats:
+        """Give the pulse at 0, 1 to n steps after its start."""
+        i = np.arange(n + 1)
+        middle = np.minimum(i, n - i)  # a pulse that is to be symmetric is so to the bit
+        match self.pulse:
+            case "half-sine":
+                shape = np.sin(pi / n * middle)
+            case "haversine":
+                shape = np.square(np.sin(pi / n * middle))
+            case "sawtooth":
+                shape = i / n
+            case "trapezoid":
+                shape = np.minimum(middle / rise, 1.0)
+        return np.asarray(self.amplitude * shape, dtype=np.float64)
+
+    def _coarse(self, step: float) -> Iterator[Caution]:
+        """Say when the grid makes another pulse of it."""
+        share = step / self.duration
+        if self.pulse == "sawtooth":
+            off, power, what = share, 1.0, "its fall adds {} to the velocity change"
+        else:
+            off, power = BULGE.get(self.pulse, 0.0) * share**2, 0.5
+            what = "straight lines between its points leave it by {} of its amplitude"
+        if off > OFF:
+            sentence = (
+                f"solver.step is coarse for the {self.pulse}: {what.format(f'{off:.2%}')}; "
+                f"{step * (OFF / off) ** power:.2g} s would keep that to {OFF:.0%}"
+            )
+            yield Caution("coarse-step", sentence, {"solver.step": step, "off": off})
+
+    def _cut(self, end: float) -> Iterator[Caution]:
+        """Say when the run ends before the pulse does."""
+        over = self.start + self.duration
+        if end < over * (1 - WHOLE):
+            sentence = f"the run ends at {end:g} s, before the pulse is over at {over:g} s"
+            yield Caution("pulse-cut", sentence, {"end": end, "over": over})

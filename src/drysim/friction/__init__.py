@@ -11,9 +11,7 @@ from collections.abc import Collection, Iterator
 from itertools import chain
 from typing import get_args
 
-from drysim.friction.coulomb import Coulomb
-from drysim.friction.dynamic import Dahl, Leuven, Lugre, Stribeck
-from drysim.friction.elastic import Jenkins, PetrovEwins
+from drysim.friction.laws import Coulomb, Dahl, Jenkins, Leuven, Lugre, PetrovEwins, Stribeck
 from drysim.units import Quantity
 from drysim.wording import number
 

@@ -19,8 +19,7 @@ import numpy as np
 
 from drysim.core.model import Samples, Signal, moments
 from drysim.errors import RecordError
-from drysim.records.columns import Columns, Floats, gap, stretch
-from drysim.records.file import fault, fit
+from drysim.records.columns import Columns, Floats, fault, fit, gap, stretch
 from drysim.records.options import Gaps, Removal, Resample, Window
 from drysim.wording import listed, several
 

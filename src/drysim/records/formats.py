@@ -41,15 +41,19 @@ from drysim.records.columns import (
     NO_TIME,
     OWN_STEP,
     SIZE,
+    Cell,
     Channel,
     Channels,
+    File,
     Floats,
     Format,
     Label,
+    Reader,
     Stored,
     channels,
+    fault,
+    fit,
 )
-from drysim.records.file import Cell, File, Reader, fault, fit
 from drysim.units import factor
 
 # MAT: variables as MATLAB saves them.

@@ -37,13 +37,15 @@ from drysim.records.clean import (
 from drysim.records.columns import (
     Columns,
     Floats,
+    TextFile,
     conversion,
     data_column,
+    fault,
     missing_spacing,
+    read,
     scaled,
     seconds,
 )
-from drysim.records.file import TextFile, fault, read
 from drysim.records.formats import SUFFIXES, format_of
 from drysim.records.options import Recorded, RecordedMotion, Removal
 from drysim.records.text import unquoted

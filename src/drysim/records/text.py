@@ -38,15 +38,21 @@ from drysim.records.columns import (
     NO_TABLE,
     ONE_SERIES,
     OWN_STEP,
+    Cell,
     Channel,
     Channels,
     Columns,
+    File,
     Floats,
     Format,
     Label,
+    TextFile,
     channels,
+    fault,
+    fit,
+    printable,
+    room,
 )
-from drysim.records.file import Cell, File, TextFile, fault, fit, printable, room
 from drysim.units import NUMBER, usual
 from drysim.wording import several
 

@@ -23,7 +23,7 @@ from pydantic_core import ErrorDetails
 
 from drysim.errors import Problem
 from drysim.friction import FRICTIONS, Friction
-from drysim.friction.coulomb import Coulomb
+from drysim.friction.laws import Coulomb
 from drysim.units import Block, Misfit, Quantity, meant, near, short, shown, texts_of
 from drysim.wording import listed
 from drysim.yaml_document import LOST, Document, Keys

@@ -12,7 +12,7 @@ which two results are seen to stand on the same files and base motions.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf, pi, sqrt
 from pathlib import Path
@@ -38,15 +38,16 @@ from drysim.core.model import (
     Stopped,
     blocks,
 )
-from drysim.errors import Caution, ScenarioError, UsageError
+from drysim.errors import Caution, Problem, RecordError, ScenarioError, UsageError
 from drysim.excitation.base import Generated
 from drysim.excitation.random import Drawn
 from drysim.excitation.recorded import Record
+from drysim.scenario.load import load
 from drysim.scenario.model import Scenario, period
 from drysim.scenario.warnings import cautions
 from drysim.study import statistics
 from drysim.units import Block, short
-from drysim.wording import number
+from drysim.wording import clean_up, excitation, number
 
 WAVE_WORK = 5
 """What a wave adds to a grid point, in steps of sampled motion."""
@@ -585,3 +586,27 @@ def sha256_of(signal: Signal) -> str:
 def sha256_together(hashes: Iterable[str]) -> str:
     """Give the SHA-256 (hex) of hashes, one a line, in order."""
     return hashlib.sha256("\n".join(hashes).encode()).hexdigest()
+
+
+# Validate: what `run` would say about a file before it computes.
+
+
+def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
+    """Give the problems of a file, changed by `KEY=VALUE` words.
+
+    Those of severity `error` are the ones for which `run` would compute nothing.
+    """
+    try:
+        case = prepare(load(file, overrides))
+    except ScenarioError as fault:
+        return fault.problems
+    except RecordError as fault:
+        return (fault.problem,)
+    except UsageError as fault:
+        return (Problem(str(fault), file),)
+    told = clean_up(case.motion, case.law)
+    if isinstance(case.scenario.excitation, Record):
+        told.append(f"base: {excitation(case.scenario.excitation, case.motion)}")
+    notes = [Problem(words, file, severity="note") for words in told]
+    warned = [Problem(known.sentence, file, severity="warning") for known in case.cautions]
+    return (*notes, *warned)

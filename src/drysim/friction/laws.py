@@ -1,0 +1,529 @@
+"""The friction laws of a scenario: Coulomb, elastic contacts, dynamic friction.
+
+A force is named itself, or by a coefficient and the normal force, whose default is the weight
+of the mass. A law is a block with its keys, and gives its forces to the core by `limits`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from functools import lru_cache
+from math import pi
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import model_validator
+
+from drysim import system
+from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic, Law, Pressed, Pressure, Slider
+from drysim.records import SI
+from drysim.records.options import Recorded
+from drysim.units import Angle, Block, Damping, Force, Frequency, Misfit, Quantity
+
+GRAVITY = 9.81
+"""The paper's g [m/s²], so that 75 kg press with 735.75 N."""
+
+TOLERANCE = 1e-12
+"""Default share of the motion that one step may neglect: what is left is near rounding."""
+
+Tolerance = Annotated[float, Quantity("", at_least=1e-14, below=1e-3)]
+
+Coefficient = Annotated[float, Quantity("", at_least=0)]
+
+
+class Kinetic(Block):
+    """A force against sliding, named itself or by a coefficient and the normal force."""
+
+    law: str
+    """Name of the law."""
+    kinetic: Force | None = None
+    """Kinetic friction force F_fk [N]."""
+    mu_kinetic: Coefficient | None = None
+    """Coefficient of kinetic friction [-], in place of `kinetic`."""
+    normal: Force | None = None
+    """Normal force [N] behind the coefficients; default 9.81 m/s² times the mass."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("kinetic", "mu_kinetic"),)
+    needs: ClassVar[dict[str, str]] = {"normal": "mu_kinetic"}
+    symbols: ClassVar[dict[str, str]] = {}
+    """The source's symbols for keys of the law's own; a key without one is told as it is."""
+
+    @property
+    def static_given(self) -> bool:
+        """Whether anybody said what the static limit is; a law without one leaves no doubt."""
+        return True
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """The frequencies of a normal force that varies periodically [Hz]."""
+        return ()
+
+    def kinetic_force(self, m: float) -> float:
+        """Give F_fk [N]; the mass [kg] is the normal force's default."""
+        if self.kinetic is not None:
+            return self.kinetic
+        # Neither is given while the faults of a file are being collected.
+        return self.forced(0.0 if self.mu_kinetic is None else self.mu_kinetic, m)
+
+    def forced(self, mu: float, m: float) -> float:
+        """Give the force [N] behind a coefficient."""
+        return mu * (GRAVITY * m if self.normal is None else self.normal)
+
+    def spelled_out(self, m: float) -> dict[str, Any]:
+        """Give the words of the block with every default in them."""
+        words = self.model_dump(exclude_none=True)
+        if self.mu_kinetic is not None and self.normal is None:
+            words["normal"] = GRAVITY * m
+        return words
+
+
+class Limits(Kinetic):
+    """A force against sliding, and the greater one that a contact at rest holds."""
+
+    static: Force | None = None
+    """Static limit F_fs [N], at least the kinetic force; default: equal to it."""
+    static_ratio: Annotated[float, Quantity("", at_least=1)] | None = None
+    """F_fs/F_fk [-], at least 1, in place of `static`; default 1."""
+    mu_static: Coefficient | None = None
+    """Coefficient of static friction [-], at least that of kinetic friction."""
+
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("static", "static_ratio", "mu_static"),
+    )
+    needs: ClassVar[dict[str, str]] = {
+        "static": "kinetic",
+        "mu_static": "mu_kinetic",
+        "normal": "mu_kinetic",
+    }
+
+    @model_validator(mode="after")
+    def _static_holds_more(self) -> Self:
+        for name, static, kinetic, unit in (
+            ("static", self.static, self.kinetic, " N"),
+            ("mu_static", self.mu_static, self.mu_kinetic, ""),
+        ):
+            if static is not None and kinetic is not None and static < kinetic:
+                least = f"{kinetic:.12g}{unit}"
+                given = f"{static:.12g}{unit}"
+                raise Misfit(f"must be at least the kinetic {least}, not {given}", name)
+        return self
+
+    @property
+    def static_given(self) -> bool:
+        """Whether anybody said what the static limit is."""
+        return (self.static, self.static_ratio, self.mu_static) != (None, None, None)
+
+    def static_force(self, m: float) -> float:
+        """Give F_fs [N]."""
+        if self.static is not None:
+            return self.static
+        if self.mu_static is not None:
+            return self.forced(self.mu_static, m)
+        return self.kinetic_force(m) * (1.0 if self.static_ratio is None else self.static_ratio)
+
+    def spelled_out(self, m: float) -> dict[str, Any]:
+        """Give the words of the block with every default in them."""
+        words = super().spelled_out(m)
+        return words if self.static_given else words | {"static_ratio": 1.0}
+
+
+class Rubbing(Kinetic):
+    """A force against sliding that is above zero: the measure of the law's own state.
+
+    The contact of such a law yields, or falls, towards it.
+    """
+
+    @model_validator(mode="after")
+    def _always_rubs(self) -> Self:
+        for name in ("kinetic", "mu_kinetic", "normal"):
+            if getattr(self, name) == 0.0:
+                without = "leave out the block `friction` for none"
+                raise Misfit(f"must be above 0 under law `{self.law}`; {without}", name)
+        return self
+
+
+# Coulomb's law: a force that does not depend on the speed, and a limit for sticking.
+#
+# Its normal force may vary as a sine, or be a record, read like one of base motion.
+
+
+class NormalRecord(Recorded):
+    """The normal force as it was measured: evenly spaced samples of a file, linear in between.
+
+    Where it is zero or below, the surfaces have parted and there is no friction.
+    """
+
+    @property
+    def measured(self) -> str:
+        """What the samples are."""
+        return "force"
+
+    @classmethod
+    def si_of(cls, words: Mapping[str, Any]) -> str | None:
+        """Give the SI unit of the samples."""
+        return SI["force"]
+
+    def pressure(self) -> Pressure:
+        """Read the record, once while its file stays what it is.
+
+        Raises
+        ------
+        RecordError
+            When the record cannot be used, or its mean is not above zero.
+        """
+        stamp = None
+        with suppress(OSError):
+            stamp = system.stamp_of(self.path)
+        return _pressure(self, stamp)
+
+
+@lru_cache(maxsize=4)  # neighbouring cases of a sweep share their record
+def _pressure(record: NormalRecord, stamp: system.Stamp | None) -> Pressure:
+    from drysim.records.record import pressure_of
+
+    return pressure_of(record)
+
+
+class NormalVariation(Block):
+    """A varying normal force: both limits times 1 + amplitude·sin(2πft + phase)."""
+
+    amplitude: Annotated[float, Quantity("", at_least=0)]
+    """Relative amplitude [-]; above 1 the surfaces part for a while in each period, and there
+    is no friction then."""
+    frequency: Frequency
+    """Frequency [Hz]."""
+    phase: Angle = 0.0
+    """Phase at t = 0 [rad]."""
+
+
+class Coulomb(Limits):
+    """Dry surfaces pressed together: a constant force against sliding, a limit for sticking.
+
+    Not to be confused with viscous damping, which vanishes with the speed.
+
+    Notes
+    -----
+    F_f = F_fk sgn(v_r) while it slides; while it sticks F_f = -F_L, at most F_fs = μ_s F_N in
+    size, with F_L = m d²u/dt² + k_x x_r. Coulomb, Théorie des machines simples (1785), as Eqs.
+    (3), (4), (7) and (9) of the paper have it.
+    """
+
+    by_default: ClassVar[bool] = True
+
+    law: Literal["coulomb"]
+    """Dry friction of Coulomb's kind, the law of a block that names none."""
+    normal_variation: NormalVariation | None = None
+    """Normal force that varies as a sine; default: it is constant."""
+
+    normal_record: NormalRecord | None = None
+    """Normal force [N] as it was recorded, in place of `normal`; with it F_fk and F_fs stand
+    for its mean. Needs `mu_kinetic`."""
+
+    at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
+        *Limits.at_most_one_of,
+        ("normal", "normal_record"),
+        ("normal_variation", "normal_record"),
+    )
+    needs: ClassVar[dict[str, str]] = {**Limits.needs, "normal_record": "mu_kinetic"}
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """The frequencies of a normal force that varies periodically [Hz]."""
+        varied = self.normal_variation
+        return (varied.frequency,) if varied and varied.amplitude else ()
+
+    def forced(self, mu: float, m: float) -> float:
+        """Give the force [N] behind a coefficient; of a recorded one the mean counts."""
+        record = self.normal_record
+        return super().forced(mu, m) if record is None else mu * record.pressure().mean
+
+    def spelled_out(self, m: float) -> dict[str, Any]:
+        """Give the words of the block with every default in them."""
+        words = super().spelled_out(m)
+        if self.normal_record is not None:
+            words.pop("normal", None)
+        return words
+
+    def limits(self, m: float) -> Law | Pressed:
+        """Give the law in forces; the mass [kg] is the normal force's default."""
+        F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
+        varied = self.normal_variation
+        if self.normal_record is not None:
+            return Pressed(F_fk, F_fs, pressure=self.normal_record.pressure())
+        if varied is None:
+            return Law(F_fk, F_fs)
+        wave = varied.amplitude, 2 * pi * varied.frequency, varied.phase
+        # Of many cases at once the amplitudes are a column, all of them below 1.
+        lifts = isinstance(varied.amplitude, float) and varied.amplitude >= 1.0
+        return Pressed(F_fk, F_fs, *wave) if lifts else Law(F_fk, F_fs, *wave)
+
+
+# Laws that are a spring in series with a slider, piecewise linear: Jenkins, Petrov-Ewins.
+
+
+class Jenkins(Rubbing):
+    """A contact that is a linear spring until it yields, as joints and bushings are.
+
+    Not to be confused with `dahl`, whose spring softens all the way.
+
+    Notes
+    -----
+    While it holds f = f_0 + k_t (x_r - x_0), it yields at |f| = F_fk, and holds again as v_r
+    turns; piecewise linear, so solved in closed form. Known as Jenkins' element and as the
+    elastic slider. Jenkins, Brit. J. Appl. Phys. 13 (1962) 30.
+    """
+
+    law: Literal["jenkins"]
+    """Dry friction behind a spring."""
+    tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
+    """Stiffness k_t [N/m], above 0, of the contact while it holds."""
+
+    symbols: ClassVar[dict[str, str]] = {"tangential_stiffness": "k_t"}
+
+    def limits(self, m: float) -> Slider:
+        """Give the law in forces; the mass [kg] is the normal force's default."""
+        return Slider(self.kinetic_force(m), self.tangential_stiffness)
+
+
+class NormalMotion(Block):
+    """How the surfaces approach each other: amplitude·sin(2πft + phase)."""
+
+    amplitude: Annotated[float, Quantity("m", at_least=0)]
+    """Amplitude [m] of the approach."""
+    frequency: Frequency
+    """Frequency [Hz]."""
+    phase: Angle = 0.0
+    """Phase at t = 0 [rad]."""
+
+
+class PetrovEwins(Block):
+    """A contact with a spring along and one across the surfaces, which may part and meet again.
+
+    Not to be confused with `jenkins`, whose normal load is constant.
+
+    Notes
+    -----
+    F_N = normal + k_n y(t); while it holds f = f_0 + k_t (x_r - x_0), it yields at
+    |f| = mu F_N, and where F_N <= 0 there is no force. Piecewise linear, so solved in closed
+    form. Petrov and Ewins, J. Turbomach. 125 (2003) 364.
+    """
+
+    law: Literal["petrov-ewins"]
+    """Dry friction behind a spring, under a normal load that varies."""
+    mu_kinetic: Annotated[float, Quantity("", above=0)]
+    """Coefficient of friction [-], above 0."""
+    normal: Annotated[float, Quantity("N", above=0)]
+    """Mean normal load [N], above 0."""
+    tangential_stiffness: Annotated[float, Quantity("N/m", above=0)]
+    """Stiffness k_t [N/m], above 0, along the surfaces."""
+    normal_stiffness: Annotated[float, Quantity("N/m", above=0)] | None = None
+    """Stiffness k_n [N/m], above 0, across the surfaces; without it the load is constant."""
+    normal_motion: NormalMotion | None = None
+    """Approach of the surfaces; needs a normal stiffness."""
+
+    symbols: ClassVar[dict[str, str]] = {
+        "tangential_stiffness": "k_t",
+        "normal_stiffness": "k_n",
+    }
+    needs: ClassVar[dict[str, str]] = {
+        "normal_stiffness": "normal_motion",
+        "normal_motion": "normal_stiffness",
+    }
+
+    @property
+    def static_given(self) -> bool:
+        """Give True: one limit serves both."""
+        return True
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """The frequency of the normal load, where it varies [Hz]."""
+        moved = self.normal_motion
+        return (moved.frequency,) if moved and moved.amplitude else ()
+
+    def limits(self, m: float) -> Slider:
+        """Give the law in forces; the mass [kg] plays no part."""
+        F_fk = self.mu_kinetic * self.normal
+        moved = self.normal_motion
+        if moved is None or self.normal_stiffness is None:
+            return Slider(F_fk, self.tangential_stiffness)
+        variation = self.normal_stiffness * moved.amplitude / self.normal
+        omega = 2 * pi * moved.frequency
+        return Slider(F_fk, self.tangential_stiffness, variation, omega, moved.phase)
+
+    def spelled_out(self, m: float) -> dict[str, Any]:
+        """Give the words of the block with every default in them."""
+        return self.model_dump(exclude_none=True)
+
+
+# Laws with a differential equation of their own, or a force that falls with the speed.
+#
+# Stribeck falls from its static limit as sliding gathers speed; Dahl yields like a spring
+# before it slides; LuGre and Leuven have bristles under Stribeck's curve, Leuven's with
+# hysteresis.
+
+
+class Stribeck(Limits, Rubbing):
+    """Lubricated or soft surfaces, which rub less the faster they slide; true stick.
+
+    Not to be confused with `coulomb`, whose force drops at once when sliding starts.
+
+    Notes
+    -----
+    F_k(v) = F_fk + (F_fs - F_fk) exp(-|v/v_s|^δ) [N] against sliding, v and v_s [m/s]; stick
+    holds up to F_fs. Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083.
+    """
+
+    law: Literal["stribeck"]
+    """Dry friction that falls with the speed."""
+    stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
+    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
+    exponent: Annotated[float, Quantity("", at_least=0.5, below=20)] = 2.0
+    """Exponent δ [-] of the fall, from 0.5 to below 20; default 2, the Gaussian of
+    Armstrong-Hélouvry. Published are 0.5 to 1 of Bo and Pavelescu for dry metals, 1 of Tustin
+    and great ones of Fuller for boundary lubricants. For 1 and 2 friction is a series in the
+    speed at rest, too; any other takes two to four times as many steps, as they come to a stop
+    by degrees. Below 0.5, less than any of these, the fall begins so steeply that the default
+    tolerance leaves more than a millionth of the motion; there `coulomb` is near."""
+    tolerance: Tolerance = TOLERANCE
+    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
+    error that comes of it is stated with the result."""
+
+    symbols: ClassVar[dict[str, str]] = {"stribeck_velocity": "v_s", "exponent": "δ"}
+
+    def limits(self, m: float) -> Dynamic:
+        """Give the law in forces; the mass [kg] is the normal force's default."""
+        F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
+        return Dynamic(
+            F_fk, F_fs, STRIBECK, v_s=self.stribeck_velocity, exponent=self.exponent,
+            tolerance=self.tolerance,
+        )  # fmt: skip
+
+
+class Dahl(Rubbing):
+    """A contact that yields smoothly before it slides, as rolling bearings do; no stick.
+
+    Not to be confused with `jenkins`, whose spring is linear up to the limit.
+
+    Notes
+    -----
+    dz/dt = v (1 - σ_0 z sgn(v)/F_fk), F_f = σ_0 z, with z [m] the deflection of the contact.
+    Dahl, A solid friction model, TOR-0158(3107-18)-1, The Aerospace Corporation (1968).
+    """
+
+    law: Literal["dahl"]
+    """Dry friction of Dahl's kind."""
+    bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
+    """Stiffness σ_0 [N/m], above 0, of the contact before it slides."""
+    tolerance: Tolerance = TOLERANCE
+    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
+    error that comes of it is stated with the result."""
+
+    symbols: ClassVar[dict[str, str]] = {"bristle_stiffness": "σ_0"}
+
+    def limits(self, m: float) -> Dynamic:
+        """Give the law in forces; the mass [kg] is the normal force's default."""
+        F_fk = self.kinetic_force(m)
+        return Dynamic(
+            F_fk, F_fk, BRISTLE, sigma_0=self.bristle_stiffness, tolerance=self.tolerance
+        )
+
+
+class Bristles(Limits, Rubbing):
+    """Bristles between the surfaces, whose limit falls with the speed."""
+
+    stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
+    """Speed v_s [m/s], above 0, within which friction falls from static to kinetic."""
+    bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
+    """Stiffness σ_0 [N/m], above 0, of the bristles where they begin to bend."""
+    bristle_damping: Damping
+    """Damping σ_1 [N·s/m], at least 0, of the bristles."""
+    viscous: Damping = 0.0
+    """Viscous friction σ_2 [N·s/m] of the contact; default 0: the damper is all there is."""
+
+    symbols: ClassVar[dict[str, str]] = {
+        "stribeck_velocity": "v_s",
+        "bristle_stiffness": "σ_0",
+        "bristle_damping": "σ_1",
+        "viscous": "σ_2",
+    }
+
+    def bent(self, m: float, kind: int, tolerance: float) -> Dynamic:
+        """Give the law in forces, of one kind of bristles; the mass [kg] as in `limits`."""
+        return Dynamic(
+            self.kinetic_force(m), self.static_force(m), kind, v_s=self.stribeck_velocity,
+            sigma_0=self.bristle_stiffness, sigma_1=self.bristle_damping,
+            sigma_2=self.viscous, tolerance=tolerance,
+        )  # fmt: skip
+
+
+class Lugre(Bristles):
+    """Surfaces whose bristles bend before they slide; Stribeck's fall, delay and creep.
+
+    Not to be confused with `leuven`, whose bristles remember where they turned.
+
+    Notes
+    -----
+    dz/dt = v - σ_0 |v| z/g(v), F_f = σ_0 z + σ_1 dz/dt + σ_2 v [N], with
+    g = F_fk + (F_fs - F_fk) exp(-(v/v_s)²) and z [m] the mean deflection of the bristles.
+    Canudas de Wit, Olsson, Åström and Lischinsky, IEEE TAC 40 (1995) 419.
+    """
+
+    law: Literal["lugre"]
+    """Dry friction of the LuGre kind."""
+    tolerance: Tolerance = TOLERANCE
+    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
+    error that comes of it is stated with the result."""
+
+    def limits(self, m: float) -> Dynamic:
+        """Give the law in forces; the mass [kg] is the normal force's default."""
+        return self.bent(m, BRISTLE, self.tolerance)
+
+
+class Leuven(Bristles):
+    """Surfaces whose bristles bend with hysteresis: a loop within a loop closes where it began.
+
+    Not to be confused with `lugre`, whose bristles are elastic and remember one number.
+
+    Notes
+    -----
+    dz/dt = v (1 - sgn(F_h/s) |F_h/s|^n), F_f = F_h + σ_1 dz/dt + σ_2 v [N], with the limit
+    s = sgn(v) (F_fk + (F_fs - F_fk) exp(-(v/v_s)²)) and F_h the hysteresis force over the
+    travel z [m] of the bristles: on the virgin curve F_∞ (1 - exp(-σ_0 |z|/F_∞)), from where
+    they turn the same curve twice as large (Masing), and where a loop closes the curve of the
+    loop around it. Swevers, Al-Bender, Ganseman and Prajogo, IEEE TAC 45 (2000) 675, leave the
+    virgin curve open; this one is drysim's choice.
+
+    Lampaert, Swevers and Al-Bender, IEEE TAC 47 (2002) 683, correct two things. (1) F_h as a
+    whole stands in dz/dt, not the part since the last turn, so the force has no jump as a loop
+    closes: so it is here. (2) They take F_h from a finite row of Maxwell's slip elements, which
+    cannot overflow as a stack of turns does. Here the stack stays: it is what such a row comes
+    to as its elements grow many. It holds 128 turns, and where one more comes, the two that
+    differ least from their neighbours are forgotten, without a jump in the force. At worst, of
+    128 turns evenly within one another from limit to limit, and with F_∞ = 2 F_fs, that moves
+    the force by 1e-4 of F_fs later on; a row of a hundred elements errs by as much always.
+    """
+
+    law: Literal["leuven"]
+    """Dry friction of the Leuven kind."""
+    hysteresis_ratio: Annotated[float, Quantity("", above=1)] = 2.0
+    """F_∞/F_fs [-], above 1, the force that the bristles alone would come to over the static
+    limit; default 2. The greater, the narrower the loops; far above 1 they are elastic."""
+    transition: Annotated[float, Quantity("", at_least=0.5, below=20)] = 1.0
+    """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The
+    greater, the later the bristles give way. For 1, 2 and 3 the motion is a series through zero
+    force, too; any other takes up to four times as many steps, as it comes there by degrees."""
+    tolerance: Tolerance = TOLERANCE
+    """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
+    error that comes of it is stated with the result."""
+
+    symbols: ClassVar[dict[str, str]] = {
+        **Bristles.symbols,
+        "hysteresis_ratio": "F_∞/F_fs",
+        "transition": "n",
+    }
+
+    def limits(self, m: float) -> Dynamic:
+        """Give the law in forces; the mass [kg] is the normal force's default."""
+        law = self.bent(m, LEUVEN, self.tolerance)
+        return law._replace(F_h=self.hysteresis_ratio * law.F_fs, power=self.transition)
