@@ -308,13 +308,14 @@ TRIES, SECONDS = 4000, 8.0
 """What a format gets at most; slow packages get fewer tries."""
 
 FUZZ_VALUES = np.random.default_rng(1).normal(size=60)
+FUZZ_GIVEN = {"acc": FUZZ_VALUES, "b": FUZZ_VALUES}
 
 FILES = {
-    "r.uff": (lambda path: uff(path, GIVEN), {"channel": "acc"}),
-    "text.uff": (lambda path: uff(path, GIVEN, binary=0), {"channel": "acc"}),
+    "r.uff": (lambda path: uff(path, FUZZ_GIVEN), {"channel": "acc"}),
+    "text.uff": (lambda path: uff(path, FUZZ_GIVEN, binary=0), {"channel": "acc"}),
     "r.mf4": (lambda path: mdf(path, {"acc": FUZZ_VALUES}), {"channel": "acc"}),
-    "r.tdms": (lambda path: tdms(path, GIVEN), {"channel": "acc"}),
-    "r.rpc": (lambda path: rpc(path, GIVEN), {"channel": "acc"}),
+    "r.tdms": (lambda path: tdms(path, FUZZ_GIVEN), {"channel": "acc"}),
+    "r.rpc": (lambda path: rpc(path, FUZZ_GIVEN), {"channel": "acc"}),
 }
 
 
