@@ -16,7 +16,7 @@ from drysim.approach.solution import Response, Track
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Law, Plant, Samples, Sines, State
 from drysim.errors import SolverError, UsageError
-from drysim.metrics import METRICS, measure
+from drysim.metrics.table import METRICS, measure
 
 PAPER = Plant(75.0, 7500.0, 500.0)
 REST = State(0.0, 0.0)

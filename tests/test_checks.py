@@ -7,8 +7,8 @@ import re
 import pytest
 from outcomes import judgement
 
-from drysim.metrics import METRICS
 from drysim.metrics.checks import Check
+from drysim.metrics.table import METRICS
 
 
 @pytest.mark.parametrize(

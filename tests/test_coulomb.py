@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.approach import coulomb, exact, scene, stops
+from drysim.approach import coulomb, end_stops, exact, scene
 from drysim.approach import coulomb as marching
 from drysim.approach import solution as responses
 from drysim.approach.stick_slip import StickSlip, Viscous
@@ -28,7 +28,7 @@ from drysim.core.model import (
 )
 from drysim.core.sampled import STRETCH
 from drysim.errors import ScenarioError
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 from drysim.plots import response
 from drysim.plots.response import excursions
 from drysim.scenario import schema
@@ -407,7 +407,7 @@ def test_creep_is_the_same_by_every_core_and_mirrored(step: float, b: float) -> 
     pressed = exact.solve(
         plant, Pressed(*friction, pressure=steady), motion, start, step, None, True
     )
-    far = stops.march(plant, Stopped(*friction, 1e3), motion, start, None)
+    far = end_stops.march(plant, Stopped(*friction, 1e3), motion, start, None)
     for events in (pressed.events, far.events):
         assert events.kind.tolist() == whole.events.kind.tolist()
         assert events.t == pytest.approx(whole.events.t, rel=1e-9, abs=1e-9 * step)

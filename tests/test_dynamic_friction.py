@@ -27,7 +27,7 @@ from drysim.core.model import (
     State,
 )
 from drysim.core.taylor import SETTLED
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 from drysim.plots.response import stuck_stretches
 
 # Dynamic laws: against independent solutions, in their limits, and by their invariants.

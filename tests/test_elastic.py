@@ -30,8 +30,8 @@ from drysim.core.model import (
     State,
     base_acceleration,
 )
-from drysim.metrics import greatest_stroke, measure
 from drysim.metrics.stroke import entries, excursions, half_cycles, path_of, upcrossings
+from drysim.metrics.table import greatest_stroke, measure
 
 NOISE = noise(1200, 1.0, seed=3)
 CONTACTS = {

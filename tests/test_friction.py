@@ -18,7 +18,7 @@ from drysim.core.model import Law
 from drysim.errors import ScenarioError
 from drysim.friction import FRICTIONS
 from drysim.friction.laws import Coulomb, Dahl, Jenkins, Leuven, Lugre, PetrovEwins, Stribeck
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 from drysim.scenario.load import load
 from drysim.scenario.reading import LAWS, numerals
 from drysim.units import Quantity, texts_of

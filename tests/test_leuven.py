@@ -18,7 +18,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.approach.taylor import first_mark, follow, work
 from drysim.core.dynamic_friction import COUNT, WAY, forget
 from drysim.core.model import BRISTLE, LEUVEN, Deflected, Dynamic, Plant, Samples, Sines
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 from drysim.scenario.load import load
 from drysim.study.case import prepare
 

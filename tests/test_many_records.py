@@ -8,8 +8,8 @@ import pytest
 from drysim.approach.exact import follow
 from drysim.approach.many_records import Measured, abreast, measurable, measure_many
 from drysim.core.model import STRIBECK, AnyLaw, Dynamic, Law, Plant, Samples, State
-from drysim.metrics import greatest_stroke
 from drysim.metrics.stroke import entries, half_cycles, path_of, upcrossings
+from drysim.metrics.table import greatest_stroke
 
 DT = 2.5e-3
 LIMIT = 3e-3

@@ -28,8 +28,8 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.bench import speed_error
 from drysim.core.model import Input, Law, Sines, Slider, State
 from drysim.errors import Caution, OutputError
-from drysim.metrics import METRICS
 from drysim.metrics.checks import Check
+from drysim.metrics.table import METRICS
 from drysim.output import folder, many, tables
 from drysim.output.folder import RESULTS, finish, mark, written
 from drysim.output.sidecar import Ending

@@ -17,7 +17,7 @@ from seat import SEAT
 import drysim
 from drysim import errors
 from drysim.approach import SHELF
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 from drysim.scenario.reading import LAWS
 from drysim.study.ensemble import Ensemble
 

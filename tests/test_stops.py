@@ -20,7 +20,7 @@ from drysim.approach import steady_state
 from drysim.approach.stick_slip import StickSlip, Viscous
 from drysim.core.model import Law, Plant, Samples, Sines, State, Stopped
 from drysim.errors import SolverError, UsageError
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 from drysim.plots.response import curve, stops_met
 
 # End stops, bumpers and rigid ones: against a state machine, closed forms, invariants.

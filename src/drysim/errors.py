@@ -8,6 +8,8 @@ DrysimError, whose `exit_code` is the number behind each line:
     OutputError    2   the output folder is not ours to replace, or cannot be written
     SolverError    3   the numerics failed; the time is named
     ClusterError   3   machines of a cluster were lost on the way; finished blocks stay
+
+The other exit codes: 0 done, 1 a check failed, 70 a bug, 130 interrupted.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core.compile import PLAIN_STEPS, settle
 from drysim.core.model import Law, Plant, Samples, Sines, Slider, State
 from drysim.excitation.random import lines, noise
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 
 PLANT, REST, DT = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0), 2.5e-3
 LEVELS, FORCES, STIFFNESSES = (0.5, 1.0), (15.0, 45.0), (1e5, 1e6, 1e7)

@@ -11,8 +11,8 @@ from seat import SEAT
 
 from drysim.errors import UsageError
 from drysim.excitation.recorded import Record
-from drysim.metrics import METRICS
 from drysim.metrics.checks import Check
+from drysim.metrics.table import METRICS
 from drysim.scenario.load import load
 from drysim.units import KINDS, convert
 from test_record_formats import at2, mat, wav

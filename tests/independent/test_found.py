@@ -8,7 +8,7 @@ import pytest
 from drawn import Scene
 from taylor import solve
 
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 
 
 def test_block_that_creeps_far_from_the_middle_loses_no_friction_energy():

@@ -12,7 +12,7 @@ from hypothesis import note
 
 from drysim.approach.solution import Track
 from drysim.core.events import direction
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 
 CLOSES = 1e-10
 """What the energy balance may leave [-]: rounding leaves 1e-13 on most scenes."""

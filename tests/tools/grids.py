@@ -13,7 +13,7 @@ from outcomes import PAPER, record, stand_in
 from drysim.approach.fixed_step import Signum, Smooth, Switch
 from drysim.approach.stick_slip import StickSlip, Viscous
 from drysim.core.model import Law, Sines, State
-from drysim.metrics import METRICS, measure
+from drysim.metrics.table import METRICS, measure
 from drysim.scenario.axes import Axis
 from drysim.study.compare import Comparison
 from drysim.study.rows import Row

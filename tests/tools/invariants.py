@@ -10,7 +10,7 @@ import pytest
 from law_scenes import REST, mirrored, sine, solved
 
 from drysim.core.model import State
-from drysim.metrics import measure
+from drysim.metrics.table import measure
 
 
 class Invariants:

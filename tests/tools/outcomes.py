@@ -10,8 +10,8 @@ import numpy as np
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Input, Law, Plant, Samples, Sines, State
 from drysim.errors import Caution
-from drysim.metrics import measure
 from drysim.metrics.checks import Check
+from drysim.metrics.table import measure
 from drysim.study.outcome import Outcome
 
 PAPER = Plant(75.0, 7500.0, 500.0)

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from drysim.cli import main
 from drysim.errors import EXIT_BUG
-from drysim.metrics import METRICS
+from drysim.metrics.table import METRICS
 from drysim.scenario import schema
 
 FILE = Path(__file__).parents[2] / "README.md"

@@ -1,4 +1,4 @@
-"""APPROACHES."""
+"""How a motion is computed, exactly or by fixed steps. An approach is a class with a name."""
 
 from __future__ import annotations
 

@@ -57,9 +57,9 @@ def core_of(law: AnyLaw) -> Any:
     if isinstance(law, Law):
         return coulomb
     if isinstance(law, Stopped):
-        from drysim.approach import stops
+        from drysim.approach import end_stops
 
-        return stops
+        return end_stops
     if isinstance(law, Dynamic):
         from drysim.approach import taylor
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drysim.approach import coulomb, exact, stops
+from drysim.approach import coulomb, end_stops, exact
 from drysim.approach.solution import Orbit
 from drysim.core.model import (
     AnyLaw,
@@ -63,7 +63,7 @@ def find_bounded_orbit(
         decay = 0.5 * plant.b / plant.m * period
         periods = WAY if decay * WAY < DECAYS else math.ceil(DECAYS / decay)
         way = coulomb.follow(plant, law.coulomb, motion, start, max(periods, 1) * period)
-        if not stops.reached(way, law.x_rM):
+        if not end_stops.reached(way, law.x_rM):
             return bare
     return find_marched_orbit(plant, law, motion, start, period)
 
@@ -164,7 +164,7 @@ def once(
 ) -> Traced | Series:
     """Follow a state for one period."""
     if isinstance(law, Stopped):
-        return stops.march(plant, law, motion, state, period)
+        return end_stops.march(plant, law, motion, state, period)
     track: Any = exact.follow(plant, law, motion, state, period)
     found: Traced | Series = track
     return found

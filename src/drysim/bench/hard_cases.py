@@ -16,7 +16,7 @@ from drysim.approach import EXACT, SHELF
 from drysim.bench.timing import tried
 from drysim.core.compile import PLAIN_STEPS, engine, settle
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK
-from drysim.metrics import Metrics
+from drysim.metrics.table import Metrics
 from drysim.scenario.axes import points
 from drysim.scenario.load import load
 from drysim.study import gallery

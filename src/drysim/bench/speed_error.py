@@ -217,7 +217,7 @@ def with_uncertainty(score: Score, one: Runner, yardstick: Yardstick) -> Score:
 
 def residual(work: Work, answer: Answer) -> float | None:
     """Give what the energy balance of an answer leaves [-], where it keeps one."""
-    from drysim.metrics import measure
+    from drysim.metrics.table import measure
 
     if answer.track is None:
         return None

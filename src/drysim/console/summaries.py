@@ -15,15 +15,15 @@ from drysim.console.terminal import folded, line, paragraph, show_columns, stder
 from drysim.core.model import AnyLaw, Stopped
 from drysim.errors import Caution
 from drysim.excitation.recorded import Record
-from drysim.metrics import UNITS
 from drysim.metrics.checks import Check, Verdict
+from drysim.metrics.table import UNITS
 from drysim.records.options import HIGH_PASS
 from drysim.scenario.model import common_period
 from drysim.wording import length, number, percent, several, times
 
 if TYPE_CHECKING:
     from drysim.console.terminal import Paper
-    from drysim.metrics import Metrics
+    from drysim.metrics.table import Metrics
     from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
     from drysim.study.outcome import Outcome

@@ -1,4 +1,4 @@
-"""Numba or plain Python; kernel cache.
+"""The engine: kernels compiled by numba or as plain Python, and their cache.
 
 The kernels of the core have one source and two engines: compiled by numba, or left as plain
 Python. The engine is settled once, before the first kernel is imported.

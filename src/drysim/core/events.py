@@ -1,4 +1,4 @@
-"""Event codes, event log, stick/slip decision.
+"""Codes of events, the log they are written to, and whether a mass sticks at the start.
 
 A march writes what happens to a `Log`, and to a `Trail` or `Pieces` where each segment of the
 motion begins: parallel arrays, as kernels do not allocate.

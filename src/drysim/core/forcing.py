@@ -1,4 +1,4 @@
-"""Base acceleration and normal force within a segment.
+"""Base acceleration, normal force and the margin to break-away, within a segment.
 
 A segment is driven by ü = u_0 + slope s + Σ A sin(omega s + theta). Friction limits that vary
 with the normal force are one more wave, in the direction of sliding. The waves stand in a flat

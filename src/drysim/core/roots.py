@@ -1,4 +1,4 @@
-"""First root of a linear observable of the motion, guaranteed.
+"""When a sliding mass stops, a stuck one breaks away, a contact opens: first roots, guaranteed.
 
 Problem
     Within a segment the motion is smooth, and an observable starts at or above zero: a
@@ -15,11 +15,11 @@ Method
        Step there and repeat: the root is approached from one side, and a near miss is passed at
        its own distance. Once the bound proves that the observable only falls until it is below
        zero (`falls_surely`), Newton's method on the cubic has nothing to miss.
-    3. The mass sticks under waves (`break_away`): such steps by a bound on the curvature. 4. A
-    power series is given (`locate`): such steps too; the series is moved along. 5. A step is
-    far shorter than the times of the oscillator (`next_stop`, `next_crossing`): the
-       cubic through both ends guesses; the closed form at the guess, and the series about that
-       point, leave rounding only. What they do not settle takes the general way.
+    3. The mass sticks under waves (`break_away`): such steps by a bound on the curvature.
+    4. A power series is given (`locate`): such steps too; the series is moved along.
+    5. A step is far shorter than the times of the oscillator (`next_stop`, `next_crossing`):
+       the cubic through both ends guesses; the closed form at the guess, and the series about
+       that point, leave rounding only. What they do not settle takes the general way.
 
 Bound
     The jerk j obeys the oscillator's equation driven by the second rate of the force, so that

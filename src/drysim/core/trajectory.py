@@ -13,7 +13,7 @@ stretch the motion is in closed form, so whatever is asked for later follows fro
 - turning points, between two of which x_r is monotone: peaks, zeros and stroke limits.
 
 Solutions of Coulomb friction come as events, all others as a trail whose entry i begins at time
-trail.s[i] of step trail.n[i]. Kernels that `read` a trail go through ascending times.
+trail.s[i] of step trail.n[i]. Kernels that read a trail go through ascending times.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The friction laws of a scenario: Coulomb, elastic contacts, dynamic friction.
 
 A force is named itself, or by a coefficient and the normal force, whose default is the weight
-of the mass. A law is a block with its keys, and gives its forces to the core by `limits`.
+of the mass. A law is a block with its keys, and gives its forces to the core by `limits`; the
+formulas of Stribeck, Dahl, LuGre and Leuven are computed in `core.dynamic_friction`.
 """
 
 from __future__ import annotations

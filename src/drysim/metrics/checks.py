@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.metrics import SHARES, SIGNED, UNITS, Metrics
+from drysim.metrics.table import SHARES, SIGNED, UNITS, Metrics
 from drysim.units import convert, factor, meant, meant_or_known, near, shown, unit_behind
 from drysim.wording import around, number, pretty
 

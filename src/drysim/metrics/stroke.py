@@ -16,7 +16,7 @@ from drysim.approach.solution import Floats, Path, Track
 from drysim.core.model import AnyLaw, AnyState, Stopped
 
 if TYPE_CHECKING:
-    from drysim.approach.stops import Bounded, Unreached
+    from drysim.approach.end_stops import Bounded, Unreached
 
 Values = dict[str, float | int | None]
 """Metrics by name; None for one that is not known."""

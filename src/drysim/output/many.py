@@ -12,7 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drysim.metrics import BOUNDED, COMFORT, METRICS, UNITS
+from drysim.metrics.table import BOUNDED, COMFORT, METRICS, UNITS
 from drysim.output.sidecar import Ending, Fields, excitation, framed
 from drysim.output.tables import STROKE, VIOLATION, heading, joined, known, write
 from drysim.scenario.blocks import SEED

@@ -20,8 +20,8 @@ from drysim.approach.solution import EVENT_NAMES, Events, Response
 from drysim.core.compile import is_plain
 from drysim.core.model import BLOCK, Stopped
 from drysim.errors import UsageError
-from drysim.metrics import BOUNDED, COMFORT
-from drysim.metrics import UNITS as METRIC_UNITS
+from drysim.metrics.table import BOUNDED, COMFORT
+from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.study.rows import COUNTED, HELD, STATUSES, Batch, Row, batches_of
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-    from drysim.approach.stops import Bounded
+    from drysim.approach.end_stops import Bounded
 
 
 LONG = 20_000

@@ -28,9 +28,9 @@ from pydantic import (
 from drysim.approach import EXACT, SHELF, Approach
 from drysim.core.model import Law, Plant, State, Stopped
 from drysim.errors import Problem
-from drysim.metrics import root
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS
+from drysim.metrics.table import root
 from drysim.scenario.reading import LAWS
 from drysim.units import (
     Block,

@@ -8,7 +8,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from drysim.approach import SHELF
-from drysim.metrics import UNITS
+from drysim.metrics.table import UNITS
 from drysim.scenario.blocks import FORMAT
 from drysim.scenario.options import with_options
 from drysim.scenario.reading import BY_NAME, DEFAULT_LAW, LAWS

@@ -32,7 +32,7 @@ from drysim.excitation.base import Generated
 from drysim.excitation.recorded import Record
 from drysim.friction import Friction, terms
 from drysim.friction.laws import Coulomb
-from drysim.metrics import BOUNDED, COMFORT, LIMITED, UNITS
+from drysim.metrics.table import BOUNDED, COMFORT, LIMITED, UNITS
 from drysim.scenario.axes import Sweep, points, size
 from drysim.scenario.blocks import (
     FORMAT,

@@ -15,9 +15,9 @@ from drysim.approach.stick_slip import Exact
 from drysim.core.model import AnyLaw, Pressed, Samples, Sines, Stopped, blocks, largest
 from drysim.errors import Caution, RecordError
 from drysim.excitation.recorded import Record
-from drysim.metrics import SHARES, UNITS
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS, RECALLED
+from drysim.metrics.table import SHARES, UNITS
 from drysim.scenario.axes import Axis, columns_of, size, walks
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import BY_NAME, LAWS, excluded

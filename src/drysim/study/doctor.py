@@ -157,7 +157,7 @@ def standstill() -> Finding:
 def steady(law: Law) -> tuple[float | int | None, float | int | None]:
     """Give x_r_peak [m] and T_a [-] of the orbit from rest at resonance, damping ratio 1/3."""
     from drysim.approach.stick_slip import StickSlip
-    from drysim.metrics import measure
+    from drysim.metrics.table import measure
 
     approach, plant = StickSlip(), Plant(1.0, 1.0, 2 / 3)
     base = Sines((1.0,), (0.5 / pi,), (0.0,))

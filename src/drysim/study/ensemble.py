@@ -23,9 +23,9 @@ from drysim.core import compile
 from drysim.core.compile import COMPILED, engine
 from drysim.core.model import Law, Samples, Sines
 from drysim.errors import Caution, SolverError
-from drysim.metrics import METRICS, energies, means
 from drysim.metrics.checks import Verdict
 from drysim.metrics.stroke import Values, excursions, stroke_statistics
+from drysim.metrics.table import METRICS, energies, means
 from drysim.scenario.blocks import SEED
 from drysim.scenario.model import Scenario
 from drysim.study import run as one_case

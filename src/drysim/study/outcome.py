@@ -11,10 +11,10 @@ from drysim.wording import length, length_unit, listed, number, several
 
 if TYPE_CHECKING:
     from drysim.approach.solution import Events, Response
-    from drysim.metrics import Metrics
     from drysim.metrics.checks import Verdict
     from drysim.metrics.spectra import Spectra
     from drysim.metrics.stroke import Values
+    from drysim.metrics.table import Metrics
     from drysim.scenario.model import Scenario
 
 

@@ -23,7 +23,7 @@ from drysim.core.model import Plant, Sines, State, Totals
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction.laws import Coulomb
-from drysim.metrics import energies, means
+from drysim.metrics.table import energies, means
 from drysim.scenario.axes import columns_of, size
 from drysim.scenario.model import Columns, Scenario, columned, common_period
 from drysim.scenario.sampling import Lazy

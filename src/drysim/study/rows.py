@@ -16,7 +16,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.metrics import UNITS, Metrics
+from drysim.metrics.table import UNITS, Metrics
 from drysim.scenario.blocks import SEED
 from drysim.scenario.sampling import Lazy
 

@@ -23,8 +23,8 @@ from drysim.core.compile import settle
 from drysim.core.model import AnyState, Samples, Sines, State
 from drysim.errors import Caution, RecordError, SolverError
 from drysim.excitation.recorded import Record
-from drysim.metrics import METRICS, Metrics, measure
 from drysim.metrics.stroke import Values
+from drysim.metrics.table import METRICS, Metrics, measure
 from drysim.scenario.axes import size
 from drysim.scenario.model import Scenario
 from drysim.study.case import LINES, Case, _width, assemble, base_motion, segment_of

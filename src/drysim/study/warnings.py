@@ -2,7 +2,7 @@
 
 They are about a case (its response, its orbit, the ends of its record), about the many cases
 of a table, or about the many seeds of an ensemble. What is known before any work is said by
-`study.case`.
+`scenario.warnings` and `study.case`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from math import ceil
 from drysim.approach.solution import FIXED_STEP, Orbit, Response
 from drysim.core.model import AnyLaw, Stopped
 from drysim.errors import Caution
-from drysim.metrics import Metrics
 from drysim.metrics.checks import Verdict
+from drysim.metrics.table import Metrics
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
 from drysim.study.case import Case

@@ -1,0 +1,281 @@
+"""Metrics: what engineers ask of a response, from its continuous solution.
+
+`METRICS` is the table of all of them and `measure` gives them; what they are made of follows:
+means and energies from integrals over a window, of one case or of columns of many. What
+concerns the stroke is in `stroke`, what needs a grid in `comfort` and `spectra`, and what
+a scenario promises of them in `checks`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drysim.approach.solution import Path, Track
+from drysim.core.model import AnyState, Plant, Stopped, Totals
+from drysim.metrics.stroke import (
+    Values,
+    bounces,
+    excursions,
+    path_of,
+    sprung,
+    stroke_statistics,
+)
+
+Metrics = Mapping[str, float | int | None]
+"""Values by name, None where one is not known; not to be changed."""
+
+
+class Metric(NamedTuple):
+    """A name that checks and reports may use, its SI unit and what it is."""
+
+    name: str
+    unit: str
+    about: str
+
+
+METRICS = (
+    Metric("a_u", "m/s2", "RMS acceleration of the base"),
+    Metric("a_x", "m/s2", "RMS acceleration of the mass"),
+    Metric("T_a", "-", "acceleration transmissibility a_x/a_u"),
+    Metric("T_x", "-", "relative displacement transmissibility RMS{x_r}/RMS{u}"),
+    Metric("x_r_rms", "m", "RMS relative displacement, mean kept"),
+    Metric("x_r_peak", "m", "stroke: greatest |x_r| in the window"),
+    Metric("v_r_rms", "m/s", "RMS relative velocity"),
+    Metric("u_rms", "m", "RMS displacement of the base, where it is known"),
+    Metric("stroke_used", "-", "x_r_peak over the stroke limit"),
+    Metric(
+        "stuck_share",
+        "-",
+        "share of the window without relative motion; 0 under laws that never stick",
+    ),
+    Metric(
+        "chatter_share", "-", "share of the window in which v_r flips twice within four steps"
+    ),
+    Metric("violations", "-", "times that |x_r| reached the stroke limit, settling included"),
+    Metric("t_first_violation", "s", "when it did so first"),
+    Metric("t_beyond", "s", "time spent at or beyond the stroke limit, settling included"),
+    Metric("crossing_rate", "1/s", "up-crossings of x_r = 0 per second"),
+    Metric("limit_rate", "1/s", "times per second that |x_r| reaches the stroke limit anew"),
+    Metric(
+        "stroke_suffices",
+        "m",
+        "the stroke that would suffice for this motion: greatest |x_r|, settling included",
+    ),
+    Metric(
+        "stroke_once_an_hour",
+        "m",
+        "stroke met once an hour if noise or record went on as in the window: extrapolated "
+        "from the tail of its peaks (Weibull, exponent 2), at most where rigid stops are; not "
+        "known below 150 half cycles",
+    ),
+    Metric("contacts", "-", "times that the mass came to an end stop in the window"),
+    Metric("impact_speed", "m/s", "greatest |v_r| with which it did so, in the window"),
+    Metric("stop_force_peak", "N", "greatest force between mass and bumper"),
+    Metric("impulse_peak", "N·s", "greatest impulse of an impact on a rigid stop"),
+    Metric("a_w", "m/s2", "weighted RMS acceleration of the mass, ISO 2631-1, times k"),
+    Metric("SEAT", "-", "a_w of the mass over that of the base"),
+    Metric("VDV", "m/s^1.75", "vibration dose of the mass over the window, (∫ a_w⁴ dt)^(1/4)"),
+    Metric("SEAT_VDV", "-", "VDV of the mass over that of the base"),
+    Metric("MTVV", "m/s2", "greatest running RMS of a_w, linear over 1 s"),
+    Metric("crest_factor", "-", "greatest |a_w| over its RMS, of the mass"),
+    Metric("energy_input", "J", "work of the base on the relative motion in the window"),
+    Metric(
+        "energy_stored", "J", "change of kinetic energy and of energy in springs, bumpers too"
+    ),
+    Metric("energy_friction", "J", "loss in the dry-friction contact"),
+    Metric("energy_viscous", "J", "loss in the damper"),
+    Metric("energy_stops", "J", "loss at the end stops"),
+    Metric(
+        "energy_residual", "-", "what the energy balance leaves, relative to what was exchanged"
+    ),
+    Metric("closure", "-", "scaled change of the state over one repetition of the orbit"),
+)
+
+UNITS = {metric.name: metric.unit for metric in METRICS}
+"""Unit of every metric, by name."""
+
+SHARES = ("stuck_share", "chatter_share")
+"""Those that are shares of the window, from 0 to 1."""
+
+SIGNED = ("energy_input", "energy_stored", "energy_friction", "energy_residual")
+"""Those that may be below zero: bristles and spring contacts give energy back."""
+
+COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
+"""Those that only a weighting gives."""
+
+BOUNDED = ("contacts", "impact_speed", "stop_force_peak", "impulse_peak", "energy_stops")
+"""Those that only end stops give."""
+
+LIMITED = ("stroke_used", "violations", "t_first_violation", "t_beyond", "limit_rate")
+"""Those that only a stroke limit gives."""
+
+
+def measure(
+    track: Track,
+    window: tuple[float, float],
+    x_rM: float | None,
+    closure: float | None = None,
+    goes_on: bool = False,
+) -> Values:
+    """Give every metric of `METRICS` by name; None where it is not known.
+
+    The weighted ones never are here: they need a grid, and `drysim.metrics.comfort` gives them.
+
+    Parameters
+    ----------
+    track : Track
+        Of a response, or of an orbit that never was on a grid.
+    window : tuple of float
+        Begin and end of the window [s].
+    x_rM : float or None
+        Stroke limit [m]; the metrics of the stroke need it.
+    closure : float or None
+        What a periodic orbit closes to [-]; None where the window is no orbit.
+    goes_on : bool
+        Whether the motion may be taken to go on as in the window, as noise and records are.
+    """
+    totals = track.totals(*window)
+    path = track.path(window, x_rM)
+    peak = greatest_stroke(track, path, window)
+    length = window[1] - window[0]
+    values = means(totals, length)
+    values |= {"x_r_peak": peak, "closure": closure}
+    values["chatter_share"] = track.chatter(*window)
+    values["stroke_suffices"] = (
+        greatest_stroke(track, path, (0.0, window[1])) if window[0] else peak
+    )
+    values |= stroke_statistics(path_of(track, path, window), length, x_rM, goes_on)
+    ends = track.state(window[0]), track.state(window[1])
+    held = sprung(track.law, ends[0]), sprung(track.law, ends[1])
+    values |= energies(track.plant, track.law.F_fk, totals, *ends, held)
+    if isinstance(track.law, Stopped):
+        values |= bounces(track, window, repeats=closure is not None)
+        values["energy_stops"] = totals.hits - (held[1] - held[0])
+        hourly = values.get("stroke_once_an_hour")
+        if track.law.rigid and hourly is not None:  # its tail is cut off there
+            values["stroke_once_an_hour"] = min(hourly, track.law.x_rM)
+    if x_rM is not None:
+        times, t_first, t_beyond = excursions(track, path, x_rM, repeats=closure is not None)
+        values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
+        values["t_first_violation"] = t_first
+    return {metric.name: values.get(metric.name) for metric in METRICS}
+
+
+def greatest_stroke(track: Track, path: Path, window: tuple[float, float]) -> float:
+    """Give the greatest |x_r| in a window [m]: where its path comes by or at an end."""
+    begin, end = window
+    inside = (path.t >= begin) & (path.t <= end)
+    turning = np.abs(path.x_r[inside]).max(initial=0.0)
+    return float(max(turning, abs(track.state(begin).x_r), abs(track.state(end).x_r)))
+
+
+# Means and energies from integrals over a window: of one case, or of columns of many.
+
+NOTHING = 1e-9
+"""Share of force times displacement that counts as no energy: rounding comes to 1e-15."""
+
+FAINT = 1e-292
+"""What is less counts as no energy [J]: rounding of it is below the least normal number."""
+
+
+def means(totals: Totals, length: Any) -> dict[str, Any]:
+    """Give RMS values, their ratios and the stuck share from the integrals over a window.
+
+    Parameters
+    ----------
+    totals : Totals
+        Of numbers, or of arrays of one shape; then so is what comes out, NaN for not known.
+    length : float or ndarray
+        Of the window [s].
+    """
+    a_u = root(totals.u_dd2 / length)
+    # A mass that never moves has the base's motion to the last bit, not to rounding.
+    a_x = chosen(totals.stuck >= length, a_u, root(totals.x_dd2 / length))
+    x_r = root(totals.x2 / length)
+    u = None if totals.u2 is None else root(totals.u2 / length)
+    return {
+        "a_u": a_u,
+        "a_x": a_x,
+        "T_a": ratio(a_x, a_u),
+        "T_x": ratio(x_r, u),
+        "x_r_rms": x_r,
+        "v_r_rms": root(totals.v2 / length),
+        "u_rms": u,
+        "stuck_share": totals.stuck / length,
+    }
+
+
+def energies(
+    plant: Plant,
+    F_fk: Any,
+    totals: Totals,
+    first: AnyState,
+    last: AnyState,
+    bumpers: tuple[float, float] = (0.0, 0.0),
+) -> dict[str, Any]:
+    """Give the energy balance of a window, audited; numbers or arrays as in `means`.
+
+    `bumpers` is what end stops hold as springs at both ends [J].
+
+    Notes
+    -----
+    Each term is integrated on its own, so what the balance leaves certifies the solution. It is
+    relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange;
+    at least to the share `NOTHING` of F_fk |x_r|, lest rounding be held against a contact that
+    rests away from the middle, and at least to `FAINT`.
+    """
+    work = -plant.m * totals.power
+    begin = held_energy(plant, first) + bumpers[0]
+    stored = held_energy(plant, last) + bumpers[1] - begin
+    stops = totals.hits - (bumpers[1] - bumpers[0])
+    viscous = plant.b * totals.v2
+    friction = F_fk * totals.rub
+    exchanged = plant.m * root(totals.u_dd2 * totals.v2)
+    least = NOTHING * F_fk * greatest(abs(first.x_r), abs(last.x_r))
+    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops), least, FAINT)
+    return {
+        "energy_input": work,
+        "energy_stored": stored,
+        "energy_viscous": viscous,
+        "energy_friction": friction,
+        "energy_residual": abs(work - stored - viscous - friction - stops) / scale,
+    }
+
+
+def held_energy(plant: Plant, state: AnyState) -> Any:
+    """Give the spring and kinetic energy of a state of relative motion [J]."""
+    v_r, x_r = state.v_r, state.x_r
+    return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
+
+
+# Arithmetic on numbers, or on columns of them, where both are not written alike.
+
+
+def root(value: Any) -> Any:
+    """Give the square root; numpy alone would give that of a number ten times slower."""
+    return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
+
+
+def ratio(a: Any, b: Any) -> Any:
+    """Give a over b; None, or NaN in a column, where b is 0 or not known."""
+    if not isinstance(b, np.ndarray):
+        return a / b if b else None
+    return np.divide(a, b, out=np.full(b.shape, np.nan), where=b != 0.0)
+
+
+def chosen(which: Any, one: Any, other: Any) -> Any:
+    """Give one of two by a condition."""
+    if isinstance(which, np.ndarray):
+        return np.where(which, one, other)
+    return one if which else other
+
+
+def greatest(*values: Any) -> Any:
+    """Give the greatest of several."""
+    if any(isinstance(value, np.ndarray) for value in values):
+        return np.maximum.reduce(np.broadcast_arrays(*values))
+    return max(values)
