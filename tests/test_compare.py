@@ -21,7 +21,7 @@ from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
 from drysim.study.compare import Comparison, coinciding, compare, named, whereabouts
 from drysim.study.ensemble import run
-from drysim.study.rows import FAILED, Row
+from drysim.study.statistics import FAILED, Row
 
 # Comparisons: the same base motion for all, and a verdict that was computed.
 

@@ -27,7 +27,7 @@ from drysim.errors import Caution, OutputError, Problem, RecordError, ScenarioEr
 from drysim.metrics.checks import Check
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
-from drysim.study.rows import FAILED, NOT_SETTLED
+from drysim.study.statistics import FAILED, NOT_SETTLED
 from drysim.study.sweep import sweep as solved
 
 # The terminal: what stands on stdout and stderr, and that no user's text drives it.

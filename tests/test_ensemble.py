@@ -23,8 +23,7 @@ from drysim.scenario.load import load
 from drysim.study import ensemble
 from drysim.study.case import prepare
 from drysim.study.ensemble import run
-from drysim.study.rows import Row
-from drysim.study.statistics import LOOK, interval, statistics
+from drysim.study.statistics import LOOK, Row, interval, statistics
 from drysim.study.store import Journal
 from drysim.wording import around, number
 

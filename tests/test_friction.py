@@ -16,8 +16,16 @@ from drysim.approach import SHELF
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import Law
 from drysim.errors import ScenarioError
-from drysim.friction import FRICTIONS
-from drysim.friction.laws import Coulomb, Dahl, Jenkins, Leuven, Lugre, PetrovEwins, Stribeck
+from drysim.friction import (
+    FRICTIONS,
+    Coulomb,
+    Dahl,
+    Jenkins,
+    Leuven,
+    Lugre,
+    PetrovEwins,
+    Stribeck,
+)
 from drysim.metrics.table import measure
 from drysim.scenario.load import load
 from drysim.scenario.reading import LAWS, numerals

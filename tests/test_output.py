@@ -50,7 +50,7 @@ from drysim.plots.response import (
     zoom,
 )
 from drysim.study import compare as study_compare
-from drysim.study.rows import FAILED, NOT_SETTLED, Row
+from drysim.study.statistics import FAILED, NOT_SETTLED, Row
 from drysim.study.table import Table
 
 # The files of a run: tables, picture, sidecar, and the folder that holds them.

@@ -10,7 +10,7 @@ import pytest
 from drysim.scenario.load import load
 from drysim.study.compare import compare
 from drysim.study.ensemble import run
-from drysim.study.rows import Row
+from drysim.study.statistics import Row
 from drysim.study.sweep import sweep
 
 HARMONIC = """\

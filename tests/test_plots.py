@@ -27,7 +27,7 @@ from drysim.plots.sweep import draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
 from drysim.study.compare import compare
-from drysim.study.rows import FAILED, NOT_SETTLED, NOT_UNIQUE, batches_of
+from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, batches_of
 from drysim.study.sweep import sweep as many_sweep
 from drysim.study.sweep import sweep as solved
 from drysim.study.table import Table

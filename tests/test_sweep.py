@@ -24,9 +24,8 @@ from drysim.study.case import prepare
 from drysim.study.compare import compare
 from drysim.study.ensemble import run
 from drysim.study.plan import Pieces, Plan, approaches_of, solve_piece
-from drysim.study.rows import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, Row
 from drysim.study.run import Motions, count
-from drysim.study.statistics import interval
+from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, Row, interval
 from drysim.study.store import Store, identity
 from drysim.study.sweep import leftover, solve, sweep
 from drysim.study.table import Table, Tally

@@ -16,7 +16,7 @@ from drysim.core.model import Law, Sines, State
 from drysim.metrics.table import METRICS, measure
 from drysim.scenario.axes import Axis
 from drysim.study.compare import Comparison
-from drysim.study.rows import Row
+from drysim.study.statistics import Row
 from drysim.study.table import Table
 
 FREQUENCY, RMS, FORCE = "excitation.frequency", "excitation.rms", "friction.kinetic"

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.doctor import Finding
-    from drysim.study.rows import Batch
+    from drysim.study.statistics import Batch
     from drysim.study.table import Table
 
 FIRST = "paper-low-friction"

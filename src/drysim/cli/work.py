@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from drysim.cli.process import Voice
     from drysim.study.case import Case
     from drysim.study.ensemble import Ensemble
-    from drysim.study.rows import Batch, Row
+    from drysim.study.statistics import Batch, Row
     from drysim.study.store import Store
     from drysim.study.table import Table
 

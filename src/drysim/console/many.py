@@ -28,8 +28,7 @@ from drysim.console.terminal import NONE, folded, line, show_columns, stderr, st
 from drysim.scenario.model import STATIC
 from drysim.study import compare, run
 from drysim.study.plan import approaches_of
-from drysim.study.rows import HELD, OK
-from drysim.study.statistics import most, until_of
+from drysim.study.statistics import HELD, OK, most, until_of
 from drysim.study.table import Tally, stroke_limit
 from drysim.wording import around, length, number, percent, several, told_in
 
@@ -37,8 +36,7 @@ if TYPE_CHECKING:
     from drysim.scenario.axes import Axis
     from drysim.study.compare import Comparison, Deviation, Isolation
     from drysim.study.ensemble import Ensemble
-    from drysim.study.rows import Row
-    from drysim.study.statistics import Statistic
+    from drysim.study.statistics import Row, Statistic
     from drysim.study.table import Extreme, Seeds, Table
 
 

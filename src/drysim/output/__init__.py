@@ -159,18 +159,18 @@ def write_bench(
     bench: Bench, folder: Path, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of a bench; parameters and errors are those of `write`."""
-    from drysim.output import speed_error
+    from drysim.output import many
 
-    writers = (benched, speed_error.speed_error, *_painters(("speed_error",) * plots))
-    return put(bench, folder, writers, speed_error.of_bench, command, exit_code)
+    writers = (benched, many.speed_error, *_painters(("speed_error",) * plots))
+    return put(bench, folder, writers, many.of_bench, command, exit_code)
 
 
 def write_hard(hard: Ordeals, folder: Path, *, command: str, exit_code: int) -> dict[str, Any]:
     """Write the output folder of the hard cases; parameters and errors are those of `write`."""
-    from drysim.output import speed_error
+    from drysim.output import many
 
-    writers = (speed_error.hard_cases,)
-    return put(hard, folder, writers, speed_error.of_ordeals, command, exit_code)
+    writers = (many.hard_cases,)
+    return put(hard, folder, writers, many.of_ordeals, command, exit_code)
 
 
 def _of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:

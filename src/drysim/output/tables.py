@@ -22,7 +22,7 @@ from drysim.core.model import BLOCK, Stopped
 from drysim.errors import UsageError
 from drysim.metrics.table import BOUNDED, COMFORT
 from drysim.metrics.table import UNITS as METRIC_UNITS
-from drysim.study.rows import COUNTED, HELD, STATUSES, Batch, Row, batches_of
+from drysim.study.statistics import COUNTED, HELD, STATUSES, Batch, Row, batches_of
 
 if TYPE_CHECKING:
     from drysim.study.compare import Comparison

@@ -21,7 +21,7 @@ from drysim.scenario.axes import walks
 from drysim.scenario.model import Scenario
 from drysim.study.compare import Comparison, coinciding
 from drysim.study.outcome import Outcome
-from drysim.study.rows import LIMIT, OK, Row
+from drysim.study.statistics import LIMIT, OK, Row
 from drysim.study.table import Table
 
 if TYPE_CHECKING:

@@ -34,7 +34,7 @@ from drysim.scenario.axes import Axis, Spread, walks
 from drysim.scenario.axes import points as every_point
 from drysim.scenario.sampling import Distribution, Drawn, LogNormal, Normal
 from drysim.study.compare import FREQUENCY, Comparison
-from drysim.study.rows import (
+from drysim.study.statistics import (
     FAILED,
     HELD,
     LIMIT,

@@ -94,7 +94,7 @@ def _model_for(words: Mapping[str, Any]) -> type[Scenario]:
         return Scenario
     if friction.keys() <= LAWS[law].model_fields.keys():
         return Scenario
-    from drysim.scenario.options import with_options
+    from drysim.scenario.json_schema import with_options
 
     return with_options()
 

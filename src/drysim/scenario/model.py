@@ -30,8 +30,7 @@ from drysim.errors import Problem, ScenarioError
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.base import Generated
 from drysim.excitation.recorded import Record
-from drysim.friction import Friction, terms
-from drysim.friction.laws import Coulomb
+from drysim.friction import Coulomb, Friction, terms
 from drysim.metrics.table import BOUNDED, COMFORT, LIMITED, UNITS
 from drysim.scenario.axes import Sweep, points, size
 from drysim.scenario.blocks import (

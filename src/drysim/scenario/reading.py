@@ -22,8 +22,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from drysim.errors import Problem
-from drysim.friction import FRICTIONS, Friction
-from drysim.friction.laws import Coulomb
+from drysim.friction import FRICTIONS, Coulomb, Friction
 from drysim.units import Block, Misfit, Quantity, meant, near, short, shown, texts_of
 from drysim.wording import listed
 from drysim.yaml_document import LOST, Document, Keys

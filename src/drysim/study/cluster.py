@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import signal
 import ssl
 import tempfile
 import time
@@ -34,10 +35,9 @@ from drysim.core import compile
 from drysim.errors import ClusterError, DrysimError, UsageError
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
-from drysim.study import worker_preload
 from drysim.study.case import named_files, prepare
 from drysim.study.plan import Piece, Plan, approaches_of
-from drysim.study.rows import Batch
+from drysim.study.statistics import Batch
 from drysim.study.store import Store, packed
 from drysim.yaml_document import dump
 
@@ -220,11 +220,19 @@ def own(workers: int | None) -> Iterator[Any]:
             memory_limit=0,
             dashboard_address="127.0.0.1:0",
             silence_logs=logging.CRITICAL,
-            preload=[worker_preload.__name__],
+            preload=[__name__],
         ) as cluster,
         distributed.Client(cluster, set_as_default=False, direct_to_workers=True) as client,
     ):
         yield client
+
+
+def dask_setup(worker: object) -> None:
+    """Make a worker of our own ignore Ctrl-C at the terminal: it ends when we do.
+
+    Dask calls it in every worker, which preloads this module.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def secret(security: Any) -> Any:

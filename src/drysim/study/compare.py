@@ -26,9 +26,8 @@ from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
 from drysim.study.case import Case, prepare, require
 from drysim.study.outcome import line
-from drysim.study.rows import OK, Finished, Row, Rows, nothing
 from drysim.study.run import Motions, attempted, case_at, response_of
-from drysim.study.statistics import interval
+from drysim.study.statistics import OK, Finished, Row, Rows, interval, nothing
 from drysim.study.table import Table, Tally
 from drysim.study.warnings import at
 from drysim.units import near, short

@@ -31,9 +31,11 @@ from drysim.scenario.model import Scenario
 from drysim.study import run as one_case
 from drysim.study.case import Case, assemble, base_motion, bytes_of, prepare, sha256_of
 from drysim.study.outcome import Outcome, exit_code, judged, line, values
-from drysim.study.rows import FAILED, OK, Row
 from drysim.study.run import MotionOf, attempted, track_of
 from drysim.study.statistics import (
+    FAILED,
+    OK,
+    Row,
     Statistic,
     about_mean,
     asked,

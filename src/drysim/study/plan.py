@@ -22,14 +22,15 @@ from drysim.approach.stick_slip import Exact
 from drysim.core.model import Plant, Sines, State, Totals
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Harmonic, SineSum
-from drysim.friction.laws import Coulomb
+from drysim.friction import Coulomb
 from drysim.metrics.table import energies, means
 from drysim.scenario.axes import columns_of, size
 from drysim.scenario.model import Columns, Scenario, columned, common_period
 from drysim.scenario.sampling import Lazy
 from drysim.study.case import Case, sha256_together
 from drysim.study.ensemble import rows_of, threads
-from drysim.study.rows import (
+from drysim.study.run import ONE_OF_MANY, Job, Motions, row_of, unsettled
+from drysim.study.statistics import (
     FAILED,
     NAMES,
     NOT_SETTLED,
@@ -39,9 +40,11 @@ from drysim.study.rows import (
     Batch,
     OverSeeds,
     Row,
+    most,
+    narrow,
+    statistics,
+    until_of,
 )
-from drysim.study.run import ONE_OF_MANY, Job, Motions, row_of, unsettled
-from drysim.study.statistics import most, narrow, statistics, until_of
 
 TOGETHER = ((1 << 17, 512), (1 << 27, 4096), (None, 65_536))
 """Up to so many cases, so many orbits to a call of the kernel: 10 ms of work, beside which the

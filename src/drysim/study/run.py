@@ -29,8 +29,7 @@ from drysim.scenario.axes import size
 from drysim.scenario.model import Scenario
 from drysim.study.case import LINES, Case, _width, assemble, base_motion, segment_of
 from drysim.study.outcome import Outcome
-from drysim.study.rows import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row
-from drysim.study.statistics import most
+from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row, most
 from drysim.study.warnings import ends_decide, found, moves, orbit_doubtful
 from drysim.wording import number
 

@@ -1,24 +1,299 @@
-"""Means over seeds: which seeds a scenario asks for, what they tell, and when they are enough.
+"""Results of many cases: one case as a row, many as columns, and statistics over seeds.
 
-Of each metric: mean, confidence interval, quantiles and extremes, over the seeds that know it.
+A row is the point of a case, its metrics and what became of it. A batch holds the columns of a
+block of cases that follow each other; `Rows` makes the rows of many batches when they are
+asked for, so that none need be held.
+
+Over the seeds of a scenario each metric has a mean, its confidence interval, quantiles and
+extremes, over the seeds that know it; `enough` says when there are enough seeds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import accumulate, chain, groupby
 from math import fsum, isfinite, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
 
 from drysim.errors import Caution
 from drysim.excitation.random import Drawn
 from drysim.metrics.checks import Verdict
+from drysim.metrics.table import UNITS, Metrics
+from drysim.scenario.blocks import SEED
+from drysim.scenario.sampling import Lazy
 
 if TYPE_CHECKING:
     from drysim.excitation.base import Until
     from drysim.scenario.model import Scenario
-    from drysim.study.rows import Row
+
+
+OK, NOT_SETTLED, NOT_UNIQUE, FAILED = "ok", "not settled", "not unique", "failed"
+
+STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
+"""What a case may come to; its place here is its code in a batch."""
+
+LIMIT = "stroke.limit"
+"""The key of the stroke limit, which a case has of its own where it is swept."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case of a sweep, solved by one approach.
+
+    Attributes
+    ----------
+    point : mapping
+        Swept keys and their values in SI, in the order of the axes; a key that the approach has
+        no use for (friction under `viscous`) is missing.
+    approach : str
+        Name on the shelf.
+    F_fk, F_fs : float
+        Friction forces [N].
+    metrics : mapping
+        As `drysim.metrics.measure` gives them; all None where the status is not `ok`.
+    status : str
+        `ok`, `not settled`, `not unique` or `failed`.
+    note : str
+        What is to be said about a status other than `ok`.
+    sha256 : str
+        Of the base acceleration (hex), where the case is one seed of many.
+    over : OverSeeds or None
+        How well the metrics are known, where they are means over many seeds.
+    """
+
+    point: Mapping[str, float]
+    approach: str
+    F_fk: float
+    F_fs: float
+    metrics: Metrics
+    status: str = OK
+    note: str = ""
+    sha256: str = ""
+    over: OverSeeds | None = None
+
+    @property
+    def seed(self) -> int:
+        """Its seed, where the case is one of many."""
+        return int(self.point[SEED])
+
+    @property
+    def seeds(self) -> int:
+        """How many seeds the metrics are means over."""
+        return self.over.count if self.over else 1
+
+    @property
+    def half_widths(self) -> Mapping[str, float | None]:
+        """Half of the 95 % confidence interval of every metric that is a mean."""
+        return self.over.half_widths if self.over else {}
+
+
+@dataclass(frozen=True)
+class OverSeeds:
+    """What is known of a case that is many seeds, beside the means of its metrics.
+
+    Attributes
+    ----------
+    count : int
+        How many seeds.
+    half_widths : mapping
+        Half of the 95 % confidence interval, by metric.
+    T_a : sequence of float
+        By seed: two approaches are compared seed by seed.
+    sha256 : str
+        Of the hashes of all base accelerations (hex).
+    narrow : bool
+        Whether the interval is as narrow as `until` asks for, if it does.
+    """
+
+    count: int
+    half_widths: Mapping[str, float | None] = field(default_factory=dict)
+    T_a: Sequence[float | None] = ()
+    sha256: str = ""
+    narrow: bool = True
+
+
+COUNTED = frozenset({"violations", "contacts"})
+"""Metrics that are whole numbers, unless they are means over many seeds."""
+
+NAMES = tuple(UNITS)
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Cases of one approach that follow each other in the order of the sweep.
+
+    Attributes
+    ----------
+    first : int
+        Number of the first case among those of all approaches.
+    approach : str
+        Name on the shelf.
+    points : mapping
+        Column of every swept key, shape (n,); whole numbers where the key takes no others.
+    F_fk, F_fs : ndarray, shape (n,)
+        Friction forces [N].
+    metrics : mapping
+        Column of every metric of `METRICS`, shape (n,); NaN where it is not known.
+    status : ndarray of int8, shape (n,)
+        Index into `STATUSES`.
+    notes : mapping
+        What is to be said about cases without numbers, by their place in the batch.
+    over : mapping
+        What is known of cases that are many seeds, by their place in the batch.
+    """
+
+    first: int
+    approach: str
+    points: Mapping[str, NDArray[Any]]
+    F_fk: Floats
+    F_fs: Floats
+    metrics: Mapping[str, Floats]
+    status: NDArray[np.int8]
+    notes: Mapping[int, str] = field(default_factory=dict)
+    over: Mapping[int, OverSeeds] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        """Give the number of cases."""
+        return len(self.status)
+
+    def __iter__(self) -> Iterator[Row]:
+        """Give the cases as rows."""
+        keys = tuple(self.points)
+        columns = (column.tolist() for column in self.points.values())
+        points = list(zip(*columns, strict=True)) or [()] * len(self)
+        values = zip(*(_known(name, self.metrics[name]) for name in NAMES), strict=True)
+        forces = zip(self.F_fk.tolist(), self.F_fs.tolist(), strict=True)
+        codes = self.status.tolist()
+        every = zip(points, values, forces, codes, strict=True)
+        for i, (point, row, force, code) in enumerate(every):
+            yield Row(
+                dict(zip(keys, point, strict=True)), self.approach, *force,
+                dict(zip(NAMES, row, strict=True)), STATUSES[code], self.notes.get(i, ""),
+                over=self.over.get(i),
+            )  # fmt: skip
+
+    def row(self, i: int) -> Row:
+        """Give one case as a row."""
+        return Row(
+            {key: column[i].item() for key, column in self.points.items()},
+            self.approach,
+            float(self.F_fk[i]),
+            float(self.F_fs[i]),
+            {name: _value(name, self.metrics[name][i].item()) for name in NAMES},
+            STATUSES[self.status[i]],
+            self.notes.get(i, ""),
+            over=self.over.get(i),
+        )
+
+    @classmethod
+    def of(cls, first: int, rows: Sequence[Row]) -> Self:
+        """Give rows of one approach as a batch."""
+        keys = tuple(rows[0].point)
+        return cls(
+            first,
+            rows[0].approach,
+            {key: np.array([row.point[key] for row in rows]) for key in keys},
+            np.array([row.F_fk for row in rows]),
+            np.array([row.F_fs for row in rows]),
+            {name: _column([row.metrics.get(name) for row in rows]) for name in NAMES},
+            np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
+            {i: row.note for i, row in enumerate(rows) if row.note},
+            {i: row.over for i, row in enumerate(rows) if row.over},
+        )
+
+
+Finished = Callable[[Batch], None]
+
+
+def nothing(batch: Batch) -> None:
+    """Do nothing with finished cases."""
+
+
+def _column(values: Sequence[float | None]) -> Floats:
+    """Give values as a column, NaN for not known."""
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
+
+
+def _value(name: str, value: float) -> float | int | None:
+    """Give the value of a metric, None for not known; a mean of counts stays what it is."""
+    if value != value:
+        return None
+    return int(value) if name in COUNTED and value.is_integer() else value
+
+
+def _known(name: str, column: Floats) -> list[float | int | None]:
+    """Give a column as values, None for not known."""
+    if name in COUNTED:
+        return [_value(name, value) for value in column.tolist()]
+    if np.isnan(column).any():
+        return [None if value != value else value for value in column.tolist()]
+    values: list[float | int | None] = column.tolist()
+    return values
+
+
+HELD = 20_000
+"""Rows up to which they are made once and held: some 30 MB."""
+
+AT_A_TIME = 4096
+"""Rows that are gathered into a block."""
+
+
+class Rows(Lazy[Row]):
+    """The rows of blocks that follow each other."""
+
+    def __init__(self, batches: Sequence[Batch], firsts: Sequence[int], length: int) -> None:
+        self.batches = batches
+        self._firsts = firsts
+        self._length = length
+        self._held: tuple[Row, ...] | None = None
+
+    @classmethod
+    def of(cls, batches: Sequence[Batch], lengths: Sequence[int] = ()) -> Rows:
+        """Give the rows of blocks; their lengths, where the blocks are not at hand."""
+        ends = [0, *accumulate(lengths or map(len, batches))]
+        return cls(batches, ends[:-1], ends[-1])
+
+    def __len__(self) -> int:
+        """Give the number of rows."""
+        return self._length
+
+    def __iter__(self) -> Iterator[Row]:
+        """Give the rows in order."""
+        if self._length > HELD:
+            return chain.from_iterable(self.batches)
+        if self._held is None:
+            self._held = tuple(chain.from_iterable(self.batches))
+        return iter(self._held)
+
+    def one(self, number: int) -> Row:
+        """Give one row."""
+        at = bisect_right(self._firsts, number) - 1
+        return self.batches[at].row(number - self._firsts[at])
+
+
+def batches_of(rows: Iterable[Row]) -> Iterable[Batch]:
+    """Give rows as blocks, each of one approach."""
+    return rows.batches if isinstance(rows, Rows) else _gathered(rows)
+
+
+def _gathered(rows: Iterable[Row]) -> Iterator[Batch]:
+    first = 0
+    for _, group in groupby(rows, key=lambda row: (row.approach, tuple(row.point))):
+        several = list(group)
+        for at in range(0, len(several), AT_A_TIME):
+            part = several[at : at + AT_A_TIME]
+            yield Batch.of(first, part)
+            first += len(part)
+
+
+# Statistics over seeds.
 
 
 CONFIDENCE = 0.95

@@ -32,7 +32,7 @@ from drysim.scenario.model import Scenario
 from drysim.scenario.sampling import Lazy
 from drysim.study.case import hashes_of
 from drysim.study.plan import Piece
-from drysim.study.rows import NAMES, Batch, OverSeeds, Row
+from drysim.study.statistics import NAMES, Batch, OverSeeds, Row
 
 # The finished blocks of a sweep under way.
 

@@ -19,9 +19,8 @@ from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
 from drysim.study.case import Case, prepare, price
 from drysim.study.plan import Crew, Piece, Pieces, Plan, approaches_of
-from drysim.study.rows import HELD, Batch, Finished, Rows, nothing
 from drysim.study.run import count, run_only
-from drysim.study.statistics import most
+from drysim.study.statistics import HELD, Batch, Finished, Rows, most, nothing
 from drysim.study.store import Store, Stored
 from drysim.study.table import Table, Tally
 from drysim.study.warnings import case_strokes, statuses, wide_means

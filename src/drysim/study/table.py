@@ -22,8 +22,17 @@ from drysim.metrics.checks import STATUS, Check, Verdict, badness
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
 from drysim.study.outcome import exit_code, judged, line, spans
-from drysim.study.rows import FAILED, LIMIT, NAMES, OK, STATUSES, Batch, Row, batches_of
-from drysim.study.statistics import about_mean
+from drysim.study.statistics import (
+    FAILED,
+    LIMIT,
+    NAMES,
+    OK,
+    STATUSES,
+    Batch,
+    Row,
+    about_mean,
+    batches_of,
+)
 from drysim.wording import several
 
 

@@ -19,8 +19,16 @@ from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
 from drysim.study.case import Case
 from drysim.study.outcome import Outcome
-from drysim.study.rows import FAILED, LIMIT, Row
-from drysim.study.statistics import Statistic, most, narrow, until_of, width_of
+from drysim.study.statistics import (
+    FAILED,
+    LIMIT,
+    Row,
+    Statistic,
+    most,
+    narrow,
+    until_of,
+    width_of,
+)
 from drysim.study.table import Count, Seeds, Tally, stroke_limit
 from drysim.wording import length, listed, number, place, several, times
 

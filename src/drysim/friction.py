@@ -1,17 +1,22 @@
 """The friction laws of a scenario: Coulomb, elastic contacts, dynamic friction.
 
 A force is named itself, or by a coefficient and the normal force, whose default is the weight
-of the mass. A law is a block with its keys, and gives its forces to the core by `limits`; the
-formulas of Stribeck, Dahl, LuGre and Leuven are computed in `core.dynamic_friction`.
+of the mass. A law is a class with its keys, and its place in `FRICTIONS`; it returns its forces
+to the core by `limits`. The formulas of Stribeck, Dahl, LuGre and Leuven are computed in
+`core.dynamic_friction`.
+
+What else belongs to a law: its branch in the core, its scenario in the gallery
+(`friction-<law>`, with the picture of its loop) and its row in the README.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
+from itertools import chain
 from math import pi
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import model_validator
 
@@ -20,6 +25,7 @@ from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic, Law, Pressed, 
 from drysim.records import SI
 from drysim.records.options import Recorded
 from drysim.units import Angle, Block, Damping, Force, Frequency, Misfit, Quantity
+from drysim.wording import number
 
 GRAVITY = 9.81
 """The paper's g [m/s²], so that 75 kg press with 735.75 N."""
@@ -528,3 +534,35 @@ class Leuven(Bristles):
         """Give the law in forces; the mass [kg] is the normal force's default."""
         law = self.bent(m, LEUVEN, self.tolerance)
         return law._replace(F_h=self.hysteresis_ratio * law.F_fs, power=self.transition)
+
+
+# All laws, and a law in words.
+
+FRICTIONS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
+
+Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre | Leuven
+
+
+UNTOLD = frozenset({*Coulomb.model_fields, "tolerance"})
+"""Keys that are told as forces, and the tolerance, which is no part of a law."""
+
+
+def terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
+    """Give the name of a law, then its own keys as `v_s 0.005 m/s`; nothing for Coulomb's.
+
+    Defaults are left out, and keys that are swept.
+    """
+    if isinstance(friction, Coulomb):
+        return
+    yield f"law {friction.law}"
+    for key, field in type(friction).model_fields.items():
+        value = getattr(friction, key)
+        if key in UNTOLD or f"friction.{key}" in swept or value == field.default:
+            continue
+        if isinstance(value, int | float):
+            symbol = friction.symbols.get(key, key.replace("_", " "))
+            # Where a key may be left out its quantity is within its annotation.
+            inner = (getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation))
+            every = chain(field.metadata, *inner)
+            unit = next((part.unit for part in every if isinstance(part, Quantity)), "")
+            yield f"{symbol} {number(value, unit)}"
