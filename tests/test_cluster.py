@@ -298,6 +298,7 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
 def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypatch, name):
     monkeypatch.setattr(tempfile, "tempdir", str(swept))
     made = study_cluster.Parcel.of(load(swept / f"{name}.yaml"), "")
+    study_cluster.opened.cache_clear()  # workers of other tests may have opened the same parcel
     plan = study_cluster.opened(made)
     assert len(list(swept.glob("drysim-*/*.csv"))) == len(made.files)
     assert len(list(swept.glob("drysim-*"))) == len(made.files)
