@@ -17,7 +17,7 @@ from drysim.output import tables
 from drysim.plots.sweep import draw_stroke
 from drysim.scenario.axes import points, size
 from drysim.scenario.load import load
-from drysim.study import ensemble, rows
+from drysim.study import ensemble, statistics
 from drysim.study import plan as study_plan
 from drysim.study import sweep as tally_sweep
 from drysim.study.case import prepare
@@ -591,7 +591,7 @@ def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
     tally_many, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(tally_sweep, "HELD", 0)
-    monkeypatch.setattr(rows, "HELD", 0)
+    monkeypatch.setattr(statistics, "HELD", 0)
     store = Store(tmp_path / "cases", identity(tally_many), resume=False)
     table = tally_sweep.solve(prepare(tally_many), store=store)
     assert list(table) == list(tally_sweep.sweep(tally_many))
