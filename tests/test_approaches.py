@@ -10,11 +10,11 @@ import pytest
 
 from drysim.approach import APPROACHES, Approach
 from drysim.approach.fixed_step import Moreau, Signum, Smooth, Switch
-from drysim.approach.scene import grid_points
+from drysim.approach.scene import count_grid_points
 from drysim.approach.simulate import simulate
-from drysim.approach.solution import Response, Track
+from drysim.approach.solution import Response, Trajectory
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Law, Plant, Samples, Sines, State
+from drysim.core.model import CoulombLaw, Plant, Samples, Sines, State
 from drysim.errors import SolverError, UsageError
 from drysim.metrics.table import METRICS, measure
 
@@ -34,21 +34,31 @@ def noise(n: int, seed: int = 3) -> Samples:
 
 
 SCENES = {
-    "sine": (PAPER, Law(15.0, 15.0), SINE, REST, 5.0),
-    "two sines": (PAPER, Law(30.0, 36.0), PAIR, State(0.001, 0.05), 5.0),
-    "free decay": (Plant(1.0, 1.0, 0.0), Law(1.0, 1.0), STILL, State(12.0, 6.0), 30.0),
-    "samples": (PAPER, Law(45.0, 54.0), noise(2000), REST, 4.9),
-    "varying limits": (PAPER, Law(30.0, 40.0, 0.4, 10.7, 0.2), PAIR, REST, 5.0),
+    "sine": (PAPER, CoulombLaw(15.0, 15.0), SINE, REST, 5.0),
+    "two sines": (PAPER, CoulombLaw(30.0, 36.0), PAIR, State(0.001, 0.05), 5.0),
+    "free decay": (Plant(1.0, 1.0, 0.0), CoulombLaw(1.0, 1.0), STILL, State(12.0, 6.0), 30.0),
+    "samples": (PAPER, CoulombLaw(45.0, 54.0), noise(2000), REST, 4.9),
+    "varying limits": (PAPER, CoulombLaw(30.0, 40.0, 0.4, 10.7, 0.2), PAIR, REST, 5.0),
     "varying limits over samples": (
-        PAPER, Law(30.0, 40.0, 0.4, 10.7, 0.2), noise(800), State(0.0, 0.02), 1.9,
+        PAPER,
+        CoulombLaw(30.0, 40.0, 0.4, 10.7, 0.2),
+        noise(800),
+        State(0.0, 0.02),
+        1.9,
     ),
-    "rigid block": (Plant(75.0, 0.0, 0.0), Law(15.0, 15.0), noise(2000), REST, 4.9),
-    "heavy damping": (Plant(75.0, 7500.0, 75000.0), Law(15.0, 18.0), PAIR, REST, 5.0),
-    "critical damping": (Plant(75.0, 7500.0, 1500.0), Law(15.0, 18.0), noise(2000), REST, 4.9),
-    "stiff": (Plant(75.0, 3e8, 500.0), Law(15.0, 18.0), noise(600), REST, 1.4),
-    "nearly no friction": (PAPER, Law(1e-12, 1e-12), PAIR, REST, 5.0),
-    "never moves": (PAPER, Law(200.0, 200.0), PAIR, REST, 5.0),
-}  # fmt: skip
+    "rigid block": (Plant(75.0, 0.0, 0.0), CoulombLaw(15.0, 15.0), noise(2000), REST, 4.9),
+    "heavy damping": (Plant(75.0, 7500.0, 75000.0), CoulombLaw(15.0, 18.0), PAIR, REST, 5.0),
+    "critical damping": (
+        Plant(75.0, 7500.0, 1500.0),
+        CoulombLaw(15.0, 18.0),
+        noise(2000),
+        REST,
+        4.9,
+    ),
+    "stiff": (Plant(75.0, 3e8, 500.0), CoulombLaw(15.0, 18.0), noise(600), REST, 1.4),
+    "nearly no friction": (PAPER, CoulombLaw(1e-12, 1e-12), PAIR, REST, 5.0),
+    "never moves": (PAPER, CoulombLaw(200.0, 200.0), PAIR, REST, 5.0),
+}
 
 
 def solved(name: str) -> Response:
@@ -57,16 +67,16 @@ def solved(name: str) -> Response:
     return StickSlip().solve(plant, law, motion, start, 2.5e-3, duration)
 
 
-def track_of(response: Response) -> Track:
+def track_of(response: Response) -> Trajectory:
     """Give the continuous solution of a response."""
-    assert response.track is not None
-    return response.track
+    assert response.trajectory is not None
+    return response.trajectory
 
 
 @pytest.mark.parametrize("approach", APPROACHES)
 @pytest.mark.parametrize("motion", [SINE, noise(400)])
 def test_every_approach_gives_a_whole_response(approach: type, motion: Sines | Samples) -> None:
-    response = approach().solve(PAPER, Law(15.0, 15.0), motion, REST, 2.5e-3, 0.9)
+    response = approach().solve(PAPER, CoulombLaw(15.0, 15.0), motion, REST, 2.5e-3, 0.9)
     n = len(response.t)
     assert n == 361
     for series in (response.x_r, response.v_r, response.x_dd, response.F_f, response.u_dd):
@@ -98,7 +108,7 @@ def test_energy_closes_behind_a_damper_that_hardly_yields(F_fk: float) -> None:
     # It had closed to 1e-8 only, for the flow had lost as many digits.
     motion = Samples(np.sin(0.1 * np.arange(200)), 2.5e-3)
     plant = PAPER._replace(b=1e12)
-    response = StickSlip().solve(plant, Law(F_fk, F_fk), motion, REST, motion.dt)
+    response = StickSlip().solve(plant, CoulombLaw(F_fk, F_fk), motion, REST, motion.dt)
     residual = measure(track_of(response), (0.0, 199 * motion.dt), None)["energy_residual"]
     assert residual < 1e-14
 
@@ -106,11 +116,11 @@ def test_energy_closes_behind_a_damper_that_hardly_yields(F_fk: float) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_metrics_of_two_halves_make_those_of_the_whole(name: str) -> None:
     duration = SCENES[name][-1]
-    track = solved(name).track
-    assert track is not None
+    trajectory = solved(name).trajectory
+    assert trajectory is not None
     cut = 0.377 * duration
     whole, one, other = (
-        np.array(track.totals(*window)[:7])
+        np.array(trajectory.totals(*window)[:7])
         for window in ((0.0, duration), (0.0, cut), (cut, duration))
     )
     assert np.abs(one + other - whole).max() <= 1e-12 * np.abs(whole).max()
@@ -139,7 +149,7 @@ def test_force_balance_holds_at_every_point_of_the_grid(name: str) -> None:
 def test_metrics_do_not_depend_on_the_output_step() -> None:
     coarse, fine = (
         measure(
-            track_of(StickSlip().solve(PAPER, Law(30.0, 36.0), PAIR, REST, step, 5.0)),
+            track_of(StickSlip().solve(PAPER, CoulombLaw(30.0, 36.0), PAIR, REST, step, 5.0)),
             (1.0, 5.0),
             0.02,
         )
@@ -160,12 +170,12 @@ def test_metrics_do_not_depend_on_the_output_step() -> None:
 def test_grid_ends_with_the_motion_however_long(
     duration: float, step: float, points: int
 ) -> None:
-    assert grid_points(duration, step) == points
+    assert count_grid_points(duration, step) == points
 
 
 def test_without_friction_sines_give_the_closed_form_transmissibility() -> None:
     omega = 4 * math.pi
-    response = StickSlip().solve(PAPER, Law(0.0, 0.0), SINE, REST, 0.01, 12.0)
+    response = StickSlip().solve(PAPER, CoulombLaw(0.0, 0.0), SINE, REST, 0.01, 12.0)
     metrics = measure(track_of(response), (10.0, 12.0), None)
     stiffness = PAPER.k_x - PAPER.m * omega**2
     exact = math.hypot(PAPER.k_x, PAPER.b * omega) / math.hypot(stiffness, PAPER.b * omega)
@@ -177,7 +187,7 @@ def test_without_friction_sines_give_the_closed_form_transmissibility() -> None:
 
 def test_standstill_transmits_everything_and_moves_nothing() -> None:
     metrics = measure(
-        track_of(StickSlip().solve(PAPER, Law(75.0, 75.0), SINE, REST, 0.01, 3.0)),
+        track_of(StickSlip().solve(PAPER, CoulombLaw(75.0, 75.0), SINE, REST, 0.01, 3.0)),
         (0.0, 3.0),
         0.01,
     )
@@ -188,7 +198,7 @@ def test_standstill_transmits_everything_and_moves_nothing() -> None:
 
 def test_rigid_block_that_slides_without_stops_passes_on_its_friction() -> None:
     # k_x = b = 0 below the onset of stops: RMS x"/A is φ exactly.
-    block, law = Plant(1.0, 0.0, 0.0), Law(0.4, 0.4)
+    block, law = Plant(1.0, 0.0, 0.0), CoulombLaw(0.4, 0.4)
     phase = math.acos(math.pi * 0.4 / 2)
     sine = Sines((1.0,), (1 / (2 * math.pi),), (phase,))
     response = StickSlip().solve(block, law, sine, REST, 0.1, 40 * math.pi)
@@ -198,7 +208,7 @@ def test_rigid_block_that_slides_without_stops_passes_on_its_friction() -> None:
 
 
 def test_orbit_loses_in_friction_four_times_force_times_stroke() -> None:
-    approach, law = StickSlip(), Law(45.0, 54.0)
+    approach, law = StickSlip(), CoulombLaw(45.0, 54.0)
     orbit = approach.orbit(PAPER, law, Sines((1.06,), (3.0,), (0.0,)), REST, 1 / 3)
     assert orbit.settled
     response = approach.solve(
@@ -211,7 +221,7 @@ def test_orbit_loses_in_friction_four_times_force_times_stroke() -> None:
 
 
 def test_stroke_is_violated_at_the_very_limit_and_counted_by_excursion() -> None:
-    response = StickSlip().solve(PAPER, Law(15.0, 15.0), SINE, REST, 0.01, 5.0)
+    response = StickSlip().solve(PAPER, CoulombLaw(15.0, 15.0), SINE, REST, 0.01, 5.0)
     peak = measure(track_of(response), (0.0, 5.0), None)["x_r_peak"]
     assert peak is not None
     at, above = (
@@ -220,10 +230,12 @@ def test_stroke_is_violated_at_the_very_limit_and_counted_by_excursion() -> None
     assert at["violations"] >= 1
     assert above["violations"] == 0
     half = measure(track_of(response), (0.0, 5.0), peak / 2)
-    track = response.track
-    assert track is not None
-    assert abs(track.state(half["t_first_violation"]).x_r) == pytest.approx(peak / 2, rel=1e-13)
-    fine = np.abs([track.state(t).x_r for t in np.linspace(0.0, 5.0, 20_001)]) >= peak / 2
+    trajectory = response.trajectory
+    assert trajectory is not None
+    assert abs(trajectory.state(half["t_first_violation"]).x_r) == pytest.approx(
+        peak / 2, rel=1e-13
+    )
+    fine = np.abs([trajectory.state(t).x_r for t in np.linspace(0.0, 5.0, 20_001)]) >= peak / 2
     assert half["violations"] == np.count_nonzero(np.diff(fine.astype(int)) == 1)
     assert half["t_beyond"] == pytest.approx(5.0 * fine.mean(), abs=2e-3)
 
@@ -240,7 +252,7 @@ def test_rigid_block_on_el_centro(mu: float, peak: float, end: float, stuck: flo
     u_dd = np.loadtxt(EL_CENTRO, delimiter=",", skiprows=1, usecols=1) * 9.80665
     friction = mu * 9.80665
     response = StickSlip().solve(
-        Plant(1.0, 0.0, 0.0), Law(friction, friction), Samples(u_dd, 0.02), REST, 0.02
+        Plant(1.0, 0.0, 0.0), CoulombLaw(friction, friction), Samples(u_dd, 0.02), REST, 0.02
     )
     metrics = measure(track_of(response), (0.0, 1559 * 0.02), None)
     assert metrics["x_r_peak"] == pytest.approx(peak, abs=5e-8)
@@ -349,7 +361,7 @@ STEPPED = [
 def test_fixed_steps_come_near_the_exact_motion_where_the_mass_slides(
     approach: Approach, off: float
 ) -> None:
-    law, motion = Law(15.0, 15.0), Sines((1.0,), (5.0,), (0.3,))
+    law, motion = CoulombLaw(15.0, 15.0), Sines((1.0,), (5.0,), (0.3,))
     exact = StickSlip().solve(PAPER, law, motion, REST, 5e-4, 4.0)
     near = approach.solve(PAPER, law, motion, REST, 5e-4, 4.0)
     assert np.abs(near.x_r - exact.x_r).max() <= off * np.abs(exact.x_r).max()
@@ -357,7 +369,7 @@ def test_fixed_steps_come_near_the_exact_motion_where_the_mass_slides(
 
 def test_signum_invents_vibration_that_no_smaller_step_cures() -> None:
     # Where the mass stands still signum gives T_a = F_fk/(m a_u), whatever the integrator.
-    law, motion = Law(45.0, 45.0), Sines((0.33 * math.sqrt(2),), (5.0,), (0.0,))
+    law, motion = CoulombLaw(45.0, 45.0), Sines((0.33 * math.sqrt(2),), (5.0,), (0.0,))
     for method in ("euler", "semi-implicit", "heun", "rk4"):
         for step in (2.5e-3, 2.5e-4):
             response = Signum(method=method).solve(PAPER, law, motion, REST, step, 4.0)
@@ -370,7 +382,7 @@ def test_signum_invents_vibration_that_no_smaller_step_cures() -> None:
 
 
 def test_moreau_sticks_truly_and_converges() -> None:
-    law, motion = Law(45.0, 45.0), Sines((0.75 * math.sqrt(2),), (2.0,), (0.0,))
+    law, motion = CoulombLaw(45.0, 45.0), Sines((0.75 * math.sqrt(2),), (2.0,), (0.0,))
     exact = StickSlip().solve(PAPER, law, motion, REST, 2.5e-3, 4.0)
     errors = []
     for step in (2.5e-3, 1.25e-3):
@@ -386,7 +398,7 @@ def test_moreau_sticks_truly_and_converges() -> None:
 
 @pytest.mark.parametrize("form", ["arctan", "tanh", "erf", "rational"])
 def test_smooth_forms_tend_to_the_exact_answer_as_they_sharpen(form: str) -> None:
-    law, motion = Law(15.0, 15.0), Sines((0.5 * math.sqrt(2),), (5.0,), (0.0,))
+    law, motion = CoulombLaw(15.0, 15.0), Sines((0.5 * math.sqrt(2),), (5.0,), (0.0,))
     exact = measure(
         track_of(StickSlip().solve(PAPER, law, motion, REST, 1e-3, 4.0)), (2.0, 4.0), None
     )
@@ -401,7 +413,7 @@ def test_smooth_forms_tend_to_the_exact_answer_as_they_sharpen(form: str) -> Non
 
 
 def test_adaptive_smooth_agrees_with_small_fixed_steps() -> None:
-    law, motion = Law(15.0, 15.0), Sines((1.0,), (5.0,), (0.3,))
+    law, motion = CoulombLaw(15.0, 15.0), Sines((1.0,), (5.0,), (0.3,))
     adaptive, fixed = (
         Smooth(sharpness=300.0, method=method).solve(PAPER, law, motion, REST, 1e-3, 1.0)
         for method in ("adaptive", "rk4")
@@ -412,7 +424,7 @@ def test_adaptive_smooth_agrees_with_small_fixed_steps() -> None:
 def test_fixed_step_that_blows_up_is_said_with_its_time() -> None:
     stiff = Plant(1.0, 1e6, 0.0)
     with pytest.raises(SolverError, match=r"a step of 0\.1 s has left the numbers at t ="):
-        Signum(method="euler").solve(stiff, Law(1.0, 1.0), SINE, REST, 0.1, 500.0)
+        Signum(method="euler").solve(stiff, CoulombLaw(1.0, 1.0), SINE, REST, 0.1, 500.0)
 
 
 def test_smooth_knows_the_displacement_of_the_base_where_it_is_known() -> None:
@@ -421,7 +433,7 @@ def test_smooth_knows_the_displacement_of_the_base_where_it_is_known() -> None:
     t = np.arange(801) * dt
     h = 2 * math.sin(omega * dt / 2) / dt
     motion = Samples(-(h**2) * np.sin(omega * t), dt, u=np.sin(omega * t))
-    law = Law(15.0, 15.0)
+    law = CoulombLaw(15.0, 15.0)
     found, exact = (
         measure(track_of(approach.solve(PAPER, law, motion, REST, dt)), (0.0, 4.0), None)
         for approach in (Smooth(), StickSlip())

@@ -12,12 +12,12 @@ from peers import heyoka
 from seat import rows_of
 
 import drysim as package
-from drysim.approach import SHELF
+from drysim.approach import APPROACHES_BY_NAME
 from drysim.bench import hard_cases, scipy_ivp, score, timing
-from drysim.bench.score import Yardstick
-from drysim.bench.speed_error import held_to, judged, with_uncertainty
-from drysim.bench.timing import Terms, at_most, attempt, tried
-from drysim.bench.work import Answer, Entry, work_of
+from drysim.bench.score import Reference
+from drysim.bench.speed_error import score_answer, score_exact, with_uncertainty
+from drysim.bench.timing import BenchOptions, time_limit, try_entry, try_within
+from drysim.bench.work import Answer, Entry, make_work
 from drysim.errors import SolverError
 
 # Bench: what is timed is judged rightly, and a fault of one entry is its own.
@@ -48,7 +48,7 @@ SINES = (
 )
 HELD = SLIDING.replace("frequency: 2, rms: 0.75", "frequency: 5, rms: 0.33")
 SMALL = ("--samples", 200, "--repeats", 1, "--patience", 0.01)
-TERMS = Terms(samples=400, repeats=1, patience=1.0, peers=())
+TERMS = BenchOptions(samples=400, repeats=1, patience=1.0, peers=())
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def works(tmp_path):
     def made(words, samples=400, **changes):
         file = tmp_path / "scene.yaml"
         file.write_text(words)
-        return work_of(package.load(file, changes), samples)
+        return make_work(package.load(file, changes), samples)
 
     return made
 
@@ -68,19 +68,19 @@ def score_of(work, name, setting="", terms=TERMS):
     found = [
         one for one in score.entries(work) if (one.approach, one.setting) == (name, setting)
     ]
-    return judged(found[0], attempt(found[0], work, terms), Yardstick.of(work))
+    return score_answer(found[0], try_entry(found[0], work, terms), Reference.of(work))
 
 
 @pytest.mark.parametrize("words", [SLIDING, NOISE.replace("45}", "45, static: 54}")])
 def test_exact_approach_and_restarted_scipy_agree_to_rounding(works, words):
     work = works(words)
-    off, T_a = Yardstick.of(work).errors(work, scipy_ivp.reference().ready(work)())
+    off, T_a = Reference.of(work).errors(work, scipy_ivp.reference_entry().ready(work)())
     assert off < 1e-11
     assert abs(T_a) < 1e-12
 
 
 def by_reference(work):
-    return scipy_ivp.reference().ready(work)()
+    return scipy_ivp.reference_entry().ready(work)()
 
 
 def by_heyoka(work):
@@ -93,7 +93,7 @@ def test_peers_with_events_see_two_stops_within_one_sample(works, tmp_path, solv
     white = 3.0 * np.random.default_rng(21).standard_normal(401)
     np.savetxt(tmp_path / "white.csv", white, header="u_dd", comments="")
     work = works(RECORD)
-    off, T_a = Yardstick.of(work).errors(work, solved(work))
+    off, T_a = Reference.of(work).errors(work, solved(work))
     assert off < 1e-11
     assert abs(T_a) < 1e-12
 
@@ -104,7 +104,7 @@ def test_peers_with_events_see_friction_overcome_between_points_of_the_grid(
     works, solved, step
 ):
     work = works(SINES.replace("45}", "80, static: 96}"), 1000, **{"solver.step": step})
-    off, T_a = Yardstick.of(work).errors(work, solved(work))
+    off, T_a = Reference.of(work).errors(work, solved(work))
     assert off < 1e-10
     assert abs(T_a) < 1e-11
 
@@ -112,7 +112,7 @@ def test_peers_with_events_see_friction_overcome_between_points_of_the_grid(
 def test_reference_whose_two_runs_differ_is_in_doubt_and_not_the_exact_approach(
     drysim, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(scipy_ivp, "REFERENCE", ("RK45", 1e-3))
+    monkeypatch.setattr(scipy_ivp, "REFERENCE_SETTING", ("RK45", 1e-3))
     (tmp_path / "sliding.yaml").write_text(SLIDING)
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-peers", "--no-plots", "--json")
     assert answer.code == 0
@@ -128,23 +128,23 @@ def test_reference_whose_two_runs_differ_is_in_doubt_and_not_the_exact_approach(
 
 def test_exact_approach_is_charged_with_what_both_runs_of_the_reference_agree_on(works):
     work = works(SLIDING)
-    yardstick = Yardstick.of(work)
+    yardstick = Reference.of(work)
     wrong = replace(yardstick, x_r=1.001 * yardstick.x_r, stops=yardstick.stops[1:])
-    entry = scipy_ivp.reference()
-    one = attempt(entry, work, TERMS)
-    score = with_uncertainty(judged(entry, one, wrong), one, wrong)
+    entry = scipy_ivp.reference_entry()
+    one = try_entry(entry, work, TERMS)
+    score = with_uncertainty(score_answer(entry, one, wrong), one, wrong)
     count = len(yardstick.stops)
     assert not score.in_doubt
     assert score.verdict == f"fine; {count} stops, {count - 1} by stick-slip"
-    assert held_to(score, score).verdict == "fine"
+    assert score_exact(score, score).verdict == "fine"
 
 
 def test_slip_begins_where_friction_is_overcome_and_not_just_before(works):
     work = works(SLIDING)
-    still = scipy_ivp.Slip(0.0, 0.0, 0.0, 0)
+    still = scipy_ivp.SlipState(0.0, 0.0, 0.0, 0)
     for limit in np.linspace(1.0, 75.0, 200):
         part = replace(work, law=work.law._replace(F_fs=float(limit)))
-        t = scipy_ivp.break_away(part, still, 0.0, 0.125)
+        t = scipy_ivp.break_away_time(part, still, 0.0, 0.125)
         assert 0.0 < scipy_ivp.limit_force(part, still._replace(t=t)) - limit < 1e-11
 
 
@@ -168,7 +168,7 @@ def test_an_approach_that_leaves_the_static_limit_out_solves_another_law(works):
 
 
 def test_mass_that_never_moves_has_an_error_relative_to_how_far_it_would(works):
-    assert Yardstick.of(works(HELD)).scale > 1e-5
+    assert Reference.of(works(HELD)).scale > 1e-5
 
 
 def test_entry_that_raises_has_failed_and_says_how(works):
@@ -177,7 +177,7 @@ def test_entry_that_raises_has_failed_and_says_how(works):
 
     work = works(SLIDING)
     entry = Entry("broken", "", ready)
-    score = judged(entry, attempt(entry, work, TERMS), Yardstick.of(work))
+    score = score_answer(entry, try_entry(entry, work, TERMS), Reference.of(work))
     assert score.verdict == "failed, ZeroDivisionError: no such luck"
     assert score.time is None
 
@@ -190,13 +190,13 @@ def test_answer_that_is_no_number_has_failed(works):
         return lambda: Answer(nothing, nothing, lambda: nothing)
 
     entry = Entry("lost", "", ready)
-    score = judged(entry, attempt(entry, work, TERMS), Yardstick.of(work))
+    score = score_answer(entry, try_entry(entry, work, TERMS), Reference.of(work))
     assert score.verdict.startswith("failed, the answer is not a finite number")
 
 
 def test_slow_entry_runs_on_a_shorter_stretch(works):
     work = works(SLIDING, samples=4000)
-    runner = attempt(scipy_ivp.reference(), work, Terms(4000, 1, 0.01, ()))
+    runner = try_entry(scipy_ivp.reference_entry(), work, BenchOptions(4000, 1, 0.01, ()))
     assert 200 <= runner.work.samples < 4000
     assert len(runner.answer.x_r) == runner.work.samples + 1
 
@@ -207,7 +207,7 @@ def test_peer_whose_stops_follow_each_other_without_end_is_stopped(works):
 
     work = works(SLIDING, 400, **{"start.v_r": 1.0, "friction.kinetic": 1e-9})
     with pytest.raises(SolverError, match="without end"):
-        scipy_ivp.follow(work, slide)
+        scipy_ivp.integrate_stick_slip(work, slide)
 
 
 def test_work_that_lasts_too_long_is_given_up():
@@ -215,19 +215,19 @@ def test_work_that_lasts_too_long_is_given_up():
         while True:
             pass
 
-    with pytest.raises(SolverError, match=r"given up after 0\.05 s"), at_most(0.05):
+    with pytest.raises(SolverError, match=r"given up after 0\.05 s"), time_limit(0.05):
         forever()
 
 
 def test_compiling_is_no_part_of_the_work_and_is_not_interrupted(monkeypatch):
-    monkeypatch.setattr(timing, "compiling", lambda: perf_counter() < begin + 0.15)
+    monkeypatch.setattr(timing, "is_compiling", lambda: perf_counter() < begin + 0.15)
     begin = perf_counter()
 
     def work():
         while perf_counter() < begin + 5.0:
             pass
 
-    with pytest.raises(SolverError), at_most(0.1):
+    with pytest.raises(SolverError), time_limit(0.1):
         work()
     assert 0.15 < perf_counter() - begin < 4.0
 
@@ -235,9 +235,9 @@ def test_compiling_is_no_part_of_the_work_and_is_not_interrupted(monkeypatch):
 def test_slow_jobs_are_repeated_less_and_all_take_turns():
     turns = []
     jobs = [lambda: turns.append("a"), lambda: turns.append("b")]
-    timing.interleaved(jobs, [3, 2])
+    timing.interleaved_medians(jobs, [3, 2])
     assert turns == ["a", "b", "a", "b", "a"]
-    assert [timing.repeats(once, 15, 0.1) for once in (1e-6, 0.02, 1.0)] == [15, 5, 3]
+    assert [timing.repeat_count(once, 15, 0.1) for once in (1e-6, 0.02, 1.0)] == [15, 5, 3]
 
 
 @pytest.mark.parametrize(
@@ -259,7 +259,7 @@ def test_bench_writes_a_row_for_every_entry(drysim, tmp_path):
     first = ["approach", "setting", "step [s]", "time_per_sample [ns]"]
     then = ["error_x_r [-]", "error_T_a [-]", "energy_residual [-]", "verdict"]
     assert list(rows[0])[:8] == [*first, *then]
-    assert {row["approach"] for row in rows} == {*SHELF, "solve_ivp events"}
+    assert {row["approach"] for row in rows} == {*APPROACHES_BY_NAME, "solve_ivp events"}
     assert rows[0]["verdict"] == "exact"
     assert not [row for row in rows if row["verdict"].startswith("failed")]
     assert {file.name for file in folder.iterdir()} == {
@@ -354,9 +354,12 @@ def test_labels_of_a_crowded_picture_do_not_cover_each_other(tmp_path):
     for line in lines:
         axes.plot(*zip(*line, strict=True))
     axes.autoscale_view()
-    speed_error.label(
+    speed_error.place_labels(
         axes,
-        [speed_error.Curve(f"curve {at}", [line], "black") for at, line in enumerate(lines)],
+        [
+            speed_error.LabelledCurve(f"curve {at}", [line], "black")
+            for at, line in enumerate(lines)
+        ],
     )
     boxes = [text.get_window_extent() for text in axes.texts]
     assert len(boxes) == 8
@@ -375,7 +378,7 @@ def test_steady_states_are_the_same_orbits_by_search_and_by_marching(drysim, tmp
     assert scores[0]["setting"] == "periodic orbits"
     assert scores[0]["error_x_r"] < 1e-11
     assert scores[0]["samples"] == 2 * 100 * 256
-    assert {one["approach"] for one in scores} == {*SHELF, "solve_ivp events"}
+    assert {one["approach"] for one in scores} == {*APPROACHES_BY_NAME, "solve_ivp events"}
 
 
 def test_swept_friction_is_not_told_as_that_of_the_file(drysim, tmp_path):
@@ -403,8 +406,8 @@ def ordeal(tmp_path, words, **changes):
     """Give what becomes of a scenario, by its words; trials by approach."""
     file = tmp_path / "scene.yaml"
     file.write_text(words)
-    found = hard_cases.ordeal(package.load(file, changes), 30.0, lambda: None)
-    return {one.approach: one for one in found.trials}
+    found = hard_cases.run_case(package.load(file, changes), 30.0, lambda: None)
+    return {one.approach: one for one in found.results}
 
 
 def test_exact_approach_holds_and_others_are_wrong_where_the_mass_should_stick(
@@ -444,16 +447,16 @@ def test_without_checks_the_exact_approach_holds_nothing(drysim, tmp_path):
 
 def test_approach_that_asks_for_too_much_has_failed_and_says_why(tmp_path):
     words = SLIDING + "measure: {steady: false, settle: 0, duration: 10 s}\n"
-    trials = ordeal(tmp_path, words, **{"solver.smooth.sharpness": 1e12})
-    assert trials["smooth"].word == "failed"
-    assert "GB of memory" in trials["smooth"].how
-    assert trials["moreau"].word == "held"
+    results = ordeal(tmp_path, words, **{"solver.smooth.sharpness": 1e12})
+    assert results["smooth"].word == "failed"
+    assert "GB of memory" in results["smooth"].how
+    assert results["moreau"].word == "held"
 
 
 def test_approach_that_takes_too_long_has_failed(tmp_path):
     (tmp_path / "held.yaml").write_text(HARD_HELD)
     scenario = package.load(tmp_path / "held.yaml")
-    late = tried(lambda: hard_cases.solved(scenario, "moreau"), 1e-5)
+    late = try_within(lambda: hard_cases.solve_case(scenario, "moreau"), 1e-5)
     assert late == "given up after 1e-5 s"
 
 
@@ -469,7 +472,7 @@ def test_every_point_of_a_swept_hard_case_counts(tmp_path):
      ("x_r_rms", 51.0, "x_r ×52"), ("x_r_rms", 1e9, "blows up")],
 )  # fmt: skip
 def test_deviation_is_spoken(metric, off, words):
-    assert hard_cases.spoken(metric, off) == words
+    assert hard_cases.format_deviation(metric, off) == words
 
 
 def test_dry_run_of_the_hard_cases_names_them_all(drysim):

@@ -10,10 +10,10 @@ from seat import SEAT, dotted
 
 import drysim
 from drysim.approach.fixed_step import Switch
-from drysim.core.compile import PLAIN_STEPS
+from drysim.core.compile import MAX_PLAIN_STEPS
 from drysim.errors import ScenarioError
 from drysim.study import sweep
-from drysim.study.case import prepare, price
+from drysim.study.case import prepare, step_cost
 
 # Work out of proportion is told before it is done, and what nobody waits for is refused.
 
@@ -35,7 +35,7 @@ def prepared(tmp_path):
 
 def slow(case):
     """Give the sentences about slow scenes."""
-    return [caution.sentence for caution in case.cautions if caution.slug == "slow-scene"]
+    return [caution.sentence for caution in case.warnings if caution.slug == "slow-scene"]
 
 
 def test_easy_scene_is_not_called_slow(prepared):
@@ -179,7 +179,7 @@ def engine(monkeypatch):
     def told(settle, *job):
         seen = []
         monkeypatch.setattr(
-            "drysim.core.compile.settle",
+            "drysim.core.compile.choose_engine",
             lambda steps, kernels="": seen.append((steps, kernels)),
         )
         settle(*job)
@@ -191,36 +191,38 @@ def engine(monkeypatch):
 def test_cost_of_a_step_by_series_counts_in_the_choice_of_the_engine(prepared, engine):
     cases = {"excitation.frequency": [1.0, 2.0, 4.0], "oscillator.mass": [60, 70, 80, 90]}
     easy, dear = (prepared(sweep=cases, **law) for law in ({}, {"friction": LUGRE}))
-    steps, kernels = engine(sweep.settle, easy, [easy.scenario])
-    assert steps <= PLAIN_STEPS
+    steps, kernels = engine(sweep.choose_engine, easy, [easy.scenario])
+    assert steps <= MAX_PLAIN_STEPS
     assert kernels == ""
-    steps, kernels = engine(sweep.settle, dear, [dear.scenario])
-    assert steps > PLAIN_STEPS
-    assert kernels == "taylor.trace"
+    steps, kernels = engine(sweep.choose_engine, dear, [dear.scenario])
+    assert steps > MAX_PLAIN_STEPS
+    assert kernels == "taylor.march_taylor"
     assert dear.work == 5 * easy.work
 
 
 def test_law_that_costs_the_most_decides_where_several_are_solved(prepared, engine):
     case = prepared(sweep={"excitation.frequency": [1.0, 2.0]}, friction=LUGRE)
     others = [case.scenario.with_approach("viscous"), case.scenario]
-    assert engine(sweep.settle, case, others)[1] == "taylor.trace"
+    assert engine(sweep.choose_engine, case, others)[1] == "taylor.march_taylor"
 
 
 def test_fixed_steps_cost_the_same_whatever_the_law(prepared):
-    assert price(Switch(), prepared(friction=LUGRE).law) == price(Switch(), prepared().law)
+    assert step_cost(Switch(), prepared(friction=LUGRE).law) == step_cost(
+        Switch(), prepared().law
+    )
 
 
 def test_rows_and_bytes_of_a_large_response_are_told_before_the_work(prepared):
-    slugs = {one.slug: one for one in prepared(solver__step=1e-9).cautions}
+    slugs = {one.slug: one for one in prepared(solver__step=1e-9).warnings}
     told = slugs["large-response"]
     assert told.numbers["rows"] == 2_000_000_001
     assert "response.csv with 2e+09 rows, some 200 GB" in told.sentence
-    assert "large-response" not in {one.slug for one in prepared(solver__step=1e-6).cautions}
+    assert "large-response" not in {one.slug for one in prepared(solver__step=1e-6).warnings}
 
 
 def test_sweep_writes_no_response_and_is_not_told_of_one(prepared):
     case = prepared(solver__step=1e-9, sweep={"excitation.frequency": [1.0, 2.0]})
-    assert "large-response" not in {one.slug for one in case.cautions}
+    assert "large-response" not in {one.slug for one in case.warnings}
 
 
 # What Python shows of an answer, and of a fault: a line or two, never a wall of numbers.

@@ -8,7 +8,7 @@ from seat import dotted
 
 from drysim.core.model import Samples
 from drysim.scenario.load import load
-from drysim.scenario.warnings import cautions
+from drysim.scenario.warnings import scenario_warnings
 from drysim.study.compare import compare
 from drysim.yaml_document import dump
 
@@ -28,7 +28,9 @@ def slugs(tmp_path):
 
     def found(motion=None, **words: object) -> dict[str, str]:
         scenario = load(tmp_path / "seat.yaml", WORDS | dotted(words))
-        return {caution.slug: caution.sentence for caution in cautions(scenario, motion)}
+        return {
+            caution.slug: caution.sentence for caution in scenario_warnings(scenario, motion)
+        }
 
     return found
 
@@ -165,7 +167,10 @@ def test_times_in_milliseconds_without_a_unit_make_a_record_that_is_too_coarse(
         "excitation: {kind: record, file: base.csv, time: t, column: a}\n"
     )
     scenario = load(tmp_path / "seat.yaml")
-    found = {one.slug: one.sentence for one in cautions(scenario, scenario.excitation.motion())}
+    found = {
+        one.slug: one.sentence
+        for one in scenario_warnings(scenario, scenario.excitation.motion())
+    }
     assert ("coarse-record" in found) is said
     if said:
         assert "a sample every 2 s, 0.314 in a natural period" in found["coarse-record"]
@@ -179,7 +184,7 @@ def test_record_of_even_steps_is_not_told_about_units_of_time(tmp_path):
         "excitation: {kind: record, file: base.csv, column: a, step: 0.1}\n"
     )
     scenario = load(tmp_path / "seat.yaml")
-    (caution,) = cautions(scenario, scenario.excitation.motion())
+    (caution,) = scenario_warnings(scenario, scenario.excitation.motion())
     assert caution.sentence.endswith("of what shakes the mass it tells little")
 
 
@@ -282,13 +287,13 @@ def test_options_of_an_approach_are_left_alone_where_it_may_run(tmp_path):
     file.write_text(
         dump(WORDS | {"solver": solver, "friction": {"law": "coulomb", "kinetic": 9}})
     )
-    assert cautions(load(file, ["solver.approach=viscous", "friction=null"])) == ()
-    assert cautions(load(file, ["solver.approach=stick-slip"])) == ()
+    assert scenario_warnings(load(file, ["solver.approach=viscous", "friction=null"])) == ()
+    assert scenario_warnings(load(file, ["solver.approach=stick-slip"])) == ()
     chosen = load(file, ["solver.approach=stick-slip", "solver.smooth.form=tanh"])
-    assert [one.slug for one in cautions(chosen)] == ["no-effect"]
-    assert cautions(chosen, compared=True) == ()
+    assert [one.slug for one in scenario_warnings(chosen)] == ["no-effect"]
+    assert scenario_warnings(chosen, compared=True) == ()
     file.write_text(file.read_text().replace("approach: smooth", "approach: stick-slip"))
-    assert [one.slug for one in cautions(load(file))] == ["no-effect"]
+    assert [one.slug for one in scenario_warnings(load(file))] == ["no-effect"]
     table = compare(load(file), "smooth vs stick-slip").table
     assert [one.slug for one in table.warnings if one.slug == "no-effect"] == []
 
@@ -298,11 +303,11 @@ def test_option_that_stands_for_a_key_of_the_same_law_is_said(tmp_path):
     own = {"law": "coulomb", "kinetic": 15, "coulomb": {"kinetic": 30}}
     dahl = {"kinetic": 9, "bristle_stiffness": 1e5}
     file.write_text(dump(WORDS | {"friction": own | {"dahl": dahl}}))
-    (caution,) = cautions(load(file))
+    (caution,) = scenario_warnings(load(file))
     sentence = "friction.kinetic has no effect: friction.coulomb.kinetic stands for it"
     assert caution.sentence == sentence
-    assert cautions(load(file, ["friction.law=dahl"])) == ()
-    assert cautions(load(file, ["friction.kinetic=null"])) == ()
+    assert scenario_warnings(load(file, ["friction.law=dahl"])) == ()
+    assert scenario_warnings(load(file, ["friction.kinetic=null"])) == ()
 
 
 def test_record_that_is_missing_in_options_of_another_law_is_said(slugs):
@@ -318,6 +323,6 @@ def test_force_of_zero_from_outside_is_no_slip(tmp_path):
     file.write_text(
         dump(WORDS | {"friction": {"law": "coulomb", "kinetic": 9, "static_ratio": 2}})
     )
-    assert cautions(load(file, ["friction.kinetic=0"])) == ()
+    assert scenario_warnings(load(file, ["friction.kinetic=0"])) == ()
     both = load(file, ["friction.kinetic=0", "friction.static_ratio=3"])
-    assert [one.slug for one in cautions(both)] == ["no-effect"]
+    assert [one.slug for one in scenario_warnings(both)] == ["no-effect"]

@@ -189,17 +189,17 @@ def test_check_without_a_case_in_reach_fails():
 
 def test_single_case_out_of_reach_is_not_judged():
     check = Check.parse("T_a < 0.6 at excitation.frequency >= 8", UNITS)
-    verdict = check.based_on({"excitation.frequency": 1.6}).judge({"T_a": 1.5})
+    verdict = check.with_values({"excitation.frequency": 1.6}).judge({"T_a": 1.5})
     assert (verdict.passed, verdict.value) == (None, None)
     assert verdict.sentence.endswith(": not judged; this case lies elsewhere")
-    near = check.based_on({"excitation.frequency": 9.0}).judge({"T_a": 1.5})
+    near = check.with_values({"excitation.frequency": 9.0}).judge({"T_a": 1.5})
     assert (near.passed, near.value, near.reason) == (False, 1.5, "")
 
 
 def test_key_that_is_not_swept_has_its_value_in_the_scenario():
     check = Check.parse("T_a < 0.6 at friction.kinetic >= 20", UNITS)
-    assert judgement(check.based_on({"friction.kinetic": 30.0}), rows(T_a=[0.1])).passed
-    elsewhere = judgement(check.based_on({"friction.kinetic": 10.0}), rows(T_a=[0.1]))
+    assert judgement(check.with_values({"friction.kinetic": 30.0}), rows(T_a=[0.1])).passed
+    elsewhere = judgement(check.with_values({"friction.kinetic": 10.0}), rows(T_a=[0.1]))
     assert elsewhere.reason == "no case lies there"
 
 

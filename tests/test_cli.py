@@ -301,7 +301,7 @@ def test_reader_of_stdout_may_leave_early(seat):
 
 def test_finished_cases_are_said_to_be_given_up_only_where_they_are(drysim, seat):
     words = ["sweep", seat, "--no-plots", "--set", "sweep={excitation.frequency: [1, 2]}"]
-    with output.claim_partial(Path("out/seat")) as claim:
+    with output.lock_partial(Path("out/seat")) as claim:
         claim.journal.write_text("1\n2\n")
         refused = drysim(*words)
     assert refused.code == 2
@@ -428,8 +428,8 @@ def test_list_tells_which_scenarios_have_pictures_and_where_they_are(drysim):
 
     listed = drysim("init", "--list")
     marked = {line.split()[0] for line in listed.out.splitlines() if line.endswith("[loop]")}
-    assert marked == {file.stem for file in (gallery.folder() / gallery.LOOPS).iterdir()}
-    assert str(gallery.folder() / gallery.LOOPS) in "".join(listed.err.splitlines())
+    assert marked == {file.stem for file in (gallery.folder() / gallery.LOOPS_FOLDER).iterdir()}
+    assert str(gallery.folder() / gallery.LOOPS_FOLDER) in "".join(listed.err.splitlines())
     assert "friction-lugre.png" in drysim("init", "friction-lugre").err
 
 
@@ -444,9 +444,9 @@ def test_list_shows_every_hard_case_by_the_name_it_is_taken_out_with(drysim):
 
 
 def test_every_scenario_of_the_gallery_can_be_taken_out_and_is_sound(drysim, tmp_path):
-    from drysim.study.gallery import HARD, pieces
+    from drysim.study.gallery import HARD_FOLDER, list_scenarios
 
-    for piece in (*pieces(), *pieces(HARD)):
+    for piece in (*list_scenarios(), *list_scenarios(HARD_FOLDER)):
         assert drysim("init", piece.name).code == 0
         assert drysim("validate", piece.file.name).code == 0
 

@@ -20,10 +20,10 @@ from cluster_scenes import ALL, QUIET, blocks_in, pem, table, written
 from drysim.console import terminal
 from drysim.scenario.load import load
 from drysim.study import cluster as study_cluster
-from drysim.study.cluster import Load
+from drysim.study.cluster import TaskSize
 
 pytest.importorskip("dask")
-study_cluster.require()
+study_cluster.require_dask()
 distributed = pytest.importorskip("distributed")
 
 
@@ -118,7 +118,9 @@ def test_case_at_fault_is_told_as_without_a_cluster(drysim, swept, address):
 def test_parcel_holds_the_very_scenario(swept):
     for name in ALL:
         scenario = load(swept / f"{name}.yaml")
-        again = study_cluster.opened(study_cluster.Parcel.of(scenario, "")).pieces.scenarios[0]
+        again = study_cluster.open_plan(
+            study_cluster.Payload.of(scenario, "")
+        ).ranges.scenarios[0]
         words = again.resolved()
         if name == "record":
             assert words["excitation"]["file"] == "0.csv"
@@ -127,7 +129,7 @@ def test_parcel_holds_the_very_scenario(swept):
 
 
 def test_wrong_address_is_told(drysim, swept, monkeypatch):
-    monkeypatch.setattr(study_cluster, "CONNECT", 0.3)
+    monkeypatch.setattr(study_cluster, "CONNECT_TIMEOUT", 0.3)
     for address in ("tcp://127.0.0.1:9", "nowhere", "gopher://a:1"):
         done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
         assert done.code == 2
@@ -161,22 +163,24 @@ def test_worker_with_another_drysim_is_named(drysim, swept, address, monkeypatch
 
 def test_worker_without_drysim_is_named(monkeypatch):
     nothing = dict.fromkeys(study_cluster.versions())
-    assert "has no Python" in study_cluster.difference(nothing, study_cluster.versions())
+    assert "has no Python" in study_cluster.version_difference(
+        nothing, study_cluster.versions()
+    )
     with pytest.raises(Exception, match="cannot be asked: no"):
-        study_cluster.refuse_others({"tcp://a:1": OSError("no")})
+        study_cluster.check_all_workers({"tcp://a:1": OSError("no")})
 
 
 def test_worker_that_comes_late_with_another_drysim_is_named(
     drysim, swept, address, monkeypatch
 ):
-    made = study_cluster.Parcel.of
+    made = study_cluster.Payload.of
 
     others = tuple({**study_cluster.versions(), "drysim": "0.0.1"}.items())
 
     def other(*words):
         return dataclasses.replace(made(*words), versions=others)
 
-    monkeypatch.setattr(study_cluster.Parcel, "of", other)
+    monkeypatch.setattr(study_cluster.Payload, "of", other)
     done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", address)
     assert done.code == 3
     assert "which has come late" in done.err
@@ -201,78 +205,80 @@ def test_sweep_of_threads_loads_neither_dask_nor_pyarrow(swept):
     ],
 )
 def test_worker_in_trouble_is_told_in_a_sentence(fault, words):
-    told = study_cluster.told(fault)
+    told = study_cluster.as_drysim_error(fault)
     assert told.exit_code == 3
     assert words in str(told)
     assert "--resume" in told.hint
     bug = ZeroDivisionError("a bug")
-    assert study_cluster.told(bug) is bug
+    assert study_cluster.as_drysim_error(bug) is bug
 
 
 def test_blocks_are_taken_up_as_there_is_room(swept, address, monkeypatch):
-    def computed(parcel, numbers):
+    def computed(payload, numbers):
         return [b"%d" % number for number in numbers], 0.1 * len(numbers)
 
     monkeypatch.setattr(study_cluster, "compute", computed)
-    made, taken = study_cluster.Parcel.of(load(swept / "orbits.yaml"), ""), []
+    made, taken = study_cluster.Payload.of(load(swept / "orbits.yaml"), ""), []
 
     def numbers():
         for number in range(10**12):
             taken.append(number)
             yield number
 
-    with study_cluster.joined(address, None, print, print) as joined:
-        room = joined.room()
-        with closing(study_cluster.computed(joined, made, numbers(), 10**12)) as found:
+    with study_cluster.connect(address, None, print, print) as joined:
+        max_tasks = joined.max_tasks()
+        with closing(study_cluster.compute_remotely(joined, made, numbers(), 10**12)) as found:
             some = [next(found) for _ in range(40)]
     assert sorted(words for _, words in some) == sorted(b"%d" % k for k, _ in some)
-    assert room == 2 * 2
-    assert len(taken) <= 5 * room + len(some)  # 5 blocks are half a second of work
+    assert max_tasks == 2 * 2
+    assert len(taken) <= 5 * max_tasks + len(some)  # 5 blocks are half a second of work
 
 
 def test_blocks_go_together_by_their_work_and_their_bytes():
-    load = Load(1000)
+    load = TaskSize(1000)
     assert load.blocks(4) == 1  # of which nothing is known
     load.took([b"1234"] * 2, 0.1)
     assert load.blocks(4) == 10
     load.took([bytes(8_000_000)] * 2, 0.1)
     assert load.blocks(4) == 2
     load.took([None], 0.0)
-    load.sent([979])
+    load.record_sent([979])
     assert load.blocks(4) == 5
-    load.sent([998])
+    load.record_sent([998])
     assert load.blocks(4) == 1
 
 
 def test_clients_of_the_same_sweep_get_the_blocks_that_each_has_asked_for(
     swept, address, monkeypatch
 ):
-    def computed(parcel, numbers):
+    def computed(payload, numbers):
         time.sleep(0.1)
         return [b"%d" % number for number in numbers], 0.1
 
     monkeypatch.setattr(study_cluster, "compute", computed)
-    made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
+    made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
     with (
-        study_cluster.joined(address, None, print, print) as one,
-        study_cluster.joined(address, None, print, print) as other,
+        study_cluster.connect(address, None, print, print) as one,
+        study_cluster.connect(address, None, print, print) as other,
     ):
-        flights = [study_cluster.Flight(client, made) for client in (one, other)]
+        flights = [study_cluster.InFlight(client, made) for client in (one, other)]
         for each, numbers in zip(flights, ([3, 4], [3, 7]), strict=True):
-            each._send(numbers)
-        found = [list(each.through([], None)) for each in flights]
+            each._submit(numbers)
+        found = [list(each.process([], None)) for each in flights]
     assert found == [[(3, b"3"), (4, b"4")], [(3, b"3"), (7, b"7")]]
 
 
 def test_first_blocks_go_to_all_workers(swept, address, monkeypatch):
-    def computed(parcel, numbers):
+    def computed(payload, numbers):
         time.sleep(0.1)
         return [distributed.get_worker().address.encode() for _ in numbers], 1.0
 
     monkeypatch.setattr(study_cluster, "compute", computed)
-    made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
-    with study_cluster.joined(address, None, print, print) as joined:
-        found = [words for _, words in study_cluster.computed(joined, made, range(4), 4)]
+    made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
+    with study_cluster.connect(address, None, print, print) as joined:
+        found = [
+            words for _, words in study_cluster.compute_remotely(joined, made, range(4), 4)
+        ]
     assert sorted(Counter(found).values()) == [2, 2]
 
 
@@ -287,9 +293,9 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
         ended(future)
 
     monkeypatch.setattr(Future, "__del__", last)
-    made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
-    with study_cluster.joined(address, None, print, print) as joined:
-        assert len(list(study_cluster.computed(joined, made, range(3), 3))) == 3
+    made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
+    with study_cluster.connect(address, None, print, print) as joined:
+        assert len(list(study_cluster.compute_remotely(joined, made, range(3), 3))) == 3
         gc.collect()
         assert [done for client, done in cleared if client is joined.client] == [True] * 3
 
@@ -297,12 +303,12 @@ def test_interrupt_cannot_be_lost_while_python_releases_a_future(swept, address,
 @pytest.mark.parametrize("name", ["orbits", "record"])
 def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypatch, name):
     monkeypatch.setattr(tempfile, "tempdir", str(swept))
-    made = study_cluster.Parcel.of(load(swept / f"{name}.yaml"), "")
-    study_cluster.opened.cache_clear()  # workers of other tests may have opened the same parcel
-    plan = study_cluster.opened(made)
+    made = study_cluster.Payload.of(load(swept / f"{name}.yaml"), "")
+    study_cluster.open_plan.cache_clear()  # workers of other tests may have opened the same parcel
+    plan = study_cluster.open_plan(made)
     assert len(list(swept.glob("drysim-*/*.csv"))) == len(made.files)
     assert len(list(swept.glob("drysim-*"))) == len(made.files)
-    study_cluster.opened.cache_clear()
+    study_cluster.open_plan.cache_clear()
     del plan
     gc.collect()
     assert not list(swept.glob("drysim-*"))
@@ -310,13 +316,13 @@ def test_folder_of_a_parcel_stays_as_long_as_its_files_are_read(swept, monkeypat
 
 def test_files_of_a_parcel_lie_in_the_folder_of_the_worker(address):
     with distributed.Client(address, set_as_default=False) as client:
-        found = client.submit(study_cluster.own_folder, pure=False).result()
+        found = client.submit(study_cluster.worker_folder, pure=False).result()
     assert "worker-" in found
-    assert study_cluster.own_folder() is None
+    assert study_cluster.worker_folder() is None
 
 
 def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
-    monkeypatch.setattr(study_cluster, "LOOK", 0.1)
+    monkeypatch.setattr(study_cluster, "POLL_INTERVAL", 0.1)
     said = []
     with distributed.LocalCluster(
         n_workers=0, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
@@ -326,9 +332,11 @@ def test_scheduler_without_a_worker_is_waited_for_and_said(swept, monkeypatch):
             said.append(sentence)
             cluster.scale(1)
 
-        with study_cluster.joined(cluster.scheduler_address, None, say, say) as joined:
-            made = study_cluster.Parcel.of(load(swept / "orbits.yaml"), "")
-            assert [number for number, _ in study_cluster.computed(joined, made, [1], 2)] == [1]
+        with study_cluster.connect(cluster.scheduler_address, None, say, say) as joined:
+            made = study_cluster.Payload.of(load(swept / "orbits.yaml"), "")
+            assert [
+                number for number, _ in study_cluster.compute_remotely(joined, made, [1], 2)
+            ] == [1]
     assert len(said) == 1
     assert "has no worker; waiting for one: dask worker inproc://" in said[0]
 
@@ -369,7 +377,7 @@ def test_certificates_of_the_settings_of_dask_are_taken(drysim, swept, guarded, 
 
 
 def test_client_with_other_certificates_is_refused(drysim, swept, guarded, monkeypatch):
-    monkeypatch.setattr(study_cluster, "CONNECT", 1.0)
+    monkeypatch.setattr(study_cluster, "CONNECT_TIMEOUT", 1.0)
     others = pem(swept, distributed.Security.temporary())
     done = drysim("sweep", "orbits.yaml", *QUIET, "--cluster", guarded, *others)
     assert done.code == 2
@@ -409,7 +417,7 @@ def test_file_that_is_no_certificate_is_told(drysim, swept, secret, trap):
 @pytest.fixture(scope="module")
 def own(secret):
     """Give a client of a local cluster, with a worker that is a process."""
-    with study_cluster.own(1) as client:
+    with study_cluster.local_cluster(1) as client:
         yield client
 
 
@@ -470,12 +478,12 @@ def test_nobody_waits_in_silence_once_no_worker_is_left(monkeypatch):
     clock, said, warned = [0.0], [], []
     monkeypatch.setattr(study_cluster.time, "monotonic", lambda: clock[0])
     threads = [2, 0, 0, 0, 0, 1, 0, 0]
-    seen = study_cluster.Link(
+    seen = study_cluster.ClusterClient(
         Client(threads), "it", "dask worker tcp://a:2", said.append, warned.append
     )
     for seconds in (1, 5, 7, 14, 60, 61, 62, 75):
         clock[0] = float(seconds)
-        seen.look()
+        seen.poll()
     left = "it has no worker left; a block may have ended them; waiting for one: dask worker"
     assert (said, warned) == ([], [f"{left} tcp://a:2"] * 2)
 
@@ -483,11 +491,11 @@ def test_nobody_waits_in_silence_once_no_worker_is_left(monkeypatch):
 def test_nobody_waits_in_silence_for_the_first_worker(monkeypatch):
     clock, said, warned = [0.0], [], []
     monkeypatch.setattr(study_cluster.time, "monotonic", lambda: clock[0])
-    seen = study_cluster.Link(
+    seen = study_cluster.ClusterClient(
         Client([0] * 5), "it", "dask worker tcp://a:2", said.append, warned.append
     )
     for seconds in (1, 3, 9, 11, 60):
         clock[0] = float(seconds)
-        seen.look()
+        seen.poll()
     assert said == ["it has no worker; waiting for one: dask worker tcp://a:2"]
     assert warned == ["it has had no worker for 10 s; waiting for one: dask worker tcp://a:2"]

@@ -11,7 +11,13 @@ from seat import dotted
 
 import drysim
 from drysim import system
-from drysim.metrics.comfort import DIRECTIONS, WEIGHTINGS, gain, greatest_running, weighted
+from drysim.metrics.comfort import (
+    DIRECTIONS,
+    WEIGHTINGS,
+    apply_weighting,
+    max_running_rms,
+    weighting_gain,
+)
 from drysim.scenario.blocks import Measure
 from drysim.study import case
 from drysim.study.sweep import sweep
@@ -42,36 +48,36 @@ def outcome_of(seat, **changes):
 
 def weight(name, f):
     """Give |W| at one frequency."""
-    return float(np.abs(gain(name, np.array([f])))[0])
+    return float(np.abs(weighting_gain(name, np.array([f])))[0])
 
 
 @pytest.mark.parametrize("name", TABLE)
 def test_weighting_is_that_of_the_table_to_four_digits(name):
-    found = np.abs(gain(name, 10 ** (np.array(BANDS) / 10)))
+    found = np.abs(weighting_gain(name, 10 ** (np.array(BANDS) / 10)))
     assert found.round(4).tolist() == list(TABLE[name])
 
 
 def test_weighting_of_a_backrest_differs_from_that_of_a_seat_in_one_corner():
     f = np.array([0.0, 0.1, 4.0, 50.0, 1e4])
-    s, limits = 2j * np.pi * f, gain("Wd", f)
+    s, limits = 2j * np.pi * f, weighting_gain("Wd", f)
     low, high = 4 * np.pi, 16 * np.pi
 
     def transition(omega):
         return (1 + s / omega) / (1 + s / (0.63 * omega) + (s / omega) ** 2)
 
     expected = limits / transition(low) * transition(high)
-    assert gain("Wc", f) == pytest.approx(expected, rel=1e-12)
-    assert gain("Wc", f)[0] == 0
+    assert weighting_gain("Wc", f) == pytest.approx(expected, rel=1e-12)
+    assert weighting_gain("Wc", f)[0] == 0
 
 
 def test_recalled_factor_is_said_to_be_recalled_wherever_it_counts(seat):
     words = {"measure": {"steady": True, "direction": "horizontal"}}
-    (caution,) = (c for c in outcome_of(seat, **words).warnings if c.slug == "recalled")
-    assert caution.numbers == {"k": 1.4}
-    assert "was not checked against the text of ISO 2631-1" in caution.sentence
+    (warning,) = (c for c in outcome_of(seat, **words).warnings if c.slug == "recalled")
+    assert warning.numbers == {"k": 1.4}
+    assert "was not checked against the text of ISO 2631-1" in warning.sentence
     for other in ({"direction": "vertical"}, {"weighting": "Wd"}):
         found = outcome_of(seat, measure={"steady": True, **other}).warnings
-        assert "recalled" not in [caution.slug for caution in found]
+        assert "recalled" not in [warning.slug for warning in found]
 
 
 def test_scenario_knows_every_weighting_and_direction():
@@ -162,14 +168,14 @@ def test_grid_that_does_not_divide_the_period_makes_no_difference(seat):
 def test_end_of_a_series_does_not_reach_round_to_its_beginning():
     series = np.zeros(4000)
     series[-100:] = 1.0
-    assert np.abs(weighted(series, 2.5e-3, "Wk")[:3000]).max() < 1e-4
+    assert np.abs(apply_weighting(series, 2.5e-3, "Wk")[:3000]).max() < 1e-4
 
 
 def test_running_rms_finds_the_second_of_a_burst():
     series = np.zeros(1000)
     series[300:350] = 2.0  # half a second of 0.01 s steps
-    assert greatest_running(series, 0.01) == pytest.approx(math.sqrt(2.0), rel=1e-12)
-    assert greatest_running(series[:99], 0.01) is None
+    assert max_running_rms(series, 0.01) == pytest.approx(math.sqrt(2.0), rel=1e-12)
+    assert max_running_rms(series[:99], 0.01) is None
 
 
 def test_checks_take_the_new_metrics_and_their_units(seat):
@@ -217,14 +223,14 @@ def test_what_is_asked_survives_the_resolved_scenario(seat):
 def test_grid_that_is_too_coarse_to_weigh_on_is_a_warning(seat):
     for step, said in ((6.25e-3, False), (10e-3, True)):
         outcome = outcome_of(seat, measure=STEADY, solver__step=step)
-        slugs = {caution.slug for caution in outcome.warnings}
+        slugs = {warning.slug for warning in outcome.warnings}
         assert ("coarse-weighting" in slugs) is said
 
 
 def test_memory_of_weighting_counts(monkeypatch):
-    monkeypatch.setattr(system, "memory", lambda: 100.0)
-    assert case.shortage_of(1) == ""
-    assert case.shortage_of(1, weighed=True)
+    monkeypatch.setattr(system, "total_memory", lambda: 100.0)
+    assert case.memory_shortage(1) == ""
+    assert case.memory_shortage(1, weighted=True)
 
 
 def test_summary_shows_seat_and_a_w_of_runs_and_sweeps_only_when_asked(drysim, seat):

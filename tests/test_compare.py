@@ -10,16 +10,22 @@ import numpy as np
 import pytest
 from seat import rows_of
 
-from drysim.approach import SHELF
+from drysim.approach import APPROACHES_BY_NAME
 from drysim.cli import main
-from drysim.core.model import BRISTLE, Dynamic, Law, Slider
+from drysim.core.model import BRISTLE, CoulombLaw, DynamicLaw, ElasticContactLaw
 from drysim.errors import ScenarioError, UsageError
 from drysim.plots.comparison import draw
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
-from drysim.study.compare import Comparison, coinciding, compare, named, whereabouts
+from drysim.study.compare import (
+    Comparison,
+    compare,
+    describe_coinciding,
+    describe_region,
+    parse_names,
+)
 from drysim.study.ensemble import run
 from drysim.study.statistics import FAILED, Row
 
@@ -53,8 +59,8 @@ def of(comparison: Comparison, approach: str) -> float:
 
 
 def test_words_name_approaches_and_vs_is_dropped() -> None:
-    assert named(["signum", "vs", "stick-slip"]) == ("signum", "stick-slip")
-    assert named(["signum", "vs", "smooth", "vs", "stick-slip"])[-1] == "stick-slip"
+    assert parse_names(["signum", "vs", "stick-slip"]) == ("signum", "stick-slip")
+    assert parse_names(["signum", "vs", "smooth", "vs", "stick-slip"])[-1] == "stick-slip"
 
 
 @pytest.mark.parametrize(
@@ -75,7 +81,7 @@ def test_words_that_name_no_comparison_are_said(
     words: list[str], sentence: str, hint: str
 ) -> None:
     with pytest.raises(UsageError, match=sentence) as fault:
-        named(words)
+        parse_names(words)
     assert hint in fault.value.hint
 
 
@@ -177,7 +183,7 @@ def lying(good: list[int], count: int, keys: int = 1) -> str:
         Row({axes[0].key: at // keys, axes[1].key: 1 + at % keys}, "signum", 0.0, 0.0, {})
         for at in range(count)
     ]
-    return whereabouts([every[at] for at in good], every, axes)
+    return describe_region([every[at] for at in good], every, axes)
 
 
 def test_few_cases_that_agree_are_named_and_a_range_of_all_is_not() -> None:
@@ -202,7 +208,7 @@ def test_an_approach_whose_numerics_fail_is_named_and_leaves_the_others(scene: P
     assert set(found.responses) == {"stick-slip", "viscous"}
     assert found.table.exit_code() == 3
     (sentence,) = (
-        caution.sentence for caution in found.table.warnings if caution.slug == "case-failed"
+        warning.sentence for warning in found.table.warnings if warning.slug == "case-failed"
     )
     assert sentence.startswith("1 of 1 case by signum: failed; signum with a step of 0.0025 s")
 
@@ -224,7 +230,7 @@ def test_all_get_the_very_same_random_motion(scene: Path) -> None:
 
 def test_what_an_approach_leaves_out_is_a_caution_that_names_it(scene: Path) -> None:
     found = compare(load(scene, {"friction.static_ratio": 1.2}), ("signum", "stick-slip"))
-    sentences = [caution.sentence for caution in found.table.warnings]
+    sentences = [warning.sentence for warning in found.table.warnings]
     assert any("signum" in sentence and "static" in sentence for sentence in sentences)
     exact = next(found.table.of("stick-slip"))
     assert (exact.F_fk, exact.F_fs) == (45.0, 54.0)
@@ -288,23 +294,23 @@ def law_of(scene: Path, name: str, **changes: object) -> object:
 
 
 def test_no_word_means_both_an_approach_and_a_law():
-    assert not SHELF.keys() & LAWS.keys()
+    assert not APPROACHES_BY_NAME.keys() & LAWS.keys()
 
 
 def test_unknown_word_is_held_against_both_shelves():
     with pytest.raises(UsageError, match="no approach or friction law `lugra`") as fault:
-        named(["lugra", "vs", "stick-slip"])
+        parse_names(["lugra", "vs", "stick-slip"])
     assert fault.value.hint == "did you mean `lugre`?"
     with pytest.raises(UsageError) as fault:
-        named(["nonsense", "vs", "stick-slip"])
-    for word in (*SHELF, *LAWS):
+        parse_names(["nonsense", "vs", "stick-slip"])
+    for word in (*APPROACHES_BY_NAME, *LAWS):
         assert word in fault.value.hint
 
 
 class TestOptions:
     def test_law_shares_the_forces_of_the_block(self, laws_scene):
-        assert law_of(laws_scene, "lugre") == Dynamic(45, 54, BRISTLE, 5e-3, 2, 1e5, 300.0)
-        assert law_of(laws_scene, "jenkins") == Slider(45, 45e3)
+        assert law_of(laws_scene, "lugre") == DynamicLaw(45, 54, BRISTLE, 5e-3, 2, 1e5, 300.0)
+        assert law_of(laws_scene, "jenkins") == ElasticContactLaw(45, 45e3)
 
     def test_option_of_a_law_stands_for_the_key_of_the_block(self, laws_scene):
         assert law_of(laws_scene, "dahl").F_fk == 40
@@ -315,7 +321,7 @@ class TestOptions:
         assert law.F_fk == pytest.approx(30)
 
     def test_law_of_the_scene_is_what_it_was(self, laws_scene):
-        assert law_of(laws_scene, "coulomb") == Law(45, 54)
+        assert law_of(laws_scene, "coulomb") == CoulombLaw(45, 54)
 
     def test_options_do_not_touch_a_run(self, laws_scene):
         plain = laws_scene.with_name("plain.yaml")
@@ -414,7 +420,7 @@ class TestComparison:
     def test_what_a_law_leaves_out_is_a_caution(self, laws_scene):
         varied = {"friction.normal_variation": {"amplitude": 0.2, "frequency": 1}}
         found = compare(load(laws_scene, varied), ("jenkins", "lugre", "stick-slip"))
-        sentences = {caution.sentence for caution in found.table.warnings}
+        sentences = {warning.sentence for warning in found.table.warnings}
         assert sentences >= {
             "lugre has no use for friction.normal_variation and leaves it out",
             "jenkins knows no static limit above kinetic friction and takes F_fs = F_fk",
@@ -526,7 +532,7 @@ class TestFiles:
 
 
 @pytest.mark.parametrize(
-    "approach", [name for name in SHELF if name not in ("stick-slip", "viscous")]
+    "approach", [name for name in APPROACHES_BY_NAME if name not in ("stick-slip", "viscous")]
 )
 @pytest.mark.parametrize("law", ["jenkins", "dahl"])
 def test_fixed_steps_refuse_every_law_but_coulombs(laws_scene, law, approach):
@@ -560,7 +566,9 @@ def test_words_of_which_nothing_is_known_do_not_coincide(laws_scene):
         load(laws_scene, {"sweep": {"friction.kinetic": [30, 45]}}), "signum switch vs moreau"
     )
     rows = tuple(replace(row, metrics={}, status=FAILED) for row in made.table.rows)
-    assert not [*coinciding(replace(made, table=replace(made.table, rows=rows, told={})))]
+    assert not [
+        *describe_coinciding(replace(made, table=replace(made.table, rows=rows, told={})))
+    ]
 
 
 def test_scenario_with_options_is_a_scenario(laws_scene):

@@ -22,8 +22,8 @@ from drysim.console import many, problems, summaries
 from drysim.console import terminal as console_terminal
 from drysim.console.summaries import SummaryRow, show_rows
 from drysim.console.terminal import stdout
-from drysim.core.model import Law
-from drysim.errors import Caution, OutputError, Problem, RecordError, ScenarioError
+from drysim.core.model import CoulombLaw
+from drysim.errors import OutputError, Problem, RecordError, ScenarioError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
@@ -63,7 +63,7 @@ pytestmark = pytest.mark.usefixtures("eighty_columns")
 
 def test_summary_fits_80_columns_and_is_plain_when_piped(capsys):
     made = outcome(
-        Law(15.0, 15.0), record(2_000), None, limit=0.001,
+        CoulombLaw(15.0, 15.0), record(2_000), None, limit=0.001,
         checks=["x_r_peak < 25 mm", "T_a < 0.1", "T_x < 1"],
     )  # fmt: skip
     summaries.show_outcome(made, Path("out/seat"))
@@ -74,7 +74,9 @@ def test_summary_fits_80_columns_and_is_plain_when_piped(capsys):
 
 
 def test_summary_says_what_matters_in_words_and_millimetres(capsys):
-    made = outcome(Law(15.0, 15.0), limit=0.005, checks=["x_r_peak < 25 mm", "T_x < 0.1"])
+    made = outcome(
+        CoulombLaw(15.0, 15.0), limit=0.005, checks=["x_r_peak < 25 mm", "T_x < 0.1"]
+    )
     summaries.show_outcome(made, Path("out/seat"))
     out = " ".join(capsys.readouterr().out.split())
     peak = made.metrics["x_r_peak"] * 1e3
@@ -105,9 +107,9 @@ def test_summary_says_what_matters_in_words_and_millimetres(capsys):
     ],
 )
 def test_value_is_told_in_the_unit_of_its_check(capsys, check, scale, unit):
-    made = outcome(Law(15.0, 15.0), checks=[check])
+    made = outcome(CoulombLaw(15.0, 15.0), checks=[check])
     summaries.show_outcome(made, None)
-    value = wording.number(made.metrics[check.split()[0]] * scale, digits=6)
+    value = wording.format_number(made.metrics[check.split()[0]] * scale, digits=6)
     assert f"✓ holds     {check}, with {value}{unit}\n" in capsys.readouterr().out
 
 
@@ -159,7 +161,9 @@ def test_metric_that_is_not_known_is_said_to_be_so(capsys):
 def test_steady_orbit_shows_how_well_it_closes(capsys):
     made = outcome()
     numerics = replace(made.response.numerics, closure=1.23e-13, period_multiple=2)
-    summaries.show_outcome(replace(made, response=replace(made.response, how=lambda: numerics)))
+    summaries.show_outcome(
+        replace(made, response=replace(made.response, compute_numerics=lambda: numerics))
+    )
     assert "steady orbit (2 periods), closes to 1.2e-13" in capsys.readouterr().out
 
 
@@ -178,7 +182,7 @@ def test_no_user_text_drives_the_terminal_nor_the_markup(capsys, monkeypatch):
     made = outcome(name=evil, about=evil, warnings=[evil])
     summaries.show_outcome(made, Path(f"out/{evil}"))
     problem = Problem(evil, evil, 1, 3, 4, evil)
-    problems.show_fault(ScenarioError(evil, (problem,), evil))
+    problems.show_error(ScenarioError(evil, (problem,), evil))
     problems.show_problems({evil: (problem,)})
     problems.show_problems({evil: (problem,)}, "github")
     shown = "".join(capsys.readouterr())
@@ -218,13 +222,13 @@ def test_problems_are_shown_as_the_contract_has_them(capsys):
 
 def test_fault_shows_its_problems_on_stderr(capsys):
     sentence = "seat.yaml is not a scenario yet: 2 problems"
-    problems.show_fault(ScenarioError(sentence, (TYPO, NEGATIVE), "mend it"))
+    problems.show_error(ScenarioError(sentence, (TYPO, NEGATIVE), "mend it"))
     assert capsys.readouterr() == ("", SHOWN + "\nmend it\n")
 
 
 def test_fault_of_a_record_is_said_once_at_its_place(capsys):
     problem = Problem("`abc` is not a number", "road.csv", 12, 3, 3, "1\tabc")
-    problems.show_fault(RecordError(problem))
+    problems.show_error(RecordError(problem))
     assert capsys.readouterr().err == (
         "error: road.csv cannot be used\n\nroad.csv:12:3: `abc` is not a number\n"
         "  12 │ 1 abc\n     │   ^^^\n"
@@ -232,7 +236,7 @@ def test_fault_of_a_record_is_said_once_at_its_place(capsys):
 
 
 def test_fault_without_a_place_is_a_sentence_and_a_hint(capsys):
-    problems.show_fault(OutputError("out is a file, not a folder", "move it away"))
+    problems.show_error(OutputError("out is a file, not a folder", "move it away"))
     assert capsys.readouterr().err == "error: out is a file, not a folder\n\nmove it away\n"
 
 
@@ -478,7 +482,7 @@ def is_early(row):
 
 def test_isolation_is_not_told_where_each_case_has_a_frequency_of_its_own(capsys):
     frequency, *rest = axes(frequency=[2, 4], rms=[0.5])
-    many.show_table(sweep(replace(frequency, walk="sample"), *rest, reference=None))
+    many.show_table(sweep(replace(frequency, group="sample"), *rest, reference=None))
     assert "isolation" not in capsys.readouterr().out
 
 
@@ -508,7 +512,7 @@ def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
 
 
 def test_warnings_of_a_sweep_go_to_stderr(capsys):
-    many.show_table(replace(small(), warnings=(Caution("slug", "careful"),)))
+    many.show_table(replace(small(), warnings=(WarningMessage("slug", "careful"),)))
     out, err = capsys.readouterr()
     assert "careful" not in out
     assert err == "warning: careful\n"
@@ -620,7 +624,7 @@ def terminal(monkeypatch):
 
 def test_progress_shows_nothing_when_piped(capsys, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+    monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
     with console_terminal.progress(3, "cases") as advance:
         advance()
         advance(2)
@@ -631,7 +635,7 @@ def test_short_work_and_quiet_work_show_no_bar(monkeypatch):
     screen = terminal(monkeypatch)
     with console_terminal.progress(3, "cases") as advance:
         advance(2)
-    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+    monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
     with console_terminal.progress(3, "cases", quiet=True) as advance:
         advance(2)
     assert screen.getvalue() == ""
@@ -639,7 +643,7 @@ def test_short_work_and_quiet_work_show_no_bar(monkeypatch):
 
 def test_work_that_lasts_shows_a_bar_and_takes_it_away(monkeypatch):
     screen = terminal(monkeypatch)
-    monkeypatch.setattr(console_terminal, "PATIENCE", 0.0)
+    monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", 0.0)
     with console_terminal.progress(30, "cases") as advance:
         time.sleep(0.001)
         advance(12)
@@ -663,16 +667,16 @@ def test_blocks_are_shown_where_they_are_not_the_cases(
 ):
     clock = [0.0]
     monkeypatch.setattr(console_terminal.time, "monotonic", lambda: clock[0])
-    pace = console_terminal._Bar(1083 if done < 100 else 10_000, "cases", blocks)
+    pace = console_terminal._ProgressBar(1083 if done < 100 else 10_000, "cases", blocks)
     clock[0] = seconds
     pace._done, pace._blocks_done = done, 1
-    assert pace._pace() == shown
+    assert pace._describe_rate() == shown
 
 
 def test_terminal_that_cannot_draw_shows_no_bar(monkeypatch):
     screen = terminal(monkeypatch)
     monkeypatch.setenv("TERM", "dumb")
-    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+    monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
     with console_terminal.progress(3, "cases") as advance:
         advance()
     assert screen.getvalue() == ""
@@ -680,7 +684,7 @@ def test_terminal_that_cannot_draw_shows_no_bar(monkeypatch):
 
 def test_interrupt_gives_the_terminal_back(monkeypatch):
     screen = terminal(monkeypatch)
-    monkeypatch.setattr(console_terminal, "PATIENCE", -1.0)
+    monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
 
     def interrupted():
         with console_terminal.progress(30, "cases") as advance:

@@ -14,28 +14,28 @@ from drysim.approach import coulomb as marching
 from drysim.approach import solution as responses
 from drysim.approach.stick_slip import StickSlip, Viscous
 from drysim.core.model import (
-    BLOCK,
-    Law,
+    BLOCK_SIZE,
+    CoulombLaw,
+    ElasticContactLaw,
+    EndStopLaw,
+    NormalForceLaw,
+    NormalForceRecord,
     Plant,
-    Pressed,
-    Pressure,
     Samples,
     Sines,
-    Slider,
     State,
-    Stopped,
     base_acceleration,
 )
-from drysim.core.sampled import STRETCH
+from drysim.core.sampled import CHUNK
 from drysim.errors import ScenarioError
 from drysim.metrics.table import measure
 from drysim.plots import response
 from drysim.plots.response import excursions
 from drysim.scenario import schema
-from drysim.scenario.axes import columns_of, points, size
+from drysim.scenario.axes import count_points, iter_points, point_columns
 from drysim.scenario.load import load
 from drysim.scenario.sampling import Design, LogNormal, Normal, Triangular, Uniform
-from drysim.scenario.warnings import cautions, extremes
+from drysim.scenario.warnings import extreme_cases, scenario_warnings
 from drysim.study.sweep import sweep
 from drysim.units import Quantity
 from drysim.yaml_document import dump
@@ -192,12 +192,12 @@ def test_widest_of_lognormals_is_drawn_in_numbers():
 
 def test_sample_beside_a_grid_multiplies_it(scenario):
     found = scenario({"excitation.frequency": [1, 2], "sample": SAMPLE})
-    assert size(found.sweep) == 80
-    every = list(points(found.sweep))
+    assert count_points(found.sweep) == 80
+    every = list(iter_points(found.sweep))
     assert [p["excitation.frequency"] for p in every[:4]] == [1, 2, 1, 2]
     assert every[0]["oscillator.mass"] == every[1]["oscillator.mass"]
     assert len({p["oscillator.mass"] for p in every}) == 40
-    columns = columns_of(found.sweep, 13, 29)
+    columns = point_columns(found.sweep, 13, 29)
     assert [float(x) for x in columns["oscillator.damping"]] == [
         p["oscillator.damping"] for p in every[13:29]
     ]
@@ -206,7 +206,7 @@ def test_sample_beside_a_grid_multiplies_it(scenario):
 def test_keys_of_a_zip_walk_together(scenario):
     walk = {"friction.kinetic": [15, 30], "friction.static": ["18 N", 36]}
     found = scenario({"zip": walk, "excitation.rms": [0.5, 1]})
-    assert [tuple(p.values()) for p in points(found.sweep)] == [
+    assert [tuple(p.values()) for p in iter_points(found.sweep)] == [
         (15, 18, 0.5), (30, 36, 0.5), (15, 18, 1), (30, 36, 1)
     ]  # fmt: skip
 
@@ -217,7 +217,7 @@ def test_several_zips_are_a_grid(scenario):
         "oscillator.mass": [60, 70, 80],
         "oscillator.damping": {"from": 1, "to": 3, "step": 1},
     }
-    assert size(scenario({"zip": [one, other]}).sweep) == 6
+    assert count_points(scenario({"zip": [one, other]}).sweep) == 6
 
 
 def test_resolved_block_runs_again_as_it_is(scenario, tmp_path):
@@ -225,14 +225,14 @@ def test_resolved_block_runs_again_as_it_is(scenario, tmp_path):
     found = scenario({"zip": [walk], "sample": SAMPLE})
     (tmp_path / "again.yaml").write_text(dump(found.resolved()))
     again = load(tmp_path / "again.yaml")
-    assert list(points(again.sweep)) == list(points(found.sweep))
+    assert list(iter_points(again.sweep)) == list(iter_points(found.sweep))
     assert again.resolved() == found.resolved()
 
 
 def test_sweep_of_a_sample_leaves_keys_out_that_the_reference_has_no_use_for(scenario):
     found = scenario({"zip": {"friction.kinetic": [15, 30], "friction.static": [18, 36]},
                       "sample": SAMPLE | {"count": 5}})  # fmt: skip
-    table = sweep(found.copied({"reference": "viscous"}))
+    table = sweep(found.copy_with({"reference": "viscous"}))
     assert [len(list(table.of(name))) for name in table.approaches] == [10, 5]
     assert set(table[10].point) == set(OVER)
 
@@ -315,7 +315,7 @@ def test_values_of_a_sample_in_order_are_those_by_number(scenario, kind):
 
 def test_extremes_of_a_sample_are_its_least_and_greatest_values(scenario):
     found = scenario({"sample": SAMPLE, "friction.kinetic": [1, 3, 2]})
-    cases = [*extremes(found)]
+    cases = [*extreme_cases(found)]
     for key, axis in zip(("mass", "damping"), found.sweep, strict=False):
         of_cases = {getattr(case.oscillator, key) for case in cases}
         assert {min(axis.values), max(axis.values)} <= of_cases
@@ -331,7 +331,7 @@ def test_draws_of_a_sample_do_not_multiply_with_its_cases(scenario, monkeypatch)
     counts = []
     for count in (20, 200):
         drawn.clear()
-        cautions(scenario({"sample": SAMPLE | {"count": count}}))
+        scenario_warnings(scenario({"sample": SAMPLE | {"count": count}}))
         counts.append(len(drawn))
     assert counts[0] == counts[1] < 30
 
@@ -378,7 +378,9 @@ def test_creeping_mass_does_not_stop_when_its_velocity_underflows(step: float) -
 
 def test_freely_decaying_mass_does_not_stop_when_its_velocity_underflows() -> None:
     still = Sines((), (), ())
-    response = StickSlip().solve(PLANT, Law(1.0, 2.0), still, State(5.0, 0.0), 1.0, 2000.0)
+    response = StickSlip().solve(
+        PLANT, CoulombLaw(1.0, 2.0), still, State(5.0, 0.0), 1.0, 2000.0
+    )
     assert response.events.kind.tolist() == [-1]
 
 
@@ -397,17 +399,19 @@ def test_creep_is_the_same_by_every_core_and_mirrored(step: float, b: float) -> 
     plant, friction, start = Plant(1.0, 1.0, b), (1.0, 1.5), State(5.0, 0.0)
     u_dd = silence(step, 120.0 * step)
     motion = Samples(u_dd, step)
-    whole = StickSlip().solve(plant, Law(*friction), motion, start, step, None)
+    whole = StickSlip().solve(plant, CoulombLaw(*friction), motion, start, step, None)
     mirrored = StickSlip().solve(
-        plant, Law(*friction), Samples(-u_dd, step), State(-5.0, 0.0), step, None
+        plant, CoulombLaw(*friction), Samples(-u_dd, step), State(-5.0, 0.0), step, None
     )
     assert np.array_equal(mirrored.x_r, -whole.x_r)
     assert np.array_equal(mirrored.events.t, whole.events.t)
-    steady = Pressure(np.ones(len(u_dd)), step, 1.0)
+    steady = NormalForceRecord(np.ones(len(u_dd)), step, 1.0)
     pressed = exact.solve(
-        plant, Pressed(*friction, pressure=steady), motion, start, step, None, True
+        plant, NormalForceLaw(*friction, force_record=steady), motion, start, step, None, True
     )
-    far = end_stops.march(plant, Stopped(*friction, 1e3), motion, start, None)
+    far = end_stops.trajectory_with_stops(
+        plant, EndStopLaw(*friction, 1e3), motion, start, None
+    )
     for events in (pressed.events, far.events):
         assert events.kind.tolist() == whole.events.kind.tolist()
         assert events.t == pytest.approx(whole.events.t, rel=1e-9, abs=1e-9 * step)
@@ -418,12 +422,12 @@ def test_creep_handed_over_between_blocks_goes_on_to_the_last_bit(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     motion = Samples(silence(0.05, 200.0), 0.05)
-    scene = (PLANT, Law(1.0, 2.0), motion, State(5.0, 0.0), motion.dt, None)
+    scene = (PLANT, CoulombLaw(1.0, 2.0), motion, State(5.0, 0.0), motion.dt, None)
     whole = StickSlip().solve(*scene)
-    monkeypatch.setattr(coulomb, "KEPT", 0)
-    monkeypatch.setattr(coulomb, "BLOCK", STRETCH)
-    parts = StickSlip().by_parts(*scene)
-    assert len(parts.track.march.marks) > 10
+    monkeypatch.setattr(coulomb, "MAX_KEPT", 0)
+    monkeypatch.setattr(coulomb, "BLOCK_SIZE", CHUNK)
+    parts = StickSlip().solve_in_blocks(*scene)
+    assert len(parts.trajectory.march.checkpoints) > 10
     assert np.array_equal(parts.x_r, whole.x_r)
     assert np.array_equal(parts.events.t, whole.events.t)
 
@@ -437,7 +441,7 @@ def test_spring_contact_at_its_limit_on_a_silent_base_makes_no_storm_of_events(
     u_dd = np.concatenate([pulses, gap, rng.uniform(-2, 2, 4), np.zeros(5)])
     step = rng.uniform(2.0, 5.0)
     plant = Plant(1.3, 2.7, 2.0 * np.sqrt(1.3 * 2.7))
-    scene = Slider(0.9, 1e3), Samples(u_dd, step), State(0.0, 0.0), step, None, True
+    scene = ElasticContactLaw(0.9, 1e3), Samples(u_dd, step), State(0.0, 0.0), step, None, True
     response = exact.solve(plant, *scene)
     mirrored = exact.solve(plant, scene[0], Samples(-u_dd, step), *scene[2:])
     assert np.array_equal(mirrored.x_r, -response.x_r)
@@ -453,11 +457,11 @@ def test_spring_contact_at_its_limit_on_a_silent_base_makes_no_storm_of_events(
 
 PARTS_PLANT, START = Plant(75.0, 7500.0, 500.0), State(0.001, 0.02)
 LAWS = {
-    "friction": Law(45.0, 54.0),
-    "variation": Law(30.0, 40.0, 0.5, 20.0, 0.3),
-    "none": Law(0.0, 0.0),
+    "friction": CoulombLaw(45.0, 54.0),
+    "variation": CoulombLaw(30.0, 40.0, 0.5, 20.0, 0.3),
+    "none": CoulombLaw(0.0, 0.0),
 }
-STEP, LENGTH, SIZE = 2.5e-3, 6001, STRETCH
+STEP, LENGTH, SIZE = 2.5e-3, 6001, CHUNK
 
 
 @pytest.fixture
@@ -471,16 +475,21 @@ def motion():
 def small(monkeypatch):
     """Make everything long: blocks of a few samples."""
     for module in (marching, responses):
-        monkeypatch.setattr(module, "KEPT", 0)
-        monkeypatch.setattr(module, "BLOCK", SIZE)
+        monkeypatch.setattr(module, "MAX_KEPT", 0)
+        monkeypatch.setattr(module, "BLOCK_SIZE", SIZE)
 
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("duration", [None, 14.0, 13.9987])
 def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
     scene = (PARTS_PLANT, LAWS[law], motion, START, STEP, duration)
-    whole, parted = StickSlip().solve(*scene), StickSlip().by_parts(*scene)
-    assert len(parted.track.march.marks) > 20 > len(whole.track.march.marks) == 1
+    whole, parted = StickSlip().solve(*scene), StickSlip().solve_in_blocks(*scene)
+    assert (
+        len(parted.trajectory.march.checkpoints)
+        > 20
+        > len(whole.trajectory.march.checkpoints)
+        == 1
+    )
     for name in ("t", "kind", "x_r", "F_L"):
         assert np.array_equal(getattr(parted.events, name), getattr(whole.events, name))
     for part in parted.parts():
@@ -488,13 +497,15 @@ def test_parts_of_a_march_are_those_of_the_whole(law, duration, motion, small):
             assert np.array_equal(one, other)
         assert np.array_equal(parted.acceleration(part), whole.acceleration(part))
         assert np.array_equal(parted.friction(part), whole.friction(part))
-    assert responses.WHOLE_RUN not in parted._kept
+    assert responses.ALL_POINTS not in parted._cache
     assert np.array_equal(parted.x_r, whole.x_r)
     assert np.array_equal(parted.d, whole.d)
 
 
 def test_part_without_points_is_not_taken_for_the_whole(motion, small):
-    response = StickSlip().by_parts(PARTS_PLANT, LAWS["friction"], motion, START, STEP, None)
+    response = StickSlip().solve_in_blocks(
+        PARTS_PLANT, LAWS["friction"], motion, START, STEP, None
+    )
     assert len(response.points(slice(0, 0)).x_r) == 0
     assert len(response.x_r) == len(response) == LENGTH
 
@@ -504,8 +515,8 @@ def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
     scene = (PARTS_PLANT, LAWS[law], motion, START, STEP, 9.7)
     window = (0.7003, 9.7)
     whole, parted = (
-        measure(response.track, window, 0.004)
-        for response in (StickSlip().solve(*scene), StickSlip().by_parts(*scene))
+        measure(response.trajectory, window, 0.004)
+        for response in (StickSlip().solve(*scene), StickSlip().solve_in_blocks(*scene))
     )
     for name, value in whole.items():
         if name == "energy_residual":
@@ -519,7 +530,7 @@ def test_metrics_of_parts_are_those_of_the_whole(law, motion, small):
 @pytest.mark.parametrize("law", LAWS)
 def test_parts_under_sines_are_those_of_the_whole(law, small):
     sines = Sines((1.0, 0.7), (1.3, 4.1), (0.0, 0.4))
-    parted = StickSlip().by_parts(PARTS_PLANT, LAWS[law], sines, START, STEP, 14.0)
+    parted = StickSlip().solve_in_blocks(PARTS_PLANT, LAWS[law], sines, START, STEP, 14.0)
     parts = [parted.points(part) for part in parted.parts()]
     whole = parted.grid.part(0, len(parted))
     assert len(parts) > 20
@@ -531,12 +542,12 @@ def test_parts_under_sines_are_those_of_the_whole(law, small):
 
 
 def test_blocks_begin_where_a_march_may_be_handed_over():
-    assert BLOCK % STRETCH == 0
-    assert scene.PER_CALL % STRETCH == 0
+    assert BLOCK_SIZE % CHUNK == 0
+    assert scene.SAMPLES_PER_CALL % CHUNK == 0
 
 
 def test_any_stretch_of_a_march_can_be_had(motion, small):
-    parted = StickSlip().by_parts(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
+    parted = StickSlip().solve_in_blocks(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
     x_r = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP).x_r
     for first, last in [
         (0, 1),
@@ -549,18 +560,20 @@ def test_any_stretch_of_a_march_can_be_had(motion, small):
 
 
 def test_viscous_by_parts_has_nothing_stuck(motion, small):
-    parted = Viscous().by_parts(PARTS_PLANT, LAWS["friction"], motion, State(0.0, 0.0), STEP)
+    parted = Viscous().solve_in_blocks(
+        PARTS_PLANT, LAWS["friction"], motion, State(0.0, 0.0), STEP
+    )
     assert all((parted.points(part).d == 1).all() for part in parted.parts())
 
 
 def test_excursion_across_parts_is_one(motion, small):
-    parted = StickSlip().by_parts(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
+    parted = StickSlip().solve_in_blocks(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
     whole = StickSlip().solve(PARTS_PLANT, LAWS["friction"], motion, START, STEP)
-    limit = 0.3 * response.greatest(whole, "x_r").value
+    limit = 0.3 * response.largest_magnitude(whole, "x_r").value
     over = np.abs(whole.x_r) >= limit
     begins = np.diff(over, prepend=False) & over
     assert len(excursions(parted, limit)) == np.count_nonzero(begins)
-    assert response.greatest(parted, "x_r", 70) == (
+    assert response.largest_magnitude(parted, "x_r", 70) == (
         np.abs(whole.x_r[70:]).max(), 70 + np.abs(whole.x_r[70:]).argmax()
     )  # fmt: skip
 
@@ -573,16 +586,16 @@ ONE = Sines((1.06,), (2.0,), (0.3,))
 SINES_TWO = Sines((1.4, 0.9), (1.1, 3.7), (0.4, 1.0))
 REST = Sines((), (), ())
 SCENES = {
-    "one sine": (PAPER, Law(45.0, 54.0), ONE, 2.5e-3),
-    "two sines": (PAPER, Law(30.0, 36.0), SINES_TWO, 2.5e-3),
-    "varying friction": (PAPER, Law(30.0, 36.0, 0.4, 10.7, 0.2), SINES_TWO, 2.5e-3),
-    "no friction": (PAPER, Law(0.0, 0.0), SINES_TWO, 2.5e-3),
-    "no damping": (Plant(75.0, 7500.0, 0.0), Law(15.0, 15.0), ONE, 2.5e-3),
-    "no spring": (Plant(75.0, 0.0, 500.0), Law(45.0, 45.0), ONE, 2.5e-3),
-    "nothing but friction": (Plant(75.0, 0.0, 0.0), Law(45.0, 45.0), ONE, 2.5e-3),
-    "fifty times critical": (Plant(75.0, 7500.0, 75000.0), Law(15.0, 18.0), ONE, 2.5e-3),
-    "fifty radians a step": (Plant(75.0, 3e10, 1e5), Law(15.0, 18.0), ONE, 2.5e-3),
-    "free motion": (Plant(1.0, 1.0, 0.0), Law(0.01, 0.01), REST, 0.01),
+    "one sine": (PAPER, CoulombLaw(45.0, 54.0), ONE, 2.5e-3),
+    "two sines": (PAPER, CoulombLaw(30.0, 36.0), SINES_TWO, 2.5e-3),
+    "varying friction": (PAPER, CoulombLaw(30.0, 36.0, 0.4, 10.7, 0.2), SINES_TWO, 2.5e-3),
+    "no friction": (PAPER, CoulombLaw(0.0, 0.0), SINES_TWO, 2.5e-3),
+    "no damping": (Plant(75.0, 7500.0, 0.0), CoulombLaw(15.0, 15.0), ONE, 2.5e-3),
+    "no spring": (Plant(75.0, 0.0, 500.0), CoulombLaw(45.0, 45.0), ONE, 2.5e-3),
+    "nothing but friction": (Plant(75.0, 0.0, 0.0), CoulombLaw(45.0, 45.0), ONE, 2.5e-3),
+    "fifty times critical": (Plant(75.0, 7500.0, 75000.0), CoulombLaw(15.0, 18.0), ONE, 2.5e-3),
+    "fifty radians a step": (Plant(75.0, 3e10, 1e5), CoulombLaw(15.0, 18.0), ONE, 2.5e-3),
+    "free motion": (Plant(1.0, 1.0, 0.0), CoulombLaw(0.01, 0.01), REST, 0.01),
 }
 
 
@@ -590,7 +603,7 @@ SCENES = {
 def test_grid_has_the_states_between_the_events(scene):
     plant, law, motion, step = scene
     found = StickSlip().solve(plant, law, motion, State(0.02, 0.1), step, 2000 * step)
-    states = np.array([found.track.state(n * step) for n in range(2001)])
+    states = np.array([found.trajectory.state(n * step) for n in range(2001)])
     for series, column in ((found.x_r, states[:, 0]), (found.v_r, states[:, 1])):
         assert np.abs(series - column).max() <= 1e-12 * np.abs(column).max()
     assert np.abs(found.u_dd - base_acceleration(motion, found.t)).max() < 1e-13
@@ -598,11 +611,11 @@ def test_grid_has_the_states_between_the_events(scene):
 
 def test_friction_only_takes_at_every_point_also_where_the_motion_dies_out():
     # Far above critical damping the mass creeps to its place and never stops.
-    plant, law = Plant(75.0, 7500.0, 15000.0), Law(1.0, 1.0)
+    plant, law = Plant(75.0, 7500.0, 15000.0), CoulombLaw(1.0, 1.0)
     found = StickSlip().solve(plant, law, REST, State(0.02, 0.0), 0.05, 200.0)
     assert (found.F_f * found.v_r >= 0.0).all()
     assert not found.stuck.any()
-    states = np.array([found.track.state(t) for t in found.t.tolist()])
+    states = np.array([found.trajectory.state(t) for t in found.t.tolist()])
     for series, column in ((found.x_r, states[:, 0]), (found.v_r, states[:, 1])):
         assert np.abs(series - column).max() <= 1e-12 * np.abs(column).max()
 
@@ -639,7 +652,7 @@ def test_room_for_events_that_grows_leaves_no_trace(room, monkeypatch):
     plant, law, motion, step = SCENES["two sines"]
     scene = (plant, law, motion, State(0.02, 0.1), step, 3000 * step)
     one = StickSlip().solve(*scene)
-    monkeypatch.setattr(coulomb, "FEW_EVENTS", room)
+    monkeypatch.setattr(coulomb, "INITIAL_EVENT_CAPACITY", room)
     other = StickSlip().solve(*scene)
     assert len(one.events) > 20
     for name in ("t", "kind", "x_r", "F_L"):

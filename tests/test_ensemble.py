@@ -18,14 +18,14 @@ from drysim.console.many import show_ensemble
 from drysim.core.compile import COMPILED
 from drysim.errors import ScenarioError, SolverError
 from drysim.plots.ensemble import draw
-from drysim.scenario.blocks import SEED
+from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.load import load
 from drysim.study import ensemble
 from drysim.study.case import prepare
 from drysim.study.ensemble import run
-from drysim.study.statistics import LOOK, Row, interval, statistics
+from drysim.study.statistics import SEEDS_PER_CHECK, Row, interval, statistics
 from drysim.study.store import Journal
-from drysim.wording import around, number
+from drysim.wording import format_interval, format_number
 
 # Many seeds of one scenario: means, intervals, when they are enough, and the files.
 
@@ -107,11 +107,11 @@ def test_until_stops_at_the_first_look_with_a_narrow_interval(noisy):
     wish = {"metric": "x_r_rms", "half_width": "3 %"}
     found = run(load(noisy, {UNTIL: wish}))
     n, values = len(found.rows), [row.metrics["x_r_rms"] for row in found.rows]
-    assert n % LOOK == 0
-    assert n > LOOK
+    assert n % SEEDS_PER_CHECK == 0
+    assert n > SEEDS_PER_CHECK
     mean, half_width = interval(values)
     assert half_width <= 0.03 * mean
-    mean, half_width = interval(values[:-LOOK])
+    mean, half_width = interval(values[:-SEEDS_PER_CHECK])
     assert half_width > 0.03 * mean
     assert not any(one.slug == "interval-wide" for one in found.warnings)
 
@@ -119,10 +119,10 @@ def test_until_stops_at_the_first_look_with_a_narrow_interval(noisy):
 def test_until_gives_up_at_the_most_seeds_and_says_how_many_it_takes(noisy):
     found = run(load(noisy, {SEEDS: 12, UNTIL: {"metric": "x_r_peak", "half_width": "2 %"}}))
     assert len(found.rows) == 12
-    (caution,) = [one for one in found.warnings if one.slug == "interval-wide"]
-    assert caution.sentence.startswith("after 12 seeds, the most there may be, the interval of")
-    needed = 12 * (caution.numbers["half_width"] / 0.02) ** 2
-    assert f"excitation.seeds: {ceil(needed)} would do" in caution.sentence
+    (warning,) = [one for one in found.warnings if one.slug == "interval-wide"]
+    assert warning.sentence.startswith("after 12 seeds, the most there may be, the interval of")
+    needed = 12 * (warning.numbers["half_width"] / 0.02) ** 2
+    assert f"excitation.seeds: {ceil(needed)} would do" in warning.sentence
 
 
 def test_until_never_holds_for_a_metric_that_some_seed_does_not_know(noisy):
@@ -134,7 +134,7 @@ def test_until_never_holds_for_a_metric_that_some_seed_does_not_know(noisy):
 
 def test_until_holds_at_once_for_what_does_not_scatter(noisy):
     found = run(load(noisy, {UNTIL: {"metric": "chatter_share", "half_width": "1 %"}}))
-    assert len(found.rows) == LOOK
+    assert len(found.rows) == SEEDS_PER_CHECK
 
 
 def test_stroke_violations_are_counted_over_the_seeds(noisy):
@@ -142,9 +142,9 @@ def test_stroke_violations_are_counted_over_the_seeds(noisy):
     beyond = [row for row in found.rows if row.metrics["violations"]]
     assert 0 < len(beyond) < 20
     worst = max(found.rows, key=lambda row: row.metrics["stroke_suffices"])
-    (caution,) = [one for one in found.warnings if one.slug == "stroke-violated"]
-    assert f"is met with {len(beyond)} of 20 seeds" in caution.sentence
-    assert caution.sentence.endswith(f"with seed {worst.point['excitation.seed']}")
+    (warning,) = [one for one in found.warnings if one.slug == "stroke-violated"]
+    assert f"is met with {len(beyond)} of 20 seeds" in warning.sentence
+    assert warning.sentence.endswith(f"with seed {worst.point['excitation.seed']}")
 
 
 @pytest.mark.parametrize(("size", "unit"), [(1e-5, "µm"), (1.0, "mm"), (1e5, "m")])
@@ -157,7 +157,7 @@ def test_stroke_over_seeds_is_told_and_drawn_in_the_unit_that_suits_it(
     (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
     scale = {"µm": 1e6, "mm": 1e3, "m": 1.0}[unit]
     most = made.statistics["x_r_peak"].greatest[0] * scale
-    assert f"{number(most, unit)}; most with seed" in " ".join(told.split())
+    assert f"{format_number(most, unit)}; most with seed" in " ".join(told.split())
     figure = draw(made)
     titles = [panel.get_title("left") for panel in figure.axes]
     assert f"peak |$x_r$| [{unit}]: mean of the first seeds" in titles
@@ -190,8 +190,8 @@ def test_checks_judge_the_mean_and_say_so(noisy):
 def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):
     mean = run(load(noisy, {SEEDS: 10})).statistics["T_a"].mean
     found = run(load(noisy, {SEEDS: 10, "checks": [f"T_a < {mean + 1e-4}"]}))
-    (caution,) = [one for one in found.warnings if one.slug == "check-undecided"]
-    assert "holds by the mean of 10 seeds" in caution.sentence
+    (warning,) = [one for one in found.warnings if one.slug == "check-undecided"]
+    assert "holds by the mean of 10 seeds" in warning.sentence
     assert (found.exit_code(), found.exit_code(strict=True)) == (0, 1)
 
 
@@ -327,14 +327,14 @@ def test_what_only_seeds_can_use_is_refused_without_them(drysim, noisy, option):
 def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
     assert drysim(*words, "whole").code == 0
-    one_seed = ensemble.row_of_seed
+    one_seed = ensemble.solve_seed
 
     def stopped(scenario, seed, *words):
         if seed == 9:
             raise KeyboardInterrupt
         return one_seed(scenario, seed, *words)
 
-    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
+    monkeypatch.setattr(ensemble, "solve_seed", stopped)
     answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
     assert "8 finished seeds are kept in part.partial" in answer.err
@@ -354,11 +354,11 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
 def test_seeds_measured_in_blocks_come_to_what_each_comes_to_alone(noisy, monkeypatch):
     monkeypatch.setattr(ensemble, "engine", lambda: COMPILED)
     scenario = load(noisy, {SEEDS: 19, "stroke.limit": 0.004})
-    every = list(ensemble.rows_of(scenario, 1))
-    assert every == list(ensemble.rows_of(scenario, 3))
+    every = list(ensemble.solve_seeds(scenario, 1))
+    assert every == list(ensemble.solve_seeds(scenario, 3))
     assert sum(row.metrics["violations"] for row in every) > 0
     for row in every:
-        alone = ensemble.row_of_seed(scenario, row.point["excitation.seed"])
+        alone = ensemble.solve_seed(scenario, row.point["excitation.seed"])
         assert row.sha256 == alone.sha256
         for name, value in alone.metrics.items():
             near = None if value is None else pytest.approx(value, rel=1e-11, abs=1e-13)
@@ -379,8 +379,8 @@ def test_seeds_measured_in_blocks_come_to_what_each_comes_to_alone(noisy, monkey
 )
 def test_seeds_of_other_scenes_are_solved_one_by_one(noisy, monkeypatch, changes):
     monkeypatch.setattr(ensemble, "engine", lambda: COMPILED)
-    assert ensemble.length_of(prepare(load(noisy, {SEEDS: 40})), 40) == 16
-    assert ensemble.length_of(prepare(load(noisy, {SEEDS: 40} | changes)), 40) == 1
+    assert ensemble.block_length(prepare(load(noisy, {SEEDS: 40})), 40) == 16
+    assert ensemble.block_length(prepare(load(noisy, {SEEDS: 40} | changes)), 40) == 1
 
 
 def test_an_ensemble_is_a_public_name(noisy):
@@ -462,7 +462,7 @@ def halved(drysim, noisy, monkeypatch):
     """Give a function that interrupts a run of 9 seeds after 8; its journal."""
 
     def made(name, *changes):
-        one_seed = ensemble.row_of_seed
+        one_seed = ensemble.solve_seed
 
         def stopped(scenario, seed, *words):
             if seed == 9:
@@ -471,7 +471,7 @@ def halved(drysim, noisy, monkeypatch):
 
         words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-q", "--workers", 1)
         with monkeypatch.context() as patched:
-            patched.setattr(ensemble, "row_of_seed", stopped)
+            patched.setattr(ensemble, "solve_seed", stopped)
             assert drysim(*words, *changes, "-o", name).code == 130
         return words, noisy.parent / f"{name}.partial/cases.jsonl"
 
@@ -518,7 +518,7 @@ def test_partial_that_is_removed_during_a_run_is_named(drysim, noisy, monkeypatc
 def rows(*values, first=1):
     """Give the rows of seeds with these values of T_a."""
     return [
-        Row({SEED: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
+        Row({SEED_KEY: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
         for seed, value in enumerate(values, first)
     ]
 
@@ -590,4 +590,4 @@ def test_seeds_that_do_not_know_a_metric_are_left_out_and_counted():
     ],
 )
 def test_a_mean_ends_where_its_interval_begins(mean, half_width, words):
-    assert around(mean, half_width, "mm") == words
+    assert format_interval(mean, half_width, "mm") == words

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from drysim.core.model import Samples, Sines
 from drysim.excitation import EXCITATIONS, Excitation
 from drysim.excitation.harmonic import Harmonic, Rest, SineSum
-from drysim.units import Quantity, texts_of
+from drysim.units import Quantity, field_descriptions
 
 WORDS = {
     "rest": {},
@@ -54,7 +54,7 @@ def test_unknown_words_are_refused(member):
 
 
 def test_every_field_is_documented_and_says_its_unit(member):
-    texts = texts_of(type(member))
+    texts = field_descriptions(type(member))
     for name, field in type(member).model_fields.items():
         assert texts[name]
         for unit in (part.unit for part in field.metadata if isinstance(part, Quantity)):

@@ -12,12 +12,12 @@ import pytest
 from law_scenes import PAPER, mirrored, noise, sine, solved
 from pydantic import ValidationError
 
-from drysim.approach import SHELF
+from drysim.approach import APPROACHES_BY_NAME
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Law
+from drysim.core.model import CoulombLaw
 from drysim.errors import ScenarioError
 from drysim.friction import (
-    FRICTIONS,
+    FRICTION_LAWS,
     Coulomb,
     Dahl,
     Jenkins,
@@ -28,8 +28,8 @@ from drysim.friction import (
 )
 from drysim.metrics.table import measure
 from drysim.scenario.load import load
-from drysim.scenario.reading import LAWS, numerals
-from drysim.units import Quantity, texts_of
+from drysim.scenario.reading import LAWS, numeric_keys
+from drysim.units import Quantity, field_descriptions
 
 # Friction in words: Coulomb's in particular, and what laws beyond his refuse.
 
@@ -73,9 +73,9 @@ def coulomb(**words: object) -> Coulomb:
 
 def test_static_limit_defaults_to_kinetic_friction():
     friction = coulomb(kinetic=45)
-    assert friction.limits(M) == Law(45.0, 45.0)
+    assert friction.to_law(M) == CoulombLaw(45.0, 45.0)
     assert not friction.static_given
-    assert friction.spelled_out(M)["static_ratio"] == 1.0
+    assert friction.with_defaults(M)["static_ratio"] == 1.0
 
 
 @pytest.mark.parametrize(
@@ -83,25 +83,27 @@ def test_static_limit_defaults_to_kinetic_friction():
 )
 def test_static_limit_is_a_force_or_a_ratio(static):
     friction = coulomb(kinetic=45, **static)
-    assert friction.limits(M) == Law(45.0, 54.0)
+    assert friction.to_law(M) == CoulombLaw(45.0, 54.0)
     assert friction.static_given
 
 
 def test_coefficients_work_on_the_weight():
     friction = coulomb(mu_kinetic=0.02, mu_static=0.03)
-    assert friction.limits(M) == Law(0.02 * 735.75, 0.03 * 735.75)
-    assert friction.spelled_out(M)["normal"] == 735.75
+    assert friction.to_law(M) == CoulombLaw(0.02 * 735.75, 0.03 * 735.75)
+    assert friction.with_defaults(M)["normal"] == 735.75
 
 
 def test_coefficients_work_on_the_normal_force_when_it_is_given():
-    assert coulomb(mu_kinetic=0.5, normal=100).limits(M) == Law(50.0, 50.0)
-    assert coulomb(mu_kinetic=0.5, normal=100, static_ratio=2).limits(M) == Law(50.0, 100.0)
+    assert coulomb(mu_kinetic=0.5, normal=100).to_law(M) == CoulombLaw(50.0, 50.0)
+    assert coulomb(mu_kinetic=0.5, normal=100, static_ratio=2).to_law(M) == CoulombLaw(
+        50.0, 100.0
+    )
 
 
 def test_varying_normal_force_keeps_its_sine():
     varied = {"amplitude": 0.4, "frequency": 1.7, "phase": "90 deg"}
-    law = coulomb(kinetic=30, static=40, normal_variation=varied).limits(M)
-    assert law == Law(30.0, 40.0, 0.4, 2 * pi * 1.7, pi / 2)
+    law = coulomb(kinetic=30, static=40, normal_variation=varied).to_law(M)
+    assert law == CoulombLaw(30.0, 40.0, 0.4, 2 * pi * 1.7, pi / 2)
 
 
 @pytest.mark.parametrize(
@@ -136,7 +138,7 @@ def test_exponent_out_of_its_range_is_refused_with_what_is_allowed(exponent, sen
 
 
 def test_exponent_between_is_taken():
-    law = Stribeck.model_validate({**WORDS[Stribeck], "exponent": 0.75}).limits(M)
+    law = Stribeck.model_validate({**WORDS[Stribeck], "exponent": 0.75}).to_law(M)
     assert law.exponent == 0.75
 
 
@@ -147,7 +149,9 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SECTION = README[README.index("### Friction laws") : README.index("### All keys")]
 LAW_M = PAPER.m
-STEPPING = [name for name in SHELF if not hasattr(SHELF[name], "orbit")]
+STEPPING = [
+    name for name in APPROACHES_BY_NAME if not hasattr(APPROACHES_BY_NAME[name], "orbit")
+]
 FORCES = {"kinetic", "mu_kinetic", "static", "mu_static", "normal"}
 
 CLOSED = 1e-10
@@ -175,7 +179,7 @@ def friction(name):
 @pytest.fixture(params=MOTIONS)
 def response(request, friction):
     """Give the motion of the paper's oscillator under a law."""
-    return solved(friction.limits(LAW_M), MOTIONS[request.param], duration=2.9)
+    return solved(friction.to_law(LAW_M), MOTIONS[request.param], duration=2.9)
 
 
 def problems(name: str, **changes: object) -> list[str]:
@@ -194,15 +198,15 @@ class TestWords:
         assert re.search(r"\(\d{4}\)", notes), "no source with its year"
 
     def test_every_field_is_documented_and_says_its_unit(self, name):
-        texts = texts_of(LAWS[name])
+        texts = field_descriptions(LAWS[name])
         for key, field in LAWS[name].model_fields.items():
             assert texts[key]
             for unit in (part.unit for part in field.metadata if isinstance(part, Quantity)):
                 assert f"[{unit or '-'}]" in texts[key], key
 
     def test_words_spelled_out_mean_the_same_law(self, friction):
-        words = friction.spelled_out(LAW_M)
-        assert type(friction).model_validate(words).limits(LAW_M) == friction.limits(LAW_M)
+        words = friction.with_defaults(LAW_M)
+        assert type(friction).model_validate(words).to_law(LAW_M) == friction.to_law(LAW_M)
 
     def test_law_is_told_by_its_name_and_its_own_keys(self, name):
         scenario = load(file_of(name))
@@ -224,7 +228,7 @@ class TestWords:
 
 class TestFaults:
     def test_number_below_its_bound_is_refused(self, name):
-        known = numerals(LAWS[name], {})
+        known = numeric_keys(LAWS[name], {})
         bounded = [
             key for key, numeral in known.items()
             if numeral and numeral.quantity and (numeral.quantity.at_least is not None
@@ -240,7 +244,7 @@ class TestFaults:
             assert sentence.startswith(f"friction.{key} must be ")
 
     def test_what_must_be_above_zero_is_not_zero(self, name):
-        for key, numeral in numerals(LAWS[name], {}).items():
+        for key, numeral in numeric_keys(LAWS[name], {}).items():
             above = numeral.quantity.above if numeral and numeral.quantity else None
             if (
                 above is None
@@ -266,7 +270,7 @@ class TestFaults:
             assert sentence == f"friction.{key} has a meaning only beside {other}"
 
     def test_key_of_another_law_names_the_laws_that_have_it(self, name):
-        others = {key for law in FRICTIONS for key in law.model_fields}
+        others = {key for law in FRICTION_LAWS for key in law.model_fields}
         for key in sorted(others - LAWS[name].model_fields.keys()):
             (sentence,) = problems(name, **{key: 1})
             assert sentence.startswith(
@@ -280,9 +284,9 @@ class TestFaults:
     @pytest.mark.parametrize("approach", STEPPING)
     def test_fixed_steps_know_coulombs_friction_only(self, name, approach):
         law = load(file_of(name)).law()
-        if isinstance(law, Law) and law.F_fs == law.F_fk:
+        if isinstance(law, CoulombLaw) and law.F_fs == law.F_fk:
             pytest.skip("every approach can use it")
-        if name == "coulomb" and SHELF[approach].use_static:
+        if name == "coulomb" and APPROACHES_BY_NAME[approach].supports_static:
             pytest.skip("it knows a static limit")
         with pytest.raises(ScenarioError) as fault:
             load(file_of(name), {"solver.approach": approach})
@@ -291,12 +295,12 @@ class TestFaults:
 
 class TestMotion:
     def test_energy_closes_and_friction_takes(self, response):
-        metrics = measure(response.track, (0.7, 2.9), None)
+        metrics = measure(response.trajectory, (0.7, 2.9), None)
         assert metrics["energy_residual"] < CLOSED
         assert metrics["energy_friction"] > 0
 
     def test_force_is_against_sliding_where_nothing_yields(self, response):
-        if not response.law.sticks:
+        if not response.law.can_stick:
             pytest.skip("a contact that yields gives back what it has stored")
         assert (response.F_f * response.v_r >= 0.0).all()
         assert (response.v_r[response.stuck] == 0.0).all()
@@ -305,13 +309,13 @@ class TestMotion:
         assert (np.abs(F_L[response.stuck]) <= limit).all()
 
     def test_contact_that_yields_never_counts_as_stuck(self, response):
-        if not response.law.sticks:
+        if not response.law.can_stick:
             assert not response.stuck.any()
 
     def test_mirrored_base_motion_gives_the_mirrored_response_bit_for_bit(self, friction):
         for motion in MOTIONS.values():
             one, two = (
-                solved(friction.limits(LAW_M), each, duration=1.5)
+                solved(friction.to_law(LAW_M), each, duration=1.5)
                 for each in (motion, mirrored(motion))
             )
             assert (one.x_r == -two.x_r).all()
@@ -327,16 +331,16 @@ class TestMotion:
         assert (response.numerics.error or 0.0) < 1e-8
 
     def test_static_limit_is_never_below_kinetic_friction(self, friction):
-        law = friction.limits(LAW_M)
+        law = friction.to_law(LAW_M)
         assert law.F_fs >= law.F_fk > 0
 
 
 def test_every_law_is_solved_by_the_approach_that_comparisons_take():
-    assert StickSlip().use_dynamic
-    assert StickSlip().use_static
-    assert StickSlip().use_variation
+    assert StickSlip().supports_dynamic
+    assert StickSlip().supports_static
+    assert StickSlip().supports_variation
 
 
 def test_shelf_holds_every_law_once():
-    assert len(LAWS) == len(FRICTIONS)
+    assert len(LAWS) == len(FRICTION_LAWS)
     assert LAWS["coulomb"] is Coulomb

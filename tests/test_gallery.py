@@ -86,17 +86,17 @@ def test_without_friction_the_seat_meets_its_stroke_limit():
 
 @pytest.mark.parametrize("law", LAWS)
 def test_every_law_has_a_scenario_of_its_own_with_a_small_picture_of_its_loop(law):
-    piece = gallery.find(f"friction-{law}")
-    assert drysim.load(piece.file).friction.law == law
-    assert piece.loop.read_bytes().startswith(b"\x89PNG")
-    assert piece.loop.stat().st_size < 20_000
+    shipped = gallery.find(f"friction-{law}")
+    assert drysim.load(shipped.file).friction.law == law
+    assert shipped.loop.read_bytes().startswith(b"\x89PNG")
+    assert shipped.loop.stat().st_size < 20_000
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_every_law_can_act_in_the_scenario_of_all_laws(law):
     scenario = drysim.load(GALLERY / "friction-laws.yaml")
     assert scenario.with_law(law).law().F_fk == 45.0
-    assert tuple(scenario.losses(law)) == ()
+    assert tuple(scenario.omissions(law)) == ()
 
 
 @pytest.mark.parametrize("name", ["friction-dahl.png"])

@@ -115,13 +115,13 @@ def test_record_that_grows_or_shrinks_while_it_is_read_is_refused(
 ):
     (tmp_path / "r.csv").write_text(ROWS)
     whole = len(ROWS)
-    monkeypatch.setattr(system, "size", lambda _: whole + change)
+    monkeypatch.setattr(system, "file_size", lambda _: whole + change)
     assert refusal(tmp_path).startswith("the record changed while it was read")
 
 
 def test_record_that_becomes_a_pipe_between_two_looks_is_refused(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "r.csv")
-    monkeypatch.setattr(system, "size", lambda _: 100)
+    monkeypatch.setattr(system, "file_size", lambda _: 100)
     assert refusal(tmp_path) == "the record is a pipe; only a regular file is read"
 
 

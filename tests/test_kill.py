@@ -170,18 +170,18 @@ def test_worker_that_dies_loses_no_finished_case(seat, monkeypatch, capsys, deat
     assert main([*words, "whole"]) == 0
     from drysim.study import plan
 
-    whole = plan.solve_piece
+    whole = plan.solve_range
 
-    def mortal(piece, *rest):
-        if piece.first > 45:
+    def mortal(case_range, *rest):
+        if case_range.first > 45:
             raise death
-        return whole(piece, *rest)
+        return whole(case_range, *rest)
 
-    monkeypatch.setattr(plan, "solve_piece", mortal)
+    monkeypatch.setattr(plan, "solve_range", mortal)
     assert main([*words, "out"]) in (2, 70)
     assert not Path("out").exists()
-    assert output.resumable(Path("out"))
-    monkeypatch.setattr(plan, "solve_piece", whole)
+    assert output.is_resumable(Path("out"))
+    monkeypatch.setattr(plan, "solve_range", whole)
     assert main([*words, "out", "--resume"]) == 0
     table = Path("out/transmissibility.csv").read_bytes()
     assert table == Path("whole/transmissibility.csv").read_bytes()

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from drysim.plots import sweep as sweep_plots
-from drysim.scenario.axes import by_ratio, columns_of, size
+from drysim.scenario.axes import count_points, decimal_geomspace, point_columns
 from drysim.scenario.load import load
-from drysim.study.plan import Pieces, approaches_of, solve_piece
-from drysim.study.run import Motions
+from drysim.study.plan import CaseRanges, approaches_of, solve_range
+from drysim.study.run import MotionCache
 from drysim.study.sweep import sweep
 from drysim.study.table import Quantiles
 
@@ -43,24 +43,24 @@ def huge(tmp_path):
 def test_two_milliard_cases_are_counted_and_begun_at_once(huge):
     began = time.process_time()
     scenario = load(huge)
-    assert size(scenario.sweep) == 2_000_000_000
-    first = next(iter(Pieces(approaches_of(scenario))))
+    assert count_points(scenario.sweep) == 2_000_000_000
+    first = next(iter(CaseRanges(approaches_of(scenario))))
     assert time.process_time() - began < 1.0
-    batch = solve_piece(first._replace(end=20), Motions())
+    batch = solve_range(first._replace(end=20), MotionCache())
     assert batch.points["excitation.frequency"][0] == 0.5
     assert (batch.status == 0).all()
 
 
 def test_last_point_of_a_huge_grid_is_its_corner(huge):
     axes = load(huge).sweep
-    columns = columns_of(axes, size(axes) - 2, size(axes))
+    columns = point_columns(axes, count_points(axes) - 2, count_points(axes))
     assert columns["excitation.frequency"][1] == 10
     assert columns["excitation.frequency"][0] == float("9.9999904999905")
     assert columns["friction.kinetic"].tolist() == [45, 45]
 
 
 def test_values_of_a_long_log_axis_are_the_doubles_next_to_their_decimals():
-    values = by_ratio(1e-3, 1e3, 6_000_001)
+    values = decimal_geomspace(1e-3, 1e3, 6_000_001)
     assert values.at(range(0, 6_000_001, 1_000_000)) == [1e-3, 1e-2, 0.1, 1, 10, 100, 1e3]
     assert values[2_000_000] == values.at([2_000_000])[0] == 0.1
     exact = 1e-3 * mpmath.mpf(10) ** (mpmath.mpf(6 * 12_345) / 6_000_000)
@@ -95,8 +95,8 @@ def small(huge, **words):
 def test_bands_hold_the_cases_that_they_say(huge):
     table = sweep(small(huge))
     bins = sweep_plots.Bins.of(table.axes[0])
-    found = sweep_plots.Scatter("T_a", bins, sweep_plots.Bins.of(table.axes[1]))
-    sweep_plots.gathered(table.rows.batches, "stick-slip", [found])
+    found = sweep_plots.Histogram("T_a", bins, sweep_plots.Bins.of(table.axes[1]))
+    sweep_plots.count_cases(table.rows.batches, "stick-slip", [found])
     rows = list(table.of("stick-slip"))
     for at, f in enumerate((1.0, 2.0, 3.0)):
         values = sorted(r.metrics["T_a"] for r in rows if r.point["excitation.frequency"] == f)
@@ -109,8 +109,8 @@ def test_bands_hold_the_cases_that_they_say(huge):
 def test_sample_is_drawn_as_bands(huge):
     over = {"oscillator.mass": {"from": 60, "to": 90}}
     sample = {"kind": "sobol", "count": 16, "seed": 1, "over": over}
-    assert sweep_plots.scattered(sweep(small(huge, sample=sample)))
-    assert not sweep_plots.scattered(sweep(small(huge)))
+    assert sweep_plots.needs_quantiles(sweep(small(huge, sample=sample)))
+    assert not sweep_plots.needs_quantiles(sweep(small(huge)))
 
 
 SEEDS = {
@@ -214,11 +214,11 @@ def test_comparison_is_summarised_too(drysim, seat):
 
 
 def test_pieces_of_a_huge_sweep_are_known_by_their_numbers(huge):
-    every = Pieces(approaches_of(load(huge, {"reference": "viscous"})))
+    every = CaseRanges(approaches_of(load(huge, {"reference": "viscous"})))
     last = every[-1]
     assert last.end == every.cases[1]
     assert last.first + last.end - last.begin == sum(every.cases)
-    small = Pieces(approaches_of(load(huge, {"sweep": {"friction.kinetic": [5, 45]}})))
-    assert [piece[1:] for piece in small] == [(0, 0, 2)]
+    small = CaseRanges(approaches_of(load(huge, {"sweep": {"friction.kinetic": [5, 45]}})))
+    assert [case_range[1:] for case_range in small] == [(0, 0, 2)]
     for k in (0, 1, len(every) // 2 - 1, len(every) // 2, len(every) - 2):
         assert every[k].first + every[k].end - every[k].begin == every[k + 1].first

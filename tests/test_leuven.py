@@ -12,17 +12,17 @@ from invariants import Invariants
 from law_scenes import PAPER, REST, STEP, halved, mirrored, noise, sine, solved
 from reference import assert_agrees, peak
 
-from drysim.approach.scene import waves_of
+from drysim.approach.scene import make_waves
 from drysim.approach.steady_state import find_orbit
 from drysim.approach.stick_slip import StickSlip
-from drysim.approach.taylor import first_mark, follow, work
-from drysim.core.dynamic_friction import COUNT, WAY, forget
-from drysim.core.model import BRISTLE, LEUVEN, Deflected, Dynamic, Plant, Samples, Sines
+from drysim.approach.taylor import compute_trajectory, initial_checkpoint, workspace
+from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop
+from drysim.core.model import BRISTLE, LEUVEN, ContactState, DynamicLaw, Plant, Samples, Sines
 from drysim.metrics.table import measure
 from drysim.scenario.load import load
 from drysim.study.case import prepare
 
-LAW = Dynamic(
+LAW = DynamicLaw(
     45.0, 54.0, LEUVEN, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, F_h=80.0
 )  # fmt: skip
 WHOLE = [1.0, 2.0, 3.0]
@@ -61,12 +61,12 @@ def test_loop_that_closes_at_the_limit_leaves_the_bristles_there(tmp_path):
     case = prepare(load(scene))
     response = solved(case.law, case.motion, duration=5.0, plant=case.plant)
     assert response.numerics.error < 1e-8
-    assert measure(response.track, (0.0, 5.0), None)["energy_residual"] < 1e-10
+    assert measure(response.trajectory, (0.0, 5.0), None)["energy_residual"] < 1e-10
 
 
 def test_bristles_that_the_limit_turned_do_not_turn_back_at_the_same_instant():
     """At 9.609 s a loop of no width closes far above v_s, where the limit hardly moves."""
-    law = Dynamic(
+    law = DynamicLaw(
         5.468161957762935, 8.202242936644403, LEUVEN, v_s=0.004346186854937156,
         sigma_0=3802018.9144284255, sigma_2=50.0, F_h=8.202242936644403,
     )  # fmt: skip
@@ -75,7 +75,7 @@ def test_bristles_that_the_limit_turned_do_not_turn_back_at_the_same_instant():
     motion = Samples(3.0 * u_dd / u_dd.std(), 4e-3)
     response = solved(law, motion, duration=10.0, plant=Plant(80.0, 0.0, 250.0))
     assert response.numerics.error < 1e-8
-    assert measure(response.track, (0.0, 10.0), None)["energy_residual"] < 1e-10
+    assert measure(response.trajectory, (0.0, 10.0), None)["energy_residual"] < 1e-10
 
 
 STIFF = Plant(75.0, 0.0, 5000.0)
@@ -108,7 +108,7 @@ def test_a_minor_loop_closes_where_it_began_and_is_forgotten(power):
     again = int(np.argmax((F[top] <= F) & (np.arange(len(F)) > len(F) // 2)))
     loop = z[top] - z[top:again].min()
     assert abs(z[again] - z[top]) < 2e-4 * loop  # the grid's own width
-    assert response.track.state(response.track.end).turned == ()
+    assert response.trajectory.state(response.trajectory.end).reversals == ()
     assert np.abs(np.diff(F)).max() < 1e-2  # no jump, in closing neither
     assert x_r[again] > x_r[top]  # what is left is creep of the contact, not of the bristles
 
@@ -151,8 +151,8 @@ class Row:
 
 def test_memory_is_the_limit_of_the_many_maxwell_elements_of_lampaert():
     law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
-    track = StickSlip().track(PAPER, law, noise(801, 0.3, seed=3), REST, STEP, 2.0)
-    _, v_r, z, F, _ = track.at(np.linspace(0.0, 2.0, 20_001))
+    trajectory = StickSlip().trajectory(PAPER, law, noise(801, 0.3, seed=3), REST, STEP, 2.0)
+    _, v_r, z, F, _ = trajectory.at(np.linspace(0.0, 2.0, 20_001))
     limit = law.F_fk + (law.F_fs - law.F_fk) * np.exp(-((v_r / law.v_s) ** 2))
     rate = v_r - np.abs(v_r) * law.sigma_0 * z / limit
     steps = 0.5 * (rate[1:] + rate[:-1]) * 1e-4
@@ -160,7 +160,7 @@ def test_memory_is_the_limit_of_the_many_maxwell_elements_of_lampaert():
     assert off[2] < 1e-3 * np.ptp(F)
     for coarse, fine in pairwise(off):
         assert coarse / fine == pytest.approx(4.0, rel=0.1)  # straight pieces of one curve
-    assert max(len(track.state(t).turned) for t in np.arange(0.1, 2.0, 0.1)) > 5
+    assert max(len(trajectory.state(t).reversals) for t in np.arange(0.1, 2.0, 0.1)) > 5
 
 
 def test_bristles_without_hysteresis_are_those_of_lugre():
@@ -178,46 +178,50 @@ def test_bristles_without_hysteresis_are_those_of_lugre():
 def test_a_full_memory_forgets_what_matters_least():
     """Free vibration within the contact turns inside its last turn every time."""
     plant, rest = Plant(75.0, 7500.0, 0.0), Samples(np.zeros(20_001), 1e-3)
-    start = Deflected(1e-4, 0.0, 1e-4)
+    start = ContactState(1e-4, 0.0, 1e-4)
     law = LAW._replace(sigma_1=0.0, sigma_2=0.0)
     tracks = [
-        StickSlip().track(plant, law._replace(depth=depth), rest, start, STEP)
+        StickSlip().trajectory(plant, law._replace(depth=depth), rest, start, STEP)
         for depth in (1024, 128, 16)
     ]
-    ends = [track.state(20.0) for track in tracks]
-    assert len(ends[0].turned) > 200
-    assert [len(end.turned) for end in ends[1:]] == [127, 15]
-    paths = [track.at(np.linspace(0.0, 20.0, 1001))[0] for track in tracks]
+    ends = [trajectory.state(20.0) for trajectory in tracks]
+    assert len(ends[0].reversals) > 200
+    assert [len(end.reversals) for end in ends[1:]] == [127, 15]
+    paths = [trajectory.at(np.linspace(0.0, 20.0, 1001))[0] for trajectory in tracks]
     scale = np.abs(paths[0]).max()
     assert np.abs(paths[1] - paths[0]).max() < 1e-12 * scale
     assert np.abs(paths[2] - paths[0]).max() < 1e-4 * scale
 
 
-def risen(turned, scale, travel):
+def risen(reversals, scale, travel):
     """Give z after some travel upwards from the last of many turns, from loop to loop."""
-    turned, z = list(turned), turned[-1]
+    reversals, z = list(reversals), reversals[-1]
     while True:
-        top = turned[-1] + 2.0 * scale
-        needs = 2.0 * scale * math.log((top - z) / (top - turned[-2]))
+        top = reversals[-1] + 2.0 * scale
+        needs = 2.0 * scale * math.log((top - z) / (top - reversals[-2]))
         if needs > travel:
             return top - (top - z) * math.exp(-travel / (2.0 * scale))
-        travel, z = travel - needs, turned[-2]
-        del turned[-2:]
+        travel, z = travel - needs, reversals[-2]
+        del reversals[-2:]
 
 
 def test_a_memory_that_overflows_at_its_worst_moves_the_force_by_little():
     """As many turns as it holds, evenly within one another from limit to limit."""
     law = LAW._replace(F_h=2.0 * LAW.F_fs)
     limit, scale = law.F_fs / law.sigma_0, law.F_h / law.sigma_0
-    turned = np.linspace(limit, 0.0, law.depth, endpoint=False) * np.resize([1, -1], law.depth)
-    turned[64] *= 1.0 + 1e-9  # so that they are forgotten in the midst
-    jet = work(law, 0.0)
-    jet.turned[: law.depth], jet.branch[COUNT] = turned, law.depth
-    forget(jet)
-    kept = jet.turned[: jet.branch[COUNT]]
+    reversals = np.linspace(limit, 0.0, law.depth, endpoint=False) * np.resize(
+        [1, -1], law.depth
+    )
+    reversals[64] *= 1.0 + 1e-9  # so that they are forgotten in the midst
+    series = workspace(law, 0.0)
+    series.reversals[: law.depth], series.branch[COUNT] = reversals, law.depth
+    drop_smallest_loop(series)
+    kept = series.reversals[: series.branch[COUNT]]
     assert len(kept) == law.depth - 2
     path = np.linspace(0.0, 1.3 * limit, 1001)
-    exact, near = (np.array([risen(each, scale, s) for s in path]) for each in (turned, kept))
+    exact, near = (
+        np.array([risen(each, scale, s) for s in path]) for each in (reversals, kept)
+    )
     assert 0.9 * limit < exact[-1] < limit
     assert 1e-5 * limit < np.abs(near - exact).max() < 1.2e-4 * limit
 
@@ -232,13 +236,15 @@ def test_split_run_with_its_memory_equals_the_whole():
     motion = noise(2000, 0.8)
     whole = solved(LAW, motion, duration=4.0)
     first = solved(LAW, motion, duration=2.0)
-    middle = first.track.state(2.0)
-    assert middle.turned
-    assert np.allclose(whole.track.state(2.0).turned, middle.turned, rtol=1e-9, atol=0.0)
+    middle = first.trajectory.state(2.0)
+    assert middle.reversals
+    assert np.allclose(
+        whole.trajectory.state(2.0).reversals, middle.reversals, rtol=1e-9, atol=0.0
+    )
     rest = Samples(motion.u_dd[800:], motion.dt)
     part = solved(LAW, rest, start=middle, duration=2.0)
     assert np.abs(part.x_r - whole.x_r[800:]).max() < 1e-9 * np.abs(whole.x_r).max()
-    deaf = solved(LAW, rest, start=middle._replace(turned=()), duration=2.0)
+    deaf = solved(LAW, rest, start=middle._replace(reversals=()), duration=2.0)
     assert np.abs(deaf.x_r - whole.x_r[800:]).max() > 1e-6 * np.abs(whole.x_r).max()
 
 
@@ -265,7 +271,7 @@ def test_pulse_after_a_silence_starts_on_the_branch_where_the_bristles_rest(firs
 
 
 OVERDAMPED = Plant(41.46, 4565.0, 17403.0)
-STICKY = Dynamic(
+STICKY = DynamicLaw(
     0.0018, 0.0072, LEUVEN, v_s=8.6e-6, sigma_0=3.2e7, sigma_1=500.0, sigma_2=48.75,
     F_h=0.0144, power=2.0,
 )  # fmt: skip
@@ -285,7 +291,7 @@ def test_mass_in_equilibrium_but_for_rounding_makes_no_storm_of_events(seed):
 def test_steady_orbit_does_not_depend_on_where_t_0_lies():
     """At the end of a period the bristles sit on their limit to the last bit, or do not."""
     plant, f = Plant(250.0, 150e3, 990.0), 5.28
-    law = Dynamic(
+    law = DynamicLaw(
         23.0, 25.3, LEUVEN, v_s=2.4e-3, sigma_0=1.9e6, sigma_1=170.0, F_h=50.6
     )  # fmt: skip
     shares = []
@@ -293,8 +299,8 @@ def test_steady_orbit_does_not_depend_on_where_t_0_lies():
         motion = Sines((0.66,), (f,), (phase,))
         orbit = find_orbit(plant, law, motion, REST, 1.0 / f)
         for start, periods in ((orbit.state, 1), (REST, 61)):
-            track = follow(plant, law, motion, start, periods / f)
-            x_dd2 = track.totals((periods - 1) / f, periods / f).x_dd2
+            trajectory = compute_trajectory(plant, law, motion, start, periods / f)
+            x_dd2 = trajectory.totals((periods - 1) / f, periods / f).x_dd2
             shares.append(math.sqrt(x_dd2 * f))
     assert shares == pytest.approx([0.5660245563] * 6, rel=1e-9)
 
@@ -303,16 +309,18 @@ def test_steady_orbit_does_not_depend_on_where_t_0_lies():
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 300, 301])
 def test_state_handed_over_on_the_sliding_limit_keeps_its_branch(count, side):
     """Nor does a last turn at that very deflection, or more turns than there is room for."""
-    law = Dynamic(32.0, 32.0, LEUVEN, sigma_0=1024.0, F_h=64.0)
+    law = DynamicLaw(32.0, 32.0, LEUVEN, sigma_0=1024.0, F_h=64.0)
     limit = 32.0 / 1024.0
-    turned = (
+    reversals = (
         side * limit * np.resize([-1.0, 1.0], count) * (1.0 - 1e-3 * np.arange(count) / count)
     )
     way = -side if count % 2 == 0 else side
-    for z in (way * limit, turned[-1]):
-        start = Deflected(0.0, float(way), float(z), tuple(turned.tolist()))
-        mark = first_mark(PAPER, law, waves_of(sine(1.0, 1.6)), np.zeros(2), 1.0, start, 1.0)
-        assert mark.branch[WAY] == way
-        assert mark.turned[0] == turned[0]
-        assert mark.turned[-1] == turned[-1]
-        assert len(mark.turned) <= law.depth
+    for z in (way * limit, reversals[-1]):
+        start = ContactState(0.0, float(way), float(z), tuple(reversals.tolist()))
+        mark = initial_checkpoint(
+            PAPER, law, make_waves(sine(1.0, 1.6)), np.zeros(2), 1.0, start, 1.0
+        )
+        assert mark.branch[DIRECTION] == way
+        assert mark.reversals[0] == reversals[0]
+        assert mark.reversals[-1] == reversals[-1]
+        assert len(mark.reversals) <= law.depth

@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.metrics.stroke import entries, half_cycles, once_an_hour, upcrossings
-from drysim.scenario.model import period
+from drysim.metrics.stroke import (
+    count_limit_entries,
+    count_upcrossings,
+    half_cycle_peaks,
+    hourly_stroke,
+)
+from drysim.scenario.model import scene_period
 
 # The window of the metrics: its default, its periods, and what repeats.
 
@@ -28,7 +33,7 @@ solver: {step: 2.5e-3}
 def test_common_period_is_exact_for_decimal_frequencies(scenario, frequencies, common):
     sines = ", ".join(f"{{frequency: {f}, rms: 1}}" for f in frequencies)
     text = SEAT.replace("harmonic, frequency: 1.6, rms: 1.0", f"sines, components: [{sines}]")
-    assert period(scenario(text + "measure: {duration: 10}\n")) == common
+    assert scene_period(scenario(text + "measure: {duration: 10}\n")) == common
 
 
 @pytest.mark.parametrize(
@@ -58,7 +63,8 @@ def test_times_may_be_counted_in_the_period_of_a_sum_of_sines(scenario):
 def test_normal_force_that_does_not_vary_has_no_period(scenario):
     varied = "normal_variation: {amplitude: 0, frequency: 1.70001}"
     assert (
-        period(scenario(f"{SEAT}friction: {{law: coulomb, kinetic: 15, {varied}}}\n")) == 0.625
+        scene_period(scenario(f"{SEAT}friction: {{law: coulomb, kinetic: 15, {varied}}}\n"))
+        == 0.625
     )
 
 
@@ -69,30 +75,30 @@ PATH = np.array([0.0, 1.0, -2.0, -1.5, -3.0, 0.0, 2.0, 1.0, 1.5, -1.0])
 
 
 def test_passages_of_zero_are_counted_upwards_and_a_rest_on_zero_is_none():
-    assert upcrossings(PATH) == 1
-    assert upcrossings(np.array([-1.0, 0.0, -1.0, 0.0, 1.0])) == 1
+    assert count_upcrossings(PATH) == 1
+    assert count_upcrossings(np.array([-1.0, 0.0, -1.0, 0.0, 1.0])) == 1
 
 
 def test_each_half_cycle_has_one_peak():
-    assert half_cycles(PATH).tolist() == [1.0, 3.0, 2.0, 1.0]
-    assert half_cycles(np.zeros(3)).tolist() == []
+    assert half_cycle_peaks(PATH).tolist() == [1.0, 3.0, 2.0, 1.0]
+    assert half_cycle_peaks(np.zeros(3)).tolist() == []
 
 
 def test_every_return_to_the_limit_counts_and_a_start_beyond_does_not():
-    assert entries(PATH, 1.5) == 3
-    assert entries(np.array([2.0, 1.0, -2.0]), 1.5) == 1
+    assert count_limit_entries(PATH, 1.5) == 3
+    assert count_limit_entries(np.array([2.0, 1.0, -2.0]), 1.5) == 1
 
 
 def test_too_few_half_cycles_are_not_extrapolated():
-    assert once_an_hour(np.ones(149), 60.0) is None
-    assert once_an_hour(np.ones(150), 60.0) == 1.0
+    assert hourly_stroke(np.ones(149), 60.0) is None
+    assert hourly_stroke(np.ones(150), 60.0) == 1.0
 
 
 def test_tail_of_rayleigh_peaks_is_continued_by_its_law():
     n, sigma = 100_000, 0.01
     heights = sigma * np.sqrt(-2 * np.log((np.arange(n) + 0.5) / n))
     expected = sigma * math.sqrt(2 * math.log(n * 3600 / 600))
-    assert once_an_hour(heights, 600.0) == pytest.approx(expected, rel=1e-3)
+    assert hourly_stroke(heights, 600.0) == pytest.approx(expected, rel=1e-3)
 
 
 def test_gaussian_motion_meets_the_stroke_that_rice_gives(seat):

@@ -15,10 +15,18 @@ from reference import assert_agrees, peak
 
 import drysim
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Law, Plant, Pressed, Pressure, Samples, Sines, State
+from drysim.core.model import (
+    CoulombLaw,
+    NormalForceLaw,
+    NormalForceRecord,
+    Plant,
+    Samples,
+    Sines,
+    State,
+)
 from drysim.errors import RecordError, ScenarioError
 from drysim.scenario.load import load
-from drysim.study.case import examine, prepare
+from drysim.study.case import find_problems, prepare
 
 # A normal force in scenarios: recorded or lifting; what uses it, refuses it, and says so.
 
@@ -70,7 +78,7 @@ def test_forces_stand_for_the_mean_and_units_are_converted(scene):
     law = load(scene(values=[0.1, 0.3] * 250 + [0.2], header="F_N [kN]")).law()
     assert law.F_fk == pytest.approx(0.3 * 200, rel=1e-12)
     assert law.F_fs == pytest.approx(0.36 * 200, rel=1e-12)
-    assert law.pressure.relative[:2] == pytest.approx([0.5, 1.5], rel=1e-12)
+    assert law.force_record.relative[:2] == pytest.approx([0.5, 1.5], rel=1e-12)
 
 
 def test_resolved_scenario_runs_again(scene, tmp_path):
@@ -83,10 +91,10 @@ def test_resolved_scenario_runs_again(scene, tmp_path):
 def test_record_in_options_of_another_law_is_resolved_to_its_own_file(scene, tmp_path):
     """It kept the path that it has beside the scenario, which leads nowhere elsewhere."""
     loaded = load(scene())
-    pressed = {k: v for k, v in loaded.spoken("friction").items() if k != "law"}
+    pressed = {k: v for k, v in loaded.file_block("friction").items() if k != "law"}
     dahl = {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e5, "coulomb": pressed}
     scenario = load(scene(), {"friction": dahl})
-    assert [one.slug for one in prepare(scenario).cautions if one.slug == "unread-record"] == []
+    assert [one.slug for one in prepare(scenario).warnings if one.slug == "unread-record"] == []
     words = scenario.resolved(tmp_path / "out")
     assert words["friction"]["coulomb"]["normal_record"]["file"] == "../force.csv"
 
@@ -112,8 +120,10 @@ def test_record_is_read_once_for_all_cases_and_hashed(scene, tmp_path, monkeypat
     from drysim.records import columns, record
 
     scenario = load(scene(more=WINDOW + "sweep: {friction.mu_kinetic: [0.1, 0.2, 0.3]}\n"))
-    calls, read = [], columns.read
-    monkeypatch.setattr(record, "read", lambda *given: calls.append(given) or read(*given))
+    calls, read = [], columns.open_record
+    monkeypatch.setattr(
+        record, "open_record", lambda *given: calls.append(given) or read(*given)
+    )
     rows = list(drysim.sweep(scenario))
     assert len({row.metrics["T_a"] for row in rows}) == 3
     assert len(calls) == 1
@@ -130,12 +140,12 @@ def test_sidecar_names_the_record(scene, tmp_path, capsys):
 
 def test_other_approaches_take_the_mean_in_a_comparison(scene):
     scenario = load(scene())
-    mean = scenario.law().pressure.mean
+    mean = scenario.law().force_record.mean
     law = scenario.with_approach("signum").law()
-    assert not isinstance(law, Pressed)
+    assert not isinstance(law, NormalForceLaw)
     assert law.F_fk == pytest.approx(0.3 * mean, rel=1e-12)
-    losses = scenario.losses("signum")
-    assert "signum knows no varying normal force and takes it as constant" in losses
+    omissions = scenario.omissions("signum")
+    assert "signum knows no varying normal force and takes it as constant" in omissions
 
 
 def test_other_laws_take_the_mean_in_a_comparison(scene):
@@ -169,7 +179,7 @@ def test_other_laws_take_the_mean_in_a_comparison(scene):
     ],
 )
 def test_faults_are_told_before_anything_is_computed(scene, force, more, sentence):
-    problems = examine(str(scene(force, more)))
+    problems = find_problems(str(scene(force, more)))
     assert [problem.severity for problem in problems] == ["error"]
     assert sentence in problems[0].sentence
 
@@ -181,10 +191,10 @@ def test_faults_are_told_before_anything_is_computed(scene, force, more, sentenc
 def test_force_that_interpolation_takes_away_is_a_warning(scene, amplitude, frequency, slugs):
     t = np.arange(501) / 100
     values = 100 + amplitude * np.sin(2 * np.pi * frequency * t)
-    pressure = load(scene(values=values)).law().pressure
-    assert [caution.slug for caution in pressure.cautions] == slugs
+    force_record = load(scene(values=values)).law().force_record
+    assert [caution.slug for caution in force_record.warnings] == slugs
     if slugs:
-        assert "of 28.26 N RMS, " in pressure.cautions[0].sentence
+        assert "of 28.26 N RMS, " in force_record.warnings[0].sentence
 
 
 def test_unit_is_mandatory(scene):
@@ -215,7 +225,7 @@ def test_end_stops_refuse_surfaces_that_part(scene, force):
 
 def test_faintest_force_that_varies_holds_what_nothing_pulls():
     """The squares of its rates are below the numbers: a margin that stays was missed."""
-    law = Law(1e-300, 1e-300, 0.5, 1.0, 0.0)
+    law = CoulombLaw(1e-300, 1e-300, 0.5, 1.0, 0.0)
     still = Samples(np.zeros(3), 2.5)
     events = StickSlip().solve(Plant(1.0, 1.0, 0.0), law, still, State(0.0, 0.0), 2.5).events
     assert events.t.tolist() == [0.0]
@@ -232,16 +242,18 @@ def recorded(n, step, swing, seed=2):
     values = np.random.default_rng(seed).standard_normal(n)
     values = np.convolve(values, np.hanning(9), mode="same")
     values *= swing / np.std(values)
-    return Pressure(1.0 + values - values.mean(), step, 100.0)
+    return NormalForceRecord(1.0 + values - values.mean(), step, 100.0)
 
 
 FORCES = {
-    "touching": Pressed(30.0, 36.0, 1.0, 2 * math.pi * 2.3, 0.4),
-    "lifting": Pressed(30.0, 30.0, 1.6, 2 * math.pi * 0.7, 0.4),
-    "hammering": Pressed(30.0, 45.0, 1.3, 2 * math.pi * 5.7, 0.0),
-    "recorded": Pressed(30.0, 36.0, pressure=recorded(400, 0.0107, 0.2)),
-    "record that lifts": Pressed(30.0, 36.0, pressure=recorded(400, 0.0107, 0.9)),
-    "record of the same step": Pressed(30.0, 30.0, pressure=recorded(1300, STEP, 0.9)),
+    "touching": NormalForceLaw(30.0, 36.0, 1.0, 2 * math.pi * 2.3, 0.4),
+    "lifting": NormalForceLaw(30.0, 30.0, 1.6, 2 * math.pi * 0.7, 0.4),
+    "hammering": NormalForceLaw(30.0, 45.0, 1.3, 2 * math.pi * 5.7, 0.0),
+    "recorded": NormalForceLaw(30.0, 36.0, force_record=recorded(400, 0.0107, 0.2)),
+    "record that lifts": NormalForceLaw(30.0, 36.0, force_record=recorded(400, 0.0107, 0.9)),
+    "record of the same step": NormalForceLaw(
+        30.0, 30.0, force_record=recorded(1300, STEP, 0.9)
+    ),
 }
 each_force = pytest.mark.parametrize("law", FORCES.values(), ids=FORCES)
 each_base = pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sine", "noise"])
@@ -249,17 +261,20 @@ each_base = pytest.mark.parametrize("motion", [sine(1.0, 1.6), NOISE], ids=["sin
 
 def load_of(law):
     """Give the normal force, below zero where the surfaces have parted."""
-    if law.pressure is None:
+    if law.force_record is None:
         return lambda t: 1.0 + law.variation * math.sin(law.omega * t + law.phase)
-    t, values = np.arange(len(law.pressure.relative)) * law.pressure.step, law.pressure.relative
+    t, values = (
+        np.arange(len(law.force_record.relative)) * law.force_record.step,
+        law.force_record.relative,
+    )
     return lambda now: np.interp(now, t, values)
 
 
 def kinks_of(law, motion, end):
     """Give the times at which a force or ü has a kink."""
     kinks = [np.arange(0.0, end, motion.dt)] if isinstance(motion, Samples) else []
-    if law.pressure is not None:
-        kinks.append(np.arange(0.0, end, law.pressure.step))
+    if law.force_record is not None:
+        kinks.append(np.arange(0.0, end, law.force_record.step))
     return np.unique(np.concatenate(kinks).round(12)) if kinks else ()
 
 
@@ -313,21 +328,21 @@ class TestInvariants(Invariants):
 
 @each_base
 def test_constant_record_is_a_constant_force(motion):
-    flat = Pressure(np.ones(1000), 0.0071, 100.0)
-    one = solved(Pressed(30.0, 40.0, pressure=flat), motion, duration=2.9)
-    other = solved(Law(30.0, 40.0), motion, duration=2.9)
+    flat = NormalForceRecord(np.ones(1000), 0.0071, 100.0)
+    one = solved(NormalForceLaw(30.0, 40.0, force_record=flat), motion, duration=2.9)
+    other = solved(CoulombLaw(30.0, 40.0), motion, duration=2.9)
     assert np.abs(one.x_r - other.x_r).max() < 1e-12 * np.abs(other.x_r).max()
     assert one.events.kind.tolist() == other.events.kind.tolist()
     assert np.abs(one.events.t - other.events.t).max() < 1e-11
-    totals, others = one.track.totals(0.4, 2.8), other.track.totals(0.4, 2.8)
+    totals, others = one.trajectory.totals(0.4, 2.8), other.trajectory.totals(0.4, 2.8)
     assert totals[:7] == pytest.approx(others[:7], rel=1e-11)
 
 
 def test_constant_record_is_a_constant_force_over_steps_that_hold_many_events():
     motion = Samples(noise(8000, 1.0, seed=3).u_dd[::160], 160 * STEP)
-    flat = Pressure(np.ones(3), 50.0, 100.0)
-    one = solved(Pressed(30.0, 40.0, pressure=flat), motion)
-    other = solved(Law(30.0, 40.0), motion)
+    flat = NormalForceRecord(np.ones(3), 50.0, 100.0)
+    one = solved(NormalForceLaw(30.0, 40.0, force_record=flat), motion)
+    other = solved(CoulombLaw(30.0, 40.0), motion)
     assert one.events.kind.tolist() == other.events.kind.tolist()
     assert np.abs(one.events.t - other.events.t).max() < 1e-11
     assert np.abs(one.x_r - other.x_r).max() < 1e-12 * np.abs(other.x_r).max()
@@ -336,7 +351,7 @@ def test_constant_record_is_a_constant_force_over_steps_that_hold_many_events():
 @each_force
 @each_base
 def test_motion_that_ends_within_a_step_is_the_beginning_of_a_longer_one(law, motion):
-    short, long = (solved(law, motion, duration=end).track for end in (0.4013, 0.9))
+    short, long = (solved(law, motion, duration=end).trajectory for end in (0.4013, 0.9))
     assert short.state(0.4013)[:2] == pytest.approx(long.state(0.4013)[:2], rel=1e-9)
     one, other = short.totals(0.1, 0.4013), long.totals(0.1, 0.4013)
     assert one[:7] == pytest.approx(other[:7], rel=1e-9)
@@ -346,19 +361,22 @@ def test_motion_that_ends_within_a_step_is_the_beginning_of_a_longer_one(law, mo
 def test_force_that_stays_above_zero_is_that_of_a_varying_limit(motion):
     """The two ways to the same limits: by a wave among the others, and by modes."""
     words = (30.0, 40.0, 0.6, 2 * math.pi * 1.7, 0.3)
-    one, other = (solved(law, motion, duration=2.9) for law in (Pressed(*words), Law(*words)))
+    one, other = (
+        solved(law, motion, duration=2.9)
+        for law in (NormalForceLaw(*words), CoulombLaw(*words))
+    )
     assert np.abs(one.x_r - other.x_r).max() < 1e-11 * np.abs(other.x_r).max()
 
 
 class TestTouchingZero(TouchingZero):
-    law = Pressed(30.0, 36.0, 1.0, 2 * math.pi * 2.3)
+    law = NormalForceLaw(30.0, 36.0, 1.0, 2 * math.pi * 2.3)
 
 
 def test_mass_that_is_never_touched_moves_freely():
-    apart = Pressure(np.array([1.0, -1.0, -1.0]), 1e-9, 1.0)
+    apart = NormalForceRecord(np.array([1.0, -1.0, -1.0]), 1e-9, 1.0)
     motion = sine(1.0, 1.6)
-    response = solved(Pressed(30.0, 40.0, pressure=apart), motion, duration=2.0)
-    free = solved(Law(0.0, 0.0), motion, duration=2.0)
+    response = solved(NormalForceLaw(30.0, 40.0, force_record=apart), motion, duration=2.0)
+    free = solved(CoulombLaw(0.0, 0.0), motion, duration=2.0)
     assert "lift" in response.events.names[:4]
     assert np.abs(response.x_r - free.x_r).max() < 1e-9 * np.abs(free.x_r).max()
 
@@ -372,17 +390,19 @@ def test_mass_at_rest_stays_at_rest_through_lift_and_landing():
 def test_split_run_equals_the_whole():
     law = FORCES["record that lifts"]
     whole, cut = solved(law, NOISE), 428 * STEP  # the hundredth sample of the force
-    force = law.pressure.relative[100:]
+    force = law.force_record.relative[100:]
     rest = Samples(NOISE.u_dd[428:], STEP)
-    later = law._replace(pressure=Pressure(force, law.pressure.step, 100.0))
-    part = solved(later, rest, start=State(*whole.track.state(cut)[:2]))
+    later = law._replace(force_record=NormalForceRecord(force, law.force_record.step, 100.0))
+    part = solved(later, rest, start=State(*whole.trajectory.state(cut)[:2]))
     assert np.abs(part.x_r - whole.x_r[428:]).max() < 1e-12
 
 
 def test_orbit_of_a_lifting_force_closes():
-    law = Pressed(30.0, 36.0, 1.4, 2 * math.pi * 0.8, 0.3)
+    law = NormalForceLaw(30.0, 36.0, 1.4, 2 * math.pi * 0.8, 0.3)
     orbit = StickSlip().orbit(PAPER, law, sine(1.0, 1.6), REST, 1 / 0.8)
     assert orbit.settled
     assert orbit.closure <= 1e-12
-    track = solved(law, sine(1.0, 1.6), start=State(*orbit.state[:2]), duration=1 / 0.8).track
-    assert track.state(1 / 0.8)[:2] == pytest.approx(orbit.state[:2], rel=1e-10)
+    trajectory = solved(
+        law, sine(1.0, 1.6), start=State(*orbit.state[:2]), duration=1 / 0.8
+    ).trajectory
+    assert trajectory.state(1 / 0.8)[:2] == pytest.approx(orbit.state[:2], rel=1e-10)

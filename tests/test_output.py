@@ -26,28 +26,28 @@ import drysim
 from drysim import output
 from drysim.approach.stick_slip import StickSlip
 from drysim.bench import speed_error
-from drysim.core.model import Input, Law, Sines, Slider, State
-from drysim.errors import Caution, OutputError
+from drysim.core.model import CoulombLaw, ElasticContactLaw, Input, Sines, State
+from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.output import folder, many, tables
-from drysim.output.folder import RESULTS, finish, mark, written
-from drysim.output.sidecar import Ending
-from drysim.output.tables import transmissibility
+from drysim.output.folder import RESULT_FILES, install_partial, result_files, write_marker
+from drysim.output.sidecar import Provenance
+from drysim.output.tables import write_transmissibility_csv
 from drysim.plots import style
 from drysim.plots.response import (
-    BEYOND,
-    CROWDED,
-    MASS,
-    THIN,
-    curve,
+    CROWDED_MARKERS,
+    MASS_STYLE,
+    THIN_LINEWIDTH,
+    VIOLATION_STYLE,
+    curve_with_events,
     draw,
     envelope,
     excursions,
-    of_mass,
+    mass_style,
     response,
-    stuck_stretches,
-    zoom,
+    stuck_intervals,
+    zoom_slice,
 )
 from drysim.study import compare as study_compare
 from drysim.study.statistics import FAILED, NOT_SETTLED, Row
@@ -62,7 +62,7 @@ pytestmark = pytest.mark.usefixtures("place")
 def write(folder, made=None, **words):
     options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
     place = Path(folder) if isinstance(folder, str) else folder
-    return output.write(made or outcome(), place, **options | words)
+    return output.write_run(made or outcome(), place, **options | words)
 
 
 def columns(file):
@@ -76,14 +76,14 @@ def columns(file):
 
 
 def test_response_reads_back_to_the_last_bit():
-    made = outcome(Law(45.0, 54.0), record(700))
+    made = outcome(CoulombLaw(45.0, 54.0), record(700))
     write("out", made)
     table = columns("out/response.csv")
     assert list(table) == [
         "t [s]", "u_dd [m/s2]", "x_r [m]", "v_r [m/s]", "x_dd [m/s2]", "F_f [N]", "stuck [-]",
     ]  # fmt: skip
     for name in ("t", "u_dd", "x_r", "v_r", "x_dd", "F_f", "stuck"):
-        read = np.array(table[f"{name} [{tables.UNITS[name]}]"], dtype=float)
+        read = np.array(table[f"{name} [{tables.COLUMN_UNITS[name]}]"], dtype=float)
         assert np.array_equal(read, getattr(made.response, name)), name
     assert set(table["stuck [-]"]) == {"0", "1"}
 
@@ -91,14 +91,14 @@ def test_response_reads_back_to_the_last_bit():
 def test_blocks_give_the_same_file_as_one_piece(monkeypatch):
     made = outcome()
     write("one", made)
-    monkeypatch.setattr(tables, "BLOCK", 7)
+    monkeypatch.setattr(tables, "BLOCK_SIZE", 7)
     write("many", made)
     for name in ("response.csv", "events.csv"):
         assert Path("one", name).read_bytes() == Path("many", name).read_bytes()
 
 
 def test_tables_have_unix_lines_and_no_negative_zero():
-    write("out", outcome(Law(500.0, 500.0)))
+    write("out", outcome(CoulombLaw(500.0, 500.0)))
     data = Path("out/response.csv").read_bytes()
     assert data.endswith(b"\n")
     assert b"\r" not in data
@@ -131,15 +131,15 @@ def test_stroke_violations_are_written_only_when_the_limit_was_met():
 def test_violation_while_settling_shows_its_own_peak():
     made = outcome(limit=0.005)
     made.metrics["x_r_peak"] = 0.001
-    whole = Caution("stroke-violated", "met", {"x_r_peak": 0.007})
+    whole = WarningMessage("stroke-violated", "met", {"x_r_peak": 0.007})
     write("out", replace(made, warnings=(whole,)))
     assert columns("out/stroke_violations.csv")["x_r_peak [m]"] == ("0.007",)
 
 
 def test_long_table_is_quick(tmp_path):
-    made = outcome(Law(15.0, 15.0), record(24_000), None)
+    made = outcome(CoulombLaw(15.0, 15.0), record(24_000), None)
     began = time.process_time()
-    tables.response(made, tmp_path)
+    tables.write_response_csv(made, tmp_path)
     # 0.06 s on an idle machine; the bound leaves room for a busy one.
     assert time.process_time() - began < 0.6
 
@@ -149,7 +149,7 @@ def test_long_table_is_quick(tmp_path):
 
 def test_events_stand_upright_in_the_friction_loop():
     made = outcome()
-    drawn = curve(made.response, slice(None))
+    drawn = curve_with_events(made.response, slice(None))
     inside = len(made.events) - 1
     assert len(drawn.t) == len(made.response.x_r) + 2 * inside
     assert np.all(np.diff(drawn.t) >= 0)
@@ -160,8 +160,8 @@ def test_events_stand_upright_in_the_friction_loop():
 
 
 def test_acceleration_before_and_after_an_event_differs_by_the_force():
-    made = outcome(Law(15.0, 15.0))
-    drawn = curve(made.response, slice(None))
+    made = outcome(CoulombLaw(15.0, 15.0))
+    drawn = curve_with_events(made.response, slice(None))
     jump = np.abs(np.diff(drawn.x_dd)).max()
     assert jump == pytest.approx(2 * 15.0 / 75.0, rel=1e-9)
 
@@ -170,7 +170,7 @@ def test_acceleration_before_and_after_an_event_differs_by_the_force():
 def test_loop_of_a_steady_orbit_is_closed(multiple):
     made = outcome()
     numerics = replace(made.response.numerics, period_multiple=multiple)
-    steady = replace(made, response=replace(made.response, how=lambda: numerics))
+    steady = replace(made, response=replace(made.response, compute_numerics=lambda: numerics))
     loop = draw(steady).axes[-1].lines[0].get_xydata()
     assert (loop[0] == loop[-1]).all() == (multiple is not None)
 
@@ -182,23 +182,23 @@ def test_motion_is_drawn_to_its_end_where_steps_are_longer_than_all_of_it():
     assert above.get_xlim() == (0.0, 1.0)
     assert len(below.lines[0].get_xdata()) == 1 + 2 * (len(response.events) - 1) > 5
     shaded = {(patch.get_x(), patch.get_width()) for patch in above.patches}
-    assert shaded == {*stuck_stretches(response, 0.0, 1.0)} != set()
+    assert shaded == {*stuck_intervals(response, 0.0, 1.0)} != set()
 
 
 def test_stuck_stretches_end_with_the_next_slip():
     made = outcome()
     end = made.response.t[-1]
-    stretches = stuck_stretches(made.response, 0.0, end)
+    stretches = stuck_intervals(made.response, 0.0, end)
     share = sum(length for _, length in stretches) / end
     assert share == pytest.approx(made.metrics["stuck_share"], rel=1e-9)
-    assert stuck_stretches(outcome(Law(0.0, 0.0)).response, 0.0, 1.0) == []
+    assert stuck_intervals(outcome(CoulombLaw(0.0, 0.0)).response, 0.0, 1.0) == []
 
 
 def test_zoom_holds_the_largest_stroke_and_fits_the_response():
-    made = outcome(Law(15.0, 15.0), record(9_000), None).response
+    made = outcome(CoulombLaw(15.0, 15.0), record(9_000), None).response
     peak = np.abs(made.x_r)
     for settled in (0, 5_000, 8_999):
-        part = zoom(made, settled * made.dt)
+        part = zoom_slice(made, settled * made.dt)
         assert peak[part].max() >= peak[settled:].max()
         assert 0 <= part.start < part.stop <= len(made.x_r)
 
@@ -221,8 +221,8 @@ def test_excursions_are_found_at_their_largest():
 
 SCENES = {
     "steady": {},
-    "stuck": {"law": Law(500.0, 500.0), "limit": 0.025},
-    "frictionless": {"law": Law(0.0, 0.0)},
+    "stuck": {"law": CoulombLaw(500.0, 500.0), "limit": 0.025},
+    "frictionless": {"law": CoulombLaw(0.0, 0.0)},
     "free": {"motion": Sines((), (), ()), "start": State(0.02, 0.0)},
     "at rest": {"motion": Sines((), (), ()), "limit": 0.025},
     "one step": {"duration": 2.5e-3},
@@ -240,7 +240,7 @@ def test_picture_is_drawn_without_a_warning(scene, tmp_path):
 
 
 def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
-    figure = draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.01))
+    figure = draw(outcome(CoulombLaw(15.0, 15.0), record(24_000), None, limit=0.01))
     assert len(figure.axes) == 5
     for panel in figure.axes:
         assert panel.get_title("left").endswith("]")
@@ -275,10 +275,10 @@ def test_line_with_very_many_turning_points_is_thin():
     made = outcome(motion=record(2_000)._replace(u_dd=rough), duration=None)
     smooth = outcome()
     widths = [labelled(draw(one).axes[-3], "mass ẍ").get_linewidth() for one in (made, smooth)]
-    assert widths == [THIN, MASS["linewidth"]]
+    assert widths == [THIN_LINEWIDTH, MASS_STYLE["linewidth"]]
     level = np.where(np.arange(4_000) % 2, 45.0, np.nextafter(45.0, 0.0))
-    assert of_mass(np.append(level, -45.0)) == MASS
-    assert of_mass(level[:1]) == of_mass(np.array([np.nan])) == MASS
+    assert mass_style(np.append(level, -45.0)) == MASS_STYLE
+    assert mass_style(level[:1]) == mass_style(np.array([np.nan])) == MASS_STYLE
 
 
 def legend(figure):
@@ -287,25 +287,25 @@ def legend(figure):
 
 
 def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
-    made = outcome(Slider(30.0, 20e3))
+    made = outcome(ElasticContactLaw(30.0, 20e3))
     assert made.metrics["stuck_share"] == 0.0
     assert {"contact holds", "friction limit ±$F_{fk}$"} <= legend(draw(made))
-    assert {"stuck", "static limit ±$F_{fs}$"} <= legend(draw(outcome(Law(45.0, 54.0))))
+    assert {"stuck", "static limit ±$F_{fs}$"} <= legend(draw(outcome(CoulombLaw(45.0, 54.0))))
 
 
 def test_framed_stretch_is_less_than_half_of_the_run():
-    made = outcome(Law(15.0, 15.0), record(1_000), None)
-    part = zoom(made.response, 0.0)
+    made = outcome(CoulombLaw(15.0, 15.0), record(1_000), None)
+    part = zoom_slice(made.response, 0.0)
     assert 150 < part.stop - part.start < 500
 
 
 def test_crosses_of_many_violations_are_small_enough_to_show_the_peaks():
-    figure = draw(outcome(Law(15.0, 15.0), record(24_000), None, limit=0.001))
+    figure = draw(outcome(CoulombLaw(15.0, 15.0), record(24_000), None, limit=0.001))
     crosses = [
         line for axes in figure.axes for line in axes.lines if line.get_label() == "limit met"
     ]
-    sizes = {len(line.get_xdata()) > CROWDED: line.get_markersize() for line in crosses}
-    assert sizes[True] < BEYOND["markersize"]
+    sizes = {len(line.get_xdata()) > CROWDED_MARKERS: line.get_markersize() for line in crosses}
+    assert sizes[True] < VIOLATION_STYLE["markersize"]
 
 
 @pytest.mark.parametrize("name", ["W" * 90, "W" * 3_000, "a long name " * 12, "i" * 85, "seat"])
@@ -324,7 +324,9 @@ def test_words_about_the_base_motion_are_told_to_their_end():
     made = outcome(motion=record(1_000)._replace(realised={"psd_error": 0.00459}))
     files = tuple(Input("a-record-with-a-rather-long-name.csv", "", 1) for _ in range(3))
     motion = made.response.motion._replace(inputs=files)
-    words = style.lines(replace(made, response=replace(made.response, motion=motion)))[1]
+    words = style.response_heading(
+        replace(made, response=replace(made.response, motion=motion))
+    )[1]
     assert " ".join(words).endswith("PSD within 0.459 % of its peak")
 
 
@@ -353,7 +355,9 @@ def test_limit_far_beyond_the_motion_is_left_out():
 
 def test_sidecar_tells_what_made_the_numbers(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
-    made = outcome(Law(15.0, 15.0), record(700), None, checks=["T_a < 9"], warnings=["careful"])
+    made = outcome(
+        CoulombLaw(15.0, 15.0), record(700), None, checks=["T_a < 9"], warnings=["careful"]
+    )
     told = write("out", made)
     assert told == json.loads(Path("out/drysim.json").read_text())
     assert (told["format"], told["complete"], told["exit_code"]) == (1, True, 0)
@@ -380,12 +384,12 @@ def test_sidecar_tells_what_made_the_numbers(monkeypatch):
 @pytest.mark.parametrize("epoch", ["", "soon", "-", "9" * 30])
 def test_senseless_source_date_is_the_time_of_day(monkeypatch, epoch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
-    assert output.of_run(outcome(), Ending("", 0, {}))["created"] > "2024"
+    assert output.run_fields(outcome(), Provenance("", 0, {}))["created"] > "2024"
 
 
 def test_sidecar_names_no_folder_of_the_user():
     made = outcome(
-        Law(15.0, 15.0), record(700), None,
+        CoulombLaw(15.0, 15.0), record(700), None,
         warnings=["/home/joe/road.csv:3: gravity in m/s2, a/b", "see C:\\Users\\joe\\x.csv"],
         origin={
             "file": "/home/joe smith/seat.yaml",
@@ -394,7 +398,7 @@ def test_sidecar_names_no_folder_of_the_user():
         },
     )  # fmt: skip
     command = "drysim run '/home/joe smith/seat.yaml' --out=/tmp/joe/x -o ~joe/y --set a=m/s2"
-    told = output.of_run(made, Ending(command, 0, {}))
+    told = output.run_fields(made, Provenance(command, 0, {}))
     assert "joe" not in json.dumps(told)
     assert told["command"] == "drysim run seat.yaml --out=x -o y --set a=m/s2"
     assert told["scenario"]["overrides"] == {
@@ -406,7 +410,7 @@ def test_sidecar_names_no_folder_of_the_user():
 def test_sidecar_is_strict_json_whatever_the_numbers():
     made = outcome()
     made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
-    told = json.loads(output.json_text(output.of_run(made, Ending("", 3, {}))))
+    told = json.loads(output.json_text(output.run_fields(made, Provenance("", 3, {}))))
     assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
     assert told["metrics"]["violations"] == 3
     assert told["complete"] is False
@@ -499,7 +503,7 @@ def foreign_replaced():
 def test_what_is_not_ours_is_refused_and_stays(plant, sentence):
     plant()
     before = tree()
-    for attempt in (output.check, write):
+    for attempt in (output.check_writable, write):
         with pytest.raises(OutputError, match=sentence) as fault:
             attempt(Path("out"))
         assert "--out" in fault.value.hint
@@ -523,7 +527,7 @@ def test_folder_that_cannot_be_is_refused_before_any_work(folder, sentence):
     Path("file").write_text("mine")
     before = tree()
     with pytest.raises(OutputError, match=sentence) as fault:
-        output.check(Path(folder))
+        output.check_writable(Path(folder))
     assert fault.value.hint
     assert tree() == before
 
@@ -532,11 +536,11 @@ def test_folder_that_cannot_be_is_refused_before_any_work(folder, sentence):
 def test_folder_without_permission_is_refused():
     Path("locked").mkdir(mode=0o500)
     with pytest.raises(OutputError, match="permission denied"):
-        output.check(Path("locked/out"))
+        output.check_writable(Path("locked/out"))
 
 
 def test_check_leaves_no_trace():
-    output.check(Path("a/b/out"))
+    output.check_writable(Path("a/b/out"))
     assert tree() == {}
     assert names(".") == []
 
@@ -544,9 +548,9 @@ def test_check_leaves_no_trace():
 @contextlib.contextmanager
 def fresh(folder):
     """Give an empty folder that takes its place when the block ends well."""
-    with output.claim_partial(folder) as claim:
+    with output.lock_partial(folder) as claim:
         yield claim.partial
-        finish(claim)
+        install_partial(claim)
 
 
 def fail_half_way(fault):
@@ -575,7 +579,7 @@ def test_two_at_once_do_not_mix():
             fresh(Path("out")),
         ):
             pass
-        mark(partial, '{"format": 1, "files": {"response.csv": ""}}')
+        write_marker(partial, '{"format": 1, "files": {"response.csv": ""}}')
     assert Path("out/response.csv").read_text() == "first"
 
 
@@ -588,7 +592,7 @@ def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, 
     def put(word):
         with fresh(Path("out")) as partial:
             (partial / "events.csv").write_text(word)
-            mark(partial, '{"format": 1, "files": {"events.csv": ""}}')
+            write_marker(partial, '{"format": 1, "files": {"events.csv": ""}}')
 
     put("old")
     seen = []
@@ -605,7 +609,7 @@ def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial(monkeypatch, 
         assert word in {"old", "new", "partial"}
         seen.append(word)
         assert set(names(".")) <= {"out", "out.partial", "out.replaced"}
-        output.check(Path("out"))
+        output.check_writable(Path("out"))
         put("old")
         assert names(".") == ["out"]
         assert Path("out/events.csv").read_text() == "old"
@@ -634,7 +638,7 @@ def test_file_of_the_user_in_the_partial_is_refused_and_stays(name, resume):
     before = tree()
     with (
         pytest.raises(OutputError, match=f"out.partial holds {name}, which drysim did not"),
-        output.claim_partial(Path("out"), resume),
+        output.lock_partial(Path("out"), resume),
     ):
         pass
     assert tree() == before
@@ -643,7 +647,7 @@ def test_file_of_the_user_in_the_partial_is_refused_and_stays(name, resume):
 @pytest.mark.parametrize("name", STRANGERS)
 def test_file_put_into_the_partial_meanwhile_is_never_removed(name):
     def fail():
-        with output.claim_partial(Path("out")) as claim:
+        with output.lock_partial(Path("out")) as claim:
             (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
             (claim.partial / name).write_text("mine")
             raise KeyboardInterrupt
@@ -652,20 +656,20 @@ def test_file_put_into_the_partial_meanwhile_is_never_removed(name):
         fail()
     assert Path("out.partial", name).read_text() == "mine"
     shutil.rmtree("out.partial")
-    with output.claim_partial(Path("out")) as claim:
+    with output.lock_partial(Path("out")) as claim:
         (claim.partial / name).parent.mkdir(exist_ok=True, parents=True)
         (claim.partial / name).write_text("mine")
         assert name not in write(claim)["files"]
     assert Path("out", name).read_text() == "mine"
     with pytest.raises(OutputError, match="which drysim did not write"):
-        output.check(Path("out"))
+        output.check_writable(Path("out"))
 
 
 def test_file_put_into_the_old_folder_meanwhile_is_never_removed():
     write("out")
 
     def late():
-        with output.claim_partial(Path("out")) as claim:
+        with output.lock_partial(Path("out")) as claim:
             Path("out/notes.txt").write_text("mine")
             write(claim)
 
@@ -679,15 +683,18 @@ def test_every_file_that_drysim_writes_is_known_by_its_name():
     files = [*package.glob("output/*.py"), *package.glob("plots/*.py")]
     words = "".join(file.read_text(encoding="utf-8") for file in files)
     named = {*re.findall(r'folder / "([^"]+)"', words), "scenario.yaml"}
-    named |= {f"{name}.yaml" for name, _ in (*speed_error.GALLERY, *speed_error.STEADY)}
+    named |= {
+        f"{name}.yaml"
+        for name, _ in (*speed_error.BENCH_SCENARIOS, *speed_error.STEADY_SCENARIOS)
+    }
     assert len(named) > 15
-    assert [name for name in named if not RESULTS.fullmatch(name)] == []
+    assert [name for name in named if not RESULT_FILES.fullmatch(name)] == []
 
 
 @pytest.mark.parametrize("again", [False, True], ids=["removed", "of another"])
 def test_partial_that_is_removed_meanwhile_is_told(again):
     def lose():
-        with output.claim_partial(Path("out")) as claim:
+        with output.lock_partial(Path("out")) as claim:
             shutil.rmtree(claim.partial)
             if again:
                 claim.partial.mkdir()
@@ -728,8 +735,8 @@ def fresh_word(word):
         inner.mkdir(parents=True)
         (inner / "000000000000.parquet").write_text(word)
         (partial / "events.csv").write_text(word)
-        files = {path.relative_to(partial).as_posix(): "" for path in written(partial)}
-        mark(partial, json.dumps({"format": 1, "files": files}))
+        files = {path.relative_to(partial).as_posix(): "" for path in result_files(partial)}
+        write_marker(partial, json.dumps({"format": 1, "files": files}))
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
@@ -764,7 +771,7 @@ def small(**words):
 
 def tables_write(table, folder="out", **words):
     options = {"plots": False, "command": "drysim sweep seat.yaml", "exit_code": 0}
-    target = folder if isinstance(folder, output.Claim) else Path(folder)
+    target = folder if isinstance(folder, output.LockedFolder) else Path(folder)
     return output.write_table(table, target, **options | words)
 
 
@@ -866,7 +873,7 @@ def test_deviation_of_an_approach_without_friction_is_known_at_every_case():
     found = study_compare.deviations(made, "viscous")
     assert [one.row.point[FORCE] for one in found] == [0.0, 15.0, 45.0]
     assert found[0].value == pytest.approx(0.0, abs=1e-12)
-    assert study_compare.worst_of(found) is found[2]
+    assert study_compare.largest_deviation(found) is found[2]
 
 
 def test_comparison_of_one_case_has_no_swept_columns():
@@ -888,9 +895,9 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
     table = replace(sweep(*axes(frequency=[2.0])), axes=(swept,), rows=tuple(rows))
     made = replace(orbits(["stick-slip"]), table=table)
     began = time.process_time()
-    transmissibility(table, tmp_path)
-    tables.comparison(made, tmp_path)
-    many.of_comparison(made, Ending("", 0, {}))
+    write_transmissibility_csv(table, tmp_path)
+    tables.write_comparison_csv(made, tmp_path)
+    many.comparison_fields(made, Provenance("", 0, {}))
     # 50 µs a case on an idle machine; a scan of all rows for each would take seconds.
     assert (time.process_time() - began) / count < 5e-4
 
@@ -899,7 +906,7 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path, count):
 
 
 def test_sidecar_of_a_sweep_tells_extremes_with_where():
-    table = replace(small(), warnings=(Caution("slug", "careful"),))
+    table = replace(small(), warnings=(WarningMessage("slug", "careful"),))
     told = tables_write(table)
     assert told == json.loads(Path("out/drysim.json").read_text())
     numerics, metrics = told["numerics"], told["metrics"]
@@ -981,14 +988,14 @@ CASES = '{"what": 1}\n{"number": 0}\n'
 
 def interrupted(cases=CASES, table=None):
     """Leave a sweep half done, as Ctrl-C does."""
-    with output.claim_partial(Path("out")) as claim:
+    with output.lock_partial(Path("out")) as claim:
         claim.journal.write_text(cases)
         return tables_write(small() if table is None else table, claim, exit_code=130)
 
 
 def test_claim_is_finished_in_place_of_the_old_folder():
     tables_write(small(), plots=True)
-    with output.claim_partial(Path("out")) as claim:
+    with output.lock_partial(Path("out")) as claim:
         assert claim.partial == Path("out.partial")
         claim.journal.write_text(CASES)
         tables_write(small(limit=0.015), claim)
@@ -1014,7 +1021,7 @@ def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
 
 def test_resume_keeps_the_finished_cases_and_nothing_else():
     interrupted()
-    with output.claim_partial(Path("out"), resume=True) as claim:
+    with output.lock_partial(Path("out"), resume=True) as claim:
         assert names(claim.partial) == ["cases.jsonl", "drysim.json"]
         assert claim.journal.read_text() == CASES
         tables_write(small(), claim)
@@ -1023,7 +1030,7 @@ def test_resume_keeps_the_finished_cases_and_nothing_else():
 
 def test_without_resume_a_sweep_begins_anew():
     interrupted()
-    with output.claim_partial(Path("out")) as claim:
+    with output.lock_partial(Path("out")) as claim:
         assert names(claim.partial) == ["drysim.json"]
 
 
@@ -1039,7 +1046,7 @@ def test_nothing_stays_of_a_sweep_without_a_finished_case():
 )
 def test_fault_in_a_sweep_keeps_finished_cases_only(cases, left):
     def fail():
-        with output.claim_partial(Path("out")) as claim:
+        with output.lock_partial(Path("out")) as claim:
             if cases:
                 claim.journal.write_text(cases)
             raise KeyboardInterrupt
@@ -1053,10 +1060,10 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(output, "own", full)
+    monkeypatch.setattr(output, "write_scenario_yaml", full)
 
     def end():
-        with output.claim_partial(Path("out")) as claim:
+        with output.lock_partial(Path("out")) as claim:
             claim.journal.write_text(CASES)
             tables_write(small(), claim)
 
@@ -1070,7 +1077,7 @@ def test_foreign_partial_is_refused_and_stays():
     Path("out.partial/cases.jsonl").write_text("mine")
     with (
         pytest.raises(OutputError, match=r"out\.partial was not written by drysim"),
-        output.claim_partial(Path("out"), resume=True),
+        output.lock_partial(Path("out"), resume=True),
     ):
         pass
     assert Path("out.partial/cases.jsonl").read_text() == "mine"
@@ -1078,12 +1085,12 @@ def test_foreign_partial_is_refused_and_stays():
 
 @pytest.mark.skipif(os.name == "nt", reason="folders cannot be locked there")
 def test_two_sweeps_at_once_do_not_mix():
-    with output.claim_partial(Path("out")) as claim:
+    with output.lock_partial(Path("out")) as claim:
         claim.journal.write_text(CASES)
         for resume in (False, True):
             with (
                 pytest.raises(OutputError, match="another drysim is writing out"),
-                output.claim_partial(Path("out"), resume),
+                output.lock_partial(Path("out"), resume),
             ):
                 pass
         assert claim.journal.read_text() == CASES
@@ -1092,21 +1099,21 @@ def test_two_sweeps_at_once_do_not_mix():
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_kill_at_any_instant_leaves_what_resumes():
     def act():
-        with output.claim_partial(Path("out"), resume=True) as claim:
+        with output.lock_partial(Path("out"), resume=True) as claim:
             claim.journal.write_text(CASES)
             (claim.partial / "events.csv").write_text("new")
-            folder.mark(claim.partial, '{"format": 1, "files": {"events.csv": ""}}')
-            folder.finish(claim)
+            folder.write_marker(claim.partial, '{"format": 1, "files": {"events.csv": ""}}')
+            folder.install_partial(claim)
 
     at, kept = [], 0
     for passed in kills(act):
         at.append(passed)
-        output.check(Path("out"))
+        output.check_writable(Path("out"))
         assert set(names(".")) <= {"out", "out.partial"}
         if Path("out.partial/cases.jsonl").exists():
             kept += 1
             assert not Path("out").exists()
-            with output.claim_partial(Path("out"), resume=True) as claim:
+            with output.lock_partial(Path("out"), resume=True) as claim:
                 assert claim.journal.read_text() in ("", CASES)
         act()
         assert names("out") == ["drysim.json", "events.csv"]

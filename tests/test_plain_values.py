@@ -16,7 +16,7 @@ from seat import SEAT
 
 import drysim
 from drysim import errors
-from drysim.approach import SHELF
+from drysim.approach import APPROACHES_BY_NAME
 from drysim.metrics.table import measure
 from drysim.scenario.reading import LAWS
 from drysim.study.ensemble import Ensemble
@@ -82,10 +82,10 @@ def same(one, two):
     events = ("t", "kind", "x_r", "F_L")
     pairs += [(getattr(one.events, name), getattr(two.events, name)) for name in events]
     alike = all(np.array_equal(a, b) for a, b in pairs) and one.numerics == two.numerics
-    if one.track is None:
-        return alike and two.track is None
+    if one.trajectory is None:
+        return alike and two.trajectory is None
     span = (0.0, (len(one) - 1) * one.dt)
-    return alike and measure(one.track, span, None) == measure(two.track, span, None)
+    return alike and measure(one.trajectory, span, None) == measure(two.trajectory, span, None)
 
 
 def assert_kept(outcome):
@@ -135,7 +135,7 @@ def test_outcome_of_every_law_keeps_its_numbers(law):
     assert_kept(drysim.run(drysim.load(file, {"measure": short})))
 
 
-@pytest.mark.parametrize("approach", SHELF)
+@pytest.mark.parametrize("approach", APPROACHES_BY_NAME)
 def test_outcome_of_every_approach_keeps_its_numbers(scenario, approach):
     assert_kept(drysim.run(scenario(SEAT).with_approach(approach)))
 

@@ -16,22 +16,22 @@ from grids import sweep as many_stand_in
 from outcomes import stand_in
 
 from drysim import wording
-from drysim.bench.score import Bench, Panel, Score
+from drysim.bench.score import Bench, BenchCase, Score
 from drysim.console.many import show_table
 from drysim.plots import comparison as comparison_plot
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
-from drysim.plots.style import T_A, T_X, peak
+from drysim.plots.style import T_A, T_X, stroke_quantity
 from drysim.plots.sweep import draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
 from drysim.study.compare import compare
-from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, batches_of
+from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, as_batches
 from drysim.study.sweep import sweep as many_sweep
 from drysim.study.sweep import sweep as solved
 from drysim.study.table import Table
-from drysim.study.warnings import case_strokes
+from drysim.study.warnings import table_stroke_warnings
 
 # The pictures of sweeps and comparisons: what is drawn, and that every table can be.
 
@@ -235,7 +235,7 @@ def test_many_lines_are_coloured_by_their_value():
 
 def test_third_axis_gets_panels_of_its_own_on_one_scale():
     table = SCENES["three axes"]()
-    view = sweep_plots.view(table)
+    view = sweep_plots.sweep_view(table)
     # The longest of the other axes tells lines apart.
     assert view.line.key == FORCE
     assert [panel.title for panel in view.panels] == ["$a_u$ 1 m/s²", "$a_u$ 2 m/s²"]
@@ -345,8 +345,8 @@ def test_number_in_the_heading_keeps_its_unit_on_its_line():
 
 def test_what_is_not_drawn_is_said():
     table = sweep(*axes(frequency=[1, 2], force=range(7), rms=range(1, 7)), reference=None)
-    view = sweep_plots.view(table)
-    assert len(view.panels) == sweep_plots.MOST_PANELS
+    view = sweep_plots.sweep_view(table)
+    assert len(view.panels) == sweep_plots.MAX_PANELS
     assert view.left_out == 2 * 7
     words = " ".join(text.get_text() for text in draw_transmissibility(table).texts)
     assert "14 curves are not drawn" in words
@@ -354,9 +354,9 @@ def test_what_is_not_drawn_is_said():
 
 def test_sweep_is_drawn_over_the_frequency_whatever_varies_fastest():
     table = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2, 3, 4, 5]), reference=None)
-    assert sweep_plots.view(table).key == FREQUENCY
+    assert sweep_plots.sweep_view(table).key == FREQUENCY
     few = sweep(*axes(rms=[0.5, 1.0], frequency=[1, 2]), reference=None)
-    assert sweep_plots.view(few).key == RMS
+    assert sweep_plots.sweep_view(few).key == RMS
 
 
 def test_steep_transmissibility_is_drawn_logarithmically():
@@ -483,16 +483,16 @@ def test_comparison_where_no_deviation_is_known_shows_the_motion_alone_and_says_
 def test_case_that_is_shown_has_its_panel():
     swept = axes(force=[15, 45], rms=[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
     made = comparison(["stick-slip"], *swept, n=300, shown={FORCE: 45.0, RMS: 0.4})
-    titles = [panel.title for panel in sweep_plots.compared(made).panels]
-    assert len(titles) == sweep_plots.MOST_COMPARED
+    titles = [panel.title for panel in sweep_plots.comparison_view(made).panels]
+    assert len(titles) == sweep_plots.MAX_COMPARED_PANELS
     assert "$a_u$ 0.4 m/s²" in titles
 
 
 def test_stretch_that_is_shown_holds_a_stop_of_the_yardstick():
     made = orbits(["signum", "stick-slip"])
     yardstick = made.responses["stick-slip"]
-    begin, end = comparison_plot.telling(yardstick, [made.responses["signum"]], 0.4)
-    assert 0.4 <= begin < end <= yardstick.track.end
+    begin, end = comparison_plot.choose_interval(yardstick, [made.responses["signum"]], 0.4)
+    assert 0.4 <= begin < end <= yardstick.trajectory.end
     inside = (yardstick.t >= begin) & (yardstick.t <= end)
     assert 0 < yardstick.stuck[inside].mean() < 1
 
@@ -500,8 +500,8 @@ def test_stretch_that_is_shown_holds_a_stop_of_the_yardstick():
 def test_stretch_without_a_stop_holds_the_greatest_deviation():
     made = orbits(["smooth", "stick-slip"], force=1.0)
     yardstick, other = made.responses["stick-slip"], made.responses["smooth"]
-    gap = comparison_plot.difference(yardstick, other, 0.2)
-    begin, end = comparison_plot.telling(yardstick, [other], 0.2)
+    gap = comparison_plot.acceleration_difference(yardstick, other, 0.2)
+    begin, end = comparison_plot.choose_interval(yardstick, [other], 0.2)
     assert begin <= 0.2 + gap.argmax() * yardstick.dt <= end
 
 
@@ -518,8 +518,8 @@ def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
     made = compare(load(tmp_path / "s.yaml"), "signum coulomb vs stick-slip")
     short = made.responses["signum"]
     assert (
-        comparison_plot.repetition(short),
-        comparison_plot.repetition(made.responses["coulomb"]),
+        comparison_plot.repeat_time(short),
+        comparison_plot.repeat_time(made.responses["coulomb"]),
     ) == (0.5, 1)
     motion, loops, *_ = draw_comparison(made).axes
     assert motion.get_xlim()[0] > 0.5
@@ -536,7 +536,7 @@ def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):
 
 def test_lengths_of_a_sweep_have_one_unit_wherever_they_are_told(capsys):
     table = sweep(*axes(frequency=[1.0, 1.6], rms=[800.0]), limit=9.0, reference=None)
-    warnings = tuple(case_strokes(table.tallies["stick-slip"], table.scenario))
+    warnings = tuple(table_stroke_warnings(table.tallies["stick-slip"], table.scenario))
     show_table(replace(table, warnings=warnings))
     figure = draw_stroke(table)
     told = [*capsys.readouterr(), *(text.get_text() for text in figure.texts), *legend(figure)]
@@ -560,7 +560,7 @@ def test_numbers_of_bars_stand_within_their_panel():
 def test_exact_entry_without_an_error_stands_below_all_others_and_says_so():
     exact = Score("stick-slip", "", True, None, 1, time=150.0, verdict="exact by its balance")
     coarse = Score("signum", "", True, 1e-3, 1, time=50.0, error_x_r=0.4, error_T_a=-0.4)
-    panel = Panel(stand_in("harmonic"), None, (), (exact, coarse), 7.0, None, ())
+    panel = BenchCase(stand_in("harmonic"), None, (), (exact, coarse), 7.0, None, ())
     figure = draw_bench(Bench((panel,), "plain"))
     for shown in figure.axes:
         lowest = min(
@@ -609,8 +609,8 @@ def test_stroke_of_a_sweep_is_drawn_in_the_unit_in_which_its_peak_is_told(
     show_table(table)
     (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
     peak = max(lines(panel, "stick-slip")[0].get_ydata())
-    assert told.split()[2:4] == [wording.number(peak), unit]
-    assert f"{wording.number(peak, digits=3)} {unit}" in repr(table)
+    assert told.split()[2:4] == [wording.format_number(peak), unit]
+    assert f"{wording.format_number(peak, digits=3)} {unit}" in repr(table)
 
 
 def test_numbers_below_a_long_logarithmic_axis_do_not_touch():
@@ -685,7 +685,7 @@ def mesh(panel):
 
 
 def test_bands_lie_within_each_other_around_the_median(table):
-    bands, *_ = sweep_plots.draw_many(table(GRID), BOTH).axes
+    bands, *_ = sweep_plots.draw_quantiles(table(GRID), BOTH).axes
     outer, inner = band(bands, "90 % of the cases"), band(bands, "half of them")
     x, median = line(bands, "median")
     assert x.tolist() == [1, 2, 4, 8]
@@ -695,7 +695,7 @@ def test_bands_lie_within_each_other_around_the_median(table):
 
 
 def test_axes_of_many_cases_are_named_and_share_their_range(table):
-    figure = sweep_plots.draw_many(table(GRID), BOTH)
+    figure = sweep_plots.draw_quantiles(table(GRID), BOTH)
     bands, mapped = figure.axes[0], figure.axes[1]
     assert mapped.get_xlabel() == "frequency $f$ [Hz]"
     assert mapped.get_ylabel() == "kinetic friction force $F_{fk}$ [N]"
@@ -708,7 +708,7 @@ def test_axes_of_many_cases_are_named_and_share_their_range(table):
 
 def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
     swept = table(GRID)
-    figure = sweep_plots.draw_many(swept, BOTH)
+    figure = sweep_plots.draw_quantiles(swept, BOTH)
     known = [row.metrics["T_x"] for row in swept.of("stick-slip")]
     found = mesh(figure.axes[1])
     assert found.get_clim() == pytest.approx((min(known), max(known)))
@@ -719,7 +719,7 @@ def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
 def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
     forces = "friction.kinetic: {from: 1, to: 45, count: 10}"
     block = f"{{excitation.frequency: {{from: 0.1, to: 100, count: 7, scale: log}}, {forces}}}"
-    mapped = sweep_plots.draw_many(table(block), BOTH).axes[1]
+    mapped = sweep_plots.draw_quantiles(table(block), BOTH).axes[1]
     assert (mapped.get_xscale(), mapped.get_yscale()) == ("log", "log")
     x = mesh(mapped).get_coordinates()[0, :, 0]
     assert np.diff(np.log(x)).tolist() == pytest.approx([np.log(10) / 2] * 7)
@@ -730,7 +730,10 @@ def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
 def test_a_coefficient_of_friction_is_not_called_a_force(table):
     block = "{excitation.frequency: [1, 2], friction.mu_kinetic: [0.01, 0.02]}"
     swept = table(block, SEAT.replace("kinetic: 15", "mu_kinetic: 0.02"))
-    assert sweep_plots.draw_many(swept, BOTH).axes[1].get_ylabel() == "mu kinetic $\\mu_k$ [–]"
+    assert (
+        sweep_plots.draw_quantiles(swept, BOTH).axes[1].get_ylabel()
+        == "mu kinetic $\\mu_k$ [–]"
+    )
 
 
 def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
@@ -742,8 +745,8 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
     x, median = line(bands, "median")
     assert bands.get_xlim() == mapped.get_xlim() == (x[0], x[-1]) == (0.5, 10)
     assert median[0] == median[1]
-    counts = sweep_plots.Scatter("T_a", sweep_plots.Bins.of(swept.axes[0]), None)
-    sweep_plots.gathered(batches_of(swept.rows), "stick-slip", [counts])
+    counts = sweep_plots.Histogram("T_a", sweep_plots.Bins.of(swept.axes[0]), None)
+    sweep_plots.count_cases(as_batches(swept.rows), "stick-slip", [counts])
     assert counts.counts.sum() == 60
     # White where no case is: the map is masked there and nowhere else.
     masked = np.ma.getmaskarray(mesh(mapped).get_array())
@@ -751,7 +754,7 @@ def test_sample_is_drawn_over_its_frequency_with_a_map_of_its_mass(table):
 
 
 def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
-    figure = sweep_plots.draw_many(table(GRID), [peak(0.01)])
+    figure = sweep_plots.draw_quantiles(table(GRID), [stroke_quantity(0.01)])
     assert line(figure.axes[0], "stroke limit 25 mm")[1] == [25, 25]
     assert figure.axes[0].get_ylim()[1] >= 25
 
@@ -759,7 +762,7 @@ def test_stroke_of_many_cases_is_drawn_beneath_its_limit(table):
 def test_numbers_beside_a_map_are_within_the_picture(table):
     small = SEAT.replace("rms: 1.0", "rms: 1e-5").replace("15}", "15e-5}")
     rms = "{excitation.frequency: [1, 1.4, 4, 8], excitation.rms: [0.5e-5, 0.75e-5, 1e-5]}"
-    figure = sweep_plots.draw_many(table(rms, small), [peak(2e-7)])
+    figure = sweep_plots.draw_quantiles(table(rms, small), [stroke_quantity(2e-7)])
     figure.draw_without_rendering()
     _, mapped = figure.axes
     (bar,) = mapped.child_axes
@@ -772,7 +775,7 @@ def test_numbers_beside_a_map_are_within_the_picture(table):
 
 def test_bar_of_a_map_is_no_axis_of_the_next_which_names_and_numbers_its_own(table):
     block = "{excitation.frequency: [1, 2, 4], oscillator.stiffness: [7500, 7600.25, 7700.5]}"
-    figure = sweep_plots.draw_many(table(block), BOTH)
+    figure = sweep_plots.draw_quantiles(table(block), BOTH)
     figure.draw_without_rendering()
     left, right = figure.axes[1], figure.axes[3]
     assert left.get_ylabel() == right.get_ylabel() == "stiffness $k_x$ [N/m]"
@@ -786,14 +789,14 @@ def test_bar_of_a_map_is_no_axis_of_the_next_which_names_and_numbers_its_own(tab
 
 
 def test_one_case_and_one_key_make_a_picture(table):
-    single = sweep_plots.draw_many(table("{friction.kinetic: [15]}"), BOTH)
+    single = sweep_plots.draw_quantiles(table("{friction.kinetic: [15]}"), BOTH)
     assert line(single.axes[0], "median")[1][0] == pytest.approx(1.3, abs=0.1)
-    assert len(sweep_plots.draw_many(table("{friction.kinetic: [5, 15]}"), BOTH).axes) == 2
+    assert len(sweep_plots.draw_quantiles(table("{friction.kinetic: [5, 15]}"), BOTH).axes) == 2
 
 
 def test_cases_without_numbers_leave_an_empty_panel():
     lost = spoil(many_stand_in(*axes_of(frequency=[1, 2], force=[5, 15])), FAILED, *range(8))
-    figure = sweep_plots.draw_many(lost, BOTH)
+    figure = sweep_plots.draw_quantiles(lost, BOTH)
     assert figure.axes[0].get_ylim()[0] == 0
     assert np.isnan(line(figure.axes[0], "median")[1]).all()
 
@@ -801,7 +804,7 @@ def test_cases_without_numbers_leave_an_empty_panel():
 def test_quantiles_of_a_picture_are_those_of_the_cases():
     values = np.random.Generator(np.random.PCG64(2)).lognormal(size=5000)
     bins = sweep_plots.Bins.of(axes_of(frequency=[1, 2])[0])
-    one = sweep_plots.Scatter("T_a", bins, None)
+    one = sweep_plots.Histogram("T_a", bins, None)
 
     class Batch:
         metrics, points = {"T_a": values}, {"excitation.frequency": np.ones(5000)}
@@ -820,24 +823,24 @@ def test_range_that_is_drawn_by_difference_has_even_bins_to_its_end(table):
     by_difference, by_ratio = (
         sweep_plots.Bins.of(axis) for axis in table(f"{{sample: {sample}}}").axes
     )
-    assert by_difference.fences[[0, -1]].tolist() == pytest.approx([0.5, 60])
-    assert np.ptp(np.diff(by_difference.middles)) == pytest.approx(0, abs=1e-9)
-    assert by_ratio.fences[[0, -1]].tolist() == pytest.approx([10, 500])
-    assert (by_difference.even_in_ratio, by_ratio.even_in_ratio) == (False, True)
+    assert by_difference.edges[[0, -1]].tolist() == pytest.approx([0.5, 60])
+    assert np.ptp(np.diff(by_difference.centers)) == pytest.approx(0, abs=1e-9)
+    assert by_ratio.edges[[0, -1]].tolist() == pytest.approx([10, 500])
+    assert (by_difference.is_log, by_ratio.is_log) == (False, True)
 
 
 def test_values_listed_in_any_order_have_bins_from_the_least_to_the_greatest():
     values = np.random.Generator(np.random.PCG64(3)).permutation(np.linspace(1, 6, 151))
     bins = sweep_plots.Bins.of(axes_of(frequency=values)[0])
-    assert bins.fences[[0, -1]].tolist() == [1, 6]
-    assert np.all(np.diff(bins.fences) > 0)
+    assert bins.edges[[0, -1]].tolist() == [1, 6]
+    assert np.all(np.diff(bins.edges) > 0)
 
 
 def test_bins_between_which_a_range_has_no_value_are_one():
     values = np.linspace(0.5, 10, 210)
     bins = sweep_plots.Bins.of(axes_of(frequency=values)[0])
-    assert bins.even_in_ratio
-    assert bins.fences[[0, -1]].tolist() == [0.5, 10]
+    assert bins.is_log
+    assert bins.edges[[0, -1]].tolist() == [0.5, 10]
     assert np.bincount(bins.find(values), minlength=len(bins)).min() == 1
 
 

@@ -13,15 +13,22 @@ from pydantic import ValidationError
 from scipy.integrate import trapezoid  # noqa: TID253
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Law, Plant, State, sample_squares
+from drysim.core.model import CoulombLaw, Plant, State, integrate_base_squares
 from drysim.errors import ScenarioError
 from drysim.excitation import random
-from drysim.excitation.random import MACHINE_CLASSES, Psd, Road, Standard, area, proof
+from drysim.excitation.random import (
+    MACHINE_CLASSES,
+    Psd,
+    Road,
+    Standard,
+    compare_psd,
+    loglog_integral,
+)
 from drysim.scenario.load import load
 from drysim.study.case import prepare
 from drysim.study.ensemble import run
 from drysim.units import convert
-from drysim.wording import excitation
+from drysim.wording import describe_excitation
 
 # Random base motion: its spectrum, its level, its displacement, and what is refused.
 
@@ -52,26 +59,26 @@ def scenario(tmp_path, excitation, solver="{step: 2.5e-3}"):
 
 
 def test_area_of_a_log_log_polygon_is_that_of_the_common_carrier():
-    assert sqrt(area(CARRIER)) == pytest.approx(1.043, abs=5e-4)
+    assert sqrt(loglog_integral(CARRIER)) == pytest.approx(1.043, abs=5e-4)
 
 
 @pytest.mark.parametrize("slope", [-3, -1 - 1e-9, -1, -1 + 1e-12, 0, 2])
 def test_area_of_a_segment_is_its_integral(slope):
     f = np.geomspace(2, 7, 100_001)
     fine = trapezoid(3 * (f / 2) ** slope, f)
-    assert area(((2.0, 3.0), (7.0, 3 * 3.5**slope))) == pytest.approx(fine, rel=1e-9)
+    assert loglog_integral(((2.0, 3.0), (7.0, 3 * 3.5**slope))) == pytest.approx(fine, rel=1e-9)
 
 
 def test_the_samples_have_the_mean_square_of_the_psd_to_rounding():
     motion = psd(((0.7, 2.0), (3.1, 0.3), (9.0, 1.0))).motion(STEP)
-    wanted = area(((0.7, 2.0), (3.1, 0.3), (9.0, 1.0)))
+    wanted = loglog_integral(((0.7, 2.0), (3.1, 0.3), (9.0, 1.0)))
     assert np.mean(motion.u_dd[:-1] ** 2) == pytest.approx(wanted, rel=1e-12)
     assert motion.realised["rms_asked"] == pytest.approx(sqrt(wanted), rel=1e-12)
 
 
 def test_rms_is_met_to_rounding_by_the_motion_between_its_samples():
     motion = psd(rms=0.33).motion(0.01)
-    squares, _ = sample_squares(motion, 0.0, 60.0)
+    squares, _ = integrate_base_squares(motion, 0.0, 60.0)
     assert sqrt(squares / 60.0) == pytest.approx(0.33, rel=1e-12)
     assert motion.realised["rms"] == pytest.approx(0.33, rel=1e-12)
 
@@ -115,10 +122,10 @@ def test_same_seed_gives_the_same_bits_and_another_seed_another_signal():
 def test_signal_is_the_same_to_the_last_bit_whatever_is_loaded(monkeypatch, samples):
     import scipy.fft  # noqa: F401
 
-    wanted = random.lines(np.ones_like, (0.5, 10.0), 1.0, samples * 2.5e-3)
-    beside = random.noise(wanted, 2.5e-3, 3)
+    wanted = random.spectral_lines(np.ones_like, (0.5, 10.0), 1.0, samples * 2.5e-3)
+    beside = random.random_signal(wanted, 2.5e-3, 3)
     monkeypatch.delitem(sys.modules, "scipy.fft")
-    alone = random.noise(wanted, 2.5e-3, 3)
+    alone = random.random_signal(wanted, 2.5e-3, 3)
     assert np.array_equal(beside.u_dd, alone.u_dd)
     assert np.array_equal(beside.u, alone.u)
 
@@ -151,7 +158,7 @@ def test_displacement_is_that_of_the_acceleration_as_it_is(step):
     spline = CubicSpline(t, motion.u, bc_type="periodic")  # the one with continuous velocity
     assert np.abs(spline(t, 2) - motion.u_dd).max() < 1e-8
     assert abs(motion.u[:-1].mean()) < 1e-15
-    _, squares = sample_squares(motion, 0.0, 60.0)
+    _, squares = integrate_base_squares(motion, 0.0, 60.0)
     fine = spline(np.arange(0, 60, step / 8))
     assert squares / 60 == pytest.approx(np.mean(fine**2), rel=1e-6)
 
@@ -167,7 +174,9 @@ def test_without_friction_the_response_has_the_psd_of_the_transfer_function():
     from scipy.signal import welch
 
     plant, motion = Plant(75.0, 7500.0, 500.0), psd(duration=2000.0).motion(STEP)
-    response = StickSlip().solve(plant, Law(0.0, 0.0), motion, State(0.0, 0.0), STEP, 2000.0)
+    response = StickSlip().solve(
+        plant, CoulombLaw(0.0, 0.0), motion, State(0.0, 0.0), STEP, 2000.0
+    )
     f, base = welch(motion.u_dd, 1 / STEP, nperseg=8000)
     _, mass = welch(response.x_dd, 1 / STEP, nperseg=8000)
     inside = (f > 0.6) & (f < 9.9)
@@ -189,15 +198,15 @@ def test_metrics_cover_the_whole_duration_and_know_the_displacement(tmp_path):
 
 
 def test_few_lines_are_said_to_be_no_noise():
-    (caution,) = psd(duration=1.0).motion(STEP).cautions
+    (caution,) = psd(duration=1.0).motion(STEP).warnings
     assert (caution.slug, caution.numbers["lines"]) == ("few-lines", pytest.approx(10, rel=0.1))
 
 
 def test_a_coarse_step_is_said_with_one_that_is_not():
-    (caution,) = psd().motion(0.02).cautions
+    (caution,) = psd().motion(0.02).warnings
     assert caution.slug == "coarse-step"
     assert "; 0.0086 s would be fine" in caution.sentence
-    assert psd(duration=60.2).motion(0.0086).cautions == ()
+    assert psd(duration=60.2).motion(0.0086).warnings == ()
 
 
 POINTS = {
@@ -268,7 +277,7 @@ def test_a_block_on_white_noise_has_the_laplace_law():
     white, step, T = [[0.001, 4.0], [98.0, 4.0]], 0.005, 5000.0  # one-sided in Hz, D is 1
     motion = psd(white, T, seed=3).motion(step)
     response = StickSlip().solve(
-        Plant(1.0, 0.0, 0.0), Law(1.0, 1.0), motion, State(0.0, 0.0), step, T
+        Plant(1.0, 0.0, 0.0), CoulombLaw(1.0, 1.0), motion, State(0.0, 0.0), step, T
     )
     speed = np.abs(response.v_r)
     assert speed.mean() == pytest.approx(1, abs=0.05)
@@ -334,7 +343,7 @@ def test_corners_hold_half_the_power(machine):
 @pytest.mark.parametrize("machine", MACHINE_CLASSES)
 def test_the_motion_has_the_stated_rms_to_rounding(machine):
     motion = standard(machine).motion(STEP)
-    squares, _ = sample_squares(motion, 0.0, 60.0)
+    squares, _ = integrate_base_squares(motion, 0.0, 60.0)
     assert sqrt(squares / 60) == pytest.approx(MACHINE_CLASSES[machine].rms, rel=1e-12)
     assert motion.realised["rms"] == pytest.approx(MACHINE_CLASSES[machine].rms, rel=1e-12)
 
@@ -371,16 +380,16 @@ def test_welch_is_within_a_tenth_of_the_peak(machine):
 
 def test_a_false_spectrum_would_be_found_out():
     motion = standard("EM1").motion(STEP)
-    assert max(b["found"] - b["asked"] for b in proof(MACHINE_CLASSES["EM4"], motion)) > 1
+    assert max(b["found"] - b["asked"] for b in compare_psd(MACHINE_CLASSES["EM4"], motion)) > 1
 
 
 def test_recalled_rms_is_said_to_be_recalled():
-    assert [c.slug for c in standard("EM7").motion(STEP).cautions] == ["recalled"]
-    assert standard("AG1").motion(STEP).cautions == ()
+    assert [c.slug for c in standard("EM7").motion(STEP).warnings] == ["recalled"]
+    assert standard("AG1").motion(STEP).warnings == ()
 
 
 def test_class_and_proof_are_printed():
-    words = excitation(one := standard("EM6"), one.motion(STEP))
+    words = describe_excitation(one := standard("EM6"), one.motion(STEP))
     assert words.startswith("standard EM6, 24001 samples at 400 Hz, 60 s, 1.65 m/s² RMS")
     assert "(asked for: 1.65), PSD within 0." in words
 
@@ -460,7 +469,7 @@ def test_mean_square_follows_from_the_band():
     motion = road(**{"class": "B"}).motion(ROAD_STEP)
     rise = 16 * pi**4 * 0.01 * 64e-6 * 20
     wanted = rise * ((20 * 2.83) ** 3 - (20 * 0.011) ** 3) / 3
-    assert area(road(**{"class": "B"}).corners()) == pytest.approx(wanted)
+    assert loglog_integral(road(**{"class": "B"}).corners()) == pytest.approx(wanted)
     assert np.mean(motion.u_dd[:-1] ** 2) == pytest.approx(wanted, rel=1e-12)
 
 
@@ -490,13 +499,13 @@ def test_nothing_is_outside_the_wave_numbers():
 
 def test_twice_the_speed_shakes_by_the_fourth_power_of_its_root():
     slow, fast = (road(speed=V, **{"class": "A"}) for V in (10.0, 20.0))
-    ratio = sqrt(area(fast.corners()) / area(slow.corners()))
+    ratio = sqrt(loglog_integral(fast.corners()) / loglog_integral(slow.corners()))
     assert ratio == pytest.approx(2**2)
 
 
 def test_rough_classes_are_said_to_be_recalled():
-    assert [c.slug for c in road(**{"class": "E"}).motion(ROAD_STEP).cautions] == ["recalled"]
-    assert road(**{"class": "D"}).motion(ROAD_STEP).cautions == ()
+    assert [c.slug for c in road(**{"class": "E"}).motion(ROAD_STEP).warnings] == ["recalled"]
+    assert road(**{"class": "D"}).motion(ROAD_STEP).warnings == ()
 
 
 ROAD_WORDS = {

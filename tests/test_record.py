@@ -16,9 +16,9 @@ from drysim import system
 from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
 from drysim.records import text as cells_module
-from drysim.records.columns import read
-from drysim.records.formats import SUFFIXES
-from drysim.records.text import _careful, _quick, text_columns
+from drysim.records.columns import open_record
+from drysim.records.formats import FORMATS_BY_SUFFIX
+from drysim.records.text import _read_by_cell, _read_fast, text_columns
 
 HERE = Path(__file__).parent
 DATA = HERE / "data"
@@ -82,7 +82,7 @@ def test_quick_and_careful_pass_agree_on_one_column_with_decimal_commas(tmp_path
     values = np.random.default_rng(7).normal(size=1000).round(4)
     text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in values.tolist()).replace(".", ",")
     quick = motion_of(tmp_path, text, step=0.01).u_dd
-    monkeypatch.setattr(cells_module, "_quick", lambda *_: None)
+    monkeypatch.setattr(cells_module, "_read_fast", lambda *_: None)
     careful = motion_of(tmp_path, text, step=0.01).u_dd
     assert np.array_equal(quick, values)
     assert np.array_equal(careful, values)
@@ -176,16 +176,16 @@ def test_path_of_the_record_can_be_told_from_another_folder(tmp_path):
 
 @pytest.mark.parametrize("mark", [",", ";", "\t", " "])
 def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
-    monkeypatch.setattr(cells_module, "BLOCK", 64)
+    monkeypatch.setattr(cells_module, "PARSE_SIZE", 64)
     rng = np.random.default_rng(2)
     values = rng.normal(size=(300, 3)) * 10.0 ** rng.integers(-30, 30, (300, 3))
     lines = [mark.join(map(repr, row)) for row in values.tolist()]
     lines[100:100] = ["# a remark, in between"]
     (tmp_path / "r.csv").write_text("\n".join(lines))
-    table = text_columns(read(tmp_path / "r.csv", SUFFIXES))
-    quick = _quick(table, [0, 2], ".")
+    table = text_columns(open_record(tmp_path / "r.csv", FORMATS_BY_SUFFIX))
+    quick = _read_fast(table, [0, 2], ".")
     assert quick is not None
-    assert np.array_equal(quick, _careful(table, [0, 2], "."))
+    assert np.array_equal(quick, _read_by_cell(table, [0, 2], "."))
     assert np.array_equal(np.transpose(quick), values[:, [0, 2]])
 
 
@@ -205,7 +205,10 @@ def test_quick_and_careful_pass_agree_to_the_bit(tmp_path, monkeypatch, mark):
 )
 def test_quick_pass_leaves_every_irregular_row_to_the_careful_one(tmp_path, rows):
     (tmp_path / "r.csv").write_text(rows)
-    assert _quick(text_columns(read(tmp_path / "r.csv", SUFFIXES)), [1], ".") is None
+    assert (
+        _read_fast(text_columns(open_record(tmp_path / "r.csv", FORMATS_BY_SUFFIX)), [1], ".")
+        is None
+    )
 
 
 # what is refused
@@ -479,13 +482,13 @@ def test_only_regular_files_of_known_kinds_are_read(tmp_path):
 
 
 def test_record_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(system, "memory", lambda: 5.0)
+    monkeypatch.setattr(system, "total_memory", lambda: 5.0)
     sentence = problem_of(tmp_path, ROWS, time="t").sentence
     assert sentence == "the record needs 9e-09 GB of memory, this machine has 5e-09 GB"
 
 
 def test_record_whose_numbers_are_larger_than_the_memory_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(system, "memory", lambda: 40.0)
+    monkeypatch.setattr(system, "total_memory", lambda: 40.0)
     sentence = problem_of(tmp_path, ROWS, time="t").sentence
     assert "GB of memory, this machine has 4e-08 GB" in sentence
 
@@ -650,7 +653,7 @@ def test_gravity_left_in_a_record_is_a_fault_with_its_remedies(tmp_path, unit, g
     assert "so gravity seems left in the record: `remove: mean` takes it away" in said
     assert "or a high-pass, `remove: {below: 0.3 Hz}`; `gravity: keep` states that" in said
     for remedy in ({"remove": "mean"}, {"remove": {"below": 0.3}}, {"gravity": "keep"}):
-        given = motion_of(tmp_path, text, **words, **remedy).cautions
+        given = motion_of(tmp_path, text, **words, **remedy).warnings
         # What is slower than the high-pass leaves no displacement that can be trusted.
         assert {one.slug for one in given} <= {"displacement-ends"}
 
@@ -675,19 +678,19 @@ def test_gravity_is_refused_or_kept():
 
 def test_large_mean_is_said_and_a_small_one_is_not(tmp_path):
     for mean, slugs in ((0.3, ["record-mean"]), (0.01, [])):
-        given = motion_of(tmp_path, text_of(mean + SLOW), step=0.1).cautions
+        given = motion_of(tmp_path, text_of(mean + SLOW), step=0.1).warnings
         assert [c.slug for c in given] == slugs
 
 
 def test_remedy_of_a_mean_keeps_what_is_removed_already(tmp_path):
     words = {"step": 0.1, "remove": {"above": "2 Hz"}}
-    (given,) = motion_of(tmp_path, text_of(0.5 + SLOW), **words).cautions
+    (given,) = motion_of(tmp_path, text_of(0.5 + SLOW), **words).warnings
     assert "`remove: {trend: mean, above: 2 Hz}` takes away" in given.sentence
 
 
 def test_mean_behind_a_high_pass_is_not_sent_to_a_removal_that_would_replace_it(tmp_path):
     words = {"step": 0.1, "remove": {"below": "0.3 Hz"}, "window": {"from": 0, "to": 2}}
-    given = motion_of(tmp_path, text_of(0.5 + SLOW), **words).cautions[0]
+    given = motion_of(tmp_path, text_of(0.5 + SLOW), **words).warnings[0]
     assert given.slug == "record-mean"
     assert "`remove" not in given.sentence
     assert "the high-pass at 0.3 Hz has taken away that of the whole record" in given.sentence
@@ -696,9 +699,9 @@ def test_mean_behind_a_high_pass_is_not_sent_to_a_removal_that_would_replace_it(
 def test_mean_of_a_window_is_not_sent_to_the_removal_that_there_is(tmp_path):
     text = "a [m/s2]\n" + "".join(f"{v!r}\n" for v in np.sin(np.arange(500) * 0.02).tolist())
     words = {"step": 0.1, "window": {"from": 0, "to": 10}}
-    (given,) = motion_of(tmp_path, text, **words).cautions
+    (given,) = motion_of(tmp_path, text, **words).warnings
     assert given.sentence.endswith("`remove: mean` takes away what is an offset of the sensor")
-    (removed,) = motion_of(tmp_path, text, **words, remove="mean").cautions
+    (removed,) = motion_of(tmp_path, text, **words, remove="mean").warnings
     assert removed.slug == "record-mean"
     assert removed.sentence.endswith(
         "the mean of the whole record is removed, and this part has one of its own"
@@ -709,9 +712,9 @@ def test_mean_of_the_acceleration_is_the_line_of_a_velocity(tmp_path):
     text = text_of(0.5 * np.arange(500) + SLOW, "m/s")
     words = {"step": 0.1, "quantity": "velocity"}
     for remove in ("nothing", "mean"):
-        (caution,) = motion_of(tmp_path, text, **words, remove=remove).cautions
+        (caution,) = motion_of(tmp_path, text, **words, remove=remove).warnings
         assert "`remove: line` takes " in caution.sentence
-    assert motion_of(tmp_path, text, **words, remove="line").cautions == ()
+    assert motion_of(tmp_path, text, **words, remove="line").warnings == ()
 
 
 @pytest.mark.skipif(not EL_CENTRO.exists(), reason="the record is not part of drysim")
@@ -740,7 +743,7 @@ def test_synthetic_record_is_what_its_script_writes(script):
 
 def test_synthetic_record_has_level_and_spectrum_of_em1(script):
     motion = record(GALLERY, file=script.FILE.name, time="t", column="u_dd").motion()
-    assert (len(motion.u_dd), motion.dt, motion.cautions) == (24_000, 2.5e-3, ())
+    assert (len(motion.u_dd), motion.dt, motion.warnings) == (24_000, 2.5e-3, ())
     assert np.sqrt(np.mean(motion.u_dd**2)) == pytest.approx(1.71, rel=0.05)
     f = np.fft.rfftfreq(24_000, motion.dt)
     power = np.abs(np.fft.rfft(motion.u_dd)) ** 2 * 2 * motion.dt / 24_000

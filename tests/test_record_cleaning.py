@@ -19,7 +19,7 @@ from drysim.scenario.load import load
 from drysim.study.ensemble import run
 from drysim.study.sweep import sweep
 from drysim.units import Quantity
-from drysim.wording import clean_up
+from drysim.wording import describe_clean_up
 
 RATE = 200.0
 T = np.arange(2000) / RATE
@@ -127,10 +127,10 @@ def test_gap_is_filled_by_a_line_as_asked_for_and_told(tmp_path, way):
     assert told["rms_after"] == pytest.approx(motion.u_dd.std())
     assert told["mean_before"] == pytest.approx(WAVE[kept].mean())
     assert told["mean_after"] == pytest.approx(motion.u_dd.mean())
-    assert clean_up(motion)[0].startswith(
+    assert describe_clean_up(motion)[0].startswith(
         "2 gaps of 4 samples in all filled by lines, the longest of 0.02 s; RMS 1.4"
     )
-    assert motion.cautions == ()
+    assert motion.warnings == ()
 
 
 def test_spline_fills_a_smooth_gap_better_than_a_line(tmp_path):
@@ -166,7 +166,7 @@ def test_gaps_allowed_but_not_there_change_nothing(tmp_path):
 
 def test_many_filled_samples_are_a_warning(tmp_path):
     text = rows(T.tolist(), holed(WAVE, *range(100, 200, 3)))
-    (caution,) = motion_of(tmp_path, text, time="t", **LINES).cautions
+    (caution,) = motion_of(tmp_path, text, time="t", **LINES).warnings
     assert caution.slug == "record-filled"
     assert caution.numbers["share"] == pytest.approx(34 / 2000)
 
@@ -207,7 +207,7 @@ def test_jittered_record_is_resampled_as_asked_for_and_told(tmp_path, by, error)
     told = step(motion, "resample")
     assert told["numbers"]["least_step"] == pytest.approx(np.diff(t).min())
     assert told["numbers"]["greatest_step"] == pytest.approx(np.diff(t).max())
-    assert f"to 400 Hz by {by}s" in clean_up(motion)[0]
+    assert f"to 400 Hz by {by}s" in describe_clean_up(motion)[0]
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
@@ -234,14 +234,14 @@ def test_hole_among_uneven_times_is_a_gap_and_no_jitter(tmp_path):
 
 
 def test_finer_grid_by_lines_is_the_same_motion(tmp_path):
-    from drysim.core.model import sample_squares
+    from drysim.core.model import integrate_base_squares
 
     text = rows(T.tolist(), WAVE.tolist())
     coarse = motion_of(tmp_path, text, time="t")
     fine = motion_of(tmp_path, text, time="t", resample={"rate": 800, "by": "line"})
     np.testing.assert_allclose(fine.u_dd[::4], coarse.u_dd, atol=1e-12)
     end = T[-1]
-    ours, theirs = (sample_squares(motion, 0, end)[0] for motion in (fine, coarse))
+    ours, theirs = (integrate_base_squares(motion, 0, end)[0] for motion in (fine, coarse))
     assert ours == pytest.approx(theirs, rel=1e-12)
 
 
@@ -270,7 +270,7 @@ def test_what_would_fold_is_gone_before_samples_are_left_out(tmp_path):
 def test_resampling_that_costs_level_is_a_warning(tmp_path):
     noise = np.random.default_rng(2).normal(size=len(T))
     words = {"time": "t", "resample": {"rate": 210, "by": "line"}}
-    caution, _ = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
+    caution, _ = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings
     assert caution.slug == "record-lost"
     assert "`by: spline` loses less; a low-pass, `remove: {above: 30 Hz}`" in caution.sentence
     assert caution.numbers["rms_after"] < 0.9 * caution.numbers["rms_before"]
@@ -280,7 +280,7 @@ def test_resampling_that_costs_level_is_a_warning_whatever_the_mean(tmp_path):
     noise = np.random.default_rng(2).normal(size=len(T)) + 9.81
     words = {"time": "t", "resample": {"rate": 210, "by": "line"}, "remove": "mean"}
     slugs = [
-        c.slug for c in motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
+        c.slug for c in motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings
     ]
     assert slugs == ["record-lost", "record-interpolated"]
 
@@ -289,18 +289,18 @@ def test_level_that_a_low_pass_takes_is_not_held_against_the_resampling(tmp_path
     noise = np.random.default_rng(2).normal(size=len(T))
     noise -= noise.mean()
     words = {"time": "t", "resample": {"rate": 1600, "by": "spline"}}
-    (caution,) = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions
+    (caution,) = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings
     assert caution.sentence.endswith(
         "a low-pass, `remove: {above: 30 Hz}` or lower, takes it away"
     )
     words["remove"] = {"above": 30}
-    assert motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).cautions == ()
+    assert motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings == ()
 
 
 def test_clean_up_tells_the_rms_about_the_mean_and_the_mean(tmp_path):
     text = rows(T.tolist(), (9.81 + WAVE).tolist())
     motion = motion_of(tmp_path, text, time="t", remove="mean")
-    assert clean_up(motion)[0].endswith(
+    assert describe_clean_up(motion)[0].endswith(
         "; RMS 1.458 before, 1.458 m/s² after, of the samples about means of 9.81 and 0 m/s²"
     )
 
@@ -327,10 +327,10 @@ def column(values, quantity):
 
 def rms(motion):
     """Return the RMS of ü, linear between samples."""
-    from drysim.core.model import sample_squares
+    from drysim.core.model import integrate_base_squares
 
     end = (len(motion.u_dd) - 1) * motion.dt
-    return np.sqrt(sample_squares(motion._replace(u=None), 0, end)[0] / end)
+    return np.sqrt(integrate_base_squares(motion._replace(u=None), 0, end)[0] / end)
 
 
 @pytest.mark.parametrize(
@@ -350,9 +350,9 @@ def test_rms_that_interpolation_loses_is_a_warning_in_every_quantity(
 ):
     text = column(band(low, high, quantity), quantity)
     motion = motion_of(tmp_path, text, rate=RATE, quantity=quantity)
-    assert [c.slug for c in motion.cautions] == ["record-interpolated"] * lossy
+    assert [c.slug for c in motion.warnings] == ["record-interpolated"] * lossy
     if lossy:
-        kept = motion.cautions[0].numbers["kept"]
+        kept = motion.warnings[0].numbers["kept"]
         assert kept == pytest.approx(rms(motion), abs=2e-3)
     else:
         assert rms(motion) > 0.99
@@ -363,7 +363,7 @@ def test_resampling_does_not_hide_what_the_spline_of_a_record_loses(tmp_path, qu
     text = column(band(55, 95, quantity) + band(1, 5, quantity), quantity)
     words = {"rate": RATE, "quantity": quantity, "resample": {"rate": 1600, "by": "spline"}}
     assert "record-interpolated" in [
-        c.slug for c in motion_of(tmp_path, text, **words).cautions
+        c.slug for c in motion_of(tmp_path, text, **words).warnings
     ]
 
 
@@ -381,7 +381,7 @@ def test_resampling_does_not_hide_what_the_spline_of_a_record_loses(tmp_path, qu
 def test_every_remedy_of_lost_rms_serves(tmp_path, quantity, low, high):
     words = {"rate": RATE, "quantity": quantity, "remove": {"trend": "line", "order": 3}}
     text = column(band(low, high, quantity) + band(1, 4, quantity), quantity)
-    (caution,) = motion_of(tmp_path, text, **words).cautions
+    (caution,) = motion_of(tmp_path, text, **words).warnings
     given = re.findall(r"`(\w+): ({.*?})`", caution.sentence)
     remedies = [{key: yaml.safe_load(value)} for key, value in given]
     if "will do" in caution.sentence:
@@ -391,12 +391,12 @@ def test_every_remedy_of_lost_rms_serves(tmp_path, quantity, low, high):
         "remove"
     ].keys()
     for remedy in remedies:
-        assert motion_of(tmp_path, text, **words | remedy).cautions == ()
+        assert motion_of(tmp_path, text, **words | remedy).warnings == ()
 
 
 def test_few_samples_are_corners_of_a_motion_on_lines(tmp_path):
     text = "a [m/s2]\n0\n0\n1\n0\n-1\n0\n0\n"
-    assert motion_of(tmp_path, text, rate=RATE).cautions == ()
+    assert motion_of(tmp_path, text, rate=RATE).warnings == ()
 
 
 def test_rate_that_no_memory_holds_is_refused(tmp_path):
@@ -429,7 +429,7 @@ def test_band_is_removed_on_both_sides_and_told(tmp_path):
     motion = motion_of(tmp_path, text, time="t", remove=words)
     middle = slice(400, -400)
     np.testing.assert_allclose(motion.u_dd[middle], mid[middle], atol=3e-3)
-    assert clean_up(motion)[0].startswith(
+    assert describe_clean_up(motion)[0].startswith(
         "the mean, what is above 20 Hz and what is below 1 Hz removed (Butterworth of order 4, "
         "both ways): mean 3."
     )
@@ -437,7 +437,7 @@ def test_band_is_removed_on_both_sides_and_told(tmp_path):
 
 @pytest.mark.parametrize("order", [1, 2, 4, 8])
 def test_low_pass_halves_its_own_frequency_and_falls_as_its_order_says(tmp_path, order):
-    from drysim.records.clean import gain
+    from drysim.records.clean import low_pass_gain
 
     for frequency in (10.0, 20.0):
         wave = np.sin(2 * np.pi * frequency * T)
@@ -447,7 +447,7 @@ def test_low_pass_halves_its_own_frequency_and_falls_as_its_order_says(tmp_path,
         left = np.abs(motion.u_dd[middle]).max() / np.abs(wave[middle]).max()
         # The digital filter is the analogue one, its frequencies bent towards half the rate.
         bent = np.tan(np.pi * frequency / RATE) / np.tan(np.pi * 10 / RATE)
-        assert left == pytest.approx(gain(bent, 1, order), rel=0.02)
+        assert left == pytest.approx(low_pass_gain(bent, 1, order), rel=0.02)
 
 
 def test_displacement_is_known_above_a_stated_high_pass_only(tmp_path):
@@ -490,7 +490,7 @@ def test_ends_of_a_record_without_slow_parts_add_next_to_nothing_to_its_displace
 def test_displacement_that_depends_on_the_ends_of_the_record_is_a_warning(tmp_path):
     text, _ = seat_test(3, rms_of_slow=1.0)
     (caution,) = (
-        one for one in motion_of(tmp_path, text, **BAND).cautions
+        one for one in motion_of(tmp_path, text, **BAND).warnings
         if one.slug == "displacement-ends"
     )  # fmt: skip
     assert caution.numbers["share"] > 0.01
@@ -501,7 +501,7 @@ def test_displacement_that_depends_on_the_ends_of_the_record_is_a_warning(tmp_pa
 def test_window_without_the_ends_has_a_displacement_without_a_warning(tmp_path):
     text, u = seat_test(3)
     inner = motion_of(tmp_path, text, **BAND, window={"from": 5.0, "to": 25.0})
-    assert "displacement-ends" not in {one.slug for one in inner.cautions}
+    assert "displacement-ends" not in {one.slug for one in inner.warnings}
     part = u[int(5 * RATE) : int(25 * RATE) + 1]
     rms = np.sqrt(np.mean(part**2))
     assert np.sqrt(np.mean(inner.u**2)) == pytest.approx(rms, rel=0.005)
@@ -561,7 +561,7 @@ def test_clean_up_says_how_much_hangs_on_the_ends_of_a_high_pass(drifting, drysi
 def test_record_without_a_high_pass_is_solved_once(tmp_path, monkeypatch):
     from drysim.study import run as one_case
 
-    monkeypatch.setattr(one_case, "measured", lambda _: pytest.fail("solved twice"))
+    monkeypatch.setattr(one_case, "measure_case", lambda _: pytest.fail("solved twice"))
     (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
     (tmp_path / "r.yaml").write_text(SCENE + "  remove: {trend: mean, above: 30 Hz}\n")
     assert run(load(tmp_path / "r.yaml")).warnings == ()

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from drysim import system
-from drysim.core.model import blocks, largest
+from drysim.core.model import blocks, max_abs
 from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
 from drysim.records import columns as channels_module
 from drysim.records import columns as reader_module
 from drysim.records import text as cells_module
-from drysim.records.columns import Stored
+from drysim.records.columns import LazySamples
 from test_record_formats import at2, mat, mdf, rpc, tdms, uff, wav
 
 # Bad records of every format, at the command line: exit 2, and row, column or field named.
@@ -136,7 +136,7 @@ def test_record_that_lies_on_its_side_is_refused(answer, tmp_path, mark):
 @pytest.mark.parametrize("kind", WRITERS)
 def test_record_beyond_the_memory_is_refused(answer, tmp_path, monkeypatch, kind):
     WRITERS[kind](tmp_path / f"r.{kind}")
-    monkeypatch.setattr(system, "memory", lambda: 2000.0)
+    monkeypatch.setattr(system, "total_memory", lambda: 2000.0)
     assert "GB of memory, this machine has 2e-06 GB" in answer(kind).err
 
 
@@ -202,9 +202,9 @@ SAMPLES = np.random.Generator(np.random.PCG64(5)).integers(-30_000, 30_000, (N, 
 @pytest.fixture
 def small(monkeypatch):
     """Make every record long: parts of a few bytes."""
-    monkeypatch.setattr(channels_module, "KEPT", 0)
-    monkeypatch.setattr(reader_module, "WINDOW", 512)
-    monkeypatch.setattr(cells_module, "BLOCK", 300)
+    monkeypatch.setattr(channels_module, "MAX_KEPT", 0)
+    monkeypatch.setattr(reader_module, "READ_SIZE", 512)
+    monkeypatch.setattr(cells_module, "PARSE_SIZE", 300)
 
 
 def part_wav(folder, width=2):
@@ -229,18 +229,18 @@ def test_long_wav_stays_in_its_file(tmp_path, small, monkeypatch, width):
     parted = record(tmp_path, **words).motion()
     monkeypatch.undo()
     whole = record(tmp_path, **words).motion()
-    assert isinstance(parted.u_dd, Stored)
+    assert isinstance(parted.u_dd, LazySamples)
     assert isinstance(whole.u_dd, np.ndarray)
     assert parted[1:] == whole[1:]
     assert np.array_equal(np.concatenate(list(blocks(parted.u_dd, 77))), whole.u_dd)
-    assert largest(parted.u_dd) == np.abs(whole.u_dd).max()
+    assert max_abs(parted.u_dd) == np.abs(whole.u_dd).max()
 
 
 def test_window_of_a_long_wav_stays_in_its_file(tmp_path, small):
     part_wav(tmp_path)
     words = {"file": "r.wav", "full_scale": "1 m/s2", "channel": 1}
     motion = record(tmp_path, **words, window={"from": 1, "to": 2}).motion()
-    assert isinstance(motion.u_dd, Stored)
+    assert isinstance(motion.u_dd, LazySamples)
     assert len(motion.u_dd) == 401
     assert np.array_equal(motion.u_dd[:], SAMPLES[400:801, 0] / 2.0**15)
     assert np.array_equal(motion.u_dd[10:40][::3], motion.u_dd[10:40:3])

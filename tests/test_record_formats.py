@@ -173,12 +173,12 @@ def test_full_scale_and_unit_go_with_their_kinds_of_samples(tmp_path, samples):
 def test_clipped_samples_are_said(tmp_path, samples):
     clipped = np.clip(np.repeat(samples, 6), -5, 5)
     wav(tmp_path / "r.wav", RATE, clipped)
-    found = motion_of(tmp_path, "r.wav", unit="m/s2").cautions
+    found = motion_of(tmp_path, "r.wav", unit="m/s2").warnings
     assert [c.slug for c in found if c.slug == "record-clipped"] == ["record-clipped"] * 2
     expected = {"limit": -5, "sample": np.argmin(clipped) + 1, "samples": (clipped == -5).sum()}
     assert found[0].numbers == expected
     wav(tmp_path / "r.wav", RATE, np.maximum(samples, 0))
-    found = motion_of(tmp_path, "r.wav", unit="m/s2", remove="mean").cautions
+    found = motion_of(tmp_path, "r.wav", unit="m/s2", remove="mean").warnings
     assert [c.slug for c in found] == ["record-interpolated"]  # white noise
 
 
@@ -330,7 +330,7 @@ def test_mat_whose_numbers_reach_beyond_their_variable_is_refused(tmp_path):
 
 def test_mat_that_unpacks_beyond_the_memory_is_refused(tmp_path, monkeypatch):
     mat(tmp_path / "r.mat", {"acc": np.zeros(10_000)}, do_compression=True)
-    monkeypatch.setattr(system, "memory", lambda: 20_000.0)
+    monkeypatch.setattr(system, "total_memory", lambda: 20_000.0)
     sentence = "the record needs 0.00024 GB of memory, this machine has 2e-05 GB"
     assert refused(tmp_path, "r.mat", step=1, unit="g") == sentence
 

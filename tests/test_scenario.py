@@ -11,15 +11,15 @@ from typing import ClassVar, Literal, get_args
 import pytest
 from pydantic import BaseModel
 
-from drysim.approach import SHELF
-from drysim.core.model import Law, Plant, State
+from drysim.approach import APPROACHES_BY_NAME
+from drysim.core.model import CoulombLaw, Plant, State
 from drysim.errors import ScenarioError
 from drysim.excitation import EXCITATIONS
-from drysim.friction import FRICTIONS
+from drysim.friction import FRICTION_LAWS
 from drysim.scenario import schema
-from drysim.scenario.blocks import with_options
+from drysim.scenario.blocks import solver_with_options
 from drysim.scenario.load import load
-from drysim.scenario.model import Scenario, period
+from drysim.scenario.model import Scenario, scene_period
 from drysim.yaml_document import dump
 
 # A scenario file that is sound: what it means, what it defaults to, and how it runs again.
@@ -70,7 +70,7 @@ def test_only_oscillator_and_excitation_and_a_step_are_needed(scenario):
     found = scenario(SEAT)
     assert found.name == "my seat"
     assert found.oscillator.plant() == Plant(75.0, 7500.0, 500.0)
-    assert found.law() == Law(0.0, 0.0)
+    assert found.law() == CoulombLaw(0.0, 0.0)
     assert found.start.state() == State(0.0, 0.0)
     assert found.stroke is None
     assert found.solver.approach == "stick-slip"
@@ -83,7 +83,7 @@ def test_friction_that_names_no_law_is_coulomb(scenario):
     named = scenario(f"{SEAT}friction: {{law: coulomb, kinetic: 15, static: 18}}\n")
     unnamed = scenario(f"{SEAT}friction: {block}\n")
     assert unnamed.friction.law == "coulomb"
-    assert unnamed.law() == named.law() == Law(15.0, 18.0)
+    assert unnamed.law() == named.law() == CoulombLaw(15.0, 18.0)
     assert unnamed.resolved() == named.resolved()
 
 
@@ -120,7 +120,7 @@ def test_every_word_is_read_in_si(scenario):
 
 def test_periods_are_the_common_period_of_base_and_normal_force(scenario):
     found = scenario(EVERYTHING)
-    assert period(found) == 1.25
+    assert scene_period(found) == 1.25
     assert (found.measure.settle, found.measure.duration) == (5.0, 25.0)
 
 
@@ -129,7 +129,7 @@ def test_record_is_measured_to_its_end_and_not_read_yet(scenario, tmp_path):
     assert (found.measure.settle, found.measure.duration) == (0.0, None)
     assert found.solver.step is None
     assert found.folder == tmp_path
-    assert period(found) is None
+    assert scene_period(found) is None
 
 
 @pytest.mark.parametrize("text", [SEAT, EVERYTHING, RECORD])
@@ -209,21 +209,21 @@ def test_friction_that_the_approach_cannot_use_is_refused(scenario, words, key):
 
 def test_approach_with_options_brings_its_own_block():
     class Smooth(BaseModel):
-        use_friction: ClassVar[bool] = True
+        supports_friction: ClassVar[bool] = True
         approach: Literal["smooth"] = "smooth"
         sharpness: float = 1e3
 
-    block = with_options({**SHELF, "smooth": Smooth})
+    block = solver_with_options({**APPROACHES_BY_NAME, "smooth": Smooth})
     solver = block.model_validate({"approach": "stick-slip", "smooth": {"sharpness": 5}})
     assert solver.smooth == Smooth(sharpness=5)
-    assert solver.member() == SHELF["stick-slip"]()
+    assert solver.member() == APPROACHES_BY_NAME["stick-slip"]()
 
 
 def test_loading_needs_no_heavy_library(tmp_path):
     (tmp_path / "seat.yaml").write_text(EVERYTHING.replace(" deg", ""))
     code = (
-        "import sys; from drysim.scenario import load, cautions\n"
-        "cautions(load('seat.yaml'))\n"
+        "import sys; from drysim.scenario import load, scenario_warnings\n"
+        "scenario_warnings(load('seat.yaml'))\n"
         "assert not {'numba', 'scipy', 'pint', 'matplotlib'} & sys.modules.keys()"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=False)
@@ -263,8 +263,10 @@ def test_every_key_is_described_here_or_where_it_refers_to(words):
 def test_every_member_of_every_shelf_is_in_it(words):
     kinds = {get_args(member.model_fields["kind"].annotation)[0] for member in EXCITATIONS}
     assert set(words["properties"]["excitation"]["discriminator"]["mapping"]) == kinds
-    assert {member.__name__ for member in FRICTIONS} <= words["$defs"].keys()
-    assert words["$defs"]["Solver"]["properties"]["approach"]["enum"] == list(SHELF)
+    assert {member.__name__ for member in FRICTION_LAWS} <= words["$defs"].keys()
+    assert words["$defs"]["Solver"]["properties"]["approach"]["enum"] == list(
+        APPROACHES_BY_NAME
+    )
 
 
 def test_alternatives_exclude_each_other(words):

@@ -12,7 +12,7 @@ from seat import dotted
 import drysim
 from drysim.metrics.spectra import viscous_transmissibility
 from drysim.plots.spectra import draw
-from drysim.study.case import prepare, segment_of
+from drysim.study.case import prepare, segment_length
 
 FLAT = {"kind": "psd", "points": [[0.5, 1], [20, 1]], "duration": 400, "seed": 3}
 ASKED = {"settle": 5, "spectra": True, "segment": 10}
@@ -119,7 +119,7 @@ def test_scaling_motion_and_friction_scales_the_psd_and_leaves_h1(seat):
 def test_long_window_gives_more_averages_rather_than_more_lines(seat, changes, segment):
     words = {"excitation": FLAT, "measure": {"settle": 5, "spectra": True}} | changes
     case = prepare(drysim.load(seat, words))
-    assert segment_of(case) == pytest.approx(segment, rel=1e-12)
+    assert segment_length(case) == pytest.approx(segment, rel=1e-12)
 
 
 def test_summary_states_length_and_number_of_the_segments(drysim, seat):
@@ -145,13 +145,13 @@ def test_coherence_has_a_linear_panel_of_its_own(seat):
 def test_too_few_segments_are_a_warning(seat):
     short = outcome_of(seat, excitation=FLAT | {"duration": 40})
     assert short.spectra.segments == 6
-    assert "few-segments" in {caution.slug for caution in short.warnings}
+    assert "few-segments" in {warning.slug for warning in short.warnings}
 
 
 def test_lines_wider_than_the_resonance_are_a_warning(seat):
     wide = outcome_of(seat, friction=None, oscillator__damping=10)
-    (caution,) = (one for one in wide.warnings if one.slug == "coarse-spectra")
-    assert caution.numbers["width"] == pytest.approx(10 / (2 * np.pi * 75))
+    (warning,) = (one for one in wide.warnings if one.slug == "coarse-spectra")
+    assert warning.numbers["width"] == pytest.approx(10 / (2 * np.pi * 75))
 
 
 @pytest.mark.parametrize(

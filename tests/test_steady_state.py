@@ -7,31 +7,31 @@ import pytest
 
 from drysim.approach import steady_state, taylor
 from drysim.approach.solution import Orbit
-from drysim.approach.steady_state import DYING, Closing
+from drysim.approach.steady_state import DECAY_THRESHOLD, OrbitConvergence
 from drysim.core.model import (
     BRISTLE,
     STRIBECK,
-    Deflected,
-    Dynamic,
+    ContactState,
+    DynamicLaw,
+    ElasticContactLaw,
+    EndStopLaw,
     Plant,
     Sines,
-    Slider,
     State,
-    Stopped,
 )
 from drysim.errors import ScenarioError
-from drysim.scenario.axes import columns_of, points
+from drysim.scenario.axes import iter_points, point_columns
 from drysim.scenario.load import load
-from drysim.scenario.model import columned
+from drysim.scenario.model import with_columns
 from drysim.study.ensemble import run
-from drysim.study.run import Job, Motions, row_of
+from drysim.study.run import Job, MotionCache, solve_row
 from drysim.study.sweep import sweep
 
 # Motions that are followed period by period until they repeat themselves.
 
 
 FAINT = Plant(80.0, 6000.0, 2.0 * 0.01 * (6000.0 * 80.0) ** 0.5)
-DAHL = Dynamic(3.0, 3.0, BRISTLE, sigma_0=1e3)
+DAHL = DynamicLaw(3.0, 3.0, BRISTLE, sigma_0=1e3)
 SINE = Sines((0.5 * 2.0**0.5,), (1.3,), (0.0,))
 PERIOD = 1.0 / 1.3
 
@@ -44,54 +44,54 @@ solver: {step: 10 ms}
 """
 
 
-def follow(matrix, fixed, state, closing):
+def follow(matrix, fixed, state, convergence):
     """Close a linear map; give the states that were followed."""
     states = [state]
     while len(states) < 400:
         end = State(*(fixed + matrix @ (np.array(states[-1]) - fixed)).tolist())
-        closing.add(end, [1.0, 1.0])
-        if closing.repetition()[0] <= closing.closed:
+        convergence.add(end, [1.0, 1.0])
+        if convergence.repetition()[0] <= convergence.closed:
             return [*states, end]
-        states.append(closing.onwards())
+        states.append(convergence.next_state())
     return states
 
 
 def test_changes_of_a_linear_map_are_summed_to_where_they_end():
     matrix, fixed = np.array([[0.9, 0.2], [-0.3, 0.85]]), np.array([0.3, -0.2])
-    states = follow(matrix, fixed, State(0.35, -0.1), Closing(1e-13))
+    states = follow(matrix, fixed, State(0.35, -0.1), OrbitConvergence(1e-13))
     plain = np.log(1e-12) / np.log(np.abs(np.linalg.eigvals(matrix)).max())
     assert len(states) < 0.2 * plain
     np.testing.assert_allclose(states[-1], fixed, rtol=0.0, atol=1e-12)
 
 
 def test_motion_that_grows_is_not_moved_on():
-    closing = Closing(1e-13)
-    states = follow(1.01 * np.eye(2), np.zeros(2), State(1e-6, 1e-6), closing)
+    convergence = OrbitConvergence(1e-13)
+    states = follow(1.01 * np.eye(2), np.zeros(2), State(1e-6, 1e-6), convergence)
     np.testing.assert_allclose(states[-1], 1e-6 * 1.01**399, rtol=1e-12)
 
 
 @pytest.mark.parametrize("periods", [3, 10, 37, 64])
 def test_repetition_of_up_to_64_periods_is_found(periods):
-    closing, draw = Closing(1e-12), np.random.default_rng(periods)
+    convergence, draw = OrbitConvergence(1e-12), np.random.default_rng(periods)
     states = [State(*draw.uniform(-1.0, 1.0, 2)) for _ in range(periods)]
     for state in [*states, *states]:
-        closing.add(state, [1.0, 1.0])
-    change, multiple = closing.repetition()
+        convergence.add(state, [1.0, 1.0])
+    change, multiple = convergence.repetition()
     assert (change, multiple) == (0.0, periods)
 
 
 def test_motion_that_circles_in_on_its_orbit_is_not_taken_for_a_long_repetition():
     """Ten periods are a whole turn, over which the motion changes ten thousand times less."""
-    closing, turn = Closing(1e-12), 2.0 * np.pi / 10.0
+    convergence, turn = OrbitConvergence(1e-12), 2.0 * np.pi / 10.0
     for n in range(100):
         size = 1e-9 * (1.0 - 1e-5) ** n
-        closing.add(State(size * np.cos(n * turn), size * np.sin(n * turn)), [1.0, 1.0])
-    assert closing.repetition()[0] > closing.closed
+        convergence.add(State(size * np.cos(n * turn), size * np.sin(n * turn)), [1.0, 1.0])
+    assert convergence.repetition()[0] > convergence.closed
 
 
 def test_orbit_of_ten_periods_between_stops_is_found():
     F_fk, f = 0.11999109888519495, 0.07957747154594767
-    law = Stopped(F_fk, 5.0 * F_fk, 10.0, e=0.5)
+    law = EndStopLaw(F_fk, 5.0 * F_fk, 10.0, e=0.5)
     motion = Sines((1.0,), (f,), (0.6791759369443524,))
     start = State(0.0, -0.5202476676680174)
     orbit = steady_state.find_orbit(Plant(1.0, 1.0, 0.002), law, motion, start, 1.0 / f)
@@ -99,47 +99,55 @@ def test_orbit_of_ten_periods_between_stops_is_found():
 
 
 def test_sum_that_does_not_come_true_is_taken_back():
-    closing = Closing(1e-13)
-    for x_r in (0.0, DYING / 2, 3 * DYING / 4, 7 * DYING / 8, 15 * DYING / 16):
-        closing.add(State(x_r, 0.0), [1.0, 1.0])
-        onwards = closing.onwards()
-    assert onwards.x_r == pytest.approx(DYING, rel=1e-12)
-    closing.add(State(onwards.x_r + DYING, 0.0), [1.0, 1.0])
-    assert closing.onwards() == State(15 * DYING / 16, 0.0)
+    convergence = OrbitConvergence(1e-13)
+    for x_r in (
+        0.0,
+        DECAY_THRESHOLD / 2,
+        3 * DECAY_THRESHOLD / 4,
+        7 * DECAY_THRESHOLD / 8,
+        15 * DECAY_THRESHOLD / 16,
+    ):
+        convergence.add(State(x_r, 0.0), [1.0, 1.0])
+        next_state = convergence.next_state()
+    assert next_state.x_r == pytest.approx(DECAY_THRESHOLD, rel=1e-12)
+    convergence.add(State(next_state.x_r + DECAY_THRESHOLD, 0.0), [1.0, 1.0])
+    assert convergence.next_state() == State(15 * DECAY_THRESHOLD / 16, 0.0)
 
 
 def test_orbit_of_a_faintly_damped_plant_is_where_many_periods_lead():
-    orbit = steady_state.find_orbit(FAINT, DAHL, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
-    state = Deflected(0.0, 0.0, 0.0)
+    orbit = steady_state.find_orbit(FAINT, DAHL, SINE, ContactState(0.0, 0.0, 0.0), PERIOD)
+    state = ContactState(0.0, 0.0, 0.0)
     for _ in range(500):
-        state = taylor.follow(FAINT, DAHL, SINE, state, PERIOD).state(PERIOD)
+        state = taylor.compute_trajectory(FAINT, DAHL, SINE, state, PERIOD).state(PERIOD)
     assert orbit.settled
     assert orbit.run_up < 100 * PERIOD
     np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=1e-11)
 
 
 def test_orbit_of_a_contact_is_one_that_was_followed():
-    law = Slider(30.0, 1e5)
-    orbit = steady_state.find_orbit(FAINT, law, SINE, Deflected(0.0, 0.0, 0.0), PERIOD)
-    again = steady_state.once(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
+    law = ElasticContactLaw(30.0, 1e5)
+    orbit = steady_state.find_orbit(FAINT, law, SINE, ContactState(0.0, 0.0, 0.0), PERIOD)
+    again = steady_state.march_period(FAINT, law, SINE, orbit.state, PERIOD).state(PERIOD)
     np.testing.assert_allclose(again[:3], orbit.state[:3], rtol=1e-10)
 
 
 NEXT_TO_NONE = {
-    "dahl": Dynamic(1e-14, 1e-14, BRISTLE, sigma_0=1.0),
-    "stribeck": Dynamic(1e-14, 1e-14, STRIBECK),
-    "contact that holds": Slider(100.0, 1.0),
+    "dahl": DynamicLaw(1e-14, 1e-14, BRISTLE, sigma_0=1.0),
+    "stribeck": DynamicLaw(1e-14, 1e-14, STRIBECK),
+    "contact that holds": ElasticContactLaw(100.0, 1.0),
 }
 """Laws that take next to nothing from a motion within metres [N, N/m]."""
 
 
-def at_half_its_natural_frequency(law: Slider | Dynamic, xi: float) -> tuple[Orbit, float]:
+def at_half_its_natural_frequency(
+    law: ElasticContactLaw | DynamicLaw, xi: float
+) -> tuple[Orbit, float]:
     """Give the orbit that rest leads to, and how far it is off x_r = -(m A/k)/(1 - 1/4) sin."""
-    k = 1.0 + (law.k_t if isinstance(law, Slider) else 0.0)
+    k = 1.0 + (law.k_t if isinstance(law, ElasticContactLaw) else 0.0)
     period = 4.0 * np.pi / k**0.5
     plant = Plant(1.0, 1.0, 2.0 * xi * k**0.5)
     sine = Sines((1.0,), (1.0 / period,), (0.0,))
-    orbit = steady_state.find_orbit(plant, law, sine, Deflected(0.0, 0.0, 0.0), period)
+    orbit = steady_state.find_orbit(plant, law, sine, ContactState(0.0, 0.0, 0.0), period)
     fastest = 2.0 * np.pi / period / k / 0.75
     return orbit, abs(orbit.state.v_r / fastest + 1.0)
 
@@ -155,7 +163,7 @@ def test_motion_that_repeats_itself_because_nothing_stills_it_is_one_of_a_contin
 
 def test_changes_that_fall_by_less_than_rounding_tells_are_not_summed(monkeypatch):
     # A sum of them had put a contact on a motion 210 times as large.
-    monkeypatch.setattr(steady_state, "MOST_PERIODS", 200)
+    monkeypatch.setattr(steady_state, "MAX_PERIODS", 200)
     orbit, off = at_half_its_natural_frequency(NEXT_TO_NONE["contact that holds"], 1e-13)
     assert off < 1.1
     assert not orbit.settled
@@ -183,11 +191,11 @@ def test_stated_error_of_an_orbit_holds_what_its_closure_leaves(tmp_path, tolera
 def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
     # Before it holds for good it yields a little less in each period, and where that leaves it
     # no sum of changes tells: one had put its force off by a sixth of the limit.
-    m, contact = Plant(1.0, 100.0, 1.0484), Slider(0.1401529, 48.42263)
+    m, contact = Plant(1.0, 100.0, 1.0484), ElasticContactLaw(0.1401529, 48.42263)
     motion, period = Sines((1.0,), (23.833 / (2 * np.pi),), (0.0,)), 2 * np.pi / 23.833
     start = state = State(-0.0167221, -0.0871299)
     for _ in range(300):
-        state = steady_state.once(m, contact, motion, state, period).state(period)
+        state = steady_state.march_period(m, contact, motion, state, period).state(period)
     orbit = steady_state.find_orbit(m, contact, motion, start, period)
     assert orbit.settled
     np.testing.assert_allclose(orbit.state[:3], state[:3], rtol=0.0, atol=1e-13)
@@ -195,10 +203,10 @@ def test_contact_that_ends_up_holding_keeps_where_it_yielded_last():
 
 A, F = 1.0, 0.5
 RESONANT = {
-    "stribeck": Dynamic(F, F, STRIBECK),
-    "stribeck, loosely": Dynamic(F, F, STRIBECK, tolerance=5e-4),
-    "jenkins": Slider(F, 1e6),
-    "dahl": Dynamic(F, F, BRISTLE, sigma_0=1e6),
+    "stribeck": DynamicLaw(F, F, STRIBECK),
+    "stribeck, loosely": DynamicLaw(F, F, STRIBECK, tolerance=5e-4),
+    "jenkins": ElasticContactLaw(F, 1e6),
+    "dahl": DynamicLaw(F, F, BRISTLE, sigma_0=1e6),
 }
 """Laws that take F |v_r| from an oscillation that is far larger than their contacts bend."""
 
@@ -208,10 +216,10 @@ def test_resonance_without_damper_grows_as_followed_and_is_told_as_not_settled(
     law, monkeypatch
 ):
     # A sum of its even changes put it at 1e9 m, where a metre a period passed for an orbit.
-    monkeypatch.setattr(steady_state, "MOST_PERIODS", 24)
+    monkeypatch.setattr(steady_state, "MAX_PERIODS", 24)
     plant, period, large = Plant(1.0, 1.0, 0.0), 2 * np.pi, 600.0
     sine = Sines((A,), (1.0 / period,), (0.0,))
-    orbit = steady_state.find_orbit(plant, law, sine, Deflected(large, 0.0, 0.0), period)
+    orbit = steady_state.find_orbit(plant, law, sine, ContactState(large, 0.0, 0.0), period)
     assert not orbit.settled
     assert orbit.unique
     grown = (A - 4.0 * F / np.pi) * orbit.run_up / 2.0
@@ -242,8 +250,11 @@ SWEEPS = {
 
 def case_by_case(scenario):
     """Give the rows of a sweep, each solved by itself."""
-    motions = Motions()
-    return [row_of(Job(i, scenario, p), motions) for i, p in enumerate(points(scenario.sweep))]
+    motions = MotionCache()
+    return [
+        solve_row(Job(i, scenario, p), motions)
+        for i, p in enumerate(iter_points(scenario.sweep))
+    ]
 
 
 def same(table, scenario):
@@ -319,8 +330,8 @@ def test_columns_walk_as_the_points_do(tmp_path):
     file = tmp_path / "block.yaml"
     file.write_text(f"{BASE}sweep:\n  {SWEEPS['start']}\n")
     axes = load(file).sweep
-    every = list(points(axes))
-    columns = columns_of(axes, 3, 7)
+    every = list(iter_points(axes))
+    columns = point_columns(axes, 3, 7)
     assert [{k: column[i] for k, column in columns.items()} for i in range(4)] == every[3:7]
 
 
@@ -331,7 +342,7 @@ def test_columned_scenario_gives_columns_of_symbols(tmp_path):
         + f"sweep:\n  {SWEEPS['friction']}\n  oscillator.mass: [60, 90]\n"
     )
     scenario = load(file)
-    case = columned(scenario, columns_of(scenario.sweep, 0, 12))
-    alone = [scenario.at(point) for point in points(scenario.sweep)]
+    case = with_columns(scenario, point_columns(scenario.sweep, 0, 12))
+    alone = [scenario.at(point) for point in iter_points(scenario.sweep)]
     assert case.oscillator.plant().b.tolist() == [one.oscillator.plant().b for one in alone]
     assert case.law().F_fs.tolist() == [one.law().F_fs for one in alone]

@@ -18,10 +18,10 @@ import drysim as package
 from drysim import errors
 from drysim.approach import steady_state
 from drysim.approach.stick_slip import StickSlip, Viscous
-from drysim.core.model import Law, Plant, Samples, Sines, State, Stopped
+from drysim.core.model import CoulombLaw, EndStopLaw, Plant, Samples, Sines, State
 from drysim.errors import SolverError, UsageError
 from drysim.metrics.table import measure
-from drysim.plots.response import curve, stops_met
+from drysim.plots.response import curve_with_events, stop_impacts
 
 # End stops, bumpers and rigid ones: against a state machine, closed forms, invariants.
 
@@ -30,22 +30,22 @@ LIMIT = 0.004
 STILL = Sines((), (), ())
 NOISE = noise(1200, 4.0, seed=3)
 STOPS = {
-    "undamped bumper": Stopped(45.0, 54.0, LIMIT, k_s=2e5),
-    "damped bumper": Stopped(45.0, 54.0, LIMIT, k_s=2e5, b_s=300.0),
-    "dead bumper": Stopped(45.0, 45.0, LIMIT, k_s=5e4, b_s=8e3),
-    "rebound": Stopped(45.0, 54.0, LIMIT, e=0.6),
-    "no rebound": Stopped(45.0, 54.0, LIMIT),
-    "no friction": Stopped(0.0, 0.0, LIMIT, e=0.8),
-    "varying": Stopped(30.0, 36.0, LIMIT, 2e5, 300.0, 0.0, 0.5, 2 * math.pi * 2.3, 0.4),
+    "undamped bumper": EndStopLaw(45.0, 54.0, LIMIT, k_s=2e5),
+    "damped bumper": EndStopLaw(45.0, 54.0, LIMIT, k_s=2e5, b_s=300.0),
+    "dead bumper": EndStopLaw(45.0, 45.0, LIMIT, k_s=5e4, b_s=8e3),
+    "rebound": EndStopLaw(45.0, 54.0, LIMIT, e=0.6),
+    "no rebound": EndStopLaw(45.0, 54.0, LIMIT),
+    "no friction": EndStopLaw(0.0, 0.0, LIMIT, e=0.8),
+    "varying": EndStopLaw(30.0, 36.0, LIMIT, 2e5, 300.0, 0.0, 0.5, 2 * math.pi * 2.3, 0.4),
 }
 
 
-def drawn(seed: int) -> tuple[Plant, Stopped, State]:
+def drawn(seed: int) -> tuple[Plant, EndStopLaw, State]:
     """Give a scene of either kind of stop, the start inside the stroke or beyond a bumper."""
     draw = np.random.default_rng(seed)
     plant = Plant(75.0, float(draw.choice([0.0, 2e3, 7.5e3])), float(draw.choice([0.0, 400.0])))
     F_fk = float(draw.uniform(0.0, 60.0))
-    law = Stopped(F_fk, F_fk * float(draw.choice([1.0, 1.3])), LIMIT)
+    law = EndStopLaw(F_fk, F_fk * float(draw.choice([1.0, 1.3])), LIMIT)
     if seed % 2:
         law = law._replace(k_s=2e5, b_s=float(draw.choice([0.0, 300.0, 3e3, 8e3])))
     else:
@@ -89,7 +89,7 @@ def agrees(response, march):
         hits = np.array([(t, v) for t, v in hits if abs(v) > 1e-6])
         return *at(pieces, response.t[:-1]), *hits.T
 
-    t, v = response.track.hits()
+    t, v = response.trajectory.hits()
     t, v = t[np.abs(v) > 1e-6], v[np.abs(v) > 1e-6]
     own = 1e-12, 1e-10, 1e-11, 1e-6 * np.abs(v)
     assert_agrees([response.x_r[:-1], response.v_r[:-1], t, v], known, own)
@@ -99,7 +99,7 @@ def agrees(response, march):
 @pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
 class TestInvariants:
     def test_energy_closes(self, law, motion):
-        metrics = measure(solved(law, motion, duration=2.9).track, (0.7, 2.9), LIMIT)
+        metrics = measure(solved(law, motion, duration=2.9).trajectory, (0.7, 2.9), LIMIT)
         assert metrics["energy_residual"] < 1e-13
         assert metrics["contacts"] > 1
         assert metrics["energy_stops"] > -1e-12
@@ -137,32 +137,36 @@ class TestInvariants:
             pytest.skip("only samples begin anew at any of them")
         whole = solved(law, motion)
         rest = Samples(motion.u_dd[400:], motion.dt)
-        part = solved(law, rest, start=whole.track.state(400 * STEP))
+        part = solved(law, rest, start=whole.trajectory.state(400 * STEP))
         assert np.abs(part.x_r - whole.x_r[400:]).max() < 1e-12
 
 
 def test_no_work_is_done_on_stops_that_are_not_there():
-    totals = StickSlip().track(PAPER, Law(15.0, 15.0), NOISE, REST, STEP).totals(0.0, 1.0)
+    totals = (
+        StickSlip()
+        .trajectory(PAPER, CoulombLaw(15.0, 15.0), NOISE, REST, STEP)
+        .totals(0.0, 1.0)
+    )
     assert totals.hits == 0.0
 
 
 @pytest.mark.parametrize("motion", [sine(2.5, 1.6), NOISE], ids=["sine", "noise"])
 def test_stops_beyond_reach_leave_every_bit_as_it_is(motion):
-    bare = solved(Law(45.0, 54.0), motion, duration=2.9)
-    law = Stopped(45.0, 54.0, 1.01 * float(np.abs(bare.x_r).max()), e=0.5)
+    bare = solved(CoulombLaw(45.0, 54.0), motion, duration=2.9)
+    law = EndStopLaw(45.0, 54.0, 1.01 * float(np.abs(bare.x_r).max()), e=0.5)
     far = solved(law, motion, duration=2.9)
     assert (far.x_r == bare.x_r).all()
     assert (far.x_dd == bare.x_dd).all()
     assert far.numerics.core == bare.numerics.core
     assert "never reached" in far.numerics.why
     assert not far.F_stop.any()
-    assert measure(far.track, (0.0, 2.9), far.law.x_rM)["contacts"] == 0
+    assert measure(far.trajectory, (0.0, 2.9), far.law.x_rM)["contacts"] == 0
 
 
 def test_orbit_that_never_reaches_its_stops_is_the_orbit_without_them():
     scene = sine(1.0, 1.6), REST, 1 / 1.6
-    bare = StickSlip().orbit(PAPER, Law(45.0, 54.0), *scene)
-    assert StickSlip().orbit(PAPER, Stopped(45.0, 54.0, 0.5, e=0.5), *scene) == bare
+    bare = StickSlip().orbit(PAPER, CoulombLaw(45.0, 54.0), *scene)
+    assert StickSlip().orbit(PAPER, EndStopLaw(45.0, 54.0, 0.5, e=0.5), *scene) == bare
 
 
 @pytest.mark.parametrize("name", ["damped bumper", "undamped bumper", "rebound", "no rebound"])
@@ -171,16 +175,16 @@ def test_orbit_between_stops_closes(name):
     orbit = StickSlip().orbit(PAPER, STOPS[name], motion, REST, period)
     assert orbit.settled
     length = orbit.periods * period
-    track = StickSlip().track(PAPER, STOPS[name], motion, orbit.state, STEP, length)
-    end = track.state(length)
+    trajectory = StickSlip().trajectory(PAPER, STOPS[name], motion, orbit.state, STEP, length)
+    end = trajectory.state(length)
     assert end.x_r == pytest.approx(orbit.state.x_r, abs=1e-13)
     assert end.v_r == pytest.approx(orbit.state.v_r, abs=1e-11)
-    assert len(track.hits().t) >= 2 * orbit.periods
+    assert len(trajectory.hits().t) >= 2 * orbit.periods
 
 
 def test_mass_that_bounces_without_loss_is_on_one_orbit_of_a_continuum():
     """There and back in a period; a little faster, it is back a little sooner for ever."""
-    free, elastic = Plant(75.0, 0.0, 0.0), Stopped(0.0, 0.0, 0.01, e=1.0)
+    free, elastic = Plant(75.0, 0.0, 0.0), EndStopLaw(0.0, 0.0, 0.01, e=1.0)
     orbit = steady_state.find_orbit(free, elastic, sine(0.0, 1.0), State(0.0, 0.04), 1.0)
     assert orbit.settled
     assert not orbit.unique
@@ -196,93 +200,99 @@ def test_orbit_of_lossy_rebounds_without_a_damper_draws_its_neighbours():
 class TestClosedForms:
     def test_free_mass_between_two_rigid_stops_conserves_its_energy(self):
         """1e5 impacts of a mass that nothing but the stops acts on."""
-        law, v = Stopped(0.0, 0.0, 0.01, e=1.0), 1.0
-        track = StickSlip().track(
+        law, v = EndStopLaw(0.0, 0.0, 0.01, e=1.0), 1.0
+        trajectory = StickSlip().trajectory(
             Plant(1.0, 0.0, 0.0), law, STILL, State(0.0, v), 1.0, 0.02 * 100_000 - 0.005
         )
-        t, v_r = track.hits()
+        t, v_r = trajectory.hits()
         assert len(t) == 100_000
         assert (np.abs(v_r) == 1.0).all()
         assert t == pytest.approx(0.01 + 0.02 * np.arange(len(t)), rel=1e-11)
 
     def test_sprung_mass_between_rigid_stops_conserves_its_energy(self):
-        plant, law = Plant(1.0, 100.0, 0.0), Stopped(0.0, 0.0, 0.01, e=1.0)
-        track = StickSlip().track(plant, law, STILL, State(0.003, 0.4), 1.0, 5_500.0)
+        plant, law = Plant(1.0, 100.0, 0.0), EndStopLaw(0.0, 0.0, 0.01, e=1.0)
+        trajectory = StickSlip().trajectory(plant, law, STILL, State(0.003, 0.4), 1.0, 5_500.0)
         held = 100.0 * 0.003**2 + 0.4**2
-        _, v_r = track.hits()
+        _, v_r = trajectory.hits()
         assert len(v_r) > 100_000
         assert np.abs(np.square(v_r) + 100.0 * 0.01**2 - held).max() < 1e-10 * held
 
     def test_ball_comes_to_rest_when_the_series_of_its_bounces_ends(self):
         """Thrown up from the stop by v against a steady pull g: 2 v/(g (1 - e)) in all."""
         g, v, e = 2.0, 0.3, 0.6
-        law = Stopped(0.0, 0.0, 0.1, e=e)
+        law = EndStopLaw(0.0, 0.0, 0.1, e=e)
         pull = Samples(np.full(200, -g), 0.01)
-        track = StickSlip().track(Plant(3.0, 0.0, 0.0), law, pull, State(0.1, -v), 1.0, None)
-        t, v_r = track.hits()
+        trajectory = StickSlip().trajectory(
+            Plant(3.0, 0.0, 0.0), law, pull, State(0.1, -v), 1.0, None
+        )
+        t, v_r = trajectory.hits()
         flights = 2 * v / g * e ** np.arange(len(t))
         assert t == pytest.approx(np.cumsum(flights), abs=1e-14)
         assert v_r == pytest.approx(v * e ** np.arange(len(t)), rel=1e-9)
-        rests = track.events.t[track.events.kind == 0]
+        rests = trajectory.events.t[trajectory.events.kind == 0]
         assert rests == pytest.approx([2 * v / (g * (1 - e))], abs=1e-13)
         assert 20 < len(t) < 60
-        assert track.state(1.0) == State(0.1, 0.0)
-        assert track.totals(0.0, 1.99).hits == pytest.approx(0.5 * 3.0 * v**2, rel=1e-14)
+        assert trajectory.state(1.0) == State(0.1, 0.0)
+        assert trajectory.totals(0.0, 1.99).hits == pytest.approx(0.5 * 3.0 * v**2, rel=1e-14)
 
     @pytest.mark.parametrize(("limit", "F"), [(0.05, 0.0), (0.05, 0.3), (500.0, 0.3)])
     def test_rebounds_too_small_to_be_seen_are_flight_and_not_rest(self, limit, F):
         """Times and x"² of the whole chatter are a geometric series; then the mass is stuck."""
         e, end, pull = 0.9, 400.0, Samples(np.full(401, 1.0), 1.0)
-        law = Stopped(F, F, limit, e=e)
-        track = StickSlip().track(Plant(1.0, 0.0, 0.0), law, pull, REST, 1.0, None)
+        law = EndStopLaw(F, F, limit, e=e)
+        trajectory = StickSlip().trajectory(Plant(1.0, 0.0, 0.0), law, pull, REST, 1.0, None)
         q, p = 1.0 - F, 1.0 + F
         first = math.sqrt(2.0 * q * limit)
         flight = e * first * (1.0 / p + 1.0 / math.sqrt(p * q))
         rest = first / q + flight / (1.0 - e * math.sqrt(q / p))
-        totals = track.totals(0.0, end)
-        assert track.events.t[-1] == pytest.approx(rest, rel=1e-14)
+        totals = trajectory.totals(0.0, end)
+        assert trajectory.events.t[-1] == pytest.approx(rest, rel=1e-14)
         assert totals.stuck == pytest.approx(end - rest, rel=1e-14)
         assert totals.x_dd2 == pytest.approx(F * F * rest + end - rest, rel=1e-13)
 
     def test_rest_of_a_chatter_may_be_longer_than_a_step(self):
         g, v, e, limit = 1.0, 2e-3, 0.999, 1e6
         pull = Samples(np.full(501, -g), 0.01)
-        law = Stopped(0.0, 0.0, limit, e=e)
-        track = StickSlip().track(Plant(1.0, 0.0, 0.0), law, pull, State(limit, -v), 1.0, None)
+        law = EndStopLaw(0.0, 0.0, limit, e=e)
+        trajectory = StickSlip().trajectory(
+            Plant(1.0, 0.0, 0.0), law, pull, State(limit, -v), 1.0, None
+        )
         rest = 2.0 * v / (g * (1.0 - e))
-        assert track.hits().t[-1] < rest - 0.02
-        assert track.events.t[-1] == pytest.approx(rest, rel=1e-12)
-        assert track.totals(0.0, 5.0).stuck == pytest.approx(5.0 - rest, rel=1e-12)
-        assert track.state(rest - 0.005) == State(limit, 0.0)
+        assert trajectory.hits().t[-1] < rest - 0.02
+        assert trajectory.events.t[-1] == pytest.approx(rest, rel=1e-12)
+        assert trajectory.totals(0.0, 5.0).stuck == pytest.approx(5.0 - rest, rel=1e-12)
+        assert trajectory.state(rest - 0.005) == State(limit, 0.0)
 
     def test_mass_at_rest_leaves_its_stop_as_the_force_turns(self):
         """Pressed, then pulled away: it leaves as |F_L| exceeds F_fs on that side."""
         u_dd = np.interp(np.arange(201) * 0.01, [0.0, 1.0, 2.0], [-3.0, 0.0, 3.0])
-        law = Stopped(30.0, 60.0, 0.1, e=0.4)
-        track = StickSlip().track(
+        law = EndStopLaw(30.0, 60.0, 0.1, e=0.4)
+        trajectory = StickSlip().trajectory(
             Plant(75.0, 0.0, 100.0), law, Samples(u_dd, 0.01), State(0.1, 0.0), 1.0
         )
-        leaves = track.events.t[track.events.kind == -1]
+        leaves = trajectory.events.t[trajectory.events.kind == -1]
         assert leaves == pytest.approx([1.0 + 60.0 / 75.0 / 3.0], rel=1e-14)
-        pressed = track.at(np.array([0.2]))
+        pressed = trajectory.at(np.array([0.2]))
         assert pressed[2] == pytest.approx(75.0 * 2.4 - 60.0)
         assert pressed[3] == pytest.approx(60.0)
 
     def test_bumper_catches_a_mass_for_half_a_swing(self):
-        plant, law = Plant(2.0, 0.0, 0.0), Stopped(0.0, 0.0, 0.01, k_s=5e3)
-        track = StickSlip().track(plant, law, STILL, State(0.0, 0.5), 1.0, 0.2)
+        plant, law = Plant(2.0, 0.0, 0.0), EndStopLaw(0.0, 0.0, 0.01, k_s=5e3)
+        trajectory = StickSlip().trajectory(plant, law, STILL, State(0.0, 0.5), 1.0, 0.2)
         omega = 50.0
-        metrics = measure(track, (0.0, 0.1), 0.01)
+        metrics = measure(trajectory, (0.0, 0.1), 0.01)
         assert metrics["stop_force_peak"] == pytest.approx(5e3 * 0.5 / omega, rel=1e-13)
         assert metrics["contacts"] == 1
-        ends = track.events.t[track.events.kind == -5]
+        ends = trajectory.events.t[trajectory.events.kind == -5]
         assert ends[0] == pytest.approx(0.02 + math.pi / omega, rel=1e-13)
 
     def test_damped_bumper_gives_the_restitution_of_its_closed_form(self):
         """Contact ends as k_s xi + b_s v_r is zero: at tan ω_d t = 2 ξ q/(2 ξ² - 1)."""
         m, k_s, b_s, v = 2.0, 5e3, 40.0, 0.5
-        law = Stopped(0.0, 0.0, 0.01, k_s=k_s, b_s=b_s)
-        track = StickSlip().track(Plant(m, 0.0, 0.0), law, STILL, State(0.01, v), 1.0, 0.2)
+        law = EndStopLaw(0.0, 0.0, 0.01, k_s=k_s, b_s=b_s)
+        trajectory = StickSlip().trajectory(
+            Plant(m, 0.0, 0.0), law, STILL, State(0.01, v), 1.0, 0.2
+        )
         omega, xi = math.sqrt(k_s / m), b_s / (2 * math.sqrt(k_s * m))
         q = math.sqrt(1 - xi**2)
         ends = math.atan2(2 * xi * q, 2 * xi**2 - 1) % math.pi / (omega * q)
@@ -291,8 +301,10 @@ class TestClosedForms:
             * math.exp(-xi * omega * ends)
             * (math.cos(q * omega * ends) - xi / q * math.sin(q * omega * ends))
         )
-        assert track.events.t[track.events.kind == -5][0] == pytest.approx(ends, rel=1e-12)
-        assert track.state(ends + 1e-4).v_r == pytest.approx(after, rel=1e-12)
+        assert trajectory.events.t[trajectory.events.kind == -5][0] == pytest.approx(
+            ends, rel=1e-12
+        )
+        assert trajectory.state(ends + 1e-4).v_r == pytest.approx(after, rel=1e-12)
 
 
 def restitution_of(xi: float) -> float:
@@ -304,7 +316,7 @@ def restitution_of(xi: float) -> float:
 
 def test_stiff_bumpers_come_to_restitution_as_one_over_the_root_of_their_stiffness():
     xi, motion = 0.3, sine(2.5, 1.6)
-    rigid = Stopped(20.0, 20.0, LIMIT, e=restitution_of(xi))
+    rigid = EndStopLaw(20.0, 20.0, LIMIT, e=restitution_of(xi))
     exact = solved(rigid, motion, duration=0.5).x_r
     errors = []
     for k_s in (1e9, 1e11, 1e13):
@@ -318,16 +330,16 @@ def test_stiff_bumpers_come_to_restitution_as_one_over_the_root_of_their_stiffne
 class TestStarts:
     @pytest.mark.parametrize("side", [1, -1])
     def test_on_a_rigid_stop_and_moving_out_the_mass_is_thrown_back_at_once(self, side):
-        law = Stopped(0.0, 0.0, LIMIT, e=0.5)
+        law = EndStopLaw(0.0, 0.0, LIMIT, e=0.5)
         start = State(side * LIMIT, side * 0.2)
-        track = StickSlip().track(PAPER, law, STILL, start, STEP, 0.02)
-        assert track.state(0.0) == State(side * LIMIT, -side * 0.1)
-        assert measure(track, (0.0, 0.02), LIMIT)["contacts"] == 1
+        trajectory = StickSlip().trajectory(PAPER, law, STILL, start, STEP, 0.02)
+        assert trajectory.state(0.0) == State(side * LIMIT, -side * 0.1)
+        assert measure(trajectory, (0.0, 0.02), LIMIT)["contacts"] == 1
 
     def test_on_a_rigid_stop_at_rest_the_spring_pulls_the_mass_away(self):
-        law = Stopped(10.0, 10.0, LIMIT, e=0.5)
+        law = EndStopLaw(10.0, 10.0, LIMIT, e=0.5)
         response = solved(law, STILL, State(LIMIT, 0.0), 1.0)
-        free = solved(Law(10.0, 10.0), STILL, State(LIMIT, 0.0), 1.0)
+        free = solved(CoulombLaw(10.0, 10.0), STILL, State(LIMIT, 0.0), 1.0)
         assert np.abs(response.x_r - free.x_r).max() < 1e-16
 
     @pytest.mark.parametrize("v_r", [0.5, 0.0, -0.05, -2.0])
@@ -339,7 +351,7 @@ class TestStarts:
 
     def test_bumper_is_felt_again_where_the_mass_slows_down_beyond_the_limit(self):
         """A dead bumper, and friction that brakes harder than the bumper relaxes."""
-        law = Stopped(3000.0, 3000.0, LIMIT, k_s=5e4, b_s=8e3)
+        law = EndStopLaw(3000.0, 3000.0, LIMIT, k_s=5e4, b_s=8e3)
         response = solved(law, STILL, State(3 * LIMIT, -0.3), 0.1)
         assert response.events.names[:2] == ["slip-", "contact-"]
 
@@ -363,11 +375,11 @@ def test_elastic_chatter_without_end_is_an_error_that_names_its_time(monkeypatch
     """Pressed for long and braked by nothing but the damper, it hits the stop ever faster."""
     from drysim.approach import scene
 
-    monkeypatch.setattr(scene, "MOST_EVENTS", 2_000)
-    law = Stopped(0.0, 0.0, 0.01, e=1.0)
+    monkeypatch.setattr(scene, "MAX_EVENTS", 2_000)
+    law = EndStopLaw(0.0, 0.0, 0.01, e=1.0)
     pressed = Samples(np.full(101, -5.0), 1.0)
     with pytest.raises(SolverError, match="events, more than anybody reads"):
-        StickSlip().track(Plant(1.0, 0.0, 1.0), law, pressed, State(0.01, -0.1), 1.0)
+        StickSlip().trajectory(Plant(1.0, 0.0, 1.0), law, pressed, State(0.01, -0.1), 1.0)
 
 
 SEAT = {**PAPER._asdict(), "u_dd": NOISE.u_dd, "dt": STEP}
@@ -410,11 +422,13 @@ class TestSimulate:
 def test_force_that_only_touches_zero_on_a_sample_does_not_pull_the_mass_away():
     """A record of few levels presses the mass to its stop, lets go and presses, on samples."""
     levels = np.random.default_rng(7).integers(-2, 3, 2000) * 2.0
-    law, dt = Stopped(0.0, 0.0, 0.002, e=0.3), 0.004544964648018394
-    track = StickSlip().track(Plant(1.0, 0.0, 0.5), law, Samples(levels, dt), REST, STEP)
-    assert len(track.events) > 100
-    assert (np.diff(track.events.t) >= 0.0).all()
-    assert (track.hits().v_r != 0.0).all()
+    law, dt = EndStopLaw(0.0, 0.0, 0.002, e=0.3), 0.004544964648018394
+    trajectory = StickSlip().trajectory(
+        Plant(1.0, 0.0, 0.5), law, Samples(levels, dt), REST, STEP
+    )
+    assert len(trajectory.events) > 100
+    assert (np.diff(trajectory.events.t) >= 0.0).all()
+    assert (trajectory.hits().v_r != 0.0).all()
 
 
 # End stops from the scenario to its files: words, columns, metrics, warnings, comparisons.
@@ -509,7 +523,7 @@ def test_scene_without_stops_has_none_of_it(tmp_path, drysim):
 
 def test_rigid_impacts_are_told_to_stand_in_no_acceleration(tmp_path):
     outcome = package.run(loaded(tmp_path, RIGID))
-    assert "impacts-left-out" in {caution.slug for caution in outcome.warnings}
+    assert "impacts-left-out" in {warning.slug for warning in outcome.warnings}
     assert outcome.metrics["stop_force_peak"] is None
     speed = outcome.metrics["impact_speed"]
     assert outcome.metrics["impulse_peak"] == pytest.approx(75 * 1.4 * speed, rel=1e-15)
@@ -549,7 +563,7 @@ def test_sweep_that_meets_rigid_stops_says_that_T_a_leaves_the_impacts_out(tmp_p
     """An orbit between close rigid stops has a T_a of 0.4 that reads like good isolation."""
     for stops in (RIGID, BUMPERS):
         table = package.sweep(loaded(tmp_path, stops, f"sweep={words}"))
-        slugs = [caution.slug for caution in table.warnings]
+        slugs = [warning.slug for warning in table.warnings]
         met = any(row.metrics["contacts"] for row in table)
         assert ("impacts-left-out" in slugs) == (met and stops == RIGID)
         assert met == (words != "{stroke.limit: [1 m]}")
@@ -575,7 +589,7 @@ def test_compare_says_who_knows_no_stops(tmp_path, words, sentence):
     )
     scenario = loaded(tmp_path, BUMPERS, "friction.static_ratio=1", lugre)
     found = package.compare(scenario, words)
-    told = [caution.sentence for caution in found.table.warnings if caution.slug == "left-out"]
+    told = [warning.sentence for warning in found.table.warnings if warning.slug == "left-out"]
     assert any(one.startswith(sentence) for one in told)
     assert not any(one.startswith(("stick-slip", "coulomb", "viscous knows")) for one in told)
     peaks = {row.approach: row.metrics["x_r_peak"] for row in found.table.rows}
@@ -622,8 +636,8 @@ def test_rigid_stops_of_any_seed_leave_impacts_out(tmp_path):
 
 def test_picture_marks_every_hit(tmp_path):
     response = package.run(loaded(tmp_path, BUMPERS)).response
-    assert [x_r for _, x_r in stops_met(response)] == [-0.015, 0.015]
-    shown = curve(response, slice(None))
+    assert [x_r for _, x_r in stop_impacts(response)] == [-0.015, 0.015]
+    shown = curve_with_events(response, slice(None))
     assert (np.diff(shown.t) >= 0).all()
     jumps = np.abs(np.diff(shown.x_dd))[np.diff(shown.t) < 1e-12]
     assert jumps.max() > 0.5
@@ -646,7 +660,7 @@ def test_mass_that_a_squeezed_bumper_drives_is_not_said_to_stay(tmp_path):
     rest = "excitation={kind: rest}", "measure.duration=1", "friction.kinetic=200"
     inside = package.run(loaded(tmp_path, BUMPERS, *rest, "start.x_r=14 mm"))
     beyond = package.run(loaded(tmp_path, BUMPERS, *rest, "start.x_r=20 mm"))
-    slugs = [{caution.slug for caution in made.warnings} for made in (inside, beyond)]
+    slugs = [{warning.slug for warning in made.warnings} for made in (inside, beyond)]
     assert "will-not-move" in slugs[0]
     assert "will-not-move" not in slugs[1]
     assert len(beyond.events) > 1

@@ -17,7 +17,7 @@ from cluster_scenes import blocks_in
 
 from drysim.cli import process
 from drysim.console import many, terminal
-from drysim.system import in_order
+from drysim.system import map_in_order
 from test_cli import tree
 
 FULL = pytest.mark.skipif(
@@ -126,11 +126,11 @@ def test_sweep_that_is_asked_to_go_says_so_once_and_keeps_its_cases(seat, name):
 
 def test_fault_that_comes_of_an_interruption_is_no_bug(drysim, seat, monkeypatch):
     def cut_short(_):
-        process.ASKED.set()
+        process.INTERRUPT_REQUESTED.set()
         raise AttributeError("partially initialised module")
 
-    monkeypatch.setattr(process, "ASKED", threading.Event())
-    monkeypatch.setattr("drysim.cli.ASKED", process.ASKED)
+    monkeypatch.setattr(process, "INTERRUPT_REQUESTED", threading.Event())
+    monkeypatch.setattr("drysim.cli.INTERRUPT_REQUESTED", process.INTERRUPT_REQUESTED)
     monkeypatch.setattr("drysim.study.run.solve", cut_short)
     answer = drysim("run", seat)
     assert answer.code == 130
@@ -203,12 +203,12 @@ def test_system_without_memory_is_told_as_such(drysim, seat, monkeypatch):
 def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monkeypatch, kind):
     class Finalised:
         def __del__(self):
-            process.ASKED.set()  # and the exception is printed, but goes no further
+            process.INTERRUPT_REQUESTED.set()  # and the exception is printed, but goes no further
 
     def progress(*_):
         return nullcontext(lambda number=1: Finalised() and None)
 
-    monkeypatch.setattr(process, "ASKED", threading.Event())
+    monkeypatch.setattr(process, "INTERRUPT_REQUESTED", threading.Event())
     monkeypatch.setattr(terminal, "progress", progress)
     done = drysim(*MANY[kind][:1], seat, *MANY[kind][1:], "--workers", 1, "--no-plots", "-q")
     assert done.code == 130
@@ -218,10 +218,10 @@ def test_interrupt_that_python_passes_over_ends_the_work_soon(drysim, seat, monk
 
 DEAF = """
 import ctypes, signal
-from drysim.cli.process import tidy_up_first
+from drysim.cli.process import install_signal_handlers
 for name in "SIGINT", "SIGTERM", "SIGHUP":  # which may be ignored here
     signal.signal(getattr(signal, name), signal.default_int_handler)
-tidy_up_first()
+install_signal_handlers()
 libc, lock = ctypes.CDLL(None), ctypes.create_string_buffer(256)
 libc.pthread_mutex_lock(lock)
 try:
@@ -243,9 +243,9 @@ def test_process_deep_in_a_kernel_obeys_a_signal(name):
     while running.poll() is None:
         running.send_signal(getattr(signal, name))
         with suppress(subprocess.TimeoutExpired):
-            running.wait(3.0 * process.PATIENCE)
+            running.wait(3.0 * process.SIGNAL_TIMEOUT)
     assert running.returncode == 130
-    assert running.communicate()[1] == process.GOODBYE.decode()
+    assert running.communicate()[1] == process.INTERRUPT_MESSAGE.decode()
 
 
 @pytest.mark.parametrize("threads", [2, 3])
@@ -258,7 +258,7 @@ def test_endless_work_of_a_thread_does_not_keep_who_is_interrupted(threads):
             free.wait()
         return piece
 
-    found = in_order(work, range(9), threads)
+    found = map_in_order(work, range(9), threads)
     assert next(found) == 0
     assert begun.wait(60)
     found.close()
@@ -270,8 +270,8 @@ def test_signal_that_is_ignored_stays_so(seat):
     program = (
         "import signal, sys\n"
         "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "from drysim.cli.process import tidy_up_first\n"
-        "tidy_up_first()\n"
+        "from drysim.cli.process import install_signal_handlers\n"
+        "install_signal_handlers()\n"
         "print(signal.getsignal(signal.SIGHUP) == signal.SIG_IGN,\n"
         "      callable(signal.getsignal(signal.SIGTERM)))\n"
     )

@@ -12,10 +12,10 @@ from seat import dotted
 
 import drysim
 from drysim import system
-from drysim.errors import Caution
+from drysim.errors import WarningMessage
 from drysim.study import case, gallery
-from drysim.study.case import examine
-from drysim.study.warnings import found
+from drysim.study.case import find_problems
+from drysim.study.warnings import response_warnings
 
 LOUD = {"excitation.rms": 2.0}
 
@@ -27,7 +27,7 @@ def outcome_of(seat, **overrides):
 
 def slugs(outcome):
     """Give the slugs of the warnings."""
-    return [caution.slug for caution in outcome.warnings]
+    return [warning.slug for warning in outcome.warnings]
 
 
 def test_outcome_holds_response_metrics_checks_and_events(seat):
@@ -42,7 +42,7 @@ def test_outcome_holds_response_metrics_checks_and_events(seat):
 def test_exit_code_is_1_for_a_failed_check_and_under_strict_for_a_warning(seat):
     sound = outcome_of(seat, checks=["T_a < 2"])
     failed = outcome_of(seat, checks=["T_a < 0.1"])
-    warned = replace(sound, warnings=(Caution("planted", "A planted warning."),))
+    warned = replace(sound, warnings=(WarningMessage("planted", "A planted warning."),))
     assert [one.exit_code() for one in (sound, failed, warned)] == [0, 1, 0]
     assert [one.exit_code(strict=True) for one in (sound, failed, warned)] == [0, 1, 1]
 
@@ -74,19 +74,19 @@ def test_mass_below_the_static_limit_stands_still(seat):
 
 def test_stroke_violation_in_the_window_is_a_warning_with_its_numbers(seat):
     outcome = outcome_of(seat, stroke__limit="5 mm")
-    (caution,) = outcome.warnings
-    assert caution.slug == "stroke-violated"
-    assert "5 mm" in caution.sentence
-    assert caution.numbers["x_r_peak"] == outcome.metrics["x_r_peak"] > 0.005
+    (warning,) = outcome.warnings
+    assert warning.slug == "stroke-violated"
+    assert "5 mm" in warning.sentence
+    assert warning.numbers["x_r_peak"] == outcome.metrics["x_r_peak"] > 0.005
     assert outcome.exit_code() == 0
 
 
 def test_stroke_violation_before_the_window_is_a_warning_with_the_peak_of_that_time(seat):
     words = {"start__x_r": 0.03, "stroke__limit": 0.025, "measure__settle": 5}
     outcome = outcome_of(seat, **words)
-    (caution,) = outcome.warnings
-    assert caution.slug == "stroke-violated"
-    assert caution.numbers["x_r_peak"] == 0.03
+    (warning,) = outcome.warnings
+    assert warning.slug == "stroke-violated"
+    assert warning.numbers["x_r_peak"] == 0.03
     assert outcome.metrics["x_r_peak"] < 0.025
 
 
@@ -112,7 +112,7 @@ def test_block_that_walks_on_for_ever_is_told_what_it_does_and_reaches_no_orbit(
         "stroke": {"limit": "1 m"},
     }
     outcome = outcome_of(seat, **words, measure={"steady": True})
-    said = {caution.slug: caution.sentence for caution in outcome.warnings}
+    said = {warning.slug: warning.sentence for warning in outcome.warnings}
     walks, reaches = said["not-settled"], said["stroke-violated-settling"]
     assert "a repetition; without a spring it may walk on for ever; measure it" in walks
     assert reaches.startswith("in that time |x_r| reaches")
@@ -143,13 +143,15 @@ def test_chattering_signum_is_said_not_to_settle(seat):
 def test_open_energy_balance_and_close_decision_are_warnings(seat):
     outcome = outcome_of(seat)
     response, metrics = outcome.response, outcome.metrics
-    assert list(found(response, metrics, None)) == []
+    assert list(response_warnings(response, metrics, None)) == []
     numerics = replace(response.numerics, closest_decision=1e-8)
-    close = replace(response, how=lambda: numerics)
-    said = list(found(close, {**metrics, "energy_residual": 1e-6}, None))
-    assert [caution.slug for caution in said] == ["energy-open", "close-decision"]
-    not_a_number = list(found(response, {**metrics, "energy_residual": math.nan}, None))
-    assert [caution.slug for caution in not_a_number] == ["energy-open"]
+    close = replace(response, compute_numerics=lambda: numerics)
+    said = list(response_warnings(close, {**metrics, "energy_residual": 1e-6}, None))
+    assert [warning.slug for warning in said] == ["energy-open", "close-decision"]
+    not_a_number = list(
+        response_warnings(response, {**metrics, "energy_residual": math.nan}, None)
+    )
+    assert [warning.slug for warning in not_a_number] == ["energy-open"]
 
 
 @pytest.mark.parametrize(
@@ -158,29 +160,31 @@ def test_open_energy_balance_and_close_decision_are_warnings(seat):
 def test_stated_error_that_a_picture_would_show_is_a_warning(seat, error, said):
     outcome = outcome_of(seat)
     numerics = replace(outcome.response.numerics, error=error)
-    cautions = list(
-        found(replace(outcome.response, how=lambda: numerics), outcome.metrics, None)
+    warnings = list(
+        response_warnings(
+            replace(outcome.response, compute_numerics=lambda: numerics), outcome.metrics, None
+        )
     )
-    assert [caution.slug for caution in cautions] == said
-    assert all("of its peak" in caution.sentence for caution in cautions)
+    assert [warning.slug for warning in warnings] == said
+    assert all("of its peak" in warning.sentence for warning in warnings)
 
 
 def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(monkeypatch):
-    monkeypatch.setattr(system, "memory", lambda: 8e9)
-    assert case.shortage_of(int(8e9 / case.BYTES_PER_STEP)) == ""
-    said = case.shortage_of(int(16e9 / case.BYTES_PER_STEP))
+    monkeypatch.setattr(system, "total_memory", lambda: 8e9)
+    assert case.memory_shortage(int(8e9 / case.BYTES_PER_STEP)) == ""
+    said = case.memory_shortage(int(16e9 / case.BYTES_PER_STEP))
     assert "need 16 GB of memory, this machine has 8 GB" in said
 
 
 def test_response_by_parts_needs_a_fraction_of_the_memory_unless_it_is_weighed(monkeypatch):
-    monkeypatch.setattr(system, "memory", lambda: 8e9)
-    assert case.shortage_of(10**9, by_parts=True) == ""
-    assert case.shortage_of(10**9, weighed=True, by_parts=True)
-    assert case.shortage_of(2 * 10**9, by_parts=True)
+    monkeypatch.setattr(system, "total_memory", lambda: 8e9)
+    assert case.memory_shortage(10**9, streamed=True) == ""
+    assert case.memory_shortage(10**9, weighted=True, streamed=True)
+    assert case.memory_shortage(2 * 10**9, streamed=True)
 
 
 def test_machine_has_some_memory():
-    assert system.memory() > 1e8
+    assert system.total_memory() > 1e8
 
 
 @pytest.mark.parametrize(
@@ -194,7 +198,7 @@ def test_machine_has_some_memory():
     ],
 )
 def test_validate_says_no_exactly_when_run_would(seat, overrides):
-    errors = [one for one in examine(str(seat), overrides) if one.severity == "error"]
+    errors = [one for one in find_problems(str(seat), overrides) if one.severity == "error"]
     assert bool(errors) == (drysim_says_no(seat, overrides) is not None)
 
 
@@ -212,7 +216,7 @@ def drysim_says_no(seat, overrides):
 
 def test_gallery_is_found_in_the_checkout_or_beside_the_package():
     assert (gallery.folder() / "paper-low-friction.yaml").is_file()
-    assert all(piece.about for piece in gallery.pieces())
+    assert all(piece.about for piece in gallery.list_scenarios())
 
 
 def test_record_of_a_scenario_is_copied_with_it_and_never_replaced(tmp_path):

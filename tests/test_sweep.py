@@ -15,7 +15,7 @@ from drysim.errors import ScenarioError
 from drysim.metrics.checks import Check
 from drysim.output import tables
 from drysim.plots.sweep import draw_stroke
-from drysim.scenario.axes import points, size
+from drysim.scenario.axes import count_points, iter_points
 from drysim.scenario.load import load
 from drysim.study import ensemble, statistics
 from drysim.study import plan as study_plan
@@ -23,11 +23,11 @@ from drysim.study import sweep as tally_sweep
 from drysim.study.case import prepare
 from drysim.study.compare import compare
 from drysim.study.ensemble import run
-from drysim.study.plan import Pieces, Plan, approaches_of, solve_piece
-from drysim.study.run import Motions, count
+from drysim.study.plan import CaseRanges, Plan, approaches_of, solve_range
+from drysim.study.run import MotionCache, count_cases
 from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, Row, interval
-from drysim.study.store import Store, identity
-from drysim.study.sweep import leftover, solve, sweep
+from drysim.study.store import Store, work_identity
+from drysim.study.sweep import partial_table, solve, sweep
 from drysim.study.table import Table, Tally
 
 # Sweeps: every case in order, whatever the workers, the interruptions and the statuses.
@@ -96,28 +96,28 @@ def test_table_does_not_depend_on_the_workers(grid: Path, workers: int) -> None:
 def test_interrupted_sweep_goes_on_to_the_very_same_table(grid: Path, tmp_path: Path) -> None:
     scenario = load(grid)
     whole = sweep(scenario)
-    case, every = prepare(scenario), list(Pieces(approaches_of(scenario)))
-    store = Store(tmp_path / "cases", identity(scenario), resume=False)
-    for piece in every:
-        store.write(piece, solve_piece(piece, Motions()))
+    case, every = prepare(scenario), list(CaseRanges(approaches_of(scenario)))
+    store = Store(tmp_path / "cases", work_identity(scenario), resume=False)
+    for case_range in every:
+        store.write(case_range, solve_range(case_range, MotionCache()))
     # A power cut may leave a file that was never written through.
     (file,) = store.folder.glob("*.cases")
     file.write_bytes(file.read_bytes()[:-17])
     computed = []
-    again = Store(tmp_path / "cases", identity(scenario), resume=True)
+    again = Store(tmp_path / "cases", work_identity(scenario), resume=True)
     resumed = solve(case, store=again, finished=lambda batch: computed.append(batch.first))
     assert as_written(resumed) == as_written(whole)
     assert computed == [every[-1].first]
-    assert as_written(leftover(case, again)) == as_written(whole)
+    assert as_written(partial_table(case, again)) == as_written(whole)
 
 
 def test_blocks_of_another_sweep_is_refused(grid: Path, tmp_path: Path) -> None:
     from drysim.errors import UsageError
 
-    Store(tmp_path / "cases", identity(load(grid)), resume=False)
+    Store(tmp_path / "cases", work_identity(load(grid)), resume=False)
     other = load(grid, {"oscillator.mass": 76})
     with pytest.raises(UsageError, match="cases of another sweep"):
-        Store(tmp_path / "cases", identity(other), resume=True)
+        Store(tmp_path / "cases", work_identity(other), resume=True)
 
 
 def test_checks_are_judged_by_their_worst_case(grid: Path) -> None:
@@ -132,7 +132,7 @@ def test_checks_are_judged_by_their_worst_case(grid: Path) -> None:
 
 def test_stroke_violations_are_summed_up_with_their_worst_case(grid: Path) -> None:
     table = sweep(load(grid, {"stroke.limit": 0.010}))
-    found = [caution for caution in table.warnings if caution.slug == "stroke-violated"]
+    found = [warning for warning in table.warnings if warning.slug == "stroke-violated"]
     assert len(found) == 1
     assert "10 mm" in found[0].sentence
     assert found[0].numbers["cases"] == sum(
@@ -148,7 +148,7 @@ def test_motion_that_does_not_settle_is_a_status_and_not_a_number(grid: Path) ->
     row = next(table.of("stick-slip"))
     assert row.status == "not settled"
     assert row.metrics["T_a"] is None
-    assert any(caution.slug == "not-settled" for caution in table.warnings)
+    assert any(warning.slug == "not-settled" for warning in table.warnings)
     assert not table.checks[0].passed
     assert table.checks[0].reason == "not settled: T_a is not known"
 
@@ -182,9 +182,12 @@ def test_huge_grid_is_counted_and_begun_without_being_built(grid: Path) -> None:
     text = GRID.replace("{from: 1, to: 4, step: 1}", axis).replace("[15, 45]", axis)
     grid.write_text(text)
     scenario = load(grid)
-    assert size(scenario.sweep) == 9_000_000
-    assert count(approaches_of(scenario)) == 9_003_000
-    assert set(next(points(scenario.sweep))) == {"friction.kinetic", "excitation.frequency"}
+    assert count_points(scenario.sweep) == 9_000_000
+    assert count_cases(approaches_of(scenario)) == 9_003_000
+    assert set(next(iter_points(scenario.sweep))) == {
+        "friction.kinetic",
+        "excitation.frequency",
+    }
 
 
 def test_spectra_that_only_a_run_gives_are_told_of(grid: Path) -> None:
@@ -192,7 +195,7 @@ def test_spectra_that_only_a_run_gives_are_told_of(grid: Path) -> None:
     text = GRID.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", noise)
     text = text.replace("  excitation.frequency: {from: 1, to: 4, step: 1}\n", "")
     grid.write_text(text.replace(", T_a < 0.9 at excitation.frequency >= 4", ""))
-    slugs = [caution.slug for caution in sweep(load(grid, {"measure.spectra": True})).warnings]
+    slugs = [warning.slug for warning in sweep(load(grid, {"measure.spectra": True})).warnings]
     assert "spectra-left-out" in slugs
 
 
@@ -364,8 +367,8 @@ def test_checks_of_a_sweep_judge_means_and_name_what_is_not_decided(noisy):
     failed, passed = table.checks
     assert (failed.passed, failed.seeds, passed.passed) == (False, 5, True)
     assert failed.undecided
-    (caution,) = [one for one in table.warnings if one.slug == "check-undecided"]
-    assert "is not decided in 1 of 4 cases, the first at kinetic 15 N, " in caution.sentence
+    (warning,) = [one for one in table.warnings if one.slug == "check-undecided"]
+    assert "is not decided in 1 of 4 cases, the first at kinetic 15 N, " in warning.sentence
 
 
 def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
@@ -419,7 +422,7 @@ def test_a_case_fails_with_one_of_its_seeds(noisy):
 
 def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monkeypatch):
     assert drysim("sweep", noisy, "--no-plots", "--out", "whole").code == 0
-    one_seed, count = ensemble.row_of_seed, 0
+    one_seed, count = ensemble.solve_seed, 0
 
     def stopped(*words):
         nonlocal count
@@ -428,7 +431,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monk
             raise KeyboardInterrupt
         return one_seed(*words)
 
-    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
+    monkeypatch.setattr(ensemble, "solve_seed", stopped)
     answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1)
     assert answer.code == 130
     assert "2 finished cases are kept" in answer.err
@@ -446,8 +449,8 @@ def test_seeds_that_a_run_has_left_do_not_disturb_a_sweep(drysim, noisy, tmp_pat
             raise KeyboardInterrupt
         return one_seed(scenario, seed, *words)
 
-    one_seed = ensemble.row_of_seed
-    monkeypatch.setattr(ensemble, "row_of_seed", stopped)
+    one_seed = ensemble.solve_seed
+    monkeypatch.setattr(ensemble, "solve_seed", stopped)
     assert drysim("run", noisy, "--no-plots", "--workers", 1).code == 130
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
@@ -474,7 +477,7 @@ def test_seeds_that_do_not_fit_are_not_kept(noisy):
     from drysim.study.case import prepare
 
     case = prepare(load(noisy, {"excitation.seeds": 100_000}))
-    assert Motions.beginning_with(case).most < 10
+    assert MotionCache.starting_with(case).max_size < 10
 
 
 # What many cases come to, gathered block by block, is what all of them come to at once.
@@ -579,7 +582,7 @@ def test_row_of_a_block_is_that_of_its_iteration(tally_many):
 def test_large_table_is_written_as_a_small_one(tally_many, tmp_path, monkeypatch):
     table = tally_sweep.sweep(tally_many)
     kept = output.write_table(table, tmp_path / "a", plots=False, command="", exit_code=0)
-    monkeypatch.setattr(tables, "HELD", 10)
+    monkeypatch.setattr(tables, "MAX_CACHED_ROWS", 10)
     other = output.write_table(table, tmp_path / "b", plots=False, command="", exit_code=0)
     assert kept["files"] == other["files"]
     cells = rows_of(tmp_path / "a/transmissibility.csv")
@@ -590,20 +593,20 @@ def test_large_table_is_written_as_a_small_one(tally_many, tmp_path, monkeypatch
 def test_blocks_on_the_disk_give_the_table_that_blocks_at_hand_give(
     tally_many, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(tally_sweep, "HELD", 0)
-    monkeypatch.setattr(statistics, "HELD", 0)
-    store = Store(tmp_path / "cases", identity(tally_many), resume=False)
+    monkeypatch.setattr(tally_sweep, "MAX_CACHED_ROWS", 0)
+    monkeypatch.setattr(statistics, "MAX_CACHED_ROWS", 0)
+    store = Store(tmp_path / "cases", work_identity(tally_many), resume=False)
     table = tally_sweep.solve(prepare(tally_many), store=store)
     assert list(table) == list(tally_sweep.sweep(tally_many))
     assert all(row.status == OK for row in table.rows[:5])
 
 
 def test_numbers_of_a_block_read_back_to_the_last_bit(tally_many, tmp_path):
-    store = Store(tmp_path / "cases", identity(tally_many), resume=False)
-    plan = Plan(Pieces(study_plan.approaches_of(tally_many)))
-    piece, batch = plan.pieces[0], plan.block(0)
-    store.write(piece, batch)
-    again = store.read(piece)
+    store = Store(tmp_path / "cases", work_identity(tally_many), resume=False)
+    plan = Plan(CaseRanges(study_plan.approaches_of(tally_many)))
+    case_range, batch = plan.ranges[0], plan.block(0)
+    store.write(case_range, batch)
+    again = store.read(case_range)
     for name, column in batch.metrics.items():
         assert np.array_equal(column, again.metrics[name], equal_nan=True)
     assert list(again) == list(batch)

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from seat import dotted
 
-from drysim.approach import SHELF
-from drysim.core.model import Law, Plant
+from drysim.approach import APPROACHES_BY_NAME
+from drysim.core.model import CoulombLaw, Plant
 from drysim.errors import ScenarioError
 from drysim.scenario import schema
-from drysim.scenario.axes import Axis, points
+from drysim.scenario.axes import Axis, iter_points
 from drysim.scenario.load import load
-from drysim.scenario.model import Scenario, period
-from drysim.scenario.warnings import cautions
+from drysim.scenario.model import Scenario, scene_period
+from drysim.scenario.warnings import scenario_warnings
 from drysim.yaml_document import dump
 
 # The sweep block of a scenario: axes from words, and how a file says them again.
@@ -336,31 +336,34 @@ def test_reference_is_another_approach_beside_a_sweep(fault, scenario):
     ],
 )
 def test_swept_key_that_changes_nothing_is_said(scenario, sweep, part):
-    (caution,) = cautions(scenario(SEAT, sweep))
+    (caution,) = scenario_warnings(scenario(SEAT, sweep))
     assert caution.slug == "sweep-changes-nothing"
     assert part in caution.sentence
 
 
 def test_useful_sweep_deserves_no_warning(scenario):
     sweep = {"excitation.frequency": [1, 2], "friction.static_ratio": [1, 1.2]}
-    assert cautions(scenario(SEAT, sweep, ["reference=viscous"])) == ()
+    assert scenario_warnings(scenario(SEAT, sweep, ["reference=viscous"])) == ()
 
 
 def test_reference_that_leaves_more_out_than_friction_is_said(scenario):
     overrides = ["reference=signum", "friction.static=18"]
-    (caution,) = cautions(scenario(SEAT, {"excitation.frequency": [1, 2]}, overrides))
+    (caution,) = scenario_warnings(scenario(SEAT, {"excitation.frequency": [1, 2]}, overrides))
     assert caution.sentence.startswith("reference: signum knows no static limit above kinetic")
 
 
 def test_approach_where_it_errs_is_said(scenario):
     signum = scenario(SEAT, None, ["solver.approach=signum", "friction.kinetic=45"])
-    (caution,) = cautions(signum)
+    (caution,) = scenario_warnings(signum)
     assert caution.slug == "signum-chatters"
     assert "where it should stick all the time T_a tends to this number" in caution.sentence
     smooth = ["solver.approach=smooth", "solver.smooth={sharpness: 1e4, method: rk4}"]
-    (caution,) = cautions(scenario(SEAT, None, smooth))
+    (caution,) = scenario_warnings(scenario(SEAT, None, smooth))
     assert caution.numbers == {"stiffness": pytest.approx(15 * 1e4 * 2.5e-3 / 75)}
-    assert cautions(scenario(SEAT, None, [*smooth, "solver.smooth.method=adaptive"])) == ()
+    assert (
+        scenario_warnings(scenario(SEAT, None, [*smooth, "solver.smooth.method=adaptive"]))
+        == ()
+    )
 
 
 # Schema
@@ -424,7 +427,7 @@ def test_damping_ratio_follows_a_swept_mass(points_scenario):
 
 def test_static_limit_follows_swept_kinetic_friction(points_scenario):
     case = points_scenario(sweep={"friction.kinetic": [0, 30]}).at({"friction.kinetic": 30.0})
-    assert case.law() == Law(30.0, 36.0)
+    assert case.law() == CoulombLaw(30.0, 36.0)
 
 
 def test_normal_force_follows_a_swept_mass(points_scenario):
@@ -438,7 +441,7 @@ def test_window_in_periods_follows_a_swept_frequency(points_scenario):
     whole = points_scenario(measure=measure, sweep={"excitation.frequency": [2, 5]})
     case = whole.at({"excitation.frequency": 5.0})
     assert (case.measure.settle, case.measure.duration) == (0.8, 4.0)
-    assert period(case) == 0.2
+    assert scene_period(case) == 0.2
 
 
 def test_common_period_follows_a_swept_normal_force(points_scenario):
@@ -473,7 +476,7 @@ def test_whole_numbers_may_come_from_an_array(points_scenario):
 
 
 def test_key_that_is_not_swept_may_be_set_as_well(points_scenario):
-    assert points_scenario().at({"friction.kinetic": 30.0}).law() == Law(30.0, 36.0)
+    assert points_scenario().at({"friction.kinetic": 30.0}).law() == CoulombLaw(30.0, 36.0)
 
 
 @pytest.mark.parametrize("key", ["friction", "friction.kinetik", "oscillator.mass.x", "no.key"])
@@ -525,7 +528,7 @@ def test_step_that_is_too_coarse_for_a_swept_spectrum_is_refused(points_scenario
 def test_points_are_enumerated_lazily_and_the_first_key_varies_fastest(points_scenario):
     many = {"from": 1, "to": 100_000, "step": 1}
     sweep = {"excitation.rms": many, "excitation.frequency": many, "friction.kinetic": many}
-    grid = points(points_scenario(sweep=sweep).sweep)
+    grid = iter_points(points_scenario(sweep=sweep).sweep)
     first, second = next(grid), next(grid)
     assert list(first.values()) == [1.0, 1.0, 1.0]
     assert list(second.values()) == [2.0, 1.0, 1.0]
@@ -540,7 +543,7 @@ def test_thousands_of_cases_are_made_in_a_fraction_of_a_second(points_scenario):
         }
     )
     began = time.process_time()
-    laws = [whole.at(point).law() for point in points(whole.sweep)]
+    laws = [whole.at(point).law() for point in iter_points(whole.sweep)]
     assert len(laws) == 3840
     assert time.process_time() - began < 2
 
@@ -548,7 +551,7 @@ def test_thousands_of_cases_are_made_in_a_fraction_of_a_second(points_scenario):
 # Another approach
 
 
-@pytest.mark.parametrize("name", SHELF)
+@pytest.mark.parametrize("name", APPROACHES_BY_NAME)
 def test_every_approach_can_take_the_scene(points_scenario, name):
     friction = {**WORDS["friction"], "normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
     other = points_scenario(friction=friction).with_approach(name)
@@ -575,8 +578,8 @@ def test_approach_without_friction_drops_the_block_and_its_axes(points_scenario)
 def test_approach_without_static_friction_takes_it_as_kinetic(points_scenario):
     sweep = {"friction.static_ratio": [1, 1.2], "friction.kinetic": [10, 20]}
     other = points_scenario(sweep=sweep).with_approach("signum")
-    assert other.law() == Law(15.0, 15.0)
-    assert other.at({"friction.kinetic": 20.0}).law() == Law(20.0, 20.0)
+    assert other.law() == CoulombLaw(15.0, 15.0)
+    assert other.at({"friction.kinetic": 20.0}).law() == CoulombLaw(20.0, 20.0)
     assert [axis.key for axis in other.sweep] == ["friction.kinetic"]
 
 
@@ -590,9 +593,9 @@ def test_options_of_another_approach_are_not_swept(points_scenario):
 def test_losses_name_the_approach_and_what_it_leaves_out(points_scenario):
     friction = {**WORDS["friction"], "normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
     whole = points_scenario(friction=friction)
-    assert whole.losses("stick-slip") == ()
-    assert whole.losses("viscous") == ("viscous leaves the dry friction out",)
-    assert whole.losses("moreau") == (
+    assert whole.omissions("stick-slip") == ()
+    assert whole.omissions("viscous") == ("viscous leaves the dry friction out",)
+    assert whole.omissions("moreau") == (
         "moreau knows no static limit above kinetic friction and takes F_fs = F_fk",
         "moreau knows no varying normal force and takes it as constant",
     )
@@ -601,8 +604,8 @@ def test_losses_name_the_approach_and_what_it_leaves_out(points_scenario):
 def test_swept_friction_is_a_loss_even_when_the_base_has_none(points_scenario):
     sweep = {"friction.kinetic": [0, 20], "friction.static_ratio": [1, 1.2]}
     whole = points_scenario(friction__kinetic=0, sweep=sweep)
-    assert whole.losses("viscous") == ("viscous leaves the dry friction out",)
-    assert len(whole.losses("signum")) == 1
+    assert whole.omissions("viscous") == ("viscous leaves the dry friction out",)
+    assert len(whole.omissions("signum")) == 1
 
 
 def test_approach_that_is_not_on_the_shelf_is_refused(points_scenario):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Law, Plant, State
+from drysim.core.model import CoulombLaw, Plant, State
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Chirp, Shock
 from drysim.scenario.load import load
@@ -81,16 +81,18 @@ def test_cycles_are_counted():
 def test_a_slow_sweep_finds_the_resonance():
     plant = Plant(1.0, (2 * pi * 5) ** 2, 2 * 0.05 * 2 * pi * 5)
     motion = chirp(**{"from": 4, "to": 6}, duration=400).motion(STEP)
-    response = StickSlip().solve(plant, Law(0.0, 0.0), motion, State(0.0, 0.0), STEP, 400.0)
+    response = StickSlip().solve(
+        plant, CoulombLaw(0.0, 0.0), motion, State(0.0, 0.0), STEP, 400.0
+    )
     peak = np.abs(response.x_r).max() * plant.k_x
     assert peak == pytest.approx(1 / (2 * 0.05 * sqrt(1 - 0.05**2)), rel=5e-3)
 
 
 def test_coarse_grid_is_said_at_the_highest_frequency():
-    (caution,) = chirp(**{"from": 20, "to": 1}).motion(0.005).cautions
+    (caution,) = chirp(**{"from": 20, "to": 1}).motion(0.005).warnings
     assert caution.slug == "coarse-step"
     assert "at 20 Hz" in caution.sentence
-    assert chirp().motion(0.0025).cautions == ()
+    assert chirp().motion(0.0025).warnings == ()
 
 
 def scenario(tmp_path, words):
@@ -199,7 +201,9 @@ def test_long_name_of_the_sawtooth_is_understood():
 
 def test_slow_isolator_is_left_with_the_velocity_change():
     plant, motion = Plant(75.0, 75.0, 0.0), shock("haversine").motion(SHOCK_STEP, 4.0)
-    response = StickSlip().solve(plant, Law(0.0, 0.0), motion, State(0.0, 0.0), SHOCK_STEP, 4.0)
+    response = StickSlip().solve(
+        plant, CoulombLaw(0.0, 0.0), motion, State(0.0, 0.0), SHOCK_STEP, 4.0
+    )
     v = 30 * 0.011 / 2  # rad/s is 1: the stroke is the velocity change
     assert np.abs(response.x_r).max() == pytest.approx(v, rel=1e-4)
 
@@ -207,7 +211,7 @@ def test_slow_isolator_is_left_with_the_velocity_change():
 def test_half_sine_response_is_the_closed_form():
     omega, D = 2 * pi * 30, 0.011
     plant, motion = Plant(1.0, omega**2, 0.0), shock("half-sine").motion(1e-5, D)
-    response = StickSlip().solve(plant, Law(0.0, 0.0), motion, State(0.0, 0.0), 1e-5, D)
+    response = StickSlip().solve(plant, CoulombLaw(0.0, 0.0), motion, State(0.0, 0.0), 1e-5, D)
     t, p = 1e-5 * np.arange(1101), pi / D
     exact = -30 / (omega**2 - p**2) * (np.sin(p * t) - p / omega * np.sin(omega * t))
     assert np.abs(response.x_r - exact).max() < 1e-6 * np.abs(exact).max()
@@ -216,9 +220,9 @@ def test_half_sine_response_is_the_closed_form():
 @pytest.mark.parametrize("pulse", PULSES[:3])
 def test_coarse_grid_is_said_with_one_that_is_not(pulse):
     pulsed = shock(pulse, duration=0.01)
-    (caution,) = pulsed.motion(1e-3).cautions
+    (caution,) = pulsed.motion(1e-3).warnings
     assert caution.slug == "coarse-step"
-    assert pulsed.motion(1e-4).cautions == ()
+    assert pulsed.motion(1e-4).warnings == ()
 
 
 def test_straight_lines_leave_the_pulse_by_no_more_than_is_said():
@@ -228,8 +232,8 @@ def test_straight_lines_leave_the_pulse_by_no_more_than_is_said():
         fine = pulsed.motion(1e-6).u_dd[:10_001]
         lines = np.interp(np.arange(10_001), 1000 * np.arange(11), coarse.u_dd[:11])
         off = np.abs(lines - fine).max() / 30
-        assert 0.8 * coarse.cautions[0].numbers["off"] < off
-        assert off < 1.001 * coarse.cautions[0].numbers["off"]
+        assert 0.8 * coarse.warnings[0].numbers["off"] < off
+        assert off < 1.001 * coarse.warnings[0].numbers["off"]
 
 
 def shock_scenario(tmp_path, words, duration=0.1):

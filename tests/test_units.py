@@ -9,7 +9,7 @@ from math import pi
 
 import pytest
 
-from drysim.units import KINDS, Quantity, convert, factor, near
+from drysim.units import QUANTITY_NAMES, Quantity, closest_match, conversion_factor, convert
 
 
 @pytest.mark.parametrize(
@@ -80,9 +80,9 @@ def test_a_quantity_that_is_too_large_in_its_own_unit_alone_is_not_finite():
         Quantity("N").read("1e308 kN")
 
 
-@pytest.mark.parametrize("unit", [unit for unit in KINDS if unit])
+@pytest.mark.parametrize("unit", [unit for unit in QUANTITY_NAMES if unit])
 def test_a_unit_is_one_of_itself(unit):
-    assert factor(unit, unit) == 1.0
+    assert conversion_factor(unit, unit) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -137,13 +137,13 @@ def test_an_integer_beyond_doubles_is_not_finite():
 )
 def test_near_name_is_the_word_that_was_meant(written, meant):
     known = ["mass", "stiffness", "damping", "damping_ratio", "static", "static_ratio"]
-    assert near(written, known) == meant
+    assert closest_match(written, known) == meant
 
 
 def test_a_single_letter_is_no_slip_of_another():
     """Road class I had been taken for A."""
-    assert near("I", "ABCDEFGH") is None
-    assert near("c", "ABCDEFGH") == "C"
+    assert closest_match("I", "ABCDEFGH") is None
+    assert closest_match("c", "ABCDEFGH") == "C"
 
 
 def test_everyday_units_need_no_units_library():

@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 
 from drysim import wording
-from drysim.core.model import Input, Law, Plant, Pressed, Samples, Sines, Slider
-from drysim.wording import oscillator
+from drysim.core.model import (
+    CoulombLaw,
+    ElasticContactLaw,
+    Input,
+    NormalForceLaw,
+    Plant,
+    Samples,
+    Sines,
+)
+from drysim.wording import describe_oscillator
 
 
 @pytest.mark.parametrize(
@@ -35,37 +43,39 @@ from drysim.wording import oscillator
     ],
 )
 def test_number_has_four_digits_and_no_needless_zeros(value, text):
-    assert wording.number(value) == text
+    assert wording.format_number(value) == text
 
 
 def test_units_stand_behind_and_a_dash_is_none():
-    assert wording.number(7500, "N/m") == "7500 N/m"
-    assert wording.number(0.5, "-") == "0.5"
-    assert wording.length(0.0172612) == "17.26 mm"
-    assert wording.length(13.318) == "13.32 m"
-    assert wording.length(-4e-7) == "-0.4 µm"
-    assert wording.length(0.0) == "0 mm"
-    assert wording.length(None) == "not known"
+    assert wording.format_number(7500, "N/m") == "7500 N/m"
+    assert wording.format_number(0.5, "-") == "0.5"
+    assert wording.format_length(0.0172612) == "17.26 mm"
+    assert wording.format_length(13.318) == "13.32 m"
+    assert wording.format_length(-4e-7) == "-0.4 µm"
+    assert wording.format_length(0.0) == "0 mm"
+    assert wording.format_length(None) == "not known"
 
 
 def test_swept_values_that_differ_do_not_read_alike():
-    def told(*values):
-        axis = SimpleNamespace(key="friction.static_ratio", unit="-", told="", values=values)
-        return wording.swept(axis)
+    def description(*values):
+        axis = SimpleNamespace(
+            key="friction.static_ratio", unit="-", description="", values=values
+        )
+        return wording.describe_axis(axis)
 
-    assert told(1.0, 1.0000001, 5.0) == "friction.static_ratio 1, 1.0000001, 5"
-    assert told(1.0, 2.0, 2.0) == "friction.static_ratio 1, 2, 2"
+    assert description(1.0, 1.0000001, 5.0) == "friction.static_ratio 1, 1.0000001, 5"
+    assert description(1.0, 2.0, 2.0) == "friction.static_ratio 1, 2, 2"
 
 
 def test_length_has_the_unit_of_the_one_beside_it_unless_it_is_far_longer():
-    assert wording.length(5.328, 13.32) == "5.328 m"
-    assert wording.length(0.025, 13.32) == "0.025 m"
-    assert wording.length(10.5, 9.99) == "10500 mm"
-    assert wording.length(9e-6, 12e-6) == "0.009 mm"
-    assert wording.length(0.025, 2e-6) == "25 mm"
-    assert wording.length(0.025, 0.0) == wording.length(0.025, None) == "25 mm"
-    assert wording.length(0.0, 13.32) == "0 m"
-    assert wording.length(None, 13.32) == "not known"
+    assert wording.format_length(5.328, 13.32) == "5.328 m"
+    assert wording.format_length(0.025, 13.32) == "0.025 m"
+    assert wording.format_length(10.5, 9.99) == "10500 mm"
+    assert wording.format_length(9e-6, 12e-6) == "0.009 mm"
+    assert wording.format_length(0.025, 2e-6) == "25 mm"
+    assert wording.format_length(0.025, 0.0) == wording.format_length(0.025, None) == "25 mm"
+    assert wording.format_length(0.0, 13.32) == "0 m"
+    assert wording.format_length(None, 13.32) == "not known"
 
 
 @pytest.mark.parametrize(
@@ -81,65 +91,72 @@ def test_length_has_the_unit_of_the_one_beside_it_unless_it_is_far_longer():
     ],
 )
 def test_percent_is_never_rounded_to_all_or_nothing(share, text):
-    assert wording.percent(share) == text
+    assert wording.format_percent(share) == text
 
 
 def test_clean_text_is_one_line_without_any_control_sign():
-    assert wording.clean("a\n b\tc") == "a b c"
-    assert wording.clean("\x1b[31mred\x07\u202e\udc80") == r"\x1b[31mred\x07\u202e\udc80"
-    assert wording.clean("größer [bold] 日本 ẍ") == "größer [bold] 日本 ẍ"
+    assert wording.sanitise("a\n b\tc") == "a b c"
+    assert wording.sanitise("\x1b[31mred\x07\u202e\udc80") == r"\x1b[31mred\x07\u202e\udc80"
+    assert wording.sanitise("größer [bold] 日本 ẍ") == "größer [bold] 日本 ẍ"
 
 
 def test_scene_names_what_follows_from_it():
     words = "m 75 kg, k_x 7500 N/m, b 500 N·s/m, f_0 1.592 Hz, ξ 0.333"
-    assert oscillator(Plant(75.0, 7500.0, 500.0)) == words
-    assert oscillator(Plant(1.0, 0.0, 0.0)) == "m 1 kg, k_x 0 N/m, b 0 N·s/m"
+    assert describe_oscillator(Plant(75.0, 7500.0, 500.0)) == words
+    assert describe_oscillator(Plant(1.0, 0.0, 0.0)) == "m 1 kg, k_x 0 N/m, b 0 N·s/m"
 
 
 def test_friction_says_when_the_static_limit_was_not_given():
-    assert wording.friction(Law(15.0, 18.0)) == "F_fk 15 N, F_fs 18 N"
-    assert wording.friction(Law(15.0, 15.0), True).endswith("(not given: F_fs = F_fk)")
-    assert wording.friction(Law(0.0, 0.0), True) == "no dry friction"
-    varied = wording.friction(Law(15.0, 15.0, 0.4, 2 * pi * 1.7))
+    assert wording.describe_friction(CoulombLaw(15.0, 18.0)) == "F_fk 15 N, F_fs 18 N"
+    assert wording.describe_friction(CoulombLaw(15.0, 15.0), True).endswith(
+        "(not given: F_fs = F_fk)"
+    )
+    assert wording.describe_friction(CoulombLaw(0.0, 0.0), True) == "no dry friction"
+    varied = wording.describe_friction(CoulombLaw(15.0, 15.0, 0.4, 2 * pi * 1.7))
     assert varied == "F_fk 15 N, F_fs 15 N, both ± 40 % at 1.7 Hz"
 
 
 def base(kind):
     """Give an excitation that its motion tells."""
-    return SimpleNamespace(kind=kind, told=lambda varied=(): "")
+    return SimpleNamespace(kind=kind, description=lambda varied=(): "")
 
 
 def test_excitation_is_told_by_what_moves_the_base():
-    assert wording.excitation(base("rest"), Sines((), (), ())) == "rest, the base stands still"
+    assert (
+        wording.describe_excitation(base("rest"), Sines((), (), ()))
+        == "rest, the base stands still"
+    )
     sine = Sines((2**0.5,), (1.6,), (0.0,))
-    assert wording.excitation(base("harmonic"), sine) == "harmonic 1.6 Hz, 1 m/s² RMS"
+    assert wording.describe_excitation(base("harmonic"), sine) == "harmonic 1.6 Hz, 1 m/s² RMS"
     two = Sines((3.0, 4.0), (0.5, 5.0), (0.0, 0.0))
-    told = "sines, 2 components, 0.5 to 5 Hz, 3.536 m/s² RMS"
-    assert wording.excitation(base("sines"), two) == told
+    description = "sines, 2 components, 0.5 to 5 Hz, 3.536 m/s² RMS"
+    assert wording.describe_excitation(base("sines"), two) == description
     opposed = Sines((1.0, 1.0, 2.0), (1.0, 1.0, 2.0), (0.0, pi, 0.0))
-    assert wording.excitation(base("sines"), opposed).endswith(", 1.414 m/s² RMS")
+    assert wording.describe_excitation(base("sines"), opposed).endswith(", 1.414 m/s² RMS")
     series = Samples(np.zeros(5), 0.25, inputs=(Input("a\x1b.csv", "", 0),))
     assert (
-        wording.excitation(base("record"), series)
+        wording.describe_excitation(base("record"), series)
         == r"record a\x1b.csv, 5 samples at 4 Hz, 1 s, 0 m/s² RMS, linear between samples"
     )
 
 
 def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
     plant = Plant(75.0, 7500.0, 500.0)
-    assert oscillator(plant, ["excitation.rms"]) == oscillator(plant)
-    assert oscillator(plant, ["oscillator.mass"]) == "k_x 7500 N/m, b 500 N·s/m"
-    by_ratio = oscillator(plant, ["oscillator.mass"], {"damping_ratio": 1 / 3})
+    assert describe_oscillator(plant, ["excitation.rms"]) == describe_oscillator(plant)
+    assert describe_oscillator(plant, ["oscillator.mass"]) == "k_x 7500 N/m, b 500 N·s/m"
+    by_ratio = describe_oscillator(plant, ["oscillator.mass"], {"damping_ratio": 1 / 3})
     assert by_ratio == "k_x 7500 N/m, ξ 0.333"
-    damped = oscillator(plant, ["oscillator.damping"])
+    damped = describe_oscillator(plant, ["oscillator.damping"])
     assert damped == "m 75 kg, k_x 7500 N/m, f_0 1.592 Hz"
-    law = Law(15.0, 18.0)
-    assert wording.friction(law, kinetic=False) == "F_fs 18 N"
-    assert wording.friction(law, kinetic=False, static=False) == ""
-    ratio = wording.friction(law, kinetic=False, static=False, ratios={"static_ratio": 1.2})
+    law = CoulombLaw(15.0, 18.0)
+    assert wording.describe_friction(law, kinetic=False) == "F_fs 18 N"
+    assert wording.describe_friction(law, kinetic=False, static=False) == ""
+    ratio = wording.describe_friction(
+        law, kinetic=False, static=False, ratios={"static_ratio": 1.2}
+    )
     assert ratio == "F_fs/F_fk 1.2"
-    assert wording.friction(law, True, False, False) == "F_fs = F_fk (not given)"
-    assert wording.friction(Law(0.0, 0.0), kinetic=False, static=False) == ""
+    assert wording.describe_friction(law, True, False, False) == "F_fs = F_fk (not given)"
+    assert wording.describe_friction(CoulombLaw(0.0, 0.0), kinetic=False, static=False) == ""
 
 
 @pytest.mark.parametrize(
@@ -151,16 +168,18 @@ def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
     ],
 )
 def test_swept_amplitude_of_the_normal_force_is_not_told_as_that_of_the_file(swept, words):
-    law = Pressed(12.0, 16.0, 1.4, 2 * pi * 9)
-    assert wording.friction(law, swept=[swept]) == words
+    law = NormalForceLaw(12.0, 16.0, 1.4, 2 * pi * 9)
+    assert wording.describe_friction(law, swept=[swept]) == words
 
 
 @pytest.mark.parametrize("key", ["normal_motion.amplitude", "normal_stiffness"])
 def test_load_of_a_contact_is_not_told_where_what_makes_it_is_swept(key):
-    law = Slider(30.0, 2e4, 1.4, 2 * pi * 4)
-    assert wording.friction(law, swept=[f"friction.{key}"]).endswith("load varying at 4 Hz")
+    law = ElasticContactLaw(30.0, 2e4, 1.4, 2 * pi * 4)
+    assert wording.describe_friction(law, swept=[f"friction.{key}"]).endswith(
+        "load varying at 4 Hz"
+    )
     both = [f"friction.{key}", "friction.normal_motion.frequency"]
-    assert "load" not in wording.friction(law, swept=both)
+    assert "load" not in wording.describe_friction(law, swept=both)
 
 
 @pytest.mark.parametrize(
@@ -174,17 +193,17 @@ def test_load_of_a_contact_is_not_told_where_what_makes_it_is_swept(key):
     ],
 )
 def test_unit_of_a_table_is_written_as_people_do(table, people):
-    assert wording.pretty(table) == people
+    assert wording.format_unit(table) == people
 
 
 def test_place_of_a_case_names_keys_by_their_last_word_unless_two_share_it():
     def axis(key, unit, *values):
-        return SimpleNamespace(key=key, unit=unit, values=values, told="")
+        return SimpleNamespace(key=key, unit=unit, values=values, description="")
 
     axes = [axis("excitation.frequency", "Hz", 1.6), axis("excitation.rms", "m/s2", 0.5)]
     point = {"excitation.frequency": 1.6, "excitation.rms": 0.5}
-    assert wording.place(point, axes) == "frequency 1.6 Hz, rms 0.5 m/s²"
+    assert wording.describe_case(point, axes) == "frequency 1.6 Hz, rms 0.5 m/s²"
     twins = [axis("a.rms", "m", 1.0), axis("b.rms", "-", 2.0)]
-    assert wording.place({"a.rms": 1.0, "b.rms": 2.0}, twins) == "a.rms 1 m, b.rms 2"
-    assert wording.swept(axis("a.b", "N", 1.0, 2.0)) == "a.b 1, 2 N"
-    assert wording.swept(axis("a.b", "-", *range(9))) == "a.b 0 to 8 (9 values)"
+    assert wording.describe_case({"a.rms": 1.0, "b.rms": 2.0}, twins) == "a.rms 1 m, b.rms 2"
+    assert wording.describe_axis(axis("a.b", "N", 1.0, 2.0)) == "a.b 1, 2 N"
+    assert wording.describe_axis(axis("a.b", "-", *range(9))) == "a.b 0 to 8 (9 values)"

@@ -15,7 +15,7 @@ import yaml
 from drysim import yaml_document
 from drysim.errors import Problem, ScenarioError, UsageError
 from drysim.scenario.load import load
-from drysim.yaml_document import Unreadable, dump, read
+from drysim.yaml_document import UnreadableError, dump, read_document
 
 # Files and what they earn: every pair in problems/ is a faulty file and the exact words.
 
@@ -75,7 +75,7 @@ def value(tmp_path):
 
     def meant(text: str) -> dict[str, object]:
         (tmp_path / "a.yaml").write_text(text)
-        return read(tmp_path / "a.yaml").value
+        return read_document(tmp_path / "a.yaml").value
 
     return meant
 
@@ -110,13 +110,15 @@ def test_keys_are_always_words(value):
 
 def test_an_alias_repeats_its_anchor_and_may_be_overridden_alone(tmp_path):
     (tmp_path / "a.yaml").write_text("all: [&sine {f: 1}, *sine]\n")
-    assert read(tmp_path / "a.yaml", ["all.1.f=2"]).value == {"all": [{"f": 1}, {"f": 2}]}
+    assert read_document(tmp_path / "a.yaml", ["all.1.f=2"]).value == {
+        "all": [{"f": 1}, {"f": 2}]
+    }
 
 
 def test_document_names_its_file_and_hash(tmp_path):
     file = tmp_path / "a.yaml"
     file.write_bytes(b"\xef\xbb\xbfa: \xc3\xbc\r\n")
-    document = read(file)
+    document = read_document(file)
     assert document.value == {"a": "ü"}
     assert document.file == str(file)
     assert document.sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
@@ -133,8 +135,8 @@ def test_what_is_dumped_reads_back_the_same(value, text):
 
 def refusal(path) -> str:
     """Give the sentence for a path that cannot be read."""
-    with pytest.raises(Unreadable) as fault:
-        read(path)
+    with pytest.raises(UnreadableError) as fault:
+        read_document(path)
     assert fault.value.problem.file == str(path)
     return fault.value.problem.sentence
 
@@ -176,7 +178,7 @@ def test_name_that_no_file_can_have_is_refused():
 
 def test_a_megabyte_of_digits_is_read_at_once(tmp_path):
     (tmp_path / "a.yaml").write_text(f"a: {'1' * 900_000}x\nb: [{'1' * 90_000}]\n")
-    assert read(tmp_path / "a.yaml").value["b"] == [float("inf")]
+    assert read_document(tmp_path / "a.yaml").value["b"] == [float("inf")]
 
 
 def test_any_letter_lost_or_doubled_is_a_scenario_or_a_located_problem(tmp_path):

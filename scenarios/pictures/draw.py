@@ -68,7 +68,7 @@ def loop(law: str) -> Figure:
     motion, unit = made.response, length_unit(made.metrics["x_r_peak"])
     figure = Figure(figsize=SIZE, dpi=DOTS)
     axes = figure.add_axes((0.15, 0.17, 0.73, 0.63))
-    response.loop(axes, response.curve(motion, slice(None)), motion, unit)
+    response.draw_loop(axes, response.curve_with_events(motion, slice(None)), motion, unit)
     figure.text(0.02, 0.92, law, weight="bold", size=11)
     if not motion.law.variation:
         beside = {"transform": axes.get_yaxis_transform(), "va": "center", "size": 9}
@@ -91,5 +91,5 @@ for law in LAWS:
     name = f"friction-{law}.png"
     if asked(name):
         with tempfile.TemporaryDirectory() as place:
-            style.paint(lambda law=law: loop(law), Path(place, name))
+            style.save_png(lambda law=law: loop(law), Path(place, name))
             keep(Path(place, name), LOOPS / name, FEW)

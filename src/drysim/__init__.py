@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any
 
 
-def late(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+def lazy_getattr(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
     """Give the `__getattr__` of a package whose names are loaded when first asked for.
 
     Parameters
@@ -26,12 +26,12 @@ def late(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
     callable
         Loads the module of a name, and keeps the name in the package.
     """
-    homes = {name: module for module, names in modules.items() for name in names.split()}
+    module_of = {name: module for module, names in modules.items() for name in names.split()}
 
     def load(name: str) -> Any:
-        if name not in homes:
+        if name not in module_of:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(homes[name]), name)
+        value = getattr(import_module(module_of[name]), name)
         setattr(sys.modules[package], name, value)
         return value
 
@@ -60,7 +60,7 @@ __all__ = [
     "sweep",
 ]
 
-__getattr__ = late(
+__getattr__ = lazy_getattr(
     __name__,
     {
         "drysim.approach.simulate": "simulate",

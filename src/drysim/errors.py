@@ -1,4 +1,4 @@
-"""Faults and warnings as values: a located `Problem`, a `Caution`, the exceptions, exit codes.
+"""Faults and warnings as values: a located `Problem`, a `WarningMessage`, the exceptions, exit codes.
 
 DrysimError, whose `exit_code` is the number behind each line:
 
@@ -27,7 +27,7 @@ EXIT_BUG = 70
 EXIT_INTERRUPTED = 130
 
 
-LONGEST = 1000
+MAX_SENTENCE_LENGTH = 1000
 """Characters of a sentence: no message retells a file, whatever it quotes."""
 
 
@@ -35,7 +35,7 @@ LONGEST = 1000
 class Problem:
     """One located fault of a file.
 
-    Not to be confused with `Caution`, which travels with an answer: a problem prevents one.
+    Not to be confused with `WarningMessage`, which travels with an answer: a problem prevents one.
     """
 
     sentence: str
@@ -65,12 +65,12 @@ class Problem:
 
     def __post_init__(self) -> None:
         """Cut a sentence that is endless."""
-        if len(self.sentence) > LONGEST:
-            object.__setattr__(self, "sentence", self.sentence[: LONGEST - 1] + "…")
+        if len(self.sentence) > MAX_SENTENCE_LENGTH:
+            object.__setattr__(self, "sentence", self.sentence[: MAX_SENTENCE_LENGTH - 1] + "…")
 
 
 @dataclass(frozen=True)
-class Caution:
+class WarningMessage:
     """A warning that travels with the outcome, so that every report tells the same story."""
 
     slug: str

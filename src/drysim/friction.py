@@ -1,8 +1,8 @@
 """The friction laws of a scenario: Coulomb, elastic contacts, dynamic friction.
 
 A force is named itself, or by a coefficient and the normal force, whose default is the weight
-of the mass. A law is a class with its keys, and its place in `FRICTIONS`; it returns its forces
-to the core by `limits`. The formulas of Stribeck, Dahl, LuGre and Leuven are computed in
+of the mass. A law is a class with its keys, and its place in `FRICTION_LAWS`; it returns its forces
+to the core by `to_law`. The formulas of Stribeck, Dahl, LuGre and Leuven are computed in
 `core.dynamic_friction`.
 
 What else belongs to a law: its branch in the core, its scenario in the gallery
@@ -21,16 +21,25 @@ from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 from pydantic import model_validator
 
 from drysim import system
-from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic, Law, Pressed, Pressure, Slider
+from drysim.core.model import (
+    BRISTLE,
+    LEUVEN,
+    STRIBECK,
+    CoulombLaw,
+    DynamicLaw,
+    ElasticContactLaw,
+    NormalForceLaw,
+    NormalForceRecord,
+)
 from drysim.records import SI
 from drysim.records.options import Recorded
-from drysim.units import Angle, Block, Damping, Force, Frequency, Misfit, Quantity
-from drysim.wording import number
+from drysim.units import Angle, Block, Damping, Force, Frequency, InvalidValue, Quantity
+from drysim.wording import format_number
 
 GRAVITY = 9.81
 """The paper's g [m/s²], so that 75 kg press with 735.75 N."""
 
-TOLERANCE = 1e-12
+DEFAULT_TOLERANCE = 1e-12
 """Default share of the motion that one step may neglect: what is left is near rounding."""
 
 Tolerance = Annotated[float, Quantity("", at_least=1e-14, below=1e-3)]
@@ -38,7 +47,7 @@ Tolerance = Annotated[float, Quantity("", at_least=1e-14, below=1e-3)]
 Coefficient = Annotated[float, Quantity("", at_least=0)]
 
 
-class Kinetic(Block):
+class KineticForce(Block):
     """A force against sliding, named itself or by a coefficient and the normal force."""
 
     law: str
@@ -70,13 +79,15 @@ class Kinetic(Block):
         if self.kinetic is not None:
             return self.kinetic
         # Neither is given while the faults of a file are being collected.
-        return self.forced(0.0 if self.mu_kinetic is None else self.mu_kinetic, m)
+        return self.force_from_coefficient(
+            0.0 if self.mu_kinetic is None else self.mu_kinetic, m
+        )
 
-    def forced(self, mu: float, m: float) -> float:
+    def force_from_coefficient(self, mu: float, m: float) -> float:
         """Give the force [N] behind a coefficient."""
         return mu * (GRAVITY * m if self.normal is None else self.normal)
 
-    def spelled_out(self, m: float) -> dict[str, Any]:
+    def with_defaults(self, m: float) -> dict[str, Any]:
         """Give the words of the block with every default in them."""
         words = self.model_dump(exclude_none=True)
         if self.mu_kinetic is not None and self.normal is None:
@@ -84,7 +95,7 @@ class Kinetic(Block):
         return words
 
 
-class Limits(Kinetic):
+class FrictionLimits(KineticForce):
     """A force against sliding, and the greater one that a contact at rest holds."""
 
     static: Force | None = None
@@ -104,7 +115,7 @@ class Limits(Kinetic):
     }
 
     @model_validator(mode="after")
-    def _static_holds_more(self) -> Self:
+    def _check_static_limit(self) -> Self:
         for name, static, kinetic, unit in (
             ("static", self.static, self.kinetic, " N"),
             ("mu_static", self.mu_static, self.mu_kinetic, ""),
@@ -112,7 +123,7 @@ class Limits(Kinetic):
             if static is not None and kinetic is not None and static < kinetic:
                 least = f"{kinetic:.12g}{unit}"
                 given = f"{static:.12g}{unit}"
-                raise Misfit(f"must be at least the kinetic {least}, not {given}", name)
+                raise InvalidValue(f"must be at least the kinetic {least}, not {given}", name)
         return self
 
     @property
@@ -125,27 +136,27 @@ class Limits(Kinetic):
         if self.static is not None:
             return self.static
         if self.mu_static is not None:
-            return self.forced(self.mu_static, m)
+            return self.force_from_coefficient(self.mu_static, m)
         return self.kinetic_force(m) * (1.0 if self.static_ratio is None else self.static_ratio)
 
-    def spelled_out(self, m: float) -> dict[str, Any]:
+    def with_defaults(self, m: float) -> dict[str, Any]:
         """Give the words of the block with every default in them."""
-        words = super().spelled_out(m)
+        words = super().with_defaults(m)
         return words if self.static_given else words | {"static_ratio": 1.0}
 
 
-class Rubbing(Kinetic):
+class PositiveForce(KineticForce):
     """A force against sliding that is above zero: the measure of the law's own state.
 
     The contact of such a law yields, or falls, towards it.
     """
 
     @model_validator(mode="after")
-    def _always_rubs(self) -> Self:
+    def _check_positive(self) -> Self:
         for name in ("kinetic", "mu_kinetic", "normal"):
             if getattr(self, name) == 0.0:
                 without = "leave out the block `friction` for none"
-                raise Misfit(f"must be above 0 under law `{self.law}`; {without}", name)
+                raise InvalidValue(f"must be above 0 under law `{self.law}`; {without}", name)
         return self
 
 
@@ -170,7 +181,7 @@ class NormalRecord(Recorded):
         """Give the SI unit of the samples."""
         return SI["force"]
 
-    def pressure(self) -> Pressure:
+    def force_record(self) -> NormalForceRecord:
         """Read the record, once while its file stays what it is.
 
         Raises
@@ -180,15 +191,15 @@ class NormalRecord(Recorded):
         """
         stamp = None
         with suppress(OSError):
-            stamp = system.stamp_of(self.path)
+            stamp = system.file_signature(self.path)
         return _pressure(self, stamp)
 
 
 @lru_cache(maxsize=4)  # neighbouring cases of a sweep share their record
-def _pressure(record: NormalRecord, stamp: system.Stamp | None) -> Pressure:
-    from drysim.records.record import pressure_of
+def _pressure(record: NormalRecord, stamp: system.FileSignature | None) -> NormalForceRecord:
+    from drysim.records.record import read_normal_force
 
-    return pressure_of(record)
+    return read_normal_force(record)
 
 
 class NormalVariation(Block):
@@ -203,7 +214,7 @@ class NormalVariation(Block):
     """Phase at t = 0 [rad]."""
 
 
-class Coulomb(Limits):
+class Coulomb(FrictionLimits):
     """Dry surfaces pressed together: a constant force against sliding, a limit for sticking.
 
     Not to be confused with viscous damping, which vanishes with the speed.
@@ -227,11 +238,11 @@ class Coulomb(Limits):
     for its mean. Needs `mu_kinetic`."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
-        *Limits.at_most_one_of,
+        *FrictionLimits.at_most_one_of,
         ("normal", "normal_record"),
         ("normal_variation", "normal_record"),
     )
-    needs: ClassVar[dict[str, str]] = {**Limits.needs, "normal_record": "mu_kinetic"}
+    needs: ClassVar[dict[str, str]] = {**FrictionLimits.needs, "normal_record": "mu_kinetic"}
 
     @property
     def frequencies(self) -> tuple[float, ...]:
@@ -239,36 +250,40 @@ class Coulomb(Limits):
         varied = self.normal_variation
         return (varied.frequency,) if varied and varied.amplitude else ()
 
-    def forced(self, mu: float, m: float) -> float:
+    def force_from_coefficient(self, mu: float, m: float) -> float:
         """Give the force [N] behind a coefficient; of a recorded one the mean counts."""
         record = self.normal_record
-        return super().forced(mu, m) if record is None else mu * record.pressure().mean
+        return (
+            super().force_from_coefficient(mu, m)
+            if record is None
+            else mu * record.force_record().mean
+        )
 
-    def spelled_out(self, m: float) -> dict[str, Any]:
+    def with_defaults(self, m: float) -> dict[str, Any]:
         """Give the words of the block with every default in them."""
-        words = super().spelled_out(m)
+        words = super().with_defaults(m)
         if self.normal_record is not None:
             words.pop("normal", None)
         return words
 
-    def limits(self, m: float) -> Law | Pressed:
+    def to_law(self, m: float) -> CoulombLaw | NormalForceLaw:
         """Give the law in forces; the mass [kg] is the normal force's default."""
         F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
         varied = self.normal_variation
         if self.normal_record is not None:
-            return Pressed(F_fk, F_fs, pressure=self.normal_record.pressure())
+            return NormalForceLaw(F_fk, F_fs, force_record=self.normal_record.force_record())
         if varied is None:
-            return Law(F_fk, F_fs)
+            return CoulombLaw(F_fk, F_fs)
         wave = varied.amplitude, 2 * pi * varied.frequency, varied.phase
         # Of many cases at once the amplitudes are a column, all of them below 1.
         lifts = isinstance(varied.amplitude, float) and varied.amplitude >= 1.0
-        return Pressed(F_fk, F_fs, *wave) if lifts else Law(F_fk, F_fs, *wave)
+        return NormalForceLaw(F_fk, F_fs, *wave) if lifts else CoulombLaw(F_fk, F_fs, *wave)
 
 
 # Laws that are a spring in series with a slider, piecewise linear: Jenkins, Petrov-Ewins.
 
 
-class Jenkins(Rubbing):
+class Jenkins(PositiveForce):
     """A contact that is a linear spring until it yields, as joints and bushings are.
 
     Not to be confused with `dahl`, whose spring softens all the way.
@@ -287,9 +302,9 @@ class Jenkins(Rubbing):
 
     symbols: ClassVar[dict[str, str]] = {"tangential_stiffness": "k_t"}
 
-    def limits(self, m: float) -> Slider:
+    def to_law(self, m: float) -> ElasticContactLaw:
         """Give the law in forces; the mass [kg] is the normal force's default."""
-        return Slider(self.kinetic_force(m), self.tangential_stiffness)
+        return ElasticContactLaw(self.kinetic_force(m), self.tangential_stiffness)
 
 
 class NormalMotion(Block):
@@ -348,17 +363,17 @@ class PetrovEwins(Block):
         moved = self.normal_motion
         return (moved.frequency,) if moved and moved.amplitude else ()
 
-    def limits(self, m: float) -> Slider:
+    def to_law(self, m: float) -> ElasticContactLaw:
         """Give the law in forces; the mass [kg] plays no part."""
         F_fk = self.mu_kinetic * self.normal
         moved = self.normal_motion
         if moved is None or self.normal_stiffness is None:
-            return Slider(F_fk, self.tangential_stiffness)
+            return ElasticContactLaw(F_fk, self.tangential_stiffness)
         variation = self.normal_stiffness * moved.amplitude / self.normal
         omega = 2 * pi * moved.frequency
-        return Slider(F_fk, self.tangential_stiffness, variation, omega, moved.phase)
+        return ElasticContactLaw(F_fk, self.tangential_stiffness, variation, omega, moved.phase)
 
-    def spelled_out(self, m: float) -> dict[str, Any]:
+    def with_defaults(self, m: float) -> dict[str, Any]:
         """Give the words of the block with every default in them."""
         return self.model_dump(exclude_none=True)
 
@@ -370,7 +385,7 @@ class PetrovEwins(Block):
 # hysteresis.
 
 
-class Stribeck(Limits, Rubbing):
+class Stribeck(FrictionLimits, PositiveForce):
     """Lubricated or soft surfaces, which rub less the faster they slide; true stick.
 
     Not to be confused with `coulomb`, whose force drops at once when sliding starts.
@@ -392,22 +407,22 @@ class Stribeck(Limits, Rubbing):
     speed at rest, too; any other takes two to four times as many steps, as they come to a stop
     by degrees. Below 0.5, less than any of these, the fall begins so steeply that the default
     tolerance leaves more than a millionth of the motion; there `coulomb` is near."""
-    tolerance: Tolerance = TOLERANCE
+    tolerance: Tolerance = DEFAULT_TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {"stribeck_velocity": "v_s", "exponent": "δ"}
 
-    def limits(self, m: float) -> Dynamic:
+    def to_law(self, m: float) -> DynamicLaw:
         """Give the law in forces; the mass [kg] is the normal force's default."""
         F_fk, F_fs = self.kinetic_force(m), self.static_force(m)
-        return Dynamic(
+        return DynamicLaw(
             F_fk, F_fs, STRIBECK, v_s=self.stribeck_velocity, exponent=self.exponent,
             tolerance=self.tolerance,
         )  # fmt: skip
 
 
-class Dahl(Rubbing):
+class Dahl(PositiveForce):
     """A contact that yields smoothly before it slides, as rolling bearings do; no stick.
 
     Not to be confused with `jenkins`, whose spring is linear up to the limit.
@@ -422,21 +437,21 @@ class Dahl(Rubbing):
     """Dry friction of Dahl's kind."""
     bristle_stiffness: Annotated[float, Quantity("N/m", above=0)]
     """Stiffness σ_0 [N/m], above 0, of the contact before it slides."""
-    tolerance: Tolerance = TOLERANCE
+    tolerance: Tolerance = DEFAULT_TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {"bristle_stiffness": "σ_0"}
 
-    def limits(self, m: float) -> Dynamic:
+    def to_law(self, m: float) -> DynamicLaw:
         """Give the law in forces; the mass [kg] is the normal force's default."""
         F_fk = self.kinetic_force(m)
-        return Dynamic(
+        return DynamicLaw(
             F_fk, F_fk, BRISTLE, sigma_0=self.bristle_stiffness, tolerance=self.tolerance
         )
 
 
-class Bristles(Limits, Rubbing):
+class BristleLaw(FrictionLimits, PositiveForce):
     """Bristles between the surfaces, whose limit falls with the speed."""
 
     stribeck_velocity: Annotated[float, Quantity("m/s", above=0)]
@@ -455,16 +470,16 @@ class Bristles(Limits, Rubbing):
         "viscous": "σ_2",
     }
 
-    def bent(self, m: float, kind: int, tolerance: float) -> Dynamic:
-        """Give the law in forces, of one kind of bristles; the mass [kg] as in `limits`."""
-        return Dynamic(
+    def to_bristle_law(self, m: float, kind: int, tolerance: float) -> DynamicLaw:
+        """Give the law in forces, of one kind of bristles; the mass [kg] as in `to_law`."""
+        return DynamicLaw(
             self.kinetic_force(m), self.static_force(m), kind, v_s=self.stribeck_velocity,
             sigma_0=self.bristle_stiffness, sigma_1=self.bristle_damping,
             sigma_2=self.viscous, tolerance=tolerance,
         )  # fmt: skip
 
 
-class Lugre(Bristles):
+class Lugre(BristleLaw):
     """Surfaces whose bristles bend before they slide; Stribeck's fall, delay and creep.
 
     Not to be confused with `leuven`, whose bristles remember where they turned.
@@ -478,16 +493,16 @@ class Lugre(Bristles):
 
     law: Literal["lugre"]
     """Dry friction of the LuGre kind."""
-    tolerance: Tolerance = TOLERANCE
+    tolerance: Tolerance = DEFAULT_TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""
 
-    def limits(self, m: float) -> Dynamic:
+    def to_law(self, m: float) -> DynamicLaw:
         """Give the law in forces; the mass [kg] is the normal force's default."""
-        return self.bent(m, BRISTLE, self.tolerance)
+        return self.to_bristle_law(m, BRISTLE, self.tolerance)
 
 
-class Leuven(Bristles):
+class Leuven(BristleLaw):
     """Surfaces whose bristles bend with hysteresis: a loop within a loop closes where it began.
 
     Not to be confused with `lugre`, whose bristles are elastic and remember one number.
@@ -520,34 +535,34 @@ class Leuven(Bristles):
     """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The
     greater, the later the bristles give way. For 1, 2 and 3 the motion is a series through zero
     force, too; any other takes up to four times as many steps, as it comes there by degrees."""
-    tolerance: Tolerance = TOLERANCE
+    tolerance: Tolerance = DEFAULT_TOLERANCE
     """Share of the motion [-] that one step of the solution may neglect; default 1e-12. The
     error that comes of it is stated with the result."""
 
     symbols: ClassVar[dict[str, str]] = {
-        **Bristles.symbols,
+        **BristleLaw.symbols,
         "hysteresis_ratio": "F_∞/F_fs",
         "transition": "n",
     }
 
-    def limits(self, m: float) -> Dynamic:
+    def to_law(self, m: float) -> DynamicLaw:
         """Give the law in forces; the mass [kg] is the normal force's default."""
-        law = self.bent(m, LEUVEN, self.tolerance)
+        law = self.to_bristle_law(m, LEUVEN, self.tolerance)
         return law._replace(F_h=self.hysteresis_ratio * law.F_fs, power=self.transition)
 
 
 # All laws, and a law in words.
 
-FRICTIONS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
+FRICTION_LAWS = (Coulomb, Stribeck, Jenkins, PetrovEwins, Dahl, Lugre, Leuven)
 
 Friction = Coulomb | Stribeck | Jenkins | PetrovEwins | Dahl | Lugre | Leuven
 
 
-UNTOLD = frozenset({*Coulomb.model_fields, "tolerance"})
+NOT_LISTED = frozenset({*Coulomb.model_fields, "tolerance"})
 """Keys that are told as forces, and the tolerance, which is no part of a law."""
 
 
-def terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
+def law_terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
     """Give the name of a law, then its own keys as `v_s 0.005 m/s`; nothing for Coulomb's.
 
     Defaults are left out, and keys that are swept.
@@ -557,7 +572,7 @@ def terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
     yield f"law {friction.law}"
     for key, field in type(friction).model_fields.items():
         value = getattr(friction, key)
-        if key in UNTOLD or f"friction.{key}" in swept or value == field.default:
+        if key in NOT_LISTED or f"friction.{key}" in swept or value == field.default:
             continue
         if isinstance(value, int | float):
             symbol = friction.symbols.get(key, key.replace("_", " "))
@@ -565,4 +580,4 @@ def terms(friction: Friction, swept: Collection[str] = ()) -> Iterator[str]:
             inner = (getattr(kind, "__metadata__", ()) for kind in get_args(field.annotation))
             every = chain(field.metadata, *inner)
             unit = next((part.unit for part in every if isinstance(part, Quantity)), "")
-            yield f"{symbol} {number(value, unit)}"
+            yield f"{symbol} {format_number(value, unit)}"

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import TypeVar
 
 from drysim.errors import OutputError, UsageError
-from drysim.units import short
+from drysim.units import shorten
 
 
-def memory() -> float:
+def total_memory() -> float:
     """Give the memory of this machine [bytes]; infinity where the system does not tell."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
@@ -29,7 +29,7 @@ def memory() -> float:
         return float("inf")
 
 
-def processors() -> int:
+def processor_count() -> int:
     """Give the number of processors; 1 where the system does not tell."""
     return os.cpu_count() or 1
 
@@ -37,10 +37,10 @@ def processors() -> int:
 # Files.
 
 
-Stamp = tuple[int, int, int]
+FileSignature = tuple[int, int, int]
 """Inode, size [bytes] and time of the last change [ns] of a file."""
 
-KINDS = (
+FILE_TYPES = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
     (stat.S_ISSOCK, "a socket"),
@@ -49,11 +49,11 @@ KINDS = (
 )
 
 
-class Irregular(Exception):
+class NotARegularFile(Exception):
     """What stands at a path is no regular file; says what it is."""
 
 
-def size(path: Path) -> int:
+def file_size(path: Path) -> int:
     """Give the size [bytes] of a regular file without opening it; links are followed.
 
     Raises
@@ -63,43 +63,43 @@ def size(path: Path) -> int:
     OSError, ValueError
         When there is nothing, or nothing that we may see.
     """
-    about = path.stat()
-    _refuse_others(about)
-    return about.st_size
+    status = path.stat()
+    _require_regular_file(status)
+    return status.st_size
 
 
-def content(path: Path, most: int) -> bytes:
-    """Give what a regular file holds, at most so many bytes; errors as in `size`."""
-    with opened(path) as stream:
+def read_regular_file(path: Path, most: int) -> bytes:
+    """Give what a regular file holds, at most so many bytes; errors as in `file_size`."""
+    with open_regular_file(path) as stream:
         return stream.read(most)
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[BufferedReader]:
-    """Open a regular file to read its bytes; errors as in `size`."""
-    with open(path, "rb", opener=_without_waiting) as stream:
-        _refuse_others(os.fstat(stream.fileno()))  # it may be another one by now
+def open_regular_file(path: Path) -> Iterator[BufferedReader]:
+    """Open a regular file to read its bytes; errors as in `file_size`."""
+    with open(path, "rb", opener=_open_nonblocking) as stream:
+        _require_regular_file(os.fstat(stream.fileno()))  # it may be another one by now
         yield stream
 
 
-def stamp_of(file: Path | int) -> Stamp:
+def file_signature(file: Path | int) -> FileSignature:
     """Give what tells a file, open or not, from another, and from itself before a change."""
-    about = os.stat(file)
-    return about.st_ino, about.st_size, about.st_mtime_ns
+    status = os.stat(file)
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
-def _refuse_others(about: os.stat_result) -> None:
-    if not stat.S_ISREG(about.st_mode):
-        kinds = (name for test, name in KINDS if test(about.st_mode))
-        raise Irregular(next(kinds, "no ordinary file"))
+def _require_regular_file(status: os.stat_result) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        kinds = (name for test, name in FILE_TYPES if test(status.st_mode))
+        raise NotARegularFile(next(kinds, "no ordinary file"))
 
 
-def _without_waiting(path: str, flags: int) -> int:
+def _open_nonblocking(path: str, flags: int) -> int:
     """Open a file; a pipe that nobody writes to does not hold us up."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def removed(folder: Path) -> OutputError:
+def removed_error(folder: Path) -> OutputError:
     """Return the error for a `<name>.partial` that lost files while it was in use."""
     return OutputError(
         f"{folder} was removed, in whole or in part, while drysim was writing it",
@@ -110,17 +110,17 @@ def removed(folder: Path) -> OutputError:
 # Threads.
 
 
-Asked = TypeVar("Asked")
-Given = TypeVar("Given")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
-AHEAD = 2
+QUEUED_PER_THREAD = 2
 """Pieces of work in hand for each thread: one under way and one waiting for it."""
 
-PATIENCE = 1.0
+SHUTDOWN_TIMEOUT = 1.0
 """How long work under way is waited for that nobody needs any more [s]."""
 
 
-def hands(workers: int | None) -> int:
+def worker_count(workers: int | None) -> int:
     """Give the number of threads: as many as asked for, else one for each processor.
 
     Raises
@@ -129,16 +129,16 @@ def hands(workers: int | None) -> int:
         When it is no number of threads.
     """
     if workers is None:
-        return processors()
+        return processor_count()
     if isinstance(workers, bool) or not isinstance(workers, Integral) or workers < 1:
-        given = short(repr(workers))
+        given = shorten(repr(workers))
         raise UsageError(f"workers must be a whole number of at least 1, not {given}")
     return int(workers)
 
 
-def in_order(
-    work: Callable[[Asked], Given], pieces: Iterable[Asked], threads: int
-) -> Generator[Given, None, None]:
+def map_in_order(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> Generator[Result, None, None]:
     """Give the result of every piece of work, in order; few of them are held at a time.
 
     Parameters
@@ -156,23 +156,23 @@ def in_order(
     then, and waited for only so long that an endless kernel does not keep the process.
     """
     if threads == 1:
-        yield from map(work, pieces)
+        yield from map(function, items)
         return
-    hands, waiting = ThreadPoolExecutor(threads), deque[Future[Given]]()
+    executor, futures = ThreadPoolExecutor(threads), deque[Future[Result]]()
     try:
-        for piece in pieces:
-            waiting.append(hands.submit(work, piece))
-            if len(waiting) == AHEAD * threads:
-                yield first(waiting)
-        while waiting:
-            yield first(waiting)
+        for item in items:
+            futures.append(executor.submit(function, item))
+            if len(futures) == QUEUED_PER_THREAD * threads:
+                yield pop_first_result(futures)
+        while futures:
+            yield pop_first_result(futures)
     finally:
-        hands.shutdown(wait=False, cancel_futures=True)
-        wait([one for one in waiting if not one.done()], PATIENCE)
+        executor.shutdown(wait=False, cancel_futures=True)
+        wait([one for one in futures if not one.done()], SHUTDOWN_TIMEOUT)
 
 
-def first(waiting: deque[Future[Given]]) -> Given:
+def pop_first_result(futures: deque[Future[Result]]) -> Result:
     """Remove the first future and return its result; one that is not done stays."""
-    given = waiting[0].result()
-    waiting.popleft()
-    return given
+    result = futures[0].result()
+    futures.popleft()
+    return result

@@ -3,7 +3,7 @@
 A number is in SI, or a text with a unit that `convert` turns into SI, rounded once. Everyday
 spellings stand in a table; pint knows the rest and is imported only for one of those.
 `Quantity` is what a field accepts; `Block` is what every block of a scenario shares: it is
-frozen, strict and documented in itself. `near`, `meant` and `shown` are how messages speak of
+frozen, strict and documented in itself. `closest_match`, `did_you_mean` and `format_value` are how messages speak of
 what somebody wrote. No key and no file is known here.
 """
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
 
 
-KINDS = {
+QUANTITY_NAMES = {
     "kg": "mass",
     "N/m": "stiffness",
     "N·s/m": "damping",
@@ -51,7 +51,7 @@ KINDS = {
 }
 """The units of a scenario and what they measure."""
 
-ASCII = {
+UNIT_SYNONYMS = {
     "m/s2": "m/s²",
     "m/s^2": "m/s²",
     "N*s/m": "N·s/m",
@@ -63,7 +63,7 @@ ASCII = {
 
 # The everyday spellings need no units library. `g` depends on what is asked for. The first of
 # each row is the unit itself.
-PLAIN: dict[str, dict[str, float]] = {
+UNIT_FACTORS: dict[str, dict[str, float]] = {
     "kg": {"kg": 1, "g": 1e-3, "t": 1e3},
     "N/m": {"N/m": 1, "kN/m": 1e3, "N/mm": 1e3},
     "N·s/m": {"N*s/m": 1, "Ns/m": 1, "kg/s": 1, "kN*s/m": 1e3, "kNs/m": 1e3},
@@ -93,18 +93,18 @@ PLAIN: dict[str, dict[str, float]] = {
 # A number with a unit in a text, converted.
 
 
-NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
+NUMBER_PATTERN = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 """A decimal number; possessive, so that a megabyte of digits costs no more than reading it."""
 
-LONGEST_UNIT = 60
+MAX_UNIT_LENGTH = 60
 """Characters of a unit; what is longer is none, and is not looked into."""
 
-_UNIT = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
-_NUMBERED = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
-_SIGNS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
+_UNIT_PATTERN = re.compile(r"(?:1/)?(?:[^\W\d]\w*+(?:\^-?\d(?:\.\d\d)?)?|[*/()%°])++")
+_UNIT_START = re.compile(r"\s*+(?:[^\W\d_]|[%°(–/-]|1/)")
+_ASCII_CHARACTERS = str.maketrans("⁻¹²³·⋅×−", "-123***-")
 
 
-class _Found(NamedTuple):
+class _PintUnit(NamedTuple):
     """What the units library knows of a unit: factor to base units, dimension, angle or not."""
 
     factor: float
@@ -113,7 +113,7 @@ class _Found(NamedTuple):
 
 
 def convert(text: str, unit: str) -> float:
-    """Give the number that a text such as `25 mm` means in a unit of `KINDS`.
+    """Give the number that a text such as `25 mm` means in a unit of `QUANTITY_NAMES`.
 
     A number without a unit is in that unit already. The product is rounded once, so
     `35 mm` is the very double 0.035.
@@ -123,109 +123,120 @@ def convert(text: str, unit: str) -> float:
     ValueError
         With a sentence, when the text is no number with a unit of the right kind.
     """
-    unit, words = ASCII.get(unit, unit), text.translate(_SIGNS).strip()
+    unit, words = UNIT_SYNONYMS.get(unit, unit), text.translate(_ASCII_CHARACTERS).strip()
     if re.match(r"[-+]?[0-9]+,[0-9]", words):
-        raise ValueError(f"`{short(text)}` has a comma; write numbers with a decimal point")
-    number, rest = NUMBER.match(words), unit_behind(text)
-    if number is None or (rest and not _NUMBERED.match(rest)):
+        raise ValueError(f"`{shorten(text)}` has a comma; write numbers with a decimal point")
+    number, rest = NUMBER_PATTERN.match(words), unit_suffix(text)
+    if number is None or (rest and not _UNIT_START.match(rest)):
         kind = f"a number [{unit}] or a number with a unit" if unit else "a number"
-        raise ValueError(f"must be {kind}, not `{short(text)}`")
-    value, scale = float(number[0]), factor(rest, unit) if rest else 1.0
+        raise ValueError(f"must be {kind}, not `{shorten(text)}`")
+    value, scale = float(number[0]), conversion_factor(rest, unit) if rest else 1.0
     if scale == 1.0 or value == 0.0 or not math.isfinite(value):
         return value
     digits = number[0] if len(number[0]) <= 300 else repr(value)  # of a longer one the double
     try:
-        return float(Fraction(digits) * _exact(scale))
+        return float(Fraction(digits) * _exact_factor(scale))
     except OverflowError:
         return math.copysign(math.inf, value)
 
 
-def unit_behind(text: str) -> str:
+def unit_suffix(text: str) -> str:
     """Give the unit that a text with a number in front names; empty for none."""
-    words = text.translate(_SIGNS).strip()
-    number = NUMBER.match(words)
+    words = text.translate(_ASCII_CHARACTERS).strip()
+    number = NUMBER_PATTERN.match(words)
     return words[number.end() :].strip() if number else ""
 
 
-def _exact(scale: float) -> Fraction:
+def _exact_factor(scale: float) -> Fraction:
     """Give the number that a factor stands for: 1/60 or 0.001, not the double next to it."""
     simple = Fraction(scale).limit_denominator(1_000_000)
     close = math.isclose(float(simple), scale, rel_tol=4e-16)
     return simple if close else Fraction(repr(scale))
 
 
-def factor(unit_text: str, unit: str) -> float:
-    """Give what one of the unit written is in a unit of `KINDS`, e.g. 0.001 for mm in m.
+def conversion_factor(unit_text: str, unit: str) -> float:
+    """Give what one of the unit written is in a unit of `QUANTITY_NAMES`, e.g. 0.001 for mm in m.
 
     Raises
     ------
     ValueError
         With a sentence, when the unit is unknown or measures something else.
     """
-    unit = ASCII.get(unit, unit)
-    if len(unit_text) > LONGEST_UNIT:
-        raise ValueError(f"unknown unit `{short(unit_text)}`")
-    spelt = _spelt(unit_text)
-    known = PLAIN[unit].get(spelt)
-    return float(known) if known is not None else _rare_factor(unit_text, spelt, unit)
+    unit = UNIT_SYNONYMS.get(unit, unit)
+    if len(unit_text) > MAX_UNIT_LENGTH:
+        raise ValueError(f"unknown unit `{shorten(unit_text)}`")
+    spelling = _canonical_spelling(unit_text)
+    known = UNIT_FACTORS[unit].get(spelling)
+    return float(known) if known is not None else _pint_factor(unit_text, spelling, unit)
 
 
-def usual(unit_text: str, unit: str) -> bool:
-    """Tell whether a text is a usual way to write a unit of the kind of one of `KINDS`."""
-    short_enough = len(unit_text) <= LONGEST_UNIT
-    return short_enough and _spelt(unit_text) in PLAIN[ASCII.get(unit, unit)]
+def is_common_unit(unit_text: str, unit: str) -> bool:
+    """Tell whether a text is a usual way to write a unit of the kind of one of `QUANTITY_NAMES`."""
+    short_enough = len(unit_text) <= MAX_UNIT_LENGTH
+    return (
+        short_enough
+        and _canonical_spelling(unit_text) in UNIT_FACTORS[UNIT_SYNONYMS.get(unit, unit)]
+    )
 
 
-def _spelt(unit_text: str) -> str:
-    """Give a unit as `PLAIN` spells it."""
-    spelt = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_SIGNS).strip())
-    return re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelt))
+def _canonical_spelling(unit_text: str) -> str:
+    """Give a unit as `UNIT_FACTORS` spells it."""
+    spelling = re.sub(r"\s*([*/])\s*", r"\1", unit_text.translate(_ASCII_CHARACTERS).strip())
+    return re.sub(r"(?<=[^\W\d])(?:\^|\*\*)?(-?[0-9])", r"^\1", re.sub(r"\s+", "*", spelling))
 
 
-def _rare_factor(unit_text: str, spelt: str, unit: str) -> float:
+def _pint_factor(unit_text: str, spelling: str, unit: str) -> float:
     """Give the factor by the units library, which is imported only for this."""
-    found = _look_up(spelt)
+    found = _look_up_in_pint(spelling)
     if found is None:
-        nearest = near(unit_text.strip(), PLAIN[unit]) or ""
-        hint = meant(nearest.replace("^2", "²"))
-        raise ValueError(f"unknown unit `{short(unit_text)}`{hint}")
-    target = _target(unit)
+        nearest = closest_match(unit_text.strip(), UNIT_FACTORS[unit]) or ""
+        hint = did_you_mean(nearest.replace("^2", "²"))
+        raise ValueError(f"unknown unit `{shorten(unit_text)}`{hint}")
+    target = _pint_unit_of(unit)
     # Per second, a radian is 1/2π of a cycle; anywhere else but in an angle it is a slip.
     if unit == "Hz" and found.angle and found.dimension == target.dimension:
         return found.factor / (2 * math.pi)
     if found[1:] != target[1:]:
-        hint = meant(next((u for u in PLAIN[unit] if u.lower() == spelt.lower()), None))
+        hint = did_you_mean(
+            next((u for u in UNIT_FACTORS[unit] if u.lower() == spelling.lower()), None)
+        )
         # What it measures, as far as drysim has a word for it; `g` is one of two.
-        same = [KINDS[unit] for unit in PLAIN if _target(unit)[1:] == found[1:]]
-        usually = [KINDS[unit] for unit in PLAIN if spelt in PLAIN[unit]]
+        same = [
+            QUANTITY_NAMES[unit]
+            for unit in UNIT_FACTORS
+            if _pint_unit_of(unit)[1:] == found[1:]
+        ]
+        usually = [
+            QUANTITY_NAMES[unit] for unit in UNIT_FACTORS if spelling in UNIT_FACTORS[unit]
+        ]
         wrong = " or ".join(dict.fromkeys([*same[:1], *usually])) or "something else"
-        named = f"{KINDS[unit]} [{unit}]" if unit else "a plain number"
-        raise ValueError(f"`{short(unit_text)}` is a unit of {wrong}, not {named}{hint}")
+        named = f"{QUANTITY_NAMES[unit]} [{unit}]" if unit else "a plain number"
+        raise ValueError(f"`{shorten(unit_text)}` is a unit of {wrong}, not {named}{hint}")
     computed = found.factor / target.factor
     decimal = float(f"{computed:.12g}")  # drops the library's rounding of 0.0254 and its like
     return decimal if math.isclose(decimal, computed, rel_tol=1e-15) else computed
 
 
-def _target(unit: str) -> _Found:
-    """Give a unit of `KINDS` as the units library knows it."""
-    found = _look_up(next(iter(PLAIN[unit])) if unit else "m/m")
+def _pint_unit_of(unit: str) -> _PintUnit:
+    """Give a unit of `QUANTITY_NAMES` as the units library knows it."""
+    found = _look_up_in_pint(next(iter(UNIT_FACTORS[unit])) if unit else "m/m")
     assert found is not None
     return found
 
 
 @cache
-def _look_up(spelt: str) -> _Found | None:
+def _look_up_in_pint(spelling: str) -> _PintUnit | None:
     """Give what the units library knows, or None where it knows nothing."""
-    if not _UNIT.fullmatch(spelt):
+    if not _UNIT_PATTERN.fullmatch(spelling):
         return None
     registry = _registry()
     try:
-        one, two = (registry.Quantity(n, spelt).to_root_units() for n in (1.0, 2.0))
+        one, two = (registry.Quantity(n, spelling).to_root_units() for n in (1.0, 2.0))
     except Exception:  # it raises whatever its parser raises
         return None
     if two.magnitude != 2 * one.magnitude:  # degrees Celsius, decibels
         return None
-    return _Found(float(one.magnitude), str(one.dimensionality), "radian" in str(one.units))
+    return _PintUnit(float(one.magnitude), str(one.dimensionality), "radian" in str(one.units))
 
 
 @cache
@@ -239,7 +250,7 @@ def _registry() -> Any:
 # What a field accepts.
 
 
-LEAST, GREATEST = 1e-30, 1e30
+MIN_MAGNITUDE, MAX_MAGNITUDE = 1e-30, 1e30
 """Sizes of a number, 0 apart, whose squares and cubes keep clear of the ends of doubles."""
 
 
@@ -253,16 +264,18 @@ class Quantity:
     below: float | None = None
     at_most: float | None = None
 
-    def read(self, given: object) -> float:
+    def read(self, value_in: object) -> float:
         """Give the number [unit]; a ValueError is a sentence without its subject."""
-        if isinstance(given, str):
-            value = convert(given, self.unit)
-        elif isinstance(given, bool) or not isinstance(given, int | float):
-            raise ValueError(f"must be a number{self._in}, not {shown(given)}")
+        if isinstance(value_in, str):
+            value = convert(value_in, self.unit)
+        elif isinstance(value_in, bool) or not isinstance(value_in, int | float):
+            raise ValueError(f"must be a number{self._in}, not {format_value(value_in)}")
         else:
-            value = float(given) if abs(given) < 1e308 or given != given else math.inf
+            value = (
+                float(value_in) if abs(value_in) < 1e308 or value_in != value_in else math.inf
+            )
         if not math.isfinite(value):
-            raise ValueError(f"must be a finite number{self._in}, not {shown(given)}")
+            raise ValueError(f"must be a finite number{self._in}, not {format_value(value_in)}")
         for limit, words, holds in (
             (self.at_least, "at least", operator.ge),
             (self.above, "above", operator.gt),
@@ -271,10 +284,12 @@ class Quantity:
         ):
             if limit is not None and not holds(value, limit):
                 bound = f"{limit:g} {self.unit}".strip()
-                raise ValueError(f"must be {words} {bound}, not {shown(given)}")
-        if value and not LEAST <= abs(value) <= GREATEST:
-            span = f"{LEAST:g} and {GREATEST:g} {self.unit}".strip()
-            raise ValueError(f"must lie between {span} in size, or be 0, not {shown(given)}")
+                raise ValueError(f"must be {words} {bound}, not {format_value(value_in)}")
+        if value and not MIN_MAGNITUDE <= abs(value) <= MAX_MAGNITUDE:
+            span = f"{MIN_MAGNITUDE:g} and {MAX_MAGNITUDE:g} {self.unit}".strip()
+            raise ValueError(
+                f"must lie between {span} in size, or be 0, not {format_value(value_in)}"
+            )
         return value
 
     @property
@@ -282,9 +297,9 @@ class Quantity:
         """The least and the greatest value that it accepts; infinite without a bound."""
         low, high = self.at_least, self.at_most
         if low is None:
-            low = -math.inf if self.above is None else _beyond(self.above, math.inf)
+            low = -math.inf if self.above is None else _next_accepted(self.above, math.inf)
         if high is None:
-            high = math.inf if self.below is None else _beyond(self.below, -math.inf)
+            high = math.inf if self.below is None else _next_accepted(self.below, -math.inf)
         return low, high
 
     @property
@@ -311,9 +326,9 @@ class Quantity:
         return {"anyOf": [number, {"type": "string", "pattern": r"^\s*[-+−]?[.0-9]"}]}
 
 
-def _beyond(bound: float, towards: float) -> float:
+def _next_accepted(bound: float, towards: float) -> float:
     """Give the accepted number next to a bound that is none itself."""
-    return math.nextafter(bound, towards) if bound else math.copysign(LEAST, towards)
+    return math.nextafter(bound, towards) if bound else math.copysign(MIN_MAGNITUDE, towards)
 
 
 Mass = Annotated[float, Quantity("kg", above=0)]
@@ -326,7 +341,7 @@ Acceleration = Annotated[float, Quantity("m/s²")]
 Time = Annotated[float, Quantity("s")]
 Frequency = Annotated[float, Quantity("Hz", above=0)]
 Angle = Annotated[float, Quantity("rad")]
-Plain = Annotated[float, Quantity("")]
+Dimensionless = Annotated[float, Quantity("")]
 
 
 # What every block of a scenario shares.
@@ -349,7 +364,7 @@ class Block(BaseModel):
     """Keys that make sense only beside another key."""
 
     @classmethod
-    def exclusive(cls) -> tuple[tuple[str, ...], ...]:
+    def exclusive_groups(cls) -> tuple[tuple[str, ...], ...]:
         """Give the groups of keys of which no two go together."""
         return (*cls.one_of, *cls.at_most_one_of)
 
@@ -359,7 +374,7 @@ class Block(BaseModel):
     ) -> JsonSchemaValue:
         """Give the schema with the texts under the fields and the rules between the keys."""
         schema = handler.resolve_ref_schema(handler(core_schema))
-        for name, text in texts_of(cls).items():
+        for name, text in field_descriptions(cls).items():
             schema["properties"][cls.model_fields[name].alias or name]["description"] = text
         rules: list[JsonSchemaValue] = [
             {"oneOf": [{"required": [key]} for key in group]} for group in cls.one_of
@@ -375,7 +390,7 @@ class Block(BaseModel):
         return schema
 
 
-def texts_of(model: type[BaseModel]) -> dict[str, str]:
+def field_descriptions(model: type[BaseModel]) -> dict[str, str]:
     """Give the text under every field of a model, by the name of the field.
 
     It is read from the source when somebody asks: at import it would take a third of the
@@ -384,12 +399,12 @@ def texts_of(model: type[BaseModel]) -> dict[str, str]:
     texts: dict[str, str] = {}
     for cls in reversed(model.__mro__):
         if issubclass(cls, Block) and cls.__module__ in sys.modules:
-            texts |= _texts_in(cls.__module__).get(cls.__name__, {})
+            texts |= _descriptions_in(cls.__module__).get(cls.__name__, {})
     return {name: text for name, text in texts.items() if name in model.model_fields}
 
 
 @cache
-def _texts_in(module: str) -> dict[str, dict[str, str]]:
+def _descriptions_in(module: str) -> dict[str, dict[str, str]]:
     """Give the texts under the annotated names of every class in a module."""
     try:
         tree = ast.parse(inspect.getsource(sys.modules[module]))
@@ -408,7 +423,7 @@ def _texts_in(module: str) -> dict[str, dict[str, str]]:
     return texts
 
 
-class Misfit(ValueError):
+class InvalidValue(ValueError):
     """A sentence about two values that do not fit; `at` is the key of the one to blame."""
 
     def __init__(self, sentence: str, *at: str | int) -> None:
@@ -419,7 +434,7 @@ class Misfit(ValueError):
 # Near names, and how a sentence shows a value.
 
 
-def near(name: str, candidates: Iterable[str]) -> str | None:
+def closest_match(name: str, candidates: Iterable[str]) -> str | None:
     """Give the candidate that was probably meant, or None.
 
     One slip for each three letters is forgiven: a letter wrong, missing, too many, or two
@@ -429,29 +444,29 @@ def near(name: str, candidates: Iterable[str]) -> str | None:
     word, best = name.lower().replace("-", "_"), None
     for candidate in candidates:
         other = candidate.lower().replace("-", "_")
-        slips = _slips(word, other)
+        distance = _edit_distance(word, other)
         if min(len(word), len(other)) >= 3 and (
             other.startswith(word) or word.startswith(other)
         ):
-            slips = min(slips, 1)
-        rank = (slips, abs(len(other) - len(word)), other[:1] != word[:1], candidate)
+            distance = min(distance, 1)
+        rank = (distance, abs(len(other) - len(word)), other[:1] != word[:1], candidate)
         forgiven = min(max(1, len(word) // 3), len(word) - 1)
-        if slips <= forgiven and (best is None or rank < best):
+        if distance <= forgiven and (best is None or rank < best):
             best = rank
     return best[-1] if best else None
 
 
-def meant(nearest: str | None) -> str:
+def did_you_mean(nearest: str | None) -> str:
     """Ask behind a sentence for what was probably meant; nothing where none comes near."""
     return f"; did you mean `{nearest}`?" if nearest else ""
 
 
-def meant_or_known(name: str, known: Collection[str]) -> str:
+def name_hint(name: str, known: Collection[str]) -> str:
     """Ask for the known name that was probably meant, or else list them all."""
-    return meant(near(name, known)) or f"; known are {', '.join(known)}"
+    return did_you_mean(closest_match(name, known)) or f"; known are {', '.join(known)}"
 
 
-def _slips(a: str, b: str) -> int:
+def _edit_distance(a: str, b: str) -> int:
     """Give how many letters to change, drop, add or swap with their neighbour."""
     if abs(len(a) - len(b)) > 4 or len(a) > 60:
         return 99
@@ -466,7 +481,7 @@ def _slips(a: str, b: str) -> int:
     return row[-1]
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """Give a value as a sentence names it: words in backticks, blocks by their kind."""
     match value:
         case None:
@@ -476,17 +491,17 @@ def shown(value: object) -> str:
         case float():
             return repr(value).removesuffix(".0")
         case str():
-            return f"`{short(value)}`"
+            return f"`{shorten(value)}`"
         case dict():
             return "a block of keys"
         case list() | tuple():
             return "a list"
         case int() if abs(value) >= 10**1000:  # Python prints no such
             return f"a whole number of {value.bit_length()} bits"
-    return short(str(value))
+    return shorten(str(value))
 
 
-def short(text: str, most: int = 40) -> str:
+def shorten(text: str, most: int = 40) -> str:
     """Give the text in one line of at most so many characters."""
     line = " ".join(text[: 8 * most].split())
     return line if len(line) <= most and len(text) <= 8 * most else line[: most - 1] + "…"

@@ -15,26 +15,26 @@ from typing import NamedTuple, Protocol
 
 from drysim.core.model import (
     AnyLaw,
-    Dynamic,
-    Law,
+    CoulombLaw,
+    DynamicLaw,
+    ElasticContactLaw,
+    EndStopLaw,
+    NormalForceLaw,
+    NormalForceRecord,
     Plant,
-    Pressed,
-    Pressure,
     Samples,
     Sines,
-    Slider,
-    Stopped,
-    moments,
-    sample_squares,
+    integrate_base_squares,
+    mean_and_std,
 )
 
-SIGNIFICANT = 4
+SIGNIFICANT_DIGITS = 4
 """Digits that an engineer reads; the files hold them all."""
 
 UNKNOWN = "not known"
 
 
-def number(value: float | None, unit: str = "", digits: int = SIGNIFICANT) -> str:
+def format_number(value: float | None, unit: str = "", digits: int = SIGNIFICANT_DIGITS) -> str:
     """Give a number as people write it: few digits, no needless zeros, the unit behind.
 
     Parameters
@@ -67,68 +67,68 @@ def number(value: float | None, unit: str = "", digits: int = SIGNIFICANT) -> st
 class LengthUnit(NamedTuple):
     """A unit of length: how many of it a metre has, and its sign."""
 
-    per_metre: float
+    units_per_metre: float
     sign: str
 
 
-FARTHER = 1e3
+UNIT_CHANGE_RATIO = 1e3
 """Times a length that another must exceed to be told in a unit of its own."""
 
 
-def length_unit(size: float, beside: float = 0.0) -> LengthUnit:
+def length_unit(size: float, reference: float = 0.0) -> LengthUnit:
     """Return the unit in which a length [m] reads well: mm, or m and µm far from it.
 
     Lengths of one output share the unit of the one that they stand beside, unless they are
     more than 1000 times as long.
     """
-    size = beside if abs(size) <= FARTHER * abs(beside) else size
+    size = reference if abs(size) <= UNIT_CHANGE_RATIO * abs(reference) else size
     if abs(size) >= 10.0:
         return LengthUnit(1.0, "m")
     return LengthUnit(1e6, "µm") if 0.0 < abs(size) < 1e-5 else LengthUnit(1e3, "mm")
 
 
-def told_in(unit: str, size: float, beside: float = 0.0) -> tuple[float, str]:
+def display_unit(unit: str, size: float, reference: float = 0.0) -> tuple[float, str]:
     """Return the factor and the unit by which SI values of a size are told.
 
     Lengths `m` as `length_unit` has it, shares `%` as a hundredth, all else as it is.
     """
     if unit == "m":
-        return length_unit(size, beside)
+        return length_unit(size, reference)
     return (100.0 if unit == "%" else 1.0), unit
 
 
-def length(value: float | None, beside: float | None = None) -> str:
-    """Return a length [m], e.g. `17.26 mm`; `beside` is explained in `length_unit`."""
-    unit = length_unit(value or 0.0, beside or 0.0)
-    return number(None if value is None else value * unit.per_metre, unit.sign)
+def format_length(value: float | None, reference: float | None = None) -> str:
+    """Return a length [m], e.g. `17.26 mm`; `reference` is explained in `length_unit`."""
+    unit = length_unit(value or 0.0, reference or 0.0)
+    return format_number(None if value is None else value * unit.units_per_metre, unit.sign)
 
 
-def percent(share: float | None) -> str:
+def format_percent(share: float | None) -> str:
     """Give a share [-] in percent; what is neither 0 nor 1 is never rounded to look so."""
     if share is None:
         return UNKNOWN
     if 0 < share < 0.001 or 0.999 < share < 1:
         return "below 0.1 %" if share < 0.5 else "above 99.9 %"
-    return number(share * 100, "%", 3)
+    return format_number(share * 100, "%", 3)
 
 
-def several(count: int, thing: str) -> str:
+def format_count(count: int, thing: str) -> str:
     """Give how many things there are, e.g. `1 case` or `3 cases`."""
     return f"{count} {thing}{'s' * (count != 1)}"
 
 
-def times(count: float | None) -> str:
+def format_times(count: float | None) -> str:
     """Give how often something happened, e.g. `once` or `3 times`."""
     return "once" if count == 1 else f"{count} times"
 
 
-def listed(words: Sequence[str], last: str = "and") -> str:
+def join_words(words: Sequence[str], last: str = "and") -> str:
     """Give words as a list in a sentence, e.g. `a, b and c`; `last` stands before the last."""
     *most, end = words
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
-def clean(text: str) -> str:
+def sanitise(text: str) -> str:
     """Give a user's text on one line, with all that could drive a terminal spelled out."""
     return "".join(
         sign if sign.isprintable() else sign.encode("unicode_escape").decode()
@@ -136,7 +136,7 @@ def clean(text: str) -> str:
     )
 
 
-def pretty(unit: str) -> str:
+def format_unit(unit: str) -> str:
     """Give the unit of a table as people write it; nothing for a plain number."""
     signs = {"2": "²", "3": "³"}
     unit = re.sub(r"(?<=[a-z)])[23]", lambda digit: signs[digit[0]], unit)
@@ -146,11 +146,11 @@ def pretty(unit: str) -> str:
 # How the base moves.
 
 
-MUCH = 0.1
+NOTABLE_MEAN = 0.1
 """A mean above this share of the RMS about it changes the RMS by more than half a hundredth."""
 
 
-class Base(Protocol):
+class ExcitationLike(Protocol):
     """An excitation: its kind on the shelf, and the base motion that it gives."""
 
     @property
@@ -162,110 +162,122 @@ class Base(Protocol):
         """Whether it is made of sines."""
 
     @property
-    def own_end(self) -> bool:
+    def has_own_end(self) -> bool:
         """Whether it has a length of its own."""
 
     def motion(self) -> Sines | Samples:
         """Give the base motion."""
 
-    def told(self, varied: Collection[str] = ()) -> str:
+    def description(self, varied: Collection[str] = ()) -> str:
         """Give what it is by its keys, without those that vary."""
 
 
-def excitation(base: Base, motion: Sines | Samples, level: bool = True) -> str:
+def describe_excitation(
+    base: ExcitationLike, motion: Sines | Samples, level: bool = True
+) -> str:
     """Give the base motion: its kind on the shelf, what it is, and what it amounts to.
 
     Without `level` the RMS of a record is left out.
     """
-    kind = f"{base.kind} {base.told()}".strip()
+    kind = f"{base.kind} {base.description()}".strip()
     if isinstance(motion, Samples):
         length = (len(motion.u_dd) - 1) * motion.dt
-        scale = _times(motion.realised.get("scale", 1.0))
-        files = "".join(f" {clean(source.file)}{scale}" for source in motion.inputs)
-        grid = f"{len(motion.u_dd)} samples at {number(1 / motion.dt, 'Hz')}"
-        told = (_level(motion) if level and motion.inputs else "") + _realised(motion)
-        return f"{kind}{files}, {grid}, {number(length, 's')}{told}"
+        scale = _format_scale(motion.realised.get("scale", 1.0))
+        files = "".join(f" {sanitise(source.file)}{scale}" for source in motion.inputs)
+        grid = f"{len(motion.u_dd)} samples at {format_number(1 / motion.dt, 'Hz')}"
+        description = (
+            _describe_level(motion) if level and motion.inputs else ""
+        ) + _describe_realised(motion)
+        return f"{kind}{files}, {grid}, {format_number(length, 's')}{description}"
     if not motion.A:
         return f"{kind}, the base stands still"
     count = f", {len(motion.A)} components," if len(motion.A) > 1 else ""
-    return f"{kind}{count} {_band(motion)}, {number(_rms(motion), 'm/s² RMS')}"
+    return f"{kind}{count} {_format_band(motion)}, {format_number(_rms_of_sines(motion), 'm/s² RMS')}"
 
 
-def excitations(base: Base, swept: Collection[str]) -> str:
+def describe_swept_excitation(base: ExcitationLike, swept: Collection[str]) -> str:
     """Give what the base motions of a sweep have in common, where a key of theirs is swept."""
     keys = [key.removeprefix("excitation.") for key in swept if key.startswith("excitation.")]
     varied = {key.rpartition(".")[2] for key in keys}
-    words = f"{base.kind} {base.told(keys)}".strip()
+    words = f"{base.kind} {base.description(keys)}".strip()
     if hasattr(base, "named"):
         scale = 1.0 if "scale" in varied else getattr(base, "scale", 1.0)
-        words += f" {clean(base.named)}{_times(scale)}"
+        words += f" {sanitise(base.named)}{_format_scale(scale)}"
     if not base.periodic:
-        return words + "".join(f", {each}" for each in _asked(base, varied))
+        return words + "".join(f", {each}" for each in _describe_requested(base, varied))
     motion = base.motion()
     assert isinstance(motion, Sines), "what has frequencies is made of sines"
-    band = f" {_band(motion)}" if motion.A and "frequency" not in varied else ""
+    band = f" {_format_band(motion)}" if motion.A and "frequency" not in varied else ""
     level = motion.A and not varied & {"rms", "amplitude", "phase"}
-    return words + band + (f", {number(_rms(motion), 'm/s² RMS')}" if level else "")
+    return (
+        words
+        + band
+        + (f", {format_number(_rms_of_sines(motion), 'm/s² RMS')}" if level else "")
+    )
 
 
-def _asked(base: Base, varied: Collection[str]) -> Iterator[str]:
+def _describe_requested(base: ExcitationLike, varied: Collection[str]) -> Iterator[str]:
     """Give length and level that are asked of a generated motion, and not swept."""
-    if base.own_end and hasattr(base, "duration") and "duration" not in varied:
-        yield number(base.duration, "s")
+    if base.has_own_end and hasattr(base, "duration") and "duration" not in varied:
+        yield format_number(base.duration, "s")
     for key, words in (("rms", "m/s² RMS"), ("amplitude", "m/s² amplitude")):
-        level = getattr(base, key, None) if base.own_end else None
+        level = getattr(base, key, None) if base.has_own_end else None
         if level is not None and key not in varied:
-            yield number(level, words)
+            yield format_number(level, words)
 
 
-def clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
+def describe_clean_up(motion: Sines | Samples | None, law: AnyLaw | None = None) -> list[str]:
     """Give what was done to a record, and to that of a normal force, step by step."""
     steps = motion.realised.get("clean_up", ()) if isinstance(motion, Samples) else ()
     assert isinstance(steps, list | tuple)
-    told = [clean(step["sentence"]) for step in steps]
-    pressure = law.pressure if isinstance(law, Pressed) else None
-    force = pressure.clean_up if pressure else ()
-    return told + [f"normal force: {clean(str(step['sentence']))}" for step in force]
+    description = [sanitise(step["sentence"]) for step in steps]
+    force_record = law.force_record if isinstance(law, NormalForceLaw) else None
+    force = force_record.clean_up if force_record else ()
+    return description + [f"normal force: {sanitise(str(step['sentence']))}" for step in force]
 
 
-def _times(scale: object) -> str:
+def _format_scale(scale: object) -> str:
     """Give the factor on every sample of a record, if it has one."""
     assert isinstance(scale, float), "a factor is a number"
-    return "" if scale == 1.0 else f" times {number(scale)}"
+    return "" if scale == 1.0 else f" times {format_number(scale)}"
 
 
-def _level(motion: Samples) -> str:
+def _describe_level(motion: Samples) -> str:
     """Return the RMS of a record, with its mean where that shows in the RMS."""
     end = (len(motion.u_dd) - 1) * motion.dt
-    square = sample_squares(motion._replace(u=None), 0.0, end)[0] / end
-    mean = moments(motion.u_dd)[0]
+    square = integrate_base_squares(motion._replace(u=None), 0.0, end)[0] / end
+    mean = mean_and_std(motion.u_dd)[0]
     about = sqrt(max(0.0, square - mean**2))
-    level = f", {number(sqrt(square), 'm/s² RMS')}, linear between samples"
-    if abs(mean) <= MUCH * about:
+    level = f", {format_number(sqrt(square), 'm/s² RMS')}, linear between samples"
+    if abs(mean) <= NOTABLE_MEAN * about:
         return level
-    return f"{level}; mean {number(mean, 'm/s²')}, {number(about, 'm/s² RMS')} about it"
+    return f"{level}; mean {format_number(mean, 'm/s²')}, {format_number(about, 'm/s² RMS')} about it"
 
 
-def _realised(motion: Samples) -> str:
+def _describe_realised(motion: Samples) -> str:
     """Give what came out of a generated signal beside what was asked for."""
     words = []
     for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
         found, asked = motion.realised.get(name), motion.realised.get(f"{name}_asked")
         if isinstance(found, float) and isinstance(asked, float):
-            words.append(f"{number(found, unit)} (asked for: {number(asked)})")
+            words.append(f"{format_number(found, unit)} (asked for: {format_number(asked)})")
     error = motion.realised.get("psd_error")
     if isinstance(error, float):
-        words.append(f"PSD within {percent(error)} of its peak")
+        words.append(f"PSD within {format_percent(error)} of its peak")
     return "".join(f", {word}" for word in words)
 
 
-def _band(motion: Sines) -> str:
+def _format_band(motion: Sines) -> str:
     """Give the frequency of sines, or what their frequencies lie between."""
     low, high = min(motion.f), max(motion.f)
-    return number(low, "Hz") if low == high else f"{number(low)} to {number(high, 'Hz')}"
+    return (
+        format_number(low, "Hz")
+        if low == high
+        else f"{format_number(low)} to {format_number(high, 'Hz')}"
+    )
 
 
-def _rms(motion: Sines) -> float:
+def _rms_of_sines(motion: Sines) -> float:
     """Give the RMS of a sum of sines; those of one frequency add up by their phases."""
     sums: dict[float, complex] = {}
     for A, f, phase in zip(*motion, strict=True):
@@ -276,14 +288,14 @@ def _rms(motion: Sines) -> float:
 # The cases of a sweep: what is swept, and where one of them is.
 
 
-FEW = 5
+MAX_LISTED_VALUES = 5
 """Values of a swept key up to which each is named."""
 
-MANY = 10_000
+MAX_SCANNED_VALUES = 10_000
 """Values of a swept key beyond which they can only be evenly spread, in order."""
 
 
-class Swept(Protocol):
+class AxisLike(Protocol):
     """A swept key with its unit and values."""
 
     @property
@@ -299,67 +311,71 @@ class Swept(Protocol):
         """Values in the unit."""
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """The values in words, where their range does not tell them."""
 
 
-def swept(axis: Swept) -> str:
+def describe_axis(axis: AxisLike) -> str:
     """Give what is swept, e.g. `excitation.frequency 0.5 to 10 Hz (96 values)`."""
-    if axis.told:
-        return f"{axis.key} {axis.told}"
-    unit, values = pretty(axis.unit), axis.values
-    if len(values) <= FEW:
-        *most, last = apart(values)
+    if axis.description:
+        return f"{axis.key} {axis.description}"
+    unit, values = format_unit(axis.unit), axis.values
+    if len(values) <= MAX_LISTED_VALUES:
+        *most, last = format_distinct(values)
         return f"{axis.key} {', '.join([*most, f'{last} {unit}'.rstrip()])}"
-    ends = (values[0], values[-1]) if len(values) > MANY else (min(values), max(values))
-    low, high = number(ends[0]), number(ends[1], unit)
+    ends = (
+        (values[0], values[-1])
+        if len(values) > MAX_SCANNED_VALUES
+        else (min(values), max(values))
+    )
+    low, high = format_number(ends[0]), format_number(ends[1], unit)
     return f"{axis.key} {low} to {high} ({len(values)} values)"
 
 
-def apart(values: Sequence[float]) -> list[str]:
+def format_distinct(values: Sequence[float]) -> list[str]:
     """Return values in words, with as many digits as it takes to tell them apart."""
-    for digits in range(SIGNIFICANT, 18):
-        words = [number(value, digits=digits) for value in values]
+    for digits in range(SIGNIFICANT_DIGITS, 18):
+        words = [format_number(value, digits=digits) for value in values]
         if len({*words}) == len({*values}):
             break
     return words
 
 
-def place(point: Mapping[str, float], axes: Sequence[Swept]) -> str:
+def describe_case(point: Mapping[str, float], axes: Sequence[AxisLike]) -> str:
     """Give where a case is, e.g. `frequency 1.6 Hz, rms 0.5 m/s²`."""
-    return located(point, {axis.key: axis.unit for axis in axes})
+    return describe_point(point, {axis.key: axis.unit for axis in axes})
 
 
-def located(point: Mapping[str, float], units: Mapping[str, str]) -> str:
+def describe_point(point: Mapping[str, float], units: Mapping[str, str]) -> str:
     """Give where a case is by the unit of every swept key."""
     return ", ".join(
-        f"{short(key, units)} {number(value, pretty(units.get(key, '')))}"
+        f"{short_key(key, units)} {format_number(value, format_unit(units.get(key, '')))}"
         for key, value in point.items()
     )
 
 
-def places(points: Sequence[Mapping[str, float]], axes: Sequence[Swept]) -> str:
+def describe_cases(points: Sequence[Mapping[str, float]], axes: Sequence[AxisLike]) -> str:
     """Give where a few cases are, e.g. `frequency 0.5, 7 Hz`; of several keys one by one."""
     if len(points[0]) > 1:
-        return "; ".join(place(point, axes) for point in points)
-    units = {axis.key: pretty(axis.unit) for axis in axes}
+        return "; ".join(describe_case(point, axes) for point in points)
+    units = {axis.key: format_unit(axis.unit) for axis in axes}
     *values, last = sorted(value for point in points for value in point.values())
     (key,) = points[0]
-    spelled = [*map(number, values), number(last, units.get(key, ""))]
-    return f"{short(key, units)} {', '.join(spelled)}"
+    spelled = [*map(format_number, values), format_number(last, units.get(key, ""))]
+    return f"{short_key(key, units)} {', '.join(spelled)}"
 
 
-def stretch(ends: Mapping[str, tuple[float, float]], axes: Sequence[Swept]) -> str:
+def describe_range(ends: Mapping[str, tuple[float, float]], axes: Sequence[AxisLike]) -> str:
     """Give between what some cases lie, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
-    units = {axis.key: pretty(axis.unit) for axis in axes}
+    units = {axis.key: format_unit(axis.unit) for axis in axes}
     return ", ".join(
-        f"{short(key, units)} {f'{number(low)} to ' * (low < high)}"
-        f"{number(high, units.get(key, ''))}"
+        f"{short_key(key, units)} {f'{format_number(low)} to ' * (low < high)}"
+        f"{format_number(high, units.get(key, ''))}"
         for key, (low, high) in ends.items()
     )
 
 
-def short(key: str, keys: Collection[str]) -> str:
+def short_key(key: str, keys: Collection[str]) -> str:
     """Give the last word of a swept key, as long as no other ends in it."""
     last = key.rpartition(".")[2]
     return key if sum(other.rpartition(".")[2] == last for other in keys) > 1 else last
@@ -368,11 +384,11 @@ def short(key: str, keys: Collection[str]) -> str:
 # Means over many seeds: a value with its interval, and which seeds there were.
 
 
-FINEST = 1e-6
+MIN_RELATIVE_HALF_WIDTH = 1e-6
 """Half-width over value from which on an interval is told [-]; a narrower one is rounding."""
 
 
-class Wish(Protocol):
+class StoppingRule(Protocol):
     """When seeds are to be enough."""
 
     @property
@@ -384,21 +400,23 @@ class Wish(Protocol):
         """Half-width of its interval over its mean [-]."""
 
 
-def around(value: float | None, half_width: float | None, unit: str = "") -> str:
+def format_interval(value: float | None, half_width: float | None, unit: str = "") -> str:
     """Give a mean with half of its confidence interval, e.g. `0.8376 ± 0.0014`.
 
     Both end at the second digit of the half-width, beyond which the mean says nothing.
     """
-    if value is None or not half_width or half_width < FINEST * abs(value):
-        return number(value, unit)
+    if value is None or not half_width or half_width < MIN_RELATIVE_HALF_WIDTH * abs(value):
+        return format_number(value, unit)
     places = 1 - floor(log10(half_width))
     if places < 0 or max(abs(value), half_width) < 1e-3 or half_width >= 1e6:
-        return f"{number(value)} ± {number(half_width, unit, 2)}"
+        return f"{format_number(value)} ± {format_number(half_width, unit, 2)}"
     words = f"{value + 0.0:.{places}f} ± {half_width:.{places}f}"
     return f"{words} {unit}" if unit else words
 
 
-def seeds(drawn: Sequence[int], until: Wish | None, counts: Sequence[int] = ()) -> str:
+def describe_seeds(
+    drawn: Sequence[int], until: StoppingRule | None, counts: Sequence[int] = ()
+) -> str:
     """Give which seeds there were, and what the values behind a ± are.
 
     `counts` are the numbers of seeds of many cases, ascending.
@@ -407,7 +425,7 @@ def seeds(drawn: Sequence[int], until: Wish | None, counts: Sequence[int] = ()) 
     span = f"{number_of}{' in every case' * bool(counts)}, from {drawn[0]} to {drawn[-1]}"
     wish = ""
     if until is not None:
-        share = number(100 * until.half_width, "%")
+        share = format_number(100 * until.half_width, "%")
         wish = f"until the interval of {until.metric} is ±{share} of its mean; "
     return f"{span}; {wish}values are means, ± half of their 95 % confidence interval"
 
@@ -415,40 +433,42 @@ def seeds(drawn: Sequence[int], until: Wish | None, counts: Sequence[int] = ()) 
 # What is solved: the oscillator, its dry friction, its end stops.
 
 
-EVERY = {"kinetic": True, "static": True}
+ALL_SHARED = {"kinetic": True, "static": True}
 """Friction forces that all cases share, where there is one case."""
 
-NONE: Mapping[str, float] = {}
+NO_RATIOS: Mapping[str, float] = {}
 """The ratios of a scene that is given by forces and damping alone."""
 
 
-def scene(
+def describe_scene(
     plant: Plant,
     law: AnyLaw,
     defaulted: bool = False,
     terms: Sequence[str] = (),
     swept: Collection[str] = (),
-    shared: Mapping[str, bool] = EVERY,
-    ratios: Mapping[str, float] = NONE,
+    shared: Mapping[str, bool] = ALL_SHARED,
+    ratios: Mapping[str, float] = NO_RATIOS,
     peak: float | None = None,
 ) -> Iterator[tuple[str, str]]:
     """Give what is solved, head by head: oscillator, friction, end stops where there are any.
 
     `shared` says whether all cases have one `kinetic` and one `static` friction force; the
-    other parameters are those of `oscillator` and `friction`. What varies is left out. The
+    other parameters are those of `describe_oscillator` and `describe_friction`. What varies is left out. The
     greatest |x_r| [m], where it is known, gives the unit of end stops.
     """
-    forces = friction(law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios)
+    forces = describe_friction(
+        law, defaulted, **shared, terms=terms, swept=swept, ratios=ratios
+    )
     heads = (
-        ("oscillator", oscillator(plant, swept, ratios)),
+        ("oscillator", describe_oscillator(plant, swept, ratios)),
         ("friction", forces),
-        ("end stops", stops(law, swept, peak)),
+        ("end stops", describe_stops(law, swept, peak)),
     )
     return ((head, words) for head, words in heads if words)
 
 
-def oscillator(
-    plant: Plant, swept: Collection[str] = (), ratios: Mapping[str, float] = NONE
+def describe_oscillator(
+    plant: Plant, swept: Collection[str] = (), ratios: Mapping[str, float] = NO_RATIOS
 ) -> str:
     """Give mass, spring and damper, with what follows from them.
 
@@ -465,25 +485,27 @@ def oscillator(
     m, k_x = "oscillator.mass" not in varied, "oscillator.stiffness" not in varied
     damped = not any("damping" in key for key in varied)
     by_ratio = "damping_ratio" in ratios
-    parts = [f"m {number(plant.m, 'kg')}"] * m + [f"k_x {number(plant.k_x, 'N/m')}"] * k_x
+    parts = [f"m {format_number(plant.m, 'kg')}"] * m + [
+        f"k_x {format_number(plant.k_x, 'N/m')}"
+    ] * k_x
     if damped and (not varied or not by_ratio):
-        parts.append(f"b {number(plant.b, 'N·s/m')}")
+        parts.append(f"b {format_number(plant.b, 'N·s/m')}")
     if plant.k_x > 0 and m and k_x:
-        parts.append(f"f_0 {number(sqrt(plant.k_x / plant.m) / (2 * pi), 'Hz')}")
+        parts.append(f"f_0 {format_number(sqrt(plant.k_x / plant.m) / (2 * pi), 'Hz')}")
     if plant.k_x > 0 and damped and (not varied or by_ratio):
         xi = plant.b / (2 * sqrt(plant.m * plant.k_x))
-        parts.append(f"ξ {number(xi, digits=3)}")
+        parts.append(f"ξ {format_number(xi, digits=3)}")
     return ", ".join(parts)
 
 
-def friction(
+def describe_friction(
     law: AnyLaw,
     defaulted: bool = False,
     kinetic: bool = True,
     static: bool = True,
     terms: Sequence[str] = (),
     swept: Collection[str] = (),
-    ratios: Mapping[str, float] = NONE,
+    ratios: Mapping[str, float] = NO_RATIOS,
 ) -> str:
     """Give the dry friction.
 
@@ -497,58 +519,63 @@ def friction(
     terms : sequence of str, optional
         The name of a law other than Coulomb's, and what it has besides its forces.
     swept : collection of str, optional
-        As in `oscillator`: how the normal force varies is left out where they decide it.
+        As in `describe_oscillator`: how the normal force varies is left out where they decide it.
     ratios : mapping, optional
-        As in `oscillator`.
+        As in `describe_oscillator`.
     """
     if law.F_fs == 0 and kinetic and static:
         return "no dry friction"
     limit = static and (not terms or law.F_fs > law.F_fk)
-    parts = [f"F_fk {number(law.F_fk, 'N')}"] * kinetic
-    parts += [f"F_fs {number(law.F_fs, 'N')}"] * limit
+    parts = [f"F_fk {format_number(law.F_fk, 'N')}"] * kinetic
+    parts += [f"F_fs {format_number(law.F_fs, 'N')}"] * limit
     if not static and "static_ratio" in ratios and "friction.static_ratio" not in swept:
-        parts.append(f"F_fs/F_fk {number(ratios['static_ratio'])}")
+        parts.append(f"F_fs/F_fk {format_number(ratios['static_ratio'])}")
     text = ", ".join([*terms[:1], *parts])
     if defaulted:
         text += " (not given: F_fs = F_fk)" if text else "F_fs = F_fk (not given)"
     text = ", ".join(filter(None, (text, *terms[1:])))
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("friction.normal_")}
-    if not isinstance(law, Dynamic) and law.variation and kinetic and static:
-        text += _variation(law, varied)
-    if isinstance(law, Pressed) and law.pressure is not None:
-        text += f", {_pressure(law.pressure, bool(varied))}"
+    if not isinstance(law, DynamicLaw) and law.variation and kinetic and static:
+        text += _describe_variation(law, varied)
+    if isinstance(law, NormalForceLaw) and law.force_record is not None:
+        text += f", {_describe_pressure(law.force_record, bool(varied))}"
     return text
 
 
-def _variation(law: Law | Stopped | Pressed | Slider, varied: Collection[str]) -> str:
+def _describe_variation(
+    law: CoulombLaw | EndStopLaw | NormalForceLaw | ElasticContactLaw, varied: Collection[str]
+) -> str:
     """Give how the normal force varies as a sine, as far as all cases share it."""
     parts = []
     if not {"amplitude", "normal_stiffness"} & {*varied}:
-        parts.append(f"± {percent(law.variation)}")
+        parts.append(f"± {format_percent(law.variation)}")
     if "frequency" not in varied:
-        parts.append(f"at {number(law.omega / (2 * pi), 'Hz')}")
-    whose = "load" if isinstance(law, Slider) else "both"
+        parts.append(f"at {format_number(law.omega / (2 * pi), 'Hz')}")
+    whose = "load" if isinstance(law, ElasticContactLaw) else "both"
     return f", {whose} {'varying ' * (parts[0][0] == 'a')}{' '.join(parts)}" if parts else ""
 
 
-def stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None = None) -> str:
-    """Return the end stops, empty where there are none; `swept` as in `oscillator`."""
-    if not isinstance(law, Stopped):
+def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None = None) -> str:
+    """Return the end stops, empty where there are none; `describe_axis` as in `describe_oscillator`."""
+    if not isinstance(law, EndStopLaw):
         return ""
-    parts = [("limit", f"at ±{length(law.x_rM, peak)}")]
+    parts = [("limit", f"at ±{format_length(law.x_rM, peak)}")]
     if law.rigid:
-        parts += [("stops", "rigid"), ("restitution", f"restitution {number(law.e)}")]
+        parts += [("stops", "rigid"), ("restitution", f"restitution {format_number(law.e)}")]
     else:
-        parts += [("stiffness", number(law.k_s, "N/m")), ("damping", number(law.b_s, "N·s/m"))]
+        parts += [
+            ("stiffness", format_number(law.k_s, "N/m")),
+            ("damping", format_number(law.b_s, "N·s/m")),
+        ]
     varied = {key.rpartition(".")[2] for key in swept if key.startswith("stroke.")}
     return ", ".join(words for key, words in parts if key not in varied)
 
 
-def _pressure(pressure: Pressure, varied: bool) -> str:
+def _describe_pressure(force_record: NormalForceRecord, varied: bool) -> str:
     """Give a recorded normal force: what it lies between, if all cases share it; its file."""
-    files = ", ".join(clean(source.file) for source in pressure.inputs)
+    files = ", ".join(sanitise(source.file) for source in force_record.inputs)
     if varied:
         return f"F_N recorded ({files})"
-    ends = float(pressure.relative.min()), float(pressure.relative.max())
-    low, high = (number(pressure.mean * share, digits=3) for share in ends)
+    ends = float(force_record.relative.min()), float(force_record.relative.max())
+    low, high = (format_number(force_record.mean * share, digits=3) for share in ends)
     return f"F_N {low} to {high} N ({files})"

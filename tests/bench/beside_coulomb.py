@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from many import medians
 
-from drysim.approach.solution import Track
+from drysim.approach.solution import Trajectory
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.compile import PLAIN_STEPS, settle
-from drysim.core.model import Law, Plant, Samples, Sines, Slider, State
-from drysim.excitation.random import lines, noise
+from drysim.core.compile import MAX_PLAIN_STEPS, choose_engine
+from drysim.core.model import CoulombLaw, ElasticContactLaw, Plant, Samples, Sines, State
+from drysim.excitation.random import random_signal, spectral_lines
 from drysim.metrics.table import measure
 
 PLANT, REST, DT = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0), 2.5e-3
@@ -34,25 +34,25 @@ Jobs = dict[str, Callable[[], object]]
 
 def motions(a_u: float, seconds: float) -> dict[str, Motion]:
     """Give the base motions of an RMS: noise from 0.5 to 10 Hz, a sine near resonance."""
-    wanted = lines(lambda f: np.ones_like(f), (0.5, 10.0), a_u**2, seconds)
-    samples = Samples(noise(wanted, DT, 1, a_u).u_dd[:], DT)
+    wanted = spectral_lines(lambda f: np.ones_like(f), (0.5, 10.0), a_u**2, seconds)
+    samples = Samples(random_signal(wanted, DT, 1, a_u).u_dd[:], DT)
     return {"samples": samples, "sine": Sines((math.sqrt(2.0) * a_u,), (1.6,), (0.0,))}
 
 
-def laws(F_fk: float) -> Iterator[tuple[str, dict[str, Law | Slider]]]:
+def laws(F_fk: float) -> Iterator[tuple[str, dict[str, CoulombLaw | ElasticContactLaw]]]:
     """Give laws to compare, coulomb first."""
     for name, swing in (("jenkins", ()), ("petrov-ewins", SWING)):
-        contacts = {f"{k_t:g}": Slider(F_fk, k_t, *swing) for k_t in STIFFNESSES}
-        yield name, {"coulomb": Law(F_fk, F_fk, *swing), **contacts}
+        contacts = {f"{k_t:g}": ElasticContactLaw(F_fk, k_t, *swing) for k_t in STIFFNESSES}
+        yield name, {"coulomb": CoulombLaw(F_fk, F_fk, *swing), **contacts}
 
 
-def jobs_of(law: Law | Slider, motion: Motion, seconds: float) -> Jobs:
+def jobs_of(law: CoulombLaw | ElasticContactLaw, motion: Motion, seconds: float) -> Jobs:
     """Give what is timed of one law."""
     scene, solver = (PLANT, law, motion, REST, DT, seconds), StickSlip()
 
-    def follow() -> Track:
+    def follow() -> Trajectory:
         """Follow the motion."""
-        return solver.track(*scene)
+        return solver.trajectory(*scene)
 
     def response() -> object:
         """Give it on its grid."""
@@ -66,12 +66,18 @@ def jobs_of(law: Law | Slider, motion: Motion, seconds: float) -> Jobs:
     return {"follow": follow, "response": response, "metrics": metrics}
 
 
-def events(track: Track) -> int:
+def events(trajectory: Trajectory) -> int:
     """Give how often the mode changed."""
-    return len(track.turns if isinstance(track.law, Law) else track.events)
+    return len(
+        trajectory.turning_points
+        if isinstance(trajectory.law, CoulombLaw)
+        else trajectory.events
+    )
 
 
-def compare(name: str, shelf: dict[str, Law | Slider], motion: Motion, options) -> None:
+def compare(
+    name: str, shelf: dict[str, CoulombLaw | ElasticContactLaw], motion: Motion, options
+) -> None:
     """Print the rows of one law on one base motion."""
     seconds = options.seconds
     each = {word: jobs_of(law, motion, seconds) for word, law in shelf.items()}
@@ -92,7 +98,7 @@ if __name__ == "__main__":
     parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--only", default="", help="words of the rows to print")
     options = parser.parse_args()
-    settle(PLAIN_STEPS + 1)
+    choose_engine(MAX_PLAIN_STEPS + 1)
     print(f"times coulomb at k_t = {', '.join(f'{k_t:g}' for k_t in STIFFNESSES)} N/m")
     for a_u in LEVELS:
         for kind, motion in motions(a_u, options.seconds).items():

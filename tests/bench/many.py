@@ -19,13 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from drysim.approach.coulomb import solve_orbits
-from drysim.approach.many_records import Abreast, abreast, measure_many
-from drysim.core.model import Law, Plant, Samples, State
-from drysim.excitation.random import lines, noise
-from drysim.scenario.axes import columns_of, size
+from drysim.approach.many_records import RecordBatch, make_batch, measure_batch
+from drysim.core.model import CoulombLaw, Plant, Samples, State
+from drysim.excitation.random import random_signal, spectral_lines
+from drysim.scenario.axes import count_points, point_columns
 from drysim.scenario.load import load
 from drysim.study import plan
-from drysim.study.ensemble import MOST
+from drysim.study.ensemble import MAX_SEEDS_PER_BLOCK
 
 DT = 2.5e-3
 PLANT, REST = Plant(75.0, 7500.0, 500.0), State(0.0, 0.0)
@@ -51,18 +51,20 @@ def medians(
 
 def ensembles(records: int, samples: int, repeats: int) -> None:
     """Time records in blocks, on one thread and on two."""
-    wanted = lines(lambda f: np.ones_like(f), (0.5, 10.0), 0.67**2, samples * DT)
-    motions = [noise(wanted, DT, seed, 0.67) for seed in range(records)]
+    wanted = spectral_lines(lambda f: np.ones_like(f), (0.5, 10.0), 0.67**2, samples * DT)
+    motions = [random_signal(wanted, DT, seed, 0.67) for seed in range(records)]
     bare = [Samples(motion.u_dd, DT) for motion in motions]
-    parts = [bare[at : at + MOST] for at in range(0, records, MOST)]
-    blocks = [abreast(part, len(part), (0, samples)) for part in parts]
+    parts = [
+        bare[at : at + MAX_SEEDS_PER_BLOCK] for at in range(0, records, MAX_SEEDS_PER_BLOCK)
+    ]
+    blocks = [make_batch(part, len(part), (0, samples)) for part in parts]
     from scipy.signal import lfilter
 
     hands, work = ThreadPoolExecutor(2), records * samples * 1e-9
     for F in FRICTION:
 
-        def block(given: Abreast, F: tuple[float, float] = F) -> object:
-            return measure_many(PLANT, Law(*F), given, REST)
+        def block(given: RecordBatch, F: tuple[float, float] = F) -> object:
+            return measure_batch(PLANT, CoulombLaw(*F), given, REST)
 
         jobs = {
             "one": lambda block=block: [*map(block, blocks)],
@@ -86,11 +88,11 @@ def figures(repeats: int) -> None:
     files = [FIGURES / f"paper-{name}-friction.yaml" for name in ("low", "high")]
     asked = [load(file) for file in files]
     curve = len(asked[0].sweep[0].values)
-    parts = [(each, size(each.sweep)) for each in asked]
+    parts = [(each, count_points(each.sweep)) for each in asked]
     parts.append((asked[0].with_approach("viscous"), curve))  # one curve serves both figures
     scenes = []
     for scenario, count in parts:
-        found, _ = plan.scenes_of(scenario, columns_of(scenario.sweep, 0, count), count)
+        found, _ = plan.scene_array(scenario, point_columns(scenario.sweep, 0, count), count)
         scenes += [found[: count // 2], found[count // 2 :]]
     hands = ThreadPoolExecutor(2)
     cases = sum(map(len, scenes))

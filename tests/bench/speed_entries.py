@@ -10,21 +10,21 @@ import peers
 import pytest
 
 from drysim.bench import scipy_ivp, score, speed_error
-from drysim.bench.score import Yardstick
-from drysim.bench.speed_error import judged
-from drysim.bench.timing import Runner, lfilter
-from drysim.bench.work import work_of
-from drysim.core.compile import PLAIN_STEPS, settle
+from drysim.bench.score import Reference
+from drysim.bench.speed_error import score_answer
+from drysim.bench.timing import ReadyEntry, lfilter_job
+from drysim.bench.work import make_work
+from drysim.core.compile import MAX_PLAIN_STEPS, choose_engine
 
 SAMPLES = 4_000
 """Samples of the work: the slowest entry takes some seconds on them."""
 
-settle(PLAIN_STEPS + 1)
-WORKS = [work_of(one, SAMPLES) for one in speed_error.scenarios(None, [], swept=False)]
+choose_engine(MAX_PLAIN_STEPS + 1)
+WORKS = [make_work(one, SAMPLES) for one in speed_error.load_scenarios(None, [], swept=False)]
 CASES = [
     pytest.param(work, entry, id=f"{work.scenario.name}-{entry.approach}-{entry.setting}")
     for work in WORKS
-    for shelf in (score, scipy_ivp, *peers.present())
+    for shelf in (score, scipy_ivp, *peers.installed_peers())
     for entry in shelf.entries(work)
     if entry.points <= 20
 ]
@@ -33,7 +33,7 @@ CASES = [
 @pytest.mark.parametrize("work", WORKS, ids=lambda work: work.scenario.name)
 def test_lfilter(work, benchmark):
     benchmark.group = work.scenario.name
-    benchmark(lfilter(work))
+    benchmark(lfilter_job(work))
 
 
 @pytest.mark.parametrize(("work", "entry"), CASES)
@@ -41,5 +41,5 @@ def test_entry(work, entry, benchmark):
     benchmark.group = work.scenario.name
     run = entry.ready(work)
     answer = benchmark(run)
-    score = judged(entry, Runner(work, run, answer, 0.0), Yardstick.of(work))
+    score = score_answer(entry, ReadyEntry(work, run, answer, 0.0), Reference.of(work))
     benchmark.extra_info |= {"verdict": score.verdict, "error_x_r": score.error_x_r}

@@ -15,7 +15,9 @@ PAPER = (75.0, 7500.0, 500.0)
 def log_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
     """Give an empty log."""
     whole, kind = np.zeros(length, dtype=np.int64), np.zeros(length, dtype=np.int8)
-    return kernel.events.Log(whole, np.zeros(length), kind, np.zeros(length), np.zeros(length))
+    return kernel.events.EventLog(
+        whole, np.zeros(length), kind, np.zeros(length), np.zeros(length)
+    )
 
 
 def march(
@@ -27,11 +29,11 @@ def march(
     start: tuple[float, float] = (0.0, 0.0),
 ) -> SimpleNamespace:
     """March over samples from a start; gives x_r, v_r, d and the events."""
-    core_plant, law = kernel.model.Plant(*plant), kernel.model.Law(*F)
+    core_plant, law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(*F)
     n = len(u_dd)
     # What the march leaves unwritten shows.
     x_r, v_r, d = np.full(n, np.nan), np.full(n, np.nan), np.full(n, 9, dtype=np.int64)
-    mode = kernel.events.first_mode(core_plant, law, *start, u_dd[0])
+    mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])
     x_r[0], v_r[0], d[0] = *start, mode
     log = log_of(kernel)
     out = kernel.sampled.march(
@@ -48,13 +50,13 @@ def waves_of(kernel: SimpleNamespace, sines: list[tuple[float, float, float]], l
     rows = list(sines)
     if law.variation:
         rows.append((0.0, law.omega / (2 * math.pi), law.phase))
-    values = np.zeros(kernel.forcing.STRIDE * len(rows))
+    values = np.zeros(kernel.forcing.WAVE_COLUMNS * len(rows))
     for i, row in enumerate(rows):
         kernel.forcing.set_wave(values, i, *row)
     return kernel.forcing.Waves(values, len(rows), len(sines))
 
 
-def leap(
+def march_sines(
     kernel: SimpleNamespace,
     sines: list[tuple[float, float, float]],
     law: tuple[float, ...],
@@ -64,12 +66,14 @@ def leap(
     d: int | None = None,
 ) -> SimpleNamespace:
     """Leap under sines from a start; gives the end state and the events."""
-    core_plant, core_law = kernel.model.Plant(*plant), kernel.model.Law(*law)
+    core_plant, core_law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(*law)
     u_dd = sum(A * math.sin(phase) for A, _, phase in sines)
-    mode = kernel.events.first_mode(core_plant, core_law, *start, u_dd) if d is None else d
+    mode = (
+        kernel.events.initial_direction(core_plant, core_law, *start, u_dd) if d is None else d
+    )
     log = log_of(kernel)
     waves = waves_of(kernel, sines, core_law)
-    t, x_r, v_r, d_end, count, closest = kernel.march.leap(
+    t, x_r, v_r, d_end, count, closest = kernel.march.march_sines(
         core_plant, core_law, waves, 0.0, 0.0, 0, 0.0, duration, 0.0, *start, mode,
         log, 0, len(log.n),
     )  # fmt: skip

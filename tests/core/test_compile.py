@@ -15,7 +15,7 @@ import pytest
 
 import drysim
 from drysim.core import compile
-from drysim.core.compile import cache_class
+from drysim.core.compile import checked_cache_class
 from drysim.errors import DrysimError
 
 # The engines: how one is settled, and where compiled kernels are kept.
@@ -27,12 +27,12 @@ from drysim.errors import DrysimError
 def test_environment_names_the_engine(
     monkeypatch: pytest.MonkeyPatch, word: str, engine: str
 ) -> None:
-    monkeypatch.setenv(compile.VARIABLE, word)
+    monkeypatch.setenv(compile.ENGINE_VARIABLE, word)
     assert compile.engine() == engine
 
 
 def test_another_word_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(compile.VARIABLE, "turbo")
+    monkeypatch.setenv(compile.ENGINE_VARIABLE, "turbo")
     with pytest.raises(ValueError, match="plain, compiled or auto, not 'turbo'"):
         compile.engine()
 
@@ -73,7 +73,7 @@ def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
     with pytest.raises(
         DrysimError, match=r"the compiler \(numba\) cannot be loaded: "
     ) as fault:
-        compile.compiler()
+        compile.import_numba()
     assert "DRYSIM_ENGINE=plain" in fault.value.hint
 
 
@@ -168,7 +168,7 @@ def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    found = cache_class()(compile.source_key)
+    found = checked_cache_class()(compile.source_key)
     files, data = found._cache_file, {"numbers": [1.0, 2.0]}
     files.save("key", data)
     assert files.load("key") == data
@@ -191,10 +191,10 @@ def settled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callabl
     """Give the engine that `auto` settles on in a process that has loaded no kernel yet."""
 
     def engine(steps: int, *kernels: str) -> str:
-        monkeypatch.setenv(compile.VARIABLE, compile.AUTO)
+        monkeypatch.setenv(compile.ENGINE_VARIABLE, compile.AUTO)
         monkeypatch.delitem(sys.modules, "drysim.core.oscillator", raising=False)
-        compile.settle(steps, *kernels)
-        return os.environ[compile.VARIABLE]
+        compile.choose_engine(steps, *kernels)
+        return os.environ[compile.ENGINE_VARIABLE]
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     compile.cache_folder.cache_clear()
@@ -205,22 +205,24 @@ def settled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callabl
 def test_short_job_stays_plain_and_a_long_one_is_compiled(
     settled: Callable[..., str],
 ) -> None:
-    assert settled(compile.PLAIN_STEPS) == compile.PLAIN
-    assert settled(compile.PLAIN_STEPS + 1) == compile.COMPILED
+    assert settled(compile.MAX_PLAIN_STEPS) == compile.PLAIN
+    assert settled(compile.MAX_PLAIN_STEPS + 1) == compile.COMPILED
 
 
 def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
     settled: Callable[..., str],
 ) -> None:
-    middling, much = 2 * compile.PLAIN_STEPS, 11 * compile.PLAIN_STEPS
-    assert settled(middling, "taylor.trace") == compile.PLAIN
-    assert settled(much, "taylor.trace") == compile.COMPILED
+    middling, much = 2 * compile.MAX_PLAIN_STEPS, 11 * compile.MAX_PLAIN_STEPS
+    assert settled(middling, "taylor.march_taylor") == compile.PLAIN
+    assert settled(much, "taylor.march_taylor") == compile.COMPILED
     folder = compile.cache_folder()
     assert folder is not None
     (folder / "core_0").mkdir()
-    (folder / "core_0" / "taylor.trace-1.py311.nbi").touch()
-    assert settled(middling, "taylor.trace") == compile.COMPILED
-    assert settled(middling, "march.touch sampled.march_joint") == compile.PLAIN
+    (folder / "core_0" / "taylor.march_taylor-1.py311.nbi").touch()
+    assert settled(middling, "taylor.march_taylor") == compile.COMPILED
+    assert (
+        settled(middling, "march.march_elastic sampled.march_elastic_samples") == compile.PLAIN
+    )
 
 
 # Compiled kernels on disk: written beside no package, shared by processes, never stale.
@@ -228,7 +230,7 @@ def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
 
 ARCTAN = 1
 PROGRAM = (
-    "from drysim.core.fixed_step import sliding_share as share\n"
+    "from drysim.core.fixed_step import regularised_sign as share\n"
     f"print(share({ARCTAN}, 1.0, 1.0), len(share.stats.cache_hits))\n"
 )
 HALF = 0.5

@@ -64,7 +64,9 @@ def test_cases_are_written_as_plain_python_writes_them(
     numbers[:2, ::7] = np.nan
     numbers[0, ~np.isfinite(numbers[0])] = np.nan
     status = np.arange(900, dtype=np.int8) % 3
-    block = tables.Cases("stick-slip", numbers, (False, False, True), status)
+    block = tables.CaseBlock("stick-slip", numbers, (False, False, True), status)
     monkeypatch.setitem(sys.modules, "drysim.core.digits", fast.digits)
     words = ("ok", "not settled", "")
-    assert bytes(tables._put(words, place, block)) == tables._listed(words, place, block)
+    assert bytes(
+        tables._format_cases_kernel(words, place, block)
+    ) == tables._format_cases_python(words, place, block)

@@ -19,7 +19,9 @@ def stepped(kernel: SimpleNamespace, form: int, method: int) -> np.ndarray:
     """March with a function of velocity; gives x_r and v_r."""
     x_r, v_r = np.zeros(len(BASE)), np.zeros(len(BASE))
     plant = kernel.model.Plant(*PAPER)
-    kernel.fixed_step.step_march(plant, 15.0, form, 100.0, method, BASE, MIDDLES, DT, x_r, v_r)
+    kernel.fixed_step.march_fixed_step(
+        plant, 15.0, form, 100.0, method, BASE, MIDDLES, DT, x_r, v_r
+    )
     return np.array([x_r, v_r])
 
 
@@ -29,9 +31,9 @@ def banded(kernel: SimpleNamespace, march: str) -> np.ndarray:
     d = np.zeros(len(BASE), dtype=np.int64)
     plant, rest = kernel.model.Plant(*PAPER), (BASE, DT, x_r, v_r, F_f, d)
     if march == "switch":
-        kernel.fixed_step.switch_march(plant, 15.0, 18.0, 6e-4, *rest)
+        kernel.fixed_step.march_switch(plant, 15.0, 18.0, 6e-4, *rest)
     else:
-        kernel.fixed_step.moreau_march(plant, 15.0, *rest)
+        kernel.fixed_step.march_moreau(plant, 15.0, *rest)
     return np.array([x_r, v_r, F_f, d])
 
 
@@ -69,7 +71,7 @@ def test_method_is_of_its_order_without_friction(
         n = round(0.5 / dt)
         x_r, v_r = np.zeros(n + 1), np.zeros(n + 1)
         u_dd, plant = np.ones(n + 1), kernel.model.Plant(*PAPER)
-        kernel.fixed_step.step_march(plant, 0.0, 0, 0.0, method, u_dd, u_dd, dt, x_r, v_r)
+        kernel.fixed_step.march_fixed_step(plant, 0.0, 0, 0.0, method, u_dd, u_dd, dt, x_r, v_r)
         _, _, Y, _ = kernel.oscillator.flow(plant.b / plant.m, plant.k_x / plant.m, 0.5)
         return abs(x_r[-1] + Y)
 
@@ -78,7 +80,7 @@ def test_method_is_of_its_order_without_friction(
 
 @pytest.mark.parametrize("form", range(1, 5))
 def test_smooth_sign_is_odd_steep_and_at_most_one(kernel: SimpleNamespace, form: int) -> None:
-    share = kernel.fixed_step.sliding_share
+    share = kernel.fixed_step.regularised_sign
     assert share(form, 1e3, 0.0) == 0.0
     assert share(form, 1e3, -0.02) == -share(form, 1e3, 0.02)
     assert 0.0 < share(form, 1e3, 1e-4) < share(form, 1e3, 1e-3) < share(form, 1e3, 10.0) <= 1.0
@@ -93,7 +95,7 @@ def test_every_form_of_the_sign_is_its_formula(kernel: SimpleNamespace) -> None:
         }  # fmt: skip
         assert len(forms) == 5
         for form, share in forms.items():
-            assert law.sliding_share(form, c, v) == pytest.approx(share, rel=1e-15)
+            assert law.regularised_sign(form, c, v) == pytest.approx(share, rel=1e-15)
 
 
 @pytest.mark.parametrize(("v", "d"), [(0.0, 0), (0.1, 1), (-0.1, -1)])
@@ -103,5 +105,5 @@ def test_moreau_begins_in_the_direction_of_its_start(
     x_r, v_r, F_f = np.zeros((3, len(BASE)))
     v_r[0], way = v, np.full(len(BASE), 9, dtype=np.int64)
     plant = kernel.model.Plant(*PAPER)
-    kernel.fixed_step.moreau_march(plant, 15.0, BASE, DT, x_r, v_r, F_f, way)
+    kernel.fixed_step.march_moreau(plant, 15.0, BASE, DT, x_r, v_r, F_f, way)
     assert (way[0], F_f[0]) == (d, 15.0 * d)

@@ -49,7 +49,7 @@ def test_mean_square_is_right_over_windows_of_any_length(
             for _ in range(dice.choice((1, 2, 3)))
         ]
         end = begin + 10.0 ** dice.uniform(-9, 2)
-        waves = waves_of(kernel, sines, kernel.model.Law(0.0, 0.0))
+        waves = waves_of(kernel, sines, kernel.model.CoulombLaw(0.0, 0.0))
         found, _ = kernel.forcing.mean_squares(waves, begin, end)
         assert found == pytest.approx(exact(sines, begin, end), rel=AGREES), number
 
@@ -67,11 +67,11 @@ H = 1e-6
 def test_each_rate_of_sliding_is_the_slope_of_the_one_before(
     kernel: SimpleNamespace, c: float, w: float, slope: float, s: float
 ) -> None:
-    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(0.3, 0.4, 0.5, 9.0, 0.2)
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(0.3, 0.4, 0.5, 9.0, 0.2)
     waves = waves_of(kernel, [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)], law)
-    kernel.forcing.anchor(waves, plant, law, 0.35, 1)
+    kernel.forcing.set_phases(waves, plant, law, 0.35, 1)
     before, now, after = (
-        np.array(kernel.forcing.slide(c, w, waves, 0.01, 0.2, -0.3, slope, s + h))
+        np.array(kernel.forcing.motion_at(c, w, waves, 0.01, 0.2, -0.3, slope, s + h))
         for h in (-H, 0.0, H)
     )
     assert (after - before)[:3] / (2 * H) == pytest.approx(now[1:], rel=1e-4, abs=1e-4)
@@ -84,10 +84,10 @@ def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
 ) -> None:
     # What is left of the start dies out within 1/c; then v_r = -ü/c, and so are its rates. The
     # snap once was the rounding of ü times c², and steps were of a decay where it bounds them.
-    plant, law = kernel.model.Plant(1.0, 100.0, c), kernel.model.Law(0.0, 0.0)
+    plant, law = kernel.model.Plant(1.0, 100.0, c), kernel.model.CoulombLaw(0.0, 0.0)
     waves = waves_of(kernel, [(1.4, 1.1, 0.4)], law)
-    kernel.forcing.anchor(waves, plant, law, 0.0, 1)
-    _, *rates = kernel.forcing.slide_and_snap(c, 100.0, waves, 0.0, 0.0, 0.0, 0.0, s)
+    kernel.forcing.set_phases(waves, plant, law, 0.0, 1)
+    _, *rates = kernel.forcing.motion_and_snap_at(c, 100.0, waves, 0.0, 0.0, 0.0, 0.0, s)
     omega = 2 * np.pi * 1.1
     u_dd = [1.4 * omega**n * np.sin(omega * s + 0.4 + 0.5 * np.pi * n) for n in range(4)]
     assert rates == pytest.approx(np.array(u_dd) / -c, rel=1e-6)
@@ -96,22 +96,31 @@ def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
 def test_bounds_of_the_rates_of_a_force_are_what_its_sines_reach_together(
     kernel: SimpleNamespace,
 ) -> None:
-    waves = waves_of(kernel, [(1.4, 1.1, 0.4), (-0.9, 0.1, 1.0)], kernel.model.Law(1.0, 1.0))
+    waves = waves_of(
+        kernel, [(1.4, 1.1, 0.4), (-0.9, 0.1, 1.0)], kernel.model.CoulombLaw(1.0, 1.0)
+    )
     one, other = 2.0 * math.pi * 1.1, 2.0 * math.pi * 0.1
     rates = [1.4 * one**n + 0.9 * other**n for n in (1, 2, 3)]
     rates[0] += 7.0
-    assert kernel.forcing.force_rates(waves, -7.0) == pytest.approx((*rates, one), rel=1e-14)
+    assert kernel.forcing.force_rate_bounds(waves, -7.0) == pytest.approx(
+        (*rates, one), rel=1e-14
+    )
 
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_each_rate_of_the_force_left_to_break_away_is_the_slope_of_the_one_before(
     kernel: SimpleNamespace, side: int
 ) -> None:
-    plant, law = kernel.model.Plant(2.0, 90.0, 3.0), kernel.model.Law(7.0, 8.0, 0.5, 9.0, 0.2)
+    plant, law = (
+        kernel.model.Plant(2.0, 90.0, 3.0),
+        kernel.model.CoulombLaw(7.0, 8.0, 0.5, 9.0, 0.2),
+    )
     waves = waves_of(kernel, [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)], law)
-    kernel.forcing.anchor(waves, plant, law, 0.35, 0)
+    kernel.forcing.set_phases(waves, plant, law, 0.35, 0)
     before, now, after = (
-        np.array(kernel.forcing.margin(plant, law, waves, 0.01, 0.4, -0.7, side, 0.2 + h))
+        np.array(
+            kernel.forcing.break_away_margin(plant, law, waves, 0.01, 0.4, -0.7, side, 0.2 + h)
+        )
         for h in (-H, 0.0, H)
     )
     assert (after - before)[:2] / (2 * H) == pytest.approx(now[1:], rel=1e-6)
@@ -119,15 +128,15 @@ def test_each_rate_of_the_force_left_to_break_away_is_the_slope_of_the_one_befor
 
 @pytest.mark.parametrize("s", [0.0, 0.3, 1.0])
 def test_base_and_normal_force_at_any_time_are_their_sines(kernel, s):
-    law = kernel.model.Law(10.0, 12.0, 0.4, 3.0, 0.2)
+    law = kernel.model.CoulombLaw(10.0, 12.0, 0.4, 3.0, 0.2)
     waves = waves_of(kernel, [(2.0, 0.7, 0.1)], law)
-    kernel.forcing.anchor(waves, kernel.model.Plant(1.0, 1.0, 0.1), law, 0.0, 0)
+    kernel.forcing.set_phases(waves, kernel.model.Plant(1.0, 1.0, 0.1), law, 0.0, 0)
     omega = 2.0 * math.pi * 0.7
     sine, cosine = math.sin(omega * s + 0.1), math.cos(omega * s + 0.1)
     assert kernel.forcing.base_motion(waves, 0.5, 0.3, s) == pytest.approx(
         (0.5 + 0.3 * s + 2.0 * sine, 0.3 + 2.0 * omega * cosine, -2.0 * omega**2 * sine)
     )
     sine, cosine = math.sin(3.0 * s + 0.2), math.cos(3.0 * s + 0.2)
-    assert kernel.forcing.normal_force(law, waves, s) == pytest.approx(
+    assert kernel.forcing.relative_normal_force(law, waves, s) == pytest.approx(
         (1.0 + 0.4 * sine, 1.2 * cosine, -3.6 * sine)
     )

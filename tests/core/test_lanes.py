@@ -23,19 +23,19 @@ def answers(
     x_r: float = 0.001,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Give what the kernel answers for a window from sample 101 on, and the stops."""
-    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.Law(*F)
-    lanes, length = kernel.lanes, 4 * kernel.events.ROOM
+    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.CoulombLaw(*F)
+    lanes, length = kernel.lanes, 4 * kernel.events.MAX_EVENTS_PER_STEP
     kinds = (np.int64, np.float64, np.int64, np.float64, np.float64)
     rule = kernel.lanes.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
     side = kernel.lanes.Side(
         np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES // lanes.WIDTH),
         np.zeros(kernel.lanes.QUEUE_SIZE), np.zeros(lanes.LANES, dtype=np.int64),
         np.zeros((lanes.LANES, kernel.lanes.KEPT)), np.zeros(lanes.LANES, dtype=np.int64),
-        kernel.events.Log(*(np.zeros(length, dtype=kind) for kind in kinds)),
+        kernel.events.EventLog(*(np.zeros(length, dtype=kind) for kind in kinds)),
     )  # fmt: skip
     found, turns = np.zeros((len(u_dd), kernel.lanes.FOUND)), np.zeros(u_dd.shape)
     kernel.lanes.measure_records(
-        plant, law, kernel.oscillator.steps_of(plant, law, dt), rule, u_dd, 101,
+        plant, law, kernel.oscillator.slip_steps(plant, law, dt), rule, u_dd, 101,
         SAMPLES - 1, kernel.model.State(x_r, 0.0), side, turns, found,
     )  # fmt: skip
     return found, turns
@@ -69,9 +69,11 @@ def test_mirrored_records_give_mirrored_stops(kernel):
 @pytest.mark.parametrize(("v", "a", "j"), [(0.78, 1e-4, -16.0), (0.14, -0.99, -311.0)])
 def test_root_that_strays_is_told_and_stays_within_its_step(kernel, v, a, j):
     # Its lane is left to the march of one record; far away its numbers had overflowed.
-    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.Law(15.0, 15.0)
-    steps = kernel.oscillator.steps_of(plant, law, DT)
-    s, good = kernel.lanes.fall_abreast(kernel.oscillator.series(steps.tail, v, a, j), DT)
+    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.CoulombLaw(15.0, 15.0)
+    steps = kernel.oscillator.slip_steps(plant, law, DT)
+    s, good = kernel.lanes.fall_abreast(
+        kernel.oscillator.velocity_series(steps.factors, v, a, j), DT
+    )
     assert not good
     assert 0.0 <= s <= DT
 

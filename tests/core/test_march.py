@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import PAPER, leap, log_of, march, waves_of
+from scenes import PAPER, log_of, march, march_sines, waves_of
 
 # Leaps under sines: scenes with known answers, and what must not change an answer.
 
@@ -18,7 +18,7 @@ PAIR = [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)]
 
 def test_free_decay_turns_and_stops_where_coulomb_says(kernel: SimpleNamespace) -> None:
     # m = k = F = 1 from x = 12, v = 6: amplitude falls by 2 F/k each half cycle.
-    found = leap(kernel, [], (1.0, 1.0), 30.0, plant=(1.0, 1.0, 0.0), start=(12.0, 6.0))
+    found = march_sines(kernel, [], (1.0, 1.0), 30.0, plant=(1.0, 1.0, 0.0), start=(12.0, 6.0))
     assert found.t[0] == pytest.approx(0.432408, abs=5e-7)
     turns = np.abs(found.x[:-1])
     assert turns[0] == pytest.approx(13.317821, abs=5e-7)
@@ -31,7 +31,9 @@ def test_free_decay_turns_and_stops_where_coulomb_says(kernel: SimpleNamespace) 
 
 def test_more_damping_never_lengthens_a_free_stop(kernel: SimpleNamespace) -> None:
     stops = [
-        leap(kernel, [], (15.0, 15.0), 60.0, plant=(75.0, 7500.0, b), start=(0.05, 0.3)).t[-1]
+        march_sines(
+            kernel, [], (15.0, 15.0), 60.0, plant=(75.0, 7500.0, b), start=(0.05, 0.3)
+        ).t[-1]
         for b in (0.0, 5.0, 50.0, 500.0)
     ]
     assert all(later <= sooner + 1e-12 for sooner, later in pairwise(stops))
@@ -43,7 +45,7 @@ def test_more_damping_never_lengthens_a_free_stop(kernel: SimpleNamespace) -> No
 def test_start_inside_on_and_outside_the_stuck_zone(
     kernel: SimpleNamespace, x_r: float, moves: bool
 ) -> None:
-    found = leap(kernel, [], (15.0, 15.0), 2.0, start=(x_r, 0.0))
+    found = march_sines(kernel, [], (15.0, 15.0), 2.0, start=(x_r, 0.0))
     assert (found.mode != 0) == moves
     assert (found.end[1] != x_r) == moves
 
@@ -53,14 +55,14 @@ def test_force_that_just_reaches_the_limit_never_moves_the_mass(
 ) -> None:
     # F_fs = m A to the last bit: equality sticks.
     for phase in (0.0, 0.3, math.pi / 2):
-        found = leap(kernel, [(0.6, 1.3, phase)], (45.0, 45.0), 50.0)
+        found = march_sines(kernel, [(0.6, 1.3, phase)], (45.0, 45.0), 50.0)
         assert len(found.t) == 0
-    assert len(leap(kernel, [(0.6 * (1 + 1e-13), 1.3, 0.0)], (45.0, 45.0), 50.0).t) > 0
+    assert len(march_sines(kernel, [(0.6 * (1 + 1e-13), 1.3, 0.0)], (45.0, 45.0), 50.0).t) > 0
 
 
 def test_mirrored_sines_give_the_mirrored_answer_bit_for_bit(kernel: SimpleNamespace) -> None:
-    one = leap(kernel, PAIR, (30.0, 36.0), 20.0)
-    other = leap(kernel, [(-A, f, phase) for A, f, phase in PAIR], (30.0, 36.0), 20.0)
+    one = march_sines(kernel, PAIR, (30.0, 36.0), 20.0)
+    other = march_sines(kernel, [(-A, f, phase) for A, f, phase in PAIR], (30.0, 36.0), 20.0)
     assert np.array_equal(one.t, other.t)
     assert np.array_equal(one.x, -other.x)
 
@@ -68,7 +70,7 @@ def test_mirrored_sines_give_the_mirrored_answer_bit_for_bit(kernel: SimpleNames
 def test_plain_and_compiled_agree(plain: SimpleNamespace, fast: SimpleNamespace) -> None:
     # Not bit for bit: the compiler may round a power or a remainder of sines its own way.
     for law in ((15.0, 15.0), (30.0, 36.0), (30.0, 40.0, 0.4, 10.7, 0.2)):
-        one, other = (leap(kernel, PAIR, law, 20.0) for kernel in (plain, fast))
+        one, other = (march_sines(kernel, PAIR, law, 20.0) for kernel in (plain, fast))
         assert np.array_equal(one.kind, other.kind)
         assert np.abs(one.t - other.t).max() <= 1e-12
         assert np.abs(one.x - other.x).max() <= 1e-12 * np.abs(one.x).max()
@@ -78,7 +80,7 @@ def test_finely_sampled_sine_comes_close_to_the_sine_at_second_order(
     kernel: SimpleNamespace,
 ) -> None:
     A, f, phase = 1.2, 2.0, 0.3
-    exact = leap(kernel, [(A, f, phase)], (30.0, 36.0), 4.0)
+    exact = march_sines(kernel, [(A, f, phase)], (30.0, 36.0), 4.0)
     errors = []
     for dt in (2e-3, 1e-3):
         t = np.arange(round(4.0 / dt) + 1) * dt
@@ -92,7 +94,7 @@ def test_finely_sampled_sine_comes_close_to_the_sine_at_second_order(
 def test_resonance_without_damping_grows_as_the_formula_says(kernel: SimpleNamespace) -> None:
     # x" + ω² x = -A sin(ω t): x = A (t cos(ω t)/(2ω) - sin(ω t)/(2ω²)).
     omega, A, t = 10.0, 0.7, 40.3
-    x = leap(
+    x = march_sines(
         kernel, [(A, omega / (2 * math.pi), 0.0)], (0.0, 0.0), t, plant=(75.0, 7500.0, 0.0)
     ).end[1]
     want = A * (t * math.cos(omega * t) / (2 * omega) - math.sin(omega * t) / (2 * omega**2))
@@ -107,7 +109,7 @@ def test_coulomb_friction_bounds_resonance_above_a_quarter_of_pi_only(
 ) -> None:
     A, omega = 1.0, 10.0
     F = phi * 75.0 * A
-    found = leap(
+    found = march_sines(
         kernel, [(A, omega / (2 * math.pi), 0.0)], (F, F), 200.0, plant=(75.0, 7500.0, 0.0)
     )
     x = np.abs(found.x)
@@ -121,7 +123,7 @@ def test_coulomb_friction_bounds_resonance_above_a_quarter_of_pi_only(
 def test_events_follow_each_other_by_the_rules(
     kernel: SimpleNamespace, ratio: float, plant: tuple[float, float, float]
 ) -> None:
-    found = leap(kernel, PAIR, (20.0, 20.0 * ratio), 10.0, plant=plant)
+    found = march_sines(kernel, PAIR, (20.0, 20.0 * ratio), 10.0, plant=plant)
     mode = found.mode
     assert (np.diff(found.t) >= 0).all()
     for kind in found.kind.tolist():
@@ -134,12 +136,12 @@ def test_events_follow_each_other_by_the_rules(
 
 
 def test_solution_restarted_at_any_time_goes_on_as_before(kernel: SimpleNamespace) -> None:
-    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(30.0, 36.0)
-    whole = leap(kernel, PAIR, (30.0, 36.0), 10.0)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(30.0, 36.0)
+    whole = march_sines(kernel, PAIR, (30.0, 36.0), 10.0)
     state, begin, events = (0.0, 0.0, whole.mode), 0.0, []
     for end in (0.3, 3.1, 3.1000001, 10.0):
         log = log_of(kernel)
-        out = kernel.march.leap(
+        out = kernel.march.march_sines(
             plant, law, waves_of(kernel, PAIR, law), 0.0, 0.0, 0, 0.0, end, begin, *state,
             log, 0, len(log.n),
         )  # fmt: skip
@@ -152,12 +154,12 @@ def test_solution_restarted_at_any_time_goes_on_as_before(kernel: SimpleNamespac
 
 def test_varying_limits_over_samples_equal_those_under_sines(kernel: SimpleNamespace) -> None:
     # A base at rest, sampled or not, under limits that vary: both roads lead to one answer.
-    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(30.0, 40.0, 0.5, 20.0, 0.3)
-    whole = leap(kernel, [], tuple(law), 2.0, start=(0.05, 0.2))
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(30.0, 40.0, 0.5, 20.0, 0.3)
+    whole = march_sines(kernel, [], tuple(law), 2.0, start=(0.05, 0.2))
     n = 401
     columns = [np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)]
     log = log_of(kernel)
-    out = kernel.march.leap_steps(
+    out = kernel.march.march_varying_limits(
         plant, law, waves_of(kernel, [], law), 0, np.zeros(n), 5e-3, 0, n - 1, 0.05, 0.2, 1,
         *columns, log, 0, len(log.n),
     )  # fmt: skip
@@ -171,9 +173,9 @@ def test_block_without_spring_and_damper_breaks_away_under_a_ramp(
     kernel: SimpleNamespace,
 ) -> None:
     # Nothing bounds the third rate of its motion: it is zero.
-    plant, law = kernel.model.Plant(2.0, 0.0, 0.0), kernel.model.Law(1.0, 1.0)
+    plant, law = kernel.model.Plant(2.0, 0.0, 0.0), kernel.model.CoulombLaw(1.0, 1.0)
     log = log_of(kernel)
-    out = kernel.march.leap(
+    out = kernel.march.march_sines(
         plant, law, waves_of(kernel, [], law), 0.0, 1.0, 0, 0.0, 2.0, 0.0, 0.0, 0.0, 0,
         log, 0, len(log.n),
     )  # fmt: skip
@@ -186,11 +188,11 @@ def test_limit_that_falls_to_the_very_force_of_the_spring_holds_at_any_scale(ker
     found = []
     for scale in (1.0, 2.0**-40, 2.0**40):
         plant = kernel.model.Plant(scale, scale, 0.0)
-        law = kernel.model.Law(scale, scale, 0.5, 3.0)
+        law = kernel.model.CoulombLaw(scale, scale, 0.5, 3.0)
         waves = waves_of(kernel, [], law)
-        kernel.forcing.anchor(waves, plant, law, 0.0, 0)
+        kernel.forcing.set_phases(waves, plant, law, 0.0, 0)
         at = [0.99, *(0.5 + n * 2.0**-53 for n in range(24))]
-        ask = kernel.roots.leave_stick
+        ask = kernel.roots.stick_exit_time
         found.append([ask(plant, law, waves, x_r, 0.0, 0.0, 1, 0.0, 9.0) for x_r in at])
     assert found[0] == found[1] == found[2]
     assert found[0][0] == pytest.approx((math.pi + math.asin(0.02)) / 3.0, rel=1e-9)
@@ -204,13 +206,13 @@ def test_strong_damper_does_not_make_steps_tiny(plain, monkeypatch):
 
     def counted(*stretch):
         steps.append(stretch[-1])
-        return slide_and_snap(*stretch)
+        return motion_and_snap_at(*stretch)
 
-    slide_and_snap = plain.forcing.slide_and_snap
-    monkeypatch.setattr(plain.roots, "slide_and_snap", counted)
-    plant, law = plain.model.Plant(0.04, 7500.0, 1e8), plain.model.Law(5.0, 5.0)
+    motion_and_snap_at = plain.forcing.motion_and_snap_at
+    monkeypatch.setattr(plain.roots, "motion_and_snap_at", counted)
+    plant, law = plain.model.Plant(0.04, 7500.0, 1e8), plain.model.CoulombLaw(5.0, 5.0)
     waves, log = waves_of(plain, [(1.0, 0.33, 0.0)], law), log_of(plain)
-    out = plain.march.leap(
+    out = plain.march.march_sines(
         plant, law, waves, 0.0, 0.0, 0, 0.0, 1 / 0.33, 0.0, 0.038, 0.0, -1, log, 0, len(log.n)
     )  # fmt: skip
     assert out[4] == 0
@@ -230,12 +232,12 @@ def test_side_that_never_breaks_away_is_not_followed_to_the_end_each_time(
 
     def counted(*given):
         looks.append(given[-1])
-        return margin(*given)
+        return break_away_margin(*given)
 
-    margin = plain.forcing.margin
-    monkeypatch.setattr(plain.roots, "margin", counted)
+    break_away_margin = plain.forcing.break_away_margin
+    monkeypatch.setattr(plain.roots, "break_away_margin", counted)
     sines = [(side * 1.0, 1.0, 0.0), (side * 0.9, 2.0, 0.7)]
-    found = leap(plain, sines, (1.5, 1.5), 200.0, plant=(1.0, 0.0, 1.0))
+    found = march_sines(plain, sines, (1.5, 1.5), 200.0, plant=(1.0, 0.0, 1.0))
     assert 390 < len(found.t) < 410
     assert len(looks) < 100 * len(found.t)
 
@@ -248,7 +250,7 @@ def test_safe_step_takes_a_good_part_of_what_its_bound_allows(
     # A wave of 1e-6 Hz drags the mass along for days: steps of half a second had each been
     # proven, where the bound allows thousands.
     v, a, j, snap, cap = 1.0, -bend, -bend, 1e-3 * growth, 1e9
-    step = kernel.roots.safe_slip(v, a, j, snap, growth, cap)
+    step = kernel.roots.safe_step(v, a, j, snap, growth, cap)
 
     def lowest(h: float) -> float:
         return v + a * h + j * h**2 / 2 - snap * h**3 / 6 - growth * h**4 / 24
@@ -260,7 +262,7 @@ def test_safe_step_takes_a_good_part_of_what_its_bound_allows(
 def test_wave_of_days_is_solved_in_few_steps(fast: SimpleNamespace) -> None:
     # The mass is dragged to where its spring balances its inertia and friction.
     period = 1e9
-    found = leap(fast, [(2.0, 1 / period, 0.0)], (45.0, 45.0), 2.4 * period, plant=PAPER)
+    found = march_sines(fast, [(2.0, 1 / period, 0.0)], (45.0, 45.0), 2.4 * period, plant=PAPER)
     reached = found.x[np.abs(found.x) > 1e-4]
     m, k_x, _ = PAPER
     assert np.abs(reached[1:]) == pytest.approx((2.0 * m - 45.0) / k_x, rel=1e-6)
@@ -281,22 +283,22 @@ LAWS = {
 def follow(kernel, law, plant=(75.0, 7500.0, 300.0), u_dd=U_DD, start=(0.0, 0.05)):
     """March from sample to sample; gives what was written of the trail and of the log."""
     core, room = kernel.march, 20 * len(u_dd)
-    plant, law = kernel.model.Plant(*plant), kernel.model.Stopped(*law)
+    plant, law = kernel.model.Plant(*plant), kernel.model.EndStopLaw(*law)
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
-    trail = kernel.events.Trail(
+    segments = kernel.events.SeriesSegments(
         *(np.zeros(room, int if name in ("n", "d", "terms") else float)
-          for name in kernel.events.Trail._fields)
+          for name in kernel.events.SeriesSegments._fields)
     )  # fmt: skip
-    log = kernel.events.Log(
+    log = kernel.events.EventLog(
         *(np.zeros(room, int if name in ("n", "kind") else float)
-          for name in kernel.events.Log._fields)
+          for name in kernel.events.EventLog._fields)
     )  # fmt: skip
-    state = kernel.modes.first_bounds(plant, law, *start, u_dd[0], 1.0)
+    state = kernel.modes.initial_stop_mode(plant, law, *start, u_dd[0], 1.0)
     last = len(u_dd) - 2
-    *_, at, count = core.bound(
-        plant, law, waves, u_dd, DT, 0, 0.0, DT, last, *state, trail, 0, log, 0, room
+    *_, at, count = core.march_stops(
+        plant, law, waves, u_dd, DT, 0, 0.0, DT, last, *state, segments, 0, log, 0, room
     )
-    written = [column[:at] for column in trail[:6]] + [column[:count] for column in log]
+    written = [column[:at] for column in segments[:6]] + [column[:count] for column in log]
     return at, count, written
 
 
@@ -311,13 +313,17 @@ def test_engines_agree_bit_for_bit(plain, fast, law):
 
 def test_mode_is_one_number_that_tells_all_three(kernel):
     core = kernel.modes
-    for touch in (-core.AWAY, -core.TOUCHING, core.APART, core.TOUCHING, core.AWAY):
+    for touch in (-core.SEPARATED, -core.TOUCHING, core.APART, core.TOUCHING, core.SEPARATED):
         for d in (-1, 0, 1):
-            for fresh in (core.STEADY, core.BROKE, core.POISED):
-                mode = core.mode_of(touch, d, fresh)
-                told = core.touch_of(mode), core.way_of(mode), core.fresh_of(mode)
+            for fresh in (core.BUMPER_STEADY, core.BREAKING_AWAY, core.BUMPER_AT_ZERO):
+                mode = core.encode_mode(touch, d, fresh)
+                told = (
+                    core.decode_stop_state(mode),
+                    core.decode_direction(mode),
+                    core.decode_beginning(mode),
+                )
                 assert told == (touch, d, fresh)
-                assert mode != core.MEET
+                assert mode != core.ARRIVAL
 
 
 @pytest.mark.parametrize(
@@ -325,8 +331,8 @@ def test_mode_is_one_number_that_tells_all_three(kernel):
     [(0.003, 9.0, 0), (0.004, 1.0, 0), (-0.005, 0.0, -1), (0.005, -1.0, 2), (0.005, 1.0, 1)],
 )
 def test_place_tells_how_a_mass_is_to_a_bumper(kernel, x_r, v_r, touch):
-    law = kernel.model.Stopped(*LAWS["dead bumper"])._replace(x_rM=0.004)
-    z, xi, found = kernel.modes.place(law, x_r, v_r)
+    law = kernel.model.EndStopLaw(*LAWS["dead bumper"])._replace(x_rM=0.004)
+    z, xi, found = kernel.modes.stop_coordinates(law, x_r, v_r)
     assert z + xi == x_r
     assert found == touch
 

@@ -7,7 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from drysim.core.model import Samples, blocks, displacement_between, largest, sample_squares
+from drysim.core.model import (
+    Samples,
+    blocks,
+    integrate_base_squares,
+    interpolate_displacement,
+    max_abs,
+)
 
 # Sampled motion between its samples: integrals over windows, however they cut its steps.
 
@@ -30,10 +36,10 @@ def test_squares_over_a_window_are_those_of_lines_and_of_the_cubics_that_they_be
         t = 0.5 * (lo + hi) + 0.5 * (hi - lo) * NODES
         n = np.full(4, int(0.5 * (lo + hi) / dt))
         q = t / dt - n
-        path = displacement_between(motion, n, q)
+        path = interpolate_displacement(motion, n, q)
         u_dd2 += 0.5 * (hi - lo) * WEIGHTS @ ((1.0 - q) * u_dd[n] + q * u_dd[n + 1]) ** 2
         u2 += 0.5 * (hi - lo) * WEIGHTS @ path**2
-    assert sample_squares(motion, begin, end) == pytest.approx((u_dd2, u2), rel=1e-12)
+    assert integrate_base_squares(motion, begin, end) == pytest.approx((u_dd2, u2), rel=1e-12)
 
 
 # Numbers had by parts: the same whatever the parts are.
@@ -45,8 +51,8 @@ def test_blocks_of_a_signal_make_the_whole(length: int) -> None:
     parts = list(blocks(signal, 8))
     assert max(map(len, parts)) <= 8
     assert np.concatenate(parts).tolist() == signal.tolist()
-    assert largest(signal) == max(3.0, length - 4.0)
+    assert max_abs(signal) == max(3.0, length - 4.0)
 
 
 def test_nothing_has_no_magnitude() -> None:
-    assert largest(np.zeros(0)) == 0.0
+    assert max_abs(np.zeros(0)) == 0.0

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scenes import waves_of
 
-from drysim.core.forcing import Waves, anchor, set_wave, slide, starting
-from drysim.core.model import Plant, Slider
-from drysim.core.modes import ringing
+from drysim.core.forcing import Waves, motion_at, set_phases, set_wave, start_segment
+from drysim.core.model import ElasticContactLaw, Plant
+from drysim.core.modes import transient_response
 
 # When a contact that holds yields: by its envelope, and by steps that a bound proves safe.
 
@@ -27,7 +27,7 @@ def scene(kernel, seed, k_t, b=500.0):
     swing = 0.4 * (seed % 2), float(random.uniform(3.0, 15.0)), float(random.uniform(0.0, 6.0))
     # The greater wave pulls with some 75 N on the contact, which gives so much to it.
     limit, slack = 75.0 * float(random.uniform(0.4, 3.0)), 75.0 / k_t
-    law = kernel.model.Slider(limit, k_t, *swing)
+    law = kernel.model.ElasticContactLaw(limit, k_t, *swing)
     phases = random.uniform(0.0, 6.0, 2).tolist()
     waves = waves_of(kernel, [(0.9, 1.6, phases[0]), (0.2, 5.0, phases[1])], law)
     return stretch_of(kernel, plant, law, waves, slack * random.uniform(-0.4, 0.4, 2))
@@ -35,16 +35,16 @@ def scene(kernel, seed, k_t, b=500.0):
 
 def stretch_of(kernel, plant, law, waves, start):
     """Give the stretch that a contact begins at some deflection and speed over omega [m]."""
-    c, w, f = kernel.modes.begin_stretch(plant, law, waves, 0, 0.0, 0.0)
+    c, w, f = kernel.modes.begin_segment(plant, law, waves, 0, 0.0, 0.0)
     x_r, v_r = float(start[0]), float(start[1]) * math.sqrt(w)
-    return kernel.forcing.starting(c, w, waves, x_r, v_r, -f, 0.0), waves, law
+    return kernel.forcing.start_segment(c, w, waves, x_r, v_r, -f, 0.0), waves, law
 
 
 def deflection(kernel, stretch, waves, t):
     """Give x_r and v_r at times of a stretch [s]."""
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
     scene = stretch.c, stretch.w, waves, *state
-    return np.array([kernel.forcing.slide(*scene, at)[:2] for at in t.tolist()]).T
+    return np.array([kernel.forcing.motion_at(*scene, at)[:2] for at in t.tolist()]).T
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
@@ -54,14 +54,14 @@ def test_side_that_never_yields_is_not_followed_to_the_end_each_time(plain, monk
 
     def counted(*given):
         looks.append(given[-1])
-        return instant(*given)
+        return instant_state(*given)
 
-    instant = plain.roots.instant
-    monkeypatch.setattr(plain.roots, "instant", counted)
-    plant, law = plain.model.Plant(75.0, 7500.0, 5e5), plain.model.Slider(40.0, 2e4)
+    instant_state = plain.roots.instant_state
+    monkeypatch.setattr(plain.roots, "instant_state", counted)
+    plant, law = plain.model.Plant(75.0, 7500.0, 5e5), plain.model.ElasticContactLaw(40.0, 2e4)
     waves, x_0 = waves_of(plain, [(sign * 20.0, 1.6, -0.5)], law), sign * 1.9e-3
-    c, w, f = plain.modes.begin_stretch(plant, law, waves, 0, x_0, 0.0)
-    stretch = plain.forcing.starting(c, w, waves, 0.0, 0.0, -f, 0.0)
+    c, w, f = plain.modes.begin_segment(plant, law, waves, 0, x_0, 0.0)
+    stretch = plain.forcing.start_segment(c, w, waves, 0.0, 0.0, -f, 0.0)
     s, side, _, _ = plain.modes.end_of_hold(stretch, waves, law, x_0, 0, 2000.0)
     assert side == -sign
     assert s < 1.0
@@ -71,7 +71,7 @@ def test_side_that_never_yields_is_not_followed_to_the_end_each_time(plain, monk
 def first_of_both(kernel, stretch, waves, law, h):
     """Give what `end_of_hold` does, from a search of all the stretch on both sides."""
     sides = [
-        (*kernel.modes.leave_hold(stretch, waves, law, 0.0, side, False, 0.0, h), side)
+        (*kernel.modes.hold_exit_time(stretch, waves, law, 0.0, side, False, 0.0, h), side)
         for side in (-1, 1)
     ]
     s, x_r, v_r, side = min(sides)
@@ -109,7 +109,7 @@ def test_peak_that_hardly_reaches_the_limit_is_not_missed_and_one_below_it_not_i
         peaks = np.flatnonzero((x_r[1:-1] >= highest[2:]) & (x_r[1:-1] > highest[:-2])) + 1
         for at in t[peaks].tolist():
             for _ in range(5):
-                _, v_r, a, _ = fast.forcing.slide(
+                _, v_r, a, _ = fast.forcing.motion_at(
                     stretch.c, stretch.w, waves, stretch.x_r, stretch.v_r, stretch.g, 0.0, at
                 )
                 at -= v_r / a
@@ -129,9 +129,9 @@ def test_motion_stays_where_its_envelope_says_so(fast, k_t, loaded):
     led = 0
     for seed in range(30):
         stretch, waves, law = scene(fast, seed, k_t)
-        own = fast.modes.ringing(stretch, waves)
+        own = fast.modes.transient_response(stretch, waves)
         middle, reach, begin = 1e-3 / k_t, law.F_fk / k_t, 0.01
-        until = fast.modes.stays_within(
+        until = fast.modes.safe_until(
             own, stretch, waves, law, middle, reach, loaded, begin, LENGTH
         )
         assert begin <= until <= LENGTH
@@ -146,11 +146,11 @@ def test_motion_stays_where_its_envelope_says_so(fast, k_t, loaded):
 
 def test_envelope_that_fades_below_the_limit_leads_on_to_the_end(fast):
     """Without waves a contact that once holds, holds: nothing is left to look at."""
-    plant, law = fast.model.Plant(75.0, 7500.0, 500.0), fast.model.Slider(45.0, 1e7)
+    plant, law = fast.model.Plant(75.0, 7500.0, 500.0), fast.model.ElasticContactLaw(45.0, 1e7)
     stretch, waves, _ = stretch_of(fast, plant, law, waves_of(fast, [], law), (4e-6, 0.0))
-    own = fast.modes.ringing(stretch, waves)
+    own = fast.modes.transient_response(stretch, waves)
     within = own, stretch, waves, law, 0.0, 45.0 / 1e7, True, 0.0
-    assert fast.modes.stays_within(*within, 1e6) == 1e6
+    assert fast.modes.safe_until(*within, 1e6) == 1e6
     assert fast.modes.end_of_hold(stretch, waves, law, 0.0, 0, 1e6)[0] == math.inf
 
 
@@ -161,11 +161,11 @@ def test_engines_and_mirror_agree_bit_for_bit(plain, fast, seed, k_t):
     for kernel, turned in ((plain, 1.0), (fast, 1.0), (fast, -1.0)):
         stretch, waves, law = scene(kernel, seed, k_t)
         for i in range(waves.base):
-            waves.values[kernel.forcing.STRIDE * i + kernel.forcing.A] *= turned
+            waves.values[kernel.forcing.WAVE_COLUMNS * i + kernel.forcing.A] *= turned
         plant = kernel.model.Plant(75.0, 7500.0, 500.0)
         start = turned * stretch.x_r, turned * stretch.v_r
-        c, w, f = kernel.modes.begin_stretch(plant, law, waves, 0, 0.0, 0.0)
-        stretch = kernel.forcing.starting(c, w, waves, *start, -f, 0.0)
+        c, w, f = kernel.modes.begin_segment(plant, law, waves, 0, 0.0, 0.0)
+        stretch = kernel.forcing.start_segment(c, w, waves, *start, -f, 0.0)
         s, side, x_r, v_r = kernel.modes.end_of_hold(stretch, waves, law, 0.0, 0, LENGTH)
         found.append((s, side * turned, x_r * turned, v_r * turned))
     assert found[0] == found[1] == found[2] or found[0][0] == found[1][0] == math.inf
@@ -175,7 +175,7 @@ def test_engines_and_mirror_agree_bit_for_bit(plain, fast, seed, k_t):
 
 
 SINES = (1.0, 1.6, 0.2), (0.1, 0.9, 1.0)
-LAW = Slider(1500.0, 1e6)
+LAW = ElasticContactLaw(1500.0, 1e6)
 
 
 def ring_stretch_of(v_r, r):
@@ -184,9 +184,9 @@ def ring_stretch_of(v_r, r):
     waves = Waves(np.zeros(24), 2, 2)
     for i, (A, f, phase) in enumerate(SINES):
         set_wave(waves.values, i, A, f, phase)
-    anchor(waves, plant, LAW, 0.0, 0)
+    set_phases(waves, plant, LAW, 0.0, 0)
     c, w = plant.b / plant.m, plant.k_x / plant.m
-    return waves, starting(c, w, waves, 1e-4, v_r, 0.3, r)
+    return waves, start_segment(c, w, waves, 1e-4, v_r, 0.3, r)
 
 
 def responses(stretch):
@@ -201,19 +201,19 @@ def responses(stretch):
 @pytest.mark.parametrize("r", [0.0, 30.0])
 def test_ringing_and_steady_response_make_the_motion(v_r, r):
     waves, stretch = ring_stretch_of(v_r, r)
-    own, c, w = ringing(stretch, waves), stretch.c, stretch.w
+    own, c, w = transient_response(stretch, waves), stretch.c, stretch.w
     assert abs(own.phase) <= 0.5 * math.pi
     for s in np.linspace(0.0, 0.1, 23).tolist():
         x_r = (
-            own.side * own.size * math.exp(-own.fade * s) * math.cos(own.omega * s - own.phase)
+            own.side * own.size * math.exp(-own.decay * s) * math.cos(own.omega * s - own.phase)
         )
         x_r += (stretch.g + r * (s - c / w)) / w
         x_r += sum((each * cmath.exp(turn * s)).imag for turn, each in responses(stretch))
-        found = slide(c, w, waves, stretch.x_r, stretch.v_r, stretch.g, r, s)[0]
+        found = motion_at(c, w, waves, stretch.x_r, stretch.v_r, stretch.g, r, s)[0]
         assert found == pytest.approx(x_r, abs=1e-15)
 
 
 def test_steady_response_bends_by_no_more_than_all_sines_together():
     waves, stretch = ring_stretch_of(0.1, 0.0)
     most = sum(abs(turn * turn * each) for turn, each in responses(stretch))
-    assert ringing(stretch, waves).bend == pytest.approx(most, rel=1e-12)
+    assert transient_response(stretch, waves).max_acceleration == pytest.approx(most, rel=1e-12)

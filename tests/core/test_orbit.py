@@ -22,18 +22,18 @@ def orbit(
     """Settle the scene at frequency ratio β, damping ratio ζ and F_fk/(m A) = φ, with A = 1."""
     omega = beta * math.sqrt(K / M)
     plant = kernel.model.Plant(M, K, 2 * zeta * math.sqrt(K * M))
-    law = kernel.model.Law(phi * M, ratio * phi * M)
+    law = kernel.model.CoulombLaw(phi * M, ratio * phi * M)
     waves = waves_of(kernel, [(1.0, omega / (2 * math.pi), 0.0)], law)
     log = log_of(kernel)
-    d = kernel.events.first_mode(plant, law, *start, 0.0)
+    d = kernel.events.initial_direction(plant, law, *start, 0.0)
     period = 2 * math.pi / omega
-    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
-    x_r, v_r, d, multiple, closure, periods, _ = kernel.orbit.settle(
+    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
+    x_r, v_r, d, multiple, closure, periods, _ = kernel.orbit.iterate_period_map(
         plant, law, waves, period, *start, d, most, *past, log, len(log.n)
     )
     scene = (plant, law, waves, period, x_r, v_r, d, log, len(log.n))
-    marginal = not kernel.orbit.reached(*scene)[0]
-    *_, events, peak = kernel.orbit.one_period(*scene)
+    marginal = not kernel.orbit.uniqueness_and_distance(*scene)[0]
+    *_, events, peak = kernel.orbit.period_map(*scene)
     return SimpleNamespace(
         state=(x_r, v_r), marginal=marginal, peak=peak * K / M, multiple=multiple,
         closure=closure, periods=periods, events=events, kinds=log.kind[:events].tolist(),
@@ -97,12 +97,12 @@ def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) 
     # Without spring and damper the onset is 1/sqrt(1 + π²/4); the phase makes it symmetric.
     onset = 1 / math.sqrt(1 + math.pi**2 / 4)
     for phi, stops in ((onset - 1e-9, False), (onset + 1e-9, True)):
-        plant, law = kernel.model.Plant(1.0, 0.0, 0.0), kernel.model.Law(phi, phi)
+        plant, law = kernel.model.Plant(1.0, 0.0, 0.0), kernel.model.CoulombLaw(phi, phi)
         # v turns where cos(t) = π φ/2; slide one cycle from there.
         phase = math.acos(math.pi * phi / 2)
         log = log_of(kernel)
         waves = waves_of(kernel, [(1.0, 1 / (2 * math.pi), phase)], law)
-        found = kernel.march.leap(
+        found = kernel.march.march_sines(
             plant, law, waves, 0.0, 0.0, 0, 0.0, 20.0, 0.0, 0.0, 0.0, -1, log, 0, len(log.n)
         )
         assert (0 in log.kind[: found[4]].tolist()) == stops
@@ -146,14 +146,14 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
     found = orbit(fast, beta, zeta, phi, ratio, start=start)
     plant, law = (
         fast.model.Plant(M, K, 2 * zeta * math.sqrt(K * M)),
-        fast.model.Law(phi, ratio * phi),
+        fast.model.CoulombLaw(phi, ratio * phi),
     )
     period = 2 * math.pi / (beta * math.sqrt(K / M))
     waves, log = waves_of(fast, [(1.0, 1 / period, 0.0)], law), log_of(fast)
     state, before = (*start, 1), None
     while state != before:
         before = state
-        state = fast.orbit.one_period(plant, law, waves, period, *state, log, len(log.n))[:3]
+        state = fast.orbit.period_map(plant, law, waves, period, *state, log, len(log.n))[:3]
     assert state[1:] == (0.0, 0)
     assert found.state == state[:2]
 
@@ -161,9 +161,9 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
 def test_steady_start_without_friction_is_the_impedance_of_every_sine(
     kernel: SimpleNamespace,
 ) -> None:
-    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.Law(0.0, 0.0)
+    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.CoulombLaw(0.0, 0.0)
     sines = [(1.2, 0.7, 0.3), (0.4, 2.1, -1.1), (2.0, 1.6, 2.0)]
-    x_r, v_r = kernel.orbit.steady_start(plant, waves_of(kernel, sines, law))
+    x_r, v_r = kernel.orbit.linear_steady_state(plant, waves_of(kernel, sines, law))
     omega = 2 * math.pi * np.array([f for _, f, _ in sines])
     swings = -75.0 * np.array([A * np.exp(1j * phase) for A, _, phase in sines])
     swings /= 7500.0 - 75.0 * omega**2 + 500.0j * omega
@@ -175,11 +175,11 @@ def test_orbit_that_rounding_keeps_from_closing_is_settled_where_it_comes_no_clo
     plain: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     closed = orbit(plain, 1.3, 0.02, 0.2)
-    monkeypatch.setattr(plain.orbit, "CLOSED", -1.0)
+    monkeypatch.setattr(plain.orbit, "CLOSURE_TOLERANCE", -1.0)
     found = orbit(plain, 1.3, 0.02, 0.2)
     assert found.multiple == 1
-    assert closed.periods + plain.orbit.PATIENCE <= found.periods < 200
-    assert found.closure <= plain.orbit.NOISE
+    assert closed.periods + plain.orbit.STAGNATION_PERIODS <= found.periods < 200
+    assert found.closure <= plain.orbit.STAGNATION_TOLERANCE
     assert found.state == pytest.approx(closed.state, rel=1e-10)
 
 
@@ -187,14 +187,14 @@ def found_for(
     kernel: SimpleNamespace, plant: tuple[float, float, float], f: float, F_fk: float
 ) -> SimpleNamespace:
     """Find the orbit from rest under a sine of 1 m/s² and frequency f."""
-    plant, law = kernel.model.Plant(*plant), kernel.model.Law(F_fk, F_fk)
+    plant, law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(F_fk, F_fk)
     waves, log = waves_of(kernel, [(1.0, f, 0.0)], law), log_of(kernel)
-    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
-    x_r, v_r, multiple, closure, _, _, unique = kernel.orbit.find(
+    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
+    x_r, v_r, multiple, closure, _, _, unique = kernel.orbit.find_orbit(
         plant, law, waves, 1.0 / f, 0.0, 0.0, 300, *past, log, len(log.n)
     )
-    d = kernel.events.first_mode(plant, law, x_r, v_r, 0.0)
-    one = kernel.orbit.one_period(plant, law, waves, 1.0 / f, x_r, v_r, d, log, len(log.n))
+    d = kernel.events.initial_direction(plant, law, x_r, v_r, 0.0)
+    one = kernel.orbit.period_map(plant, law, waves, 1.0 / f, x_r, v_r, d, log, len(log.n))
     return SimpleNamespace(multiple=multiple, unique=unique, closure=closure, peak=one[4])
 
 
@@ -240,16 +240,16 @@ def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> Simple
     beta = 0.8 if zeta else 0.5
     found, omega = orbit(kernel, beta, zeta, 0.3), beta * math.sqrt(K / M)
     plant = kernel.model.Plant(M, K, 2 * zeta * math.sqrt(K * M))
-    law, log = kernel.model.Law(0.3 * M, 0.3 * M), log_of(kernel)
+    law, log = kernel.model.CoulombLaw(0.3 * M, 0.3 * M), log_of(kernel)
     waves, period = (
         waves_of(kernel, [(1.0, omega / (2 * math.pi), 0.0)], law),
         2 * math.pi / omega,
     )
     x_r, v_r = found.state[0] + dx, found.state[1] + dv
     d = 1 if v_r > 0 else -1
-    image = kernel.orbit.one_period(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
-    rate = kernel.orbit.rate_of(plant, period)
-    step = kernel.orbit.refine(plant, law, waves, period, rate, x_r, v_r, d, image, log)
+    image = kernel.orbit.period_map(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
+    rate = kernel.orbit.characteristic_rate(plant, period)
+    step = kernel.orbit.newton_step(plant, law, waves, period, rate, x_r, v_r, d, image, log)
     return SimpleNamespace(good=step[0], state=step[1:], image=image[:2], orbit=found.state)
 
 
@@ -276,24 +276,24 @@ def test_mass_that_only_creeps_is_not_followed_for_thousands_of_periods(
     kernel: SimpleNamespace, k_x: float, b: float, most: int
 ) -> None:
     # At ξ = 1e10 its spring takes decades: 5000 periods had taken a minute in plain Python.
-    assert kernel.orbit.patience(kernel.model.Plant(M, k_x, b), 0.6, 5000) == most
+    assert kernel.orbit.period_budget(kernel.model.Plant(M, k_x, b), 0.6, 5000) == most
 
 
 def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespace) -> None:
     F_fk, f, phase = 0.11999109888519495, 0.07957747154594767, 0.6791759369443524
-    plant, law = kernel.model.Plant(1.0, 1.0, 0.002), kernel.model.Law(F_fk, 5.0 * F_fk)
+    plant, law = kernel.model.Plant(1.0, 1.0, 0.002), kernel.model.CoulombLaw(F_fk, 5.0 * F_fk)
     waves, log = waves_of(kernel, [(1.0, f, phase)], law), log_of(kernel)
-    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
-    x_r, v_r, multiple, closure, periods, _, unique = kernel.orbit.find(
+    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
+    x_r, v_r, multiple, closure, periods, _, unique = kernel.orbit.find_orbit(
         plant, law, waves, 1.0 / f, 0.0, -0.5202476676680174, 5000, *past, log, len(log.n)
     )
     assert (multiple, unique) == (10, True)
-    assert closure <= kernel.orbit.NOISE
+    assert closure <= kernel.orbit.STAGNATION_TOLERANCE
     assert periods < 500
-    d = kernel.orbit.first_direction(plant, law, waves, x_r, v_r)
+    d = kernel.orbit.initial_direction_under_sines(plant, law, waves, x_r, v_r)
     state, seen = (x_r, v_r, d), []
     for _ in range(10):
-        state = kernel.orbit.one_period(plant, law, waves, 1 / f, *state, log, len(log.n))[:3]
+        state = kernel.orbit.period_map(plant, law, waves, 1 / f, *state, log, len(log.n))[:3]
         seen.append(state[0])
     assert seen[-1] == pytest.approx(x_r, abs=1e-9)
     assert min(abs(x - x_r) for x in seen[:-1]) > 1e-3
@@ -303,9 +303,9 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     fast: SimpleNamespace,
 ) -> None:
     # 5e-4 of its way in a period, at ξ = 1000: it is there after 320, Newton's steps included.
-    plant, law = fast.model.Plant(M, 1.0, 2000.0), fast.model.Law(0.1, 0.1)
+    plant, law = fast.model.Plant(M, 1.0, 2000.0), fast.model.CoulombLaw(0.1, 0.1)
     waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
-    x_r, _, multiple, _, periods, _, unique = fast.orbit.find(
+    x_r, _, multiple, _, periods, _, unique = fast.orbit.find_orbit(
         plant, law, waves, 1.0, 1.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)
     )
     assert (multiple, unique) == (1, True)
@@ -314,9 +314,12 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
 
 
 def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamespace) -> None:
-    plant, law = fast.model.Plant(M, K, 2e10 * math.sqrt(K * M)), fast.model.Law(0.3, 0.3)
+    plant, law = (
+        fast.model.Plant(M, K, 2e10 * math.sqrt(K * M)),
+        fast.model.CoulombLaw(0.3, 0.3),
+    )
     waves, log = waves_of(fast, [(1.0, 1.6, 0.0)], law), log_of(fast)
-    *_, multiple, _, periods, _, _ = fast.orbit.find(
+    *_, multiple, _, periods, _, _ = fast.orbit.find_orbit(
         plant, law, waves, 1 / 1.6, 0.0, 0.0, 5000, *np.zeros((2, 64)), log, len(log.n)
     )
     assert multiple == 0
@@ -331,10 +334,10 @@ FEW = 5000
 
 def solve(kernel: SimpleNamespace, scenes: np.ndarray, capacity: int = 2000) -> np.ndarray:
     """Give the answers of a block of scenes."""
-    answers = np.full((len(scenes), kernel.orbit.FOUND), np.nan)
+    answers = np.full((len(scenes), kernel.orbit.ANSWER_COLUMNS), np.nan)
     room = (scenes.shape[1] - kernel.orbit.SINES) // 3 + 1
-    past = np.zeros((2, kernel.orbit.MOST_MULTIPLE))
-    values = np.zeros(kernel.forcing.STRIDE * room)
+    past = np.zeros((2, kernel.orbit.MAX_MULTIPLE))
+    values = np.zeros(kernel.forcing.WAVE_COLUMNS * room)
     kernel.orbit.solve_orbits(
         scenes, answers, values, *past, FEW, log_of(kernel, capacity), capacity
     )
@@ -356,7 +359,7 @@ def test_block_is_what_its_scenes_are_alone(fast: SimpleNamespace) -> None:
     whole = solve(fast, scenes)
     alone = [solve(fast, scenes[i : i + 1])[0] for i in range(len(scenes))]
     assert np.array_equal(whole, np.array(alone), equal_nan=True)
-    assert (whole[:, fast.orbit.STATUS] == fast.orbit.SETTLED).all()
+    assert (whole[:, fast.orbit.STATUS] == fast.orbit.CONVERGED).all()
 
 
 def test_energy_of_every_orbit_balances(kernel: SimpleNamespace) -> None:
@@ -364,7 +367,7 @@ def test_energy_of_every_orbit_balances(kernel: SimpleNamespace) -> None:
     scenes = np.array([scene(f, F, ratio=1.2) for F in (0.0, 15.0, 45.0) for f in (0.6, 3.0)])
     for row, found in zip(scenes, solve(kernel, scenes), strict=True):
         work = -row[s.M] * found[o.POWER]
-        lost = row[s.B] * found[o.V2] + row[s.F_FK] * found[o.RUB]
+        lost = row[s.B] * found[o.V2] + row[s.F_FK] * found[o.SLIDING_DISTANCE]
         assert lost == pytest.approx(work, rel=1e-11)
 
 
@@ -380,14 +383,14 @@ def test_excursions_are_where_the_displacement_says(fast: SimpleNamespace) -> No
     o = fast.orbit
     free = solve(fast, np.array([scene(1.6, 15.0)]))[0]
     found = solve(fast, np.array([scene(1.6, 15.0, limit=0.8 * free[o.PEAK])]))[0]
-    assert (found[o.TIMES], found[o.ENTRIES]) == (2, 2)
-    assert 0 < found[o.T_BEYOND] < 1 / 1.6
-    assert (free[o.TIMES], free[o.ENTRIES], free[o.T_BEYOND]) == (0, 0, 0)
+    assert (found[o.EXCURSIONS], found[o.ENTRIES]) == (2, 2)
+    assert 0 < found[o.TIME_BEYOND] < 1 / 1.6
+    assert (free[o.EXCURSIONS], free[o.ENTRIES], free[o.TIME_BEYOND]) == (0, 0, 0)
 
 
 def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> None:
     found = solve(kernel, np.array([scene(0.5, 15.0)]), capacity=4)
-    assert found[0, kernel.orbit.STATUS] == kernel.orbit.CROWDED
+    assert found[0, kernel.orbit.STATUS] == kernel.orbit.LOG_FULL
 
 
 @pytest.mark.parametrize("law", [(15.0, 15.0), (30.0, 38.0), (30.0, 38.0, 0.3, 12.0, 0.2)])
@@ -395,20 +398,22 @@ def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> 
 def test_slopes_of_the_period_map_are_those_of_its_neighbours(
     kernel: SimpleNamespace, law: tuple[float, ...], start: tuple[float, float]
 ) -> None:
-    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(*law)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(*law)
     waves, log = waves_of(kernel, [(1.0, 1.1, 0.4), (0.9, 2.2, 1.0)], law), log_of(kernel)
     period, rate, h = 1 / 1.1, 10.0, 1e-7
-    d = kernel.orbit.first_direction(plant, law, waves, *start)
+    d = kernel.orbit.initial_direction_under_sines(plant, law, waves, *start)
 
     def image(x_r: float, v_r: float) -> np.ndarray:
-        found = kernel.orbit.one_period(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
+        found = kernel.orbit.period_map(plant, law, waves, period, x_r, v_r, d, log, len(log.n))
         return np.array([found[0], found[1] / rate, found[3]])
 
     (x_r, v_r), moving = start, d != 0
     by_x = (image(x_r + h, v_r) - image(x_r - h, v_r)) / (2 * h)
     by_v = (image(x_r, v_r + h * rate) - image(x_r, v_r - h * rate)) / (2 * h)
     events = int(image(x_r, v_r)[2])
-    a, b, c, e = kernel.orbit.slopes(plant, law, waves, period, rate, d, events, log)
+    a, b, c, e = kernel.orbit.period_map_jacobian(
+        plant, law, waves, period, rate, d, events, log
+    )
     assert (a, c) == pytest.approx(by_x[:2], abs=1e-6)
     if moving and v_r:
         assert (b, e) == pytest.approx(by_v[:2], abs=1e-6)

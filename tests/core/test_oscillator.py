@@ -36,8 +36,15 @@ def reference(c: float, w: float, omega: float, s: float) -> list[mp.mpf]:
         )
         ramp = mp.expm(step * mp.mpf(s))
         step[3, 2] = -(mp.mpf(omega) ** 2)
-        wave = mp.expm(step * mp.mpf(s))
-        return [ramp[0, 1], ramp[1, 1], ramp[0, 2], ramp[0, 3], wave[0, 3], wave[0, 2]]
+        sine_response = mp.expm(step * mp.mpf(s))
+        return [
+            ramp[0, 1],
+            ramp[1, 1],
+            ramp[0, 2],
+            ramp[0, 3],
+            sine_response[0, 3],
+            sine_response[0, 2],
+        ]
 
 
 @pytest.mark.parametrize("regime", REGIMES)
@@ -50,7 +57,7 @@ def test_flow_and_wave_are_right_to_rounding_in_every_regime(
         pytest.skip("the reference itself would take minutes")
     omega = math.sqrt(w) or 3.0  # at resonance where there is one
     y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
-    R, P, _, sine, cosine = kernel.oscillator.wave(c, w, omega, s, y, y_d)
+    R, P, _, sine, cosine = kernel.oscillator.sine_response(c, w, omega, s, y, y_d)
     want = reference(c, w, omega, s)
     turns = max(1.0, (c + math.sqrt(w) + omega) * s)
     # A value that crosses zero is measured against its swing: a tenth of that is enough.
@@ -95,7 +102,7 @@ def test_long_slide_without_spring_and_damper_keeps_its_digits(
     kernel: SimpleNamespace, turns: float
 ) -> None:
     omega, s = 10.0, turns / 10.0
-    found = kernel.oscillator.wave(
+    found = kernel.oscillator.sine_response(
         0.0, 0.0, omega, s, *kernel.oscillator.flow(0.0, 0.0, s)[:2]
     )[:3]
     want = (
@@ -129,8 +136,8 @@ def test_short_way_and_long_way_are_one(
 ) -> None:
     rng = np.random.Generator(np.random.PCG64(5))
     h = radians / (c + math.sqrt(w)) if c + w else 1.0
-    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(0.0, 0.0)
-    short_way = kernel.oscillator.steps_of(plant, law, h)
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(0.0, 0.0)
+    short_way = kernel.oscillator.slip_steps(plant, law, h)
     assert short_way.short
     assert short_way.brief == (radians < 0.1 or c + w == 0.0)
     stops = 0
@@ -138,12 +145,12 @@ def test_short_way_and_long_way_are_one(
         v, a, r = abs(rng.normal()), rng.normal() * 2 / h, rng.normal() * 4 / h**2
         scale = v + abs(a) * h + abs(r) * h * h
         one, other = (
-            kernel.sampled.coast(short_way, v, a, r, h),
+            kernel.sampled.slip_by_series(short_way, v, a, r, h),
             flown(kernel, c, w, v, a, r, h),
         )
         assert one[0] == pytest.approx(other[0], abs=1e-14 * scale * h)
         assert one[1] == pytest.approx(other[1], abs=1e-14 * scale)
-        short = kernel.sampled.stop_within(short_way, v, a, r, other[1], h)
+        short = kernel.sampled.stop_in_short_step(short_way, v, a, r, other[1], h)
         long = kernel.sampled.stop_by_flow(c, w, v, a, r, other[1], h)
         if math.inf in (short[0], long[0]):
             assert short[0] == long[0]
@@ -157,24 +164,24 @@ def test_short_way_and_long_way_are_one(
 def test_graze_is_left_to_the_long_way(kernel: SimpleNamespace) -> None:
     # v = (s - 1)² touches zero and does not cross it: Newton on a series has no slope to go by.
     q = (1.0, -2.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert kernel.oscillator.fall(q, 1.0)[0] == -1.0
+    assert kernel.oscillator.chebyshev_stop(q, 1.0)[0] == -1.0
     assert kernel.roots.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(1.0)
 
 
 def test_series_is_the_flow_to_the_last_digit(kernel: SimpleNamespace) -> None:
     c, w, s = 6.7, 100.0, 3.5e-3
     y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
-    tail = kernel.oscillator.tail_of(c, w)
+    factors = kernel.oscillator.series_factors(c, w)
     for v, a, r in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -70.0, 900.0)):
-        q = kernel.oscillator.series(tail, v, a, r - c * a - w * v)
+        q = kernel.oscillator.velocity_series(factors, v, a, r - c * a - w * v)
         p = a + c * v
-        assert kernel.oscillator.distance(q, s) == pytest.approx(
+        assert kernel.oscillator.series_distance(q, s) == pytest.approx(
             v * y + p * Y + r * YY, rel=1e-15
         )
-        assert kernel.oscillator.speed(q, s) == pytest.approx(
+        assert kernel.oscillator.series_velocity(q, s) == pytest.approx(
             v * y_d + p * y + r * Y, rel=1e-14
         )
-        assert kernel.oscillator.rate(q, s) == pytest.approx(
+        assert kernel.oscillator.series_acceleration(q, s) == pytest.approx(
             a * y_d + (r - w * v) * y, rel=1e-14
         )
 
@@ -182,20 +189,24 @@ def test_series_is_the_flow_to_the_last_digit(kernel: SimpleNamespace) -> None:
 def test_six_terms_more_carry_the_series_on_to_the_last_digit(kernel: SimpleNamespace) -> None:
     c, w, s = 6.7, 900.0, 0.0136
     y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
-    tail = kernel.oscillator.tail_of(c, w)
-    more = kernel.oscillator.more_of(tail, c, w)
+    factors = kernel.oscillator.series_factors(c, w)
+    more = kernel.oscillator.higher_series_factors(factors, c, w)
     for v, a, r in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.3, -70.0, 900.0)):
         j = r - c * a - w * v
-        brief = kernel.oscillator.series(tail, v, a, j)
-        longer = kernel.oscillator.longer_series(tail, more, v, a, j)
+        brief = kernel.oscillator.velocity_series(factors, v, a, j)
+        longer = kernel.oscillator.long_velocity_series(factors, more, v, a, j)
         p = a + c * v
         way = v * y + p * Y + r * YY
-        assert kernel.oscillator.distance(longer, s) == pytest.approx(way, rel=3e-15, abs=0.0)
-        assert kernel.oscillator.distance(brief, s) != pytest.approx(way, rel=1e-14, abs=0.0)
-        assert kernel.oscillator.speed(longer, s) == pytest.approx(
+        assert kernel.oscillator.series_distance(longer, s) == pytest.approx(
+            way, rel=3e-15, abs=0.0
+        )
+        assert kernel.oscillator.series_distance(brief, s) != pytest.approx(
+            way, rel=1e-14, abs=0.0
+        )
+        assert kernel.oscillator.series_velocity(longer, s) == pytest.approx(
             v * y_d + p * y + r * Y, rel=1e-14, abs=0.0
         )
-        assert kernel.oscillator.rate(longer, s) == pytest.approx(
+        assert kernel.oscillator.series_acceleration(longer, s) == pytest.approx(
             a * y_d + (r - w * v) * y, rel=1e-14, abs=0.0
         )
 
@@ -204,11 +215,13 @@ def test_what_a_damper_alone_brings_to_rest_has_every_digit_of_a_longer_series(
     kernel: SimpleNamespace,
 ) -> None:
     c, s = 500.0, 1e-3
-    tail = kernel.oscillator.tail_of(c, 0.0)
-    q = kernel.oscillator.longer_series(
-        tail, kernel.oscillator.more_of(tail, c, 0.0), 0.0, 1.0, -c
+    factors = kernel.oscillator.series_factors(c, 0.0)
+    q = kernel.oscillator.long_velocity_series(
+        factors, kernel.oscillator.higher_series_factors(factors, c, 0.0), 0.0, 1.0, -c
     )
-    assert kernel.oscillator.speed(q, s) == pytest.approx(-math.expm1(-c * s) / c, rel=5e-16)
+    assert kernel.oscillator.series_velocity(q, s) == pytest.approx(
+        -math.expm1(-c * s) / c, rel=5e-16
+    )
 
 
 def test_mass_that_only_the_end_of_a_step_shows_at_rest_stops_there(
@@ -243,13 +256,19 @@ def motions(c: float, w: float, start: tuple[float, float, float], s: np.ndarray
     return np.array(rows).T[:3]
 
 
-def starts(seed: int, count: int, rate: float = OMEGA) -> list[tuple[float, float, float]]:
+def starts(
+    seed: int, count: int, series_acceleration: float = OMEGA
+) -> list[tuple[float, float, float]]:
     """Draw v, a and r of stretches of sliding, some from rest and some that only dip."""
     rng = np.random.Generator(np.random.PCG64(seed))
     drawn = []
     for _ in range(count):
-        v, a, r = abs(rng.normal()), rng.normal() * rate, rng.normal() * rate**2
-        v, a = rng.choice([(v, a), (0.0, abs(a)), (abs(r) / rate**2, 0.95 * a)])
+        v, a, r = (
+            abs(rng.normal()),
+            rng.normal() * series_acceleration,
+            rng.normal() * series_acceleration**2,
+        )
+        v, a = rng.choice([(v, a), (0.0, abs(a)), (abs(r) / series_acceleration**2, 0.95 * a)])
         drawn.append((float(v), float(a), float(r)))
     return drawn
 
@@ -260,12 +279,12 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
     fast: SimpleNamespace, xi: float, radians: float
 ) -> None:
     c, w, h = 2.0 * xi * OMEGA, OMEGA**2, radians / OMEGA
-    plant, law = fast.model.Plant(1.0, w, c), fast.model.Law(0.0, 0.0)
-    steps = fast.oscillator.steps_of(plant, law, h)
-    parts = fast.sampled.parts_of(steps)
+    plant, law = fast.model.Plant(1.0, w, c), fast.model.CoulombLaw(0.0, 0.0)
+    steps = fast.oscillator.slip_steps(plant, law, h)
+    parts = fast.sampled.make_substeps(steps)
     stops = 0
     for start in starts(3, 60, max(OMEGA, 4.0 / h)):
-        stop, way, v_end, _ = fast.sampled.slide_on(steps, parts, *start, h)
+        stop, way, v_end, _ = fast.sampled.slip_long_step(steps, parts, *start, h)
         end = min(stop, h)
         s = np.linspace(0.0, end, GRID)
         x, v, _ = motions(c, w, start, s)
@@ -294,14 +313,14 @@ def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: floa
 
 
 def test_both_ways_through_a_short_step_find_one_stop(kernel: SimpleNamespace) -> None:
-    plant, law = kernel.model.Plant(1.0, OMEGA**2, 20.0), kernel.model.Law(0.0, 0.0)
-    steps = kernel.oscillator.steps_of(plant, law, 0.3 / OMEGA)
+    plant, law = kernel.model.Plant(1.0, OMEGA**2, 20.0), kernel.model.CoulombLaw(0.0, 0.0)
+    steps = kernel.oscillator.slip_steps(plant, law, 0.3 / OMEGA)
     assert steps.short
-    parts = kernel.sampled.parts_of(steps)
+    parts = kernel.sampled.make_substeps(steps)
     for v, a, r in starts(9, 200, 4.0 / steps.dt):
-        v_end = kernel.sampled.coast(steps, v, a, r, steps.dt)[1]
-        stop, way = kernel.sampled.stop_within(steps, v, a, r, v_end, steps.dt)
-        other, far, _, _ = kernel.sampled.slide_on(steps, parts, v, a, r, steps.dt)
+        v_end = kernel.sampled.slip_by_series(steps, v, a, r, steps.dt)[1]
+        stop, way = kernel.sampled.stop_in_short_step(steps, v, a, r, v_end, steps.dt)
+        other, far, _, _ = kernel.sampled.slip_long_step(steps, parts, v, a, r, steps.dt)
         assert (stop == math.inf) == (other == math.inf)
         if stop < math.inf:
             assert other == pytest.approx(stop, rel=1e-12)
@@ -313,12 +332,12 @@ def test_stop_of_a_creep_far_beyond_the_parts_that_are_walked_is_found(
 ) -> None:
     # What a strong damper leaves falls as exp(-w s/c) from 1 towards -1/2.
     c, w, h = 1000.0, 1.0, 2000.0
-    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(0.0, 0.0)
-    steps = kernel.oscillator.steps_of(plant, law, h)
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(0.0, 0.0)
+    steps = kernel.oscillator.slip_steps(plant, law, h)
     slow = 2.0 * w / (c + math.sqrt(c * c - 4.0 * w))
     start = 1.0, -1.5 * slow, -0.5 * w
-    stop, way, v_end, _ = kernel.sampled.slide_on(
-        steps, kernel.sampled.parts_of(steps), *start, h
+    stop, way, v_end, _ = kernel.sampled.slip_long_step(
+        steps, kernel.sampled.make_substeps(steps), *start, h
     )
     # The flow over two million decays is doubled up from half of one.
     assert stop == pytest.approx(math.log(3.0) / slow, rel=1e-10)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drysim.core.roots import NEVER, kept_between
+from drysim.core.roots import NEVER, keep_in_bracket
 
 # When a blend of motion and normal force vanishes: against a fine march along the stretch.
 
@@ -20,34 +20,34 @@ def scene(kernel, seed):
     """Give a stretch under two sines and a swinging normal force, and a blend above zero."""
     random = np.random.default_rng(seed)
     c, w = float(random.uniform(0.0, 10.0)), float(random.choice([100.0, 1400.0, 2e4]))
-    law = kernel.model.Slider(30.0, 1e5, 0.6, float(random.uniform(3.0, 40.0)), 0.3)
-    stride = kernel.forcing.STRIDE
+    law = kernel.model.ElasticContactLaw(30.0, 1e5, 0.6, float(random.uniform(3.0, 40.0)), 0.3)
+    stride = kernel.forcing.WAVE_COLUMNS
     waves = kernel.forcing.Waves([0.0] * (3 * stride), 3, 2)
     for i, f in enumerate((*random.uniform(0.5, 10.0, 2).tolist(), law.omega / 2 / math.pi)):
         kernel.forcing.set_wave(waves.values, i, 1.0, f, float(random.uniform(0.0, 6.0)))
-    kernel.forcing.anchor(waves, kernel.model.Plant(1.0, w, c), law, 0.0, 0)
+    kernel.forcing.set_phases(waves, kernel.model.Plant(1.0, w, c), law, 0.0, 0)
     x_r, v_r, g = (float(each) for each in random.normal(0.0, (0.01, 0.1, 2.0)))
-    stretch = kernel.forcing.starting(c, w, waves, x_r, v_r, g, 0.0)
+    stretch = kernel.forcing.start_segment(c, w, waves, x_r, v_r, g, 0.0)
     shares = (-law.k_t, 0.0, law.F_fk, 0.0), (0.0, 1.0, 0.0, -1e-3), (-1e4, -100.0, 0.0, 0.0)
     share = shares[seed % 3]
-    blend = kernel.roots.Blend(0.0, *share)
+    blend = kernel.roots.Observable(0.0, *share)
     if value_at(kernel, stretch, waves, law, blend, 0.0) < 0.0:
-        blend = kernel.roots.Blend(0.0, *(-each for each in share))
+        blend = kernel.roots.Observable(0.0, *(-each for each in share))
     return stretch, waves, law, blend
 
 
 def value_at(kernel, stretch, waves, law, blend, s):
     """Give the blend at a time of a stretch."""
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
-    x, v, _, _ = kernel.forcing.slide(stretch.c, stretch.w, waves, *state, s)
-    load, load_d, _ = kernel.forcing.normal_force(law, waves, s)
+    x, v, _, _ = kernel.forcing.motion_at(stretch.c, stretch.w, waves, *state, s)
+    load, load_d, _ = kernel.forcing.relative_normal_force(law, waves, s)
     return blend.x * (x - blend.x_0) + blend.v * v + blend.load * load + blend.rate * load_d
 
 
 @pytest.mark.parametrize("seed", range(24))
 def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     stretch, waves, law, blend = scene(plain, seed)
-    s, x_r, v_r = plain.roots.vanish(stretch, waves, law, blend, 0, 0.0, LENGTH)
+    s, x_r, v_r = plain.roots.first_root(stretch, waves, law, blend, 0, 0.0, LENGTH)
     t = np.linspace(0.0, LENGTH, FINE)
     values = [value_at(plain, stretch, waves, law, blend, at) for at in t.tolist()]
     below = np.flatnonzero(np.array(values) < 0.0)
@@ -58,17 +58,17 @@ def test_first_zero_is_neither_missed_nor_invented(plain, seed):
     assert abs(value_at(plain, stretch, waves, law, blend, s)) < 1e-13 * scale
     assert t[below[0] - 1] <= s <= t[below[0]]
     state = stretch.x_r, stretch.v_r, stretch.g, stretch.r
-    found = plain.forcing.slide(stretch.c, stretch.w, waves, *state, s)[:2]
+    found = plain.forcing.motion_at(stretch.c, stretch.w, waves, *state, s)[:2]
     assert (x_r, v_r) == pytest.approx(found, rel=1e-12, abs=1e-15)
-    assert plain.roots.vanish(stretch, waves, law, blend, 0, 0.0, 0.999 * s)[0] == math.inf
+    assert plain.roots.first_root(stretch, waves, law, blend, 0, 0.0, 0.999 * s)[0] == math.inf
 
 
 def test_slow_blend_that_may_turn_above_zero_is_not_taken_to_fall(kernel):
     # 1 - s/2 + s³/30 is 1/4 at the least, after more than two seconds.
     blend = kernel.roots
-    course = blend.Course(1.0, -0.5, 0.0, 0.2)
+    course = blend.Derivatives(1.0, -0.5, 0.0, 0.2)
     for most, falls in ((0.2, False), (0.02, True)):
-        assert kernel.roots.falls_surely(*course[:3], most, 0.0) == falls
+        assert kernel.roots.is_monotone_to_zero(*course[:3], most, 0.0) == falls
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -78,7 +78,7 @@ def test_no_safe_step_passes_the_first_zero_of_what_bounds_the_speed(kernel, see
         v, snap, growth = abs(random.normal(size=3) * 10.0 ** random.integers(-3, 3, 3))
         a, j = random.normal(size=2) * 10.0 ** random.integers(-3, 3, 2)
         each = (float(value) for value in (v, a, j, snap, growth))
-        step = kernel.roots.safe_slip(*each, 10.0)
+        step = kernel.roots.safe_step(*each, 10.0)
         assert step <= 10.0
         h = np.linspace(0.0, step, 50)
         terms = v, a * h, j * h**2 / 2.0, -snap * h**3 / 6.0, -growth * h**4 / 24.0
@@ -88,16 +88,18 @@ def test_no_safe_step_passes_the_first_zero_of_what_bounds_the_speed(kernel, see
 def test_speed_that_slow_waves_lift_before_zero_does_not_stop(kernel):
     # The first two rates of ü cancel: v is 0.45 - f s + G s⁴/24 first, 0.07 at the least.
     pair, f, v = ((1.0, 0.25, 0.0), (2.0, 0.125, math.pi)), 0.125, 0.45
-    waves = kernel.forcing.Waves(np.zeros(2 * kernel.forcing.STRIDE), 2, 2)
+    waves = kernel.forcing.Waves(np.zeros(2 * kernel.forcing.WAVE_COLUMNS), 2, 2)
     for i, (A, omega, phase) in enumerate(pair):
         kernel.forcing.set_wave(waves.values, i, A, omega / (2.0 * math.pi), phase)
-    plant, law = kernel.model.Plant(1.0, 0.0, 0.0), kernel.model.Law(f, f)
-    kernel.forcing.anchor(waves, plant, law, 0.0, 1)
-    stretch = kernel.forcing.starting(0.0, 0.0, waves, 0.0, v, -f, 0.0)
+    plant, law = kernel.model.Plant(1.0, 0.0, 0.0), kernel.model.CoulombLaw(f, f)
+    kernel.forcing.set_phases(waves, plant, law, 0.0, 1)
+    stretch = kernel.forcing.start_segment(0.0, 0.0, waves, 0.0, v, -f, 0.0)
     state = stretch.x_r, stretch.v_r
-    speeds = [kernel.forcing.slide(0.0, 0.0, waves, *state, -f, 0.0, s)[1] for s in range(9)]
+    speeds = [
+        kernel.forcing.motion_at(0.0, 0.0, waves, *state, -f, 0.0, s)[1] for s in range(9)
+    ]
     assert 0.05 < min(speeds) < 0.08
-    stop, _ = kernel.roots.leave_slip(
+    stop, _ = kernel.roots.slip_exit_time(
         0.0, 0.0, waves, *state, stretch.a, stretch.j, -f, 0.0, 1, 8.0
     )
     assert stop == math.inf
@@ -111,7 +113,9 @@ def first_zero_by_scan(
 ) -> float:
     """Find the first zero on a grid of 20,000 points."""
     s = np.linspace(0.0, h, 20_001)[1:]
-    values = np.array([kernel.roots.velocity(c, w, v, a, j, each)[0] for each in s])
+    values = np.array(
+        [kernel.roots.velocity_and_acceleration(c, w, v, a, j, each)[0] for each in s]
+    )
     below = np.flatnonzero(values <= 0.0)
     return float(s[below[0]]) if len(below) else math.inf
 
@@ -190,8 +194,8 @@ def test_velocity_a_rounding_below_zero_is_not_taken_for_one_that_never_stops(
 
 @pytest.mark.parametrize("guess", [1.0, 3.0, -7.0, math.inf, math.nan])
 def test_guess_that_is_not_between_the_bounds_gives_way_to_their_middle(guess: float) -> None:
-    assert kept_between(1.0, 3.0, guess) == 2.0
-    assert kept_between(1.0, 3.0, 2.5) == 2.5
+    assert keep_in_bracket(1.0, 3.0, guess) == 2.0
+    assert keep_in_bracket(1.0, 3.0, 2.5) == 2.5
 
 
 # Zeros of a Taylor series: what is divided out of it before they are looked for.
@@ -205,12 +209,12 @@ def test_zeros_at_the_beginning_of_a_series_are_divided_out(
     kernel: SimpleNamespace, series: list[float], last: int, zeros: int
 ) -> None:
     c = np.array(series)
-    assert kernel.roots.lowered(c, len(series) - 1) == (last, zeros)
+    assert kernel.roots.deflate(c, len(series) - 1) == (last, zeros)
     assert c[: last + 1].tolist() == series[zeros:]
 
 
 def test_series_of_zeros_alone_is_told_apart(kernel: SimpleNamespace) -> None:
-    assert kernel.roots.lowered(np.zeros(3), 2)[1] == -1
+    assert kernel.roots.deflate(np.zeros(3), 2)[1] == -1
 
 
 @pytest.mark.parametrize(
@@ -226,11 +230,13 @@ def test_series_of_zeros_alone_is_told_apart(kernel: SimpleNamespace) -> None:
 def test_first_zero_of_a_polynomial_is_found(
     kernel: SimpleNamespace, series: list[float], at: float
 ) -> None:
-    assert kernel.roots.locate(np.array(series), len(series) - 1, 1.0) == pytest.approx(at)
+    assert kernel.roots.first_series_root(
+        np.array(series), len(series) - 1, 1.0
+    ) == pytest.approx(at)
 
 
 def test_zero_nearer_by_many_powers_of_ten_is_come_to(kernel: SimpleNamespace) -> None:
     # Bristles whose motion had died away to 1e-322 m closed a loop so: a search without end.
     series = np.array([1e-200, 0.0, 0.0, -1.0, 0.2])
-    found = kernel.roots.locate(series, 4, 1.0)
+    found = kernel.roots.first_series_root(series, 4, 1.0)
     assert found == pytest.approx(1e-200 ** (1.0 / 3.0), rel=1e-12, abs=0.0)

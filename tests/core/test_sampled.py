@@ -71,9 +71,9 @@ def test_plain_and_compiled_agree_bit_for_bit(
 
 def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -> np.ndarray:
     """March from one end to the next; gives x_r and v_r."""
-    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(45.0, 54.0)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(45.0, 54.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
-    columns[2][0] = kernel.events.first_mode(plant, law, 0.0, 0.0, u_dd[0])
+    columns[2][0] = kernel.events.initial_direction(plant, law, 0.0, 0.0, u_dd[0])
     state = (0, 0.0, 0.0, int(columns[2][0]), math.nan)
     for end in ends:
         log = log_of(kernel)
@@ -87,7 +87,7 @@ def in_parts(kernel: SimpleNamespace, u_dd: np.ndarray, ends: tuple[int, ...]) -
 def test_march_handed_over_between_stretches_goes_on_to_the_last_bit(
     kernel: SimpleNamespace,
 ) -> None:
-    u_dd, stretch = noise(3000), kernel.sampled.STRETCH
+    u_dd, stretch = noise(3000), kernel.sampled.CHUNK
     whole = in_parts(kernel, u_dd, (2999,))
     parts = in_parts(kernel, u_dd, (stretch, 4 * stretch, 9 * stretch, 2999))
     assert np.array_equal(parts, whole)
@@ -106,11 +106,11 @@ def test_march_interrupted_by_a_full_log_goes_on_to_the_last_bit(
 ) -> None:
     u_dd = noise(3000)
     whole = march(kernel, u_dd, DT, (30.0, 36.0))
-    plant, law = kernel.model.Plant(*PAPER), kernel.model.Law(30.0, 36.0)
+    plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(30.0, 36.0)
     columns = [np.zeros(3000), np.zeros(3000), np.zeros(3000, dtype=np.int64)]
     state, handed = (0, 0.0, 0.0, int(whole.d[0]), math.nan), 0
     while state[0] < 2999:
-        log = log_of(kernel, kernel.events.ROOM + 2)
+        log = log_of(kernel, kernel.events.MAX_EVENTS_PER_STEP + 2)
         out = kernel.sampled.march(
             plant, law, u_dd, DT, state[0], 2999, *state[1:], *columns, log, 0, len(log.n)
         )
@@ -180,7 +180,9 @@ def test_recursion_without_friction_is_the_march_without_friction(
 ) -> None:
     u_dd = noise(4000)
     x_r, v_r = np.zeros(4000), np.zeros(4000)
-    kernel.oscillator.recursion(kernel.model.Plant(*PAPER), u_dd, DT, 0.001, 0.02, x_r, v_r)
+    kernel.oscillator.linear_recursion(
+        kernel.model.Plant(*PAPER), u_dd, DT, 0.001, 0.02, x_r, v_r
+    )
     found = march(kernel, u_dd, DT, (0.0, 0.0), start=(0.001, 0.02))
     assert np.abs(x_r - found.x_r).max() <= 1e-14 * np.abs(x_r).max()
 
@@ -220,7 +222,10 @@ STEP = 2.5e-3
 def joint_march(kernel, u_dd, k_t, cuts=()):
     """March over samples, in several calls where `cuts` says so."""
     listed = kernel.engine == "plain"
-    plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.Slider(30.0, k_t)
+    plant, law = (
+        kernel.model.Plant(75.0, 7500.0, 500.0),
+        kernel.model.ElasticContactLaw(30.0, k_t),
+    )
     n = len(u_dd)
 
     def room(size, kind=float):
@@ -228,15 +233,17 @@ def joint_march(kernel, u_dd, k_t, cuts=()):
         return empty.tolist() if listed else empty
 
     x_r, v_r, d = room(n), room(n), room(n, np.int8)
-    size = 2 * kernel.events.ROOM
+    size = 2 * kernel.events.MAX_EVENTS_PER_STEP
     kinds = (int, float, float, float, float, int)
-    trail = kernel.events.Pieces(*(room(size, kind) for kind in kinds))
-    log = kernel.events.Log(*(room(size, kind) for kind in (int, float, int, float, float)))
+    segments = kernel.events.Segments(*(room(size, kind) for kind in kinds))
+    log = kernel.events.EventLog(
+        *(room(size, kind) for kind in (int, float, int, float, float))
+    )
     state, at, used, count = (0.0, 0.0, 0.0, 0), 0, 0, 0
     given = u_dd.tolist() if listed else u_dd
     for end in (*cuts, n - 1):
-        at, *state, used, count = kernel.sampled.march_joint(
-            plant, law, given, STEP, at, end, *state, x_r, v_r, d, trail, used, log, count
+        at, *state, used, count = kernel.sampled.march_elastic_samples(
+            plant, law, given, STEP, at, end, *state, x_r, v_r, d, segments, used, log, count
         )
     return np.array(x_r), np.array(v_r), np.array(log.s[:count]), np.array(log.kind[:count])
 
@@ -268,11 +275,11 @@ def test_way_is_gone_at_the_same_time_by_series_and_by_closed_form(kernel, c, w,
     hit, v, a, r, h = kernel.roots, 0.2, -1.0, 3.0, 2.5e-3
     y, _, Y, YY = kernel.oscillator.flow(c, w, h)
     gap = share * (v * y + (a + c * v) * Y + r * YY)
-    s = hit.cross(c, w, v, a, r, gap, h)
+    s = hit.crossing_time(c, w, v, a, r, gap, h)
     y, _, Y, YY = kernel.oscillator.flow(c, w, s)
     assert 0.0 < s < h
     assert v * y + (a + c * v) * Y + r * YY == pytest.approx(gap, rel=1e-14)
-    assert hit.cross(c, w, v, a, r, gap / share * 1.01, h) == np.inf
+    assert hit.crossing_time(c, w, v, a, r, gap / share * 1.01, h) == np.inf
 
 
 @pytest.mark.parametrize(("c", "root"), [(0.5, 0.5), (0.1, 0.9), (0.99, 0.01)])
@@ -280,9 +287,9 @@ def test_way_is_gone_at_the_same_time_by_series_and_by_closed_form(kernel, c, w,
 def test_part_of_a_fine_step_is_the_flow_to_the_last_digits(kernel, c, root, share):
     # Rates are in radians, or decays, of a whole step, of which a fine one holds one in all.
     plant = kernel.model.Plant(1.0, (root / STEP) ** 2, c / STEP)
-    steps, s = kernel.oscillator.whole_steps(plant, STEP), share * STEP
+    steps, s = kernel.oscillator.oscillator_steps(plant, STEP), share * STEP
     assert steps.fine
-    found = kernel.oscillator.part_flow(steps, s)
+    found = kernel.oscillator.flow_within_step(steps, s)
     with mp.workdps(40):
         half, w, s = mp.mpf(plant.b) / 2, mp.mpf(plant.k_x), mp.mpf(s)
         one, two = (-half + sign * mp.sqrt(half * half - w) for sign in (1, -1))
@@ -324,12 +331,12 @@ def leap(
     kernel: SimpleNamespace, u_dd: np.ndarray, dt: float, F: Any, plant: Any, start: Any
 ) -> SimpleNamespace:
     """Leap over samples, step by step; gives x_r, v_r and the events."""
-    core_plant, law = kernel.model.Plant(*plant), kernel.model.Law(*F)
+    core_plant, law = kernel.model.Plant(*plant), kernel.model.CoulombLaw(*F)
     x_r, v_r, d = np.zeros(len(u_dd)), np.zeros(len(u_dd)), np.zeros(len(u_dd), dtype=np.int64)
-    mode = kernel.events.first_mode(core_plant, law, *start, u_dd[0])
+    mode = kernel.events.initial_direction(core_plant, law, *start, u_dd[0])
     x_r[0], v_r[0] = start
     log = log_of(kernel)
-    out = kernel.march.leap_steps(
+    out = kernel.march.march_varying_limits(
         core_plant, law, waves_of(kernel, [], law), 0, u_dd, dt, 0, len(u_dd) - 1, *start, mode,
         x_r, v_r, d, log, 0, len(log.n),
     )  # fmt: skip

@@ -31,7 +31,7 @@ LAWS: dict[str, dict[str, Any]] = {
         "kind": "LEUVEN", **BRISTLES, "F_h": 80.0, "sigma_1": 0.0, "depth": FEW,
     },
 }  # fmt: skip
-"""Words of a `Dynamic`, whose kinds each engine has of its own."""
+"""Words of a `DynamicLaw`, whose kinds each engine has of its own."""
 
 
 def noise(count: int) -> np.ndarray:
@@ -44,43 +44,67 @@ def followed(kernel: SimpleNamespace, words: dict[str, Any], sines: bool) -> Sim
     """Follow a motion from rest by one engine; gives its steps, events, end and memory."""
     plant = kernel.model.Plant(*PAPER)
     kind = getattr(kernel.model, words["kind"])
-    law = kernel.model.Dynamic(**{**words, "kind": kind})
+    law = kernel.model.DynamicLaw(**{**words, "kind": kind})
     waves = waves_of(
-        kernel, [(1.4, 1.6, 0.3), (0.6, 3.9, 0.0)] if sines else [], kernel.model.Law(0.0, 0.0)
+        kernel,
+        [(1.4, 1.6, 0.3), (0.6, 3.9, 0.0)] if sines else [],
+        kernel.model.CoulombLaw(0.0, 0.0),
     )
     u_dd, dt, end = (np.zeros(2), STEP * COUNT, 0) if sines else (noise(COUNT), STEP, COUNT - 2)
-    jet, trail = work(kernel, law), trail_of(kernel)
-    d = kernel.taylor.first_heading(plant, law, waves, jet, u_dd[0], 0.0, 0.0, 0.0, 0.0, 0.0)
+    series, segments = work(kernel, law), segments_of(kernel)
+    d = kernel.taylor.motion_direction_at(
+        plant, law, waves, series, u_dd[0], 0.0, 0.0, 0.0, 0.0, 0.0
+    )
     if kind == kernel.model.LEUVEN:
-        kernel.dynamic_friction.head(law, jet, d or 1, 0.0, 0.0)
+        kernel.dynamic_friction.update_branch(law, series, d or 1, 0.0, 0.0)
     log = log_of(kernel)
-    *state, steps, events = kernel.taylor.trace(
-        plant, law, waves, u_dd, dt, 0, 0.0, dt, end, 0.0, 0.0, 0.0, d, jet, trail, 0, log, 0,
+    *state, steps, events = kernel.taylor.march_taylor(
+        plant,
+        law,
+        waves,
+        u_dd,
+        dt,
+        0,
+        0.0,
+        dt,
+        end,
+        0.0,
+        0.0,
+        0.0,
+        d,
+        series,
+        segments,
+        0,
+        log,
+        0,
         len(log.n),
-    )  # fmt: skip
+    )
     return SimpleNamespace(
         state=state,
-        trail=[column[:steps] for column in trail[:7]],
+        segments=[column[:steps] for column in segments[:7]],
         log=[column[:events] for column in log],
-        turned=jet.turned[: jet.branch[kernel.dynamic_friction.COUNT]],
+        reversals=series.reversals[: series.branch[kernel.dynamic_friction.COUNT]],
     )
 
 
 def work(kernel: SimpleNamespace, law: Any) -> Any:
     """Give what a kernel works in, measured by a speed of 0.1 m/s."""
-    jet = kernel.taylor
-    sizes = {"scale": 1, "slope": 2, "turned": law.depth}
-    rows = {name: np.zeros(sizes.get(name, jet.ORDER + 2)) for name in jet.Jet._fields}
+    series = kernel.taylor
+    sizes = {"scale": 1, "slope": 2, "reversals": law.depth}
+    rows = {
+        name: np.zeros(sizes.get(name, series.ORDER + 2))
+        for name in series.TaylorSeries._fields
+    }
     rows["scale"][0] = 0.1
-    return jet.Jet(**rows | {"branch": np.zeros(3, dtype=np.int64)})
+    return series.TaylorSeries(**rows | {"branch": np.zeros(3, dtype=np.int64)})
 
 
-def trail_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
+def segments_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
     """Give an empty trail."""
     whole = ("n", "d", "terms")
-    return kernel.events.Trail(
+    return kernel.events.SeriesSegments(
         *(np.zeros(length, np.int64 if name in whole else float)
-          for name in kernel.events.Trail._fields)
+          for name in kernel.events.SeriesSegments._fields)
     )  # fmt: skip
 
 
@@ -89,34 +113,36 @@ def trail_of(kernel: SimpleNamespace, length: int = 20_000) -> Any:
 def test_engines_agree_step_by_step_and_remember_the_same(plain, fast, words, sines):
     one, other = (followed(kernel, words, sines) for kernel in (plain, fast))
     assert one.state == other.state
-    for column, twin in zip([*one.trail, *one.log], [*other.trail, *other.log], strict=True):
+    for column, twin in zip(
+        [*one.segments, *one.log], [*other.segments, *other.log], strict=True
+    ):
         assert np.array_equal(column, twin)
-    assert np.array_equal(one.turned, other.turned)
+    assert np.array_equal(one.reversals, other.reversals)
 
 
 def test_bristles_at_their_limit_to_the_last_bit_keep_their_way(kernel):
-    law = kernel.model.Dynamic(
+    law = kernel.model.DynamicLaw(
         32.0, 32.0, kernel.model.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
     )
-    jet, z = work(kernel, law), 32.0 / 1024.0
+    series, z = work(kernel, law), 32.0 / 1024.0
     for z_now, way in ((0.5 * z, 1), (z, 1), (2.0 * z, -1)):
-        kernel.dynamic_friction.head(law, jet, 1, 0.1, z_now)
-        assert jet.branch[kernel.dynamic_friction.WAY] == way
+        kernel.dynamic_friction.update_branch(law, series, 1, 0.1, z_now)
+        assert series.branch[kernel.dynamic_friction.DIRECTION] == way
 
 
 def test_two_turns_whose_neighbours_are_most_like_them_are_forgotten(kernel):
-    law = kernel.model.Dynamic(
+    law = kernel.model.DynamicLaw(
         32.0, 32.0, kernel.model.LEUVEN, sigma_0=1024.0, F_h=64.0, v_s=1.0
     )
-    jet, turns = work(kernel, law), [10.0, -9.0, 9.9, -3.0, 2.0, -2.9]
-    jet.turned[:6], jet.branch[kernel.dynamic_friction.COUNT] = turns, 6
-    kernel.dynamic_friction.forget(jet)
+    series, turns = work(kernel, law), [10.0, -9.0, 9.9, -3.0, 2.0, -2.9]
+    series.reversals[:6], series.branch[kernel.dynamic_friction.COUNT] = turns, 6
+    kernel.dynamic_friction.drop_smallest_loop(series)
     # Without -9 and 9.9 the force errs by 0.1 and 6; any other two would let it err by more.
-    assert jet.branch[kernel.dynamic_friction.COUNT] == 4
-    assert jet.turned[:4].tolist() == [10.0, -3.0, 2.0, -2.9]
+    assert series.branch[kernel.dynamic_friction.COUNT] == 4
+    assert series.reversals[:4].tolist() == [10.0, -3.0, 2.0, -2.9]
 
 
 def test_series_that_holds_for_no_time_has_no_zero_in_it(kernel):
     # One had ended in a division by zero: bristles and a force at the end of double precision.
-    series = kernel.compile.held(np.array([0.5, -1.0, 0.3, 0.1]))
-    assert kernel.taylor.first_zero(series, 3, 1, 0.0) == np.inf
+    series = kernel.compile.as_engine_array(np.array([0.5, -1.0, 0.3, 0.1]))
+    assert kernel.taylor.first_series_root(series, 3, 1, 0.0) == np.inf

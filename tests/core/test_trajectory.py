@@ -22,10 +22,20 @@ def test_passages_count_each_return_to_the_limit_on_either_side(
     kernel: SimpleNamespace,
 ) -> None:
     t, turns = np.arange(6.0), np.array(TURNS)
-    assert tuple(kernel.trajectory.passages(t, turns, 0.0, 2.0, 6.0, 2.5)) == (5.0, 2, 3)
-    assert tuple(kernel.trajectory.passages(t, turns, 0.0, 2.0, 6.0, 4.5)) == (5.0, 2, 1)
+    assert tuple(kernel.trajectory.peak_and_crossings(t, turns, 0.0, 2.0, 6.0, 2.5)) == (
+        5.0,
+        2,
+        3,
+    )
+    assert tuple(kernel.trajectory.peak_and_crossings(t, turns, 0.0, 2.0, 6.0, 4.5)) == (
+        5.0,
+        2,
+        1,
+    )
     back_and_forth = np.array([3.0, -3.0, 3.0])
-    found = kernel.trajectory.passages(np.arange(3.0), back_and_forth, 3.0, 2.9, 3.0, 2.5)
+    found = kernel.trajectory.peak_and_crossings(
+        np.arange(3.0), back_and_forth, 3.0, 2.9, 3.0, 2.5
+    )
     assert tuple(found) == (3.0, 1, 2)
 
 
@@ -33,7 +43,7 @@ def test_passages_count_each_return_to_the_limit_on_either_side(
 def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(
     kernel: SimpleNamespace, repeats: bool
 ) -> None:
-    law, plant = kernel.model.Law(1.0, 1.0), kernel.model.Plant(1.0, 0.0, 0.0)
+    law, plant = kernel.model.CoulombLaw(1.0, 1.0), kernel.model.Plant(1.0, 0.0, 0.0)
     waves = waves_of(kernel, [(1.0, 1.0, 0.0)], law)
     still = (np.zeros(1), np.zeros(1, dtype=np.int64), np.full(1, 0.3), 0.0)
     scene = (plant, law, waves, *still, 0.3, 7.0)
@@ -54,19 +64,19 @@ def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
 ) -> None:
     rate = c + math.sqrt(w) if c + w else 1.0
     h, f = radians / rate, 0.3
-    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.Law(f, f)
+    plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(f, f)
     waves = kernel.forcing.Waves(np.zeros(0), 0, 0)
-    steps = kernel.oscillator.steps_of(plant, law, h)
+    steps = kernel.oscillator.slip_steps(plant, law, h)
     rng = np.random.Generator(np.random.PCG64(8))
     for _ in range(20):
         u_0, slope = rng.normal(), rng.normal() * rate
         x_r, v_r, d = rng.normal() / rate**2, abs(rng.normal()) / rate, 1
         scene = plant, law, waves, u_0, slope, 0.0, x_r, v_r, d
-        whole = kernel.trajectory.integrate(*scene, 0.0, h)
+        whole = kernel.trajectory.integrate_segment(*scene, 0.0, h)
         # Only what begins at the start is summed by series.
-        early = kernel.trajectory.integrate(*scene, 0.0, 0.3 * h)
-        late = kernel.trajectory.integrate(*scene, 0.3 * h, h)
-        between = kernel.trajectory.stretch(steps, u_0, slope, x_r, v_r, d, h)
+        early = kernel.trajectory.integrate_segment(*scene, 0.0, 0.3 * h)
+        late = kernel.trajectory.integrate_segment(*scene, 0.3 * h, h)
+        between = kernel.trajectory.integrate_linear_segment(steps, u_0, slope, x_r, v_r, d, h)
         size = max(1.0, abs(slope) * h) ** 2 * h
         for i, per in enumerate((rate**4, rate**2, 1.0, rate)):
             assert (early[i] + late[i]) * per == pytest.approx(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drawn import Scene, scenes
 from hypothesis import HealthCheck, given, settings
-from scenes import leap, march
+from scenes import march, march_sines
 
 FAST, MANY = 40, 1000
 
@@ -30,7 +30,7 @@ def twins_agree(plain: SimpleNamespace, fast: SimpleNamespace, scene: Scene) -> 
         return
     law = tuple(scene.law)
     one, other = (
-        leap(kernel, list(scene.sines), law, scene.end, plant, start)
+        march_sines(kernel, list(scene.sines), law, scene.end, plant, start)
         for kernel in (plain, fast)
     )
     if one.closest > NEAR and other.closest > NEAR:

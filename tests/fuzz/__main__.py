@@ -51,7 +51,7 @@ def finds_in(fault: DrysimError, show: bool) -> list[str]:
         wrong.append("a sentence is empty or endless")
     if show:
         with contextlib.redirect_stderr(io.StringIO()) as said:
-            problems.show_fault(fault)
+            problems.show_error(fault)
         if not all(sign.isprintable() or sign == "\n" for sign in said.getvalue()):
             wrong.append("a sentence drives the terminal")
     return wrong

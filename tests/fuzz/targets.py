@@ -14,7 +14,7 @@ from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.scenario.load import load
-from drysim.units import KINDS, convert
+from drysim.units import QUANTITY_NAMES, convert
 from test_record_formats import at2, mat, wav
 
 HERE = Path(__file__).parents[1]
@@ -59,7 +59,7 @@ def check(file: Path, given: bytes) -> None:
 def quantity(file: Path, given: bytes) -> None:
     """Read a number with a unit, as every unit there is."""
     text = given.decode(errors="replace")
-    unit = [*KINDS][len(given) % len(KINDS)]
+    unit = [*QUANTITY_NAMES][len(given) % len(QUANTITY_NAMES)]
     try:
         convert(text, unit)
     except ValueError as fault:
@@ -100,7 +100,13 @@ def targets(folder: Path) -> dict[str, Target]:
     named = record(time="t", column="a")
     metrics = [f"{metric.name} <= 1.5 {metric.unit}" for metric in METRICS]
     near = ["T_a < 0.6 at excitation.frequency >= 8 Hz and oscillator.mass == 75 kg", "SEAT<1"]
-    numbers = [f"25.4e-1 {unit}" for unit in KINDS] + ["-3", "0.05 g", "20 mm", "1/60 s", "9 %"]
+    numbers = [f"25.4e-1 {unit}" for unit in QUANTITY_NAMES] + [
+        "-3",
+        "0.05 g",
+        "20 mm",
+        "1/60 s",
+        "9 %",
+    ]
     words = [
         "friction.kinetic=30", "stroke.limit=25 mm", "checks=[T_a < 1]", "friction=null",
         "sweep.excitation.frequency={from: 1, to: 5, step: 0.5}", "solver.smooth.sharpness=1e3",

@@ -10,7 +10,7 @@ import numpy as np
 from drawn import Scene
 from taylor import Solution, solve
 
-from drysim.approach.solution import Track
+from drysim.approach.solution import Trajectory
 
 ULP = 2.0**-52
 
@@ -21,20 +21,20 @@ SPREAD = 100.0
 """A distance is explained by the input's rounding where one such rounding makes a hundredth."""
 
 
-def distance(exact: Solution, track: Track, end: float) -> float:
+def distance(exact: Solution, trajectory: Trajectory, end: float) -> float:
     """Give the greatest relative distance of all numbers, infinite where the events differ.
 
     Times are relative to the duration, places to the greatest |x_r|, integrals to themselves.
     """
-    turns = track.turns
-    if [kind for _, kind, _ in exact.events] != turns.kind[1:].tolist():
+    turning_points = trajectory.turning_points
+    if [kind for _, kind, _ in exact.events] != turning_points.kind[1:].tolist():
         return np.inf
-    last, totals = track.state(end), track.totals(0.0, end)
+    last, totals = trajectory.state(end), trajectory.totals(0.0, end)
     x = np.array([float(x) for _, _, x in exact.events] + [float(exact.x_r)])
     t = np.array([float(t) for t, _, _ in exact.events])
-    scale = float(max(np.abs(x).max(), abs(turns.x_r[0]))) or 1.0
-    gaps = [abs(last.x_r - x[-1]) / scale, *np.abs(turns.t[1:] - t) / end]
-    gaps += (np.abs(turns.x_r[1:] - x[:-1]) / scale).tolist()
+    scale = float(max(np.abs(x).max(), abs(turning_points.x_r[0]))) or 1.0
+    gaps = [abs(last.x_r - x[-1]) / scale, *np.abs(turning_points.t[1:] - t) / end]
+    gaps += (np.abs(turning_points.x_r[1:] - x[:-1]) / scale).tolist()
     gaps.append(abs(totals.stuck - float(exact.integrals["stuck"])) / end)
     for name in ("x2", "v2", "x_dd2", "u_dd2"):
         true = float(exact.integrals[name])
@@ -42,19 +42,19 @@ def distance(exact: Solution, track: Track, end: float) -> float:
     return float(max(gaps))
 
 
-def unexplained(scene: Scene, track: Track) -> float:
+def unexplained(scene: Scene, trajectory: Trajectory) -> float:
     """Give the distance, or 0 where the rounding of the input explains it.
 
     It does where drysim has the exact solution of a scene with numbers one unit in the last
     place away, or where such scenes differ among each other by a hundredth of the distance.
     """
     exact = solve(scene)
-    least = distance(exact, track, scene.end)
+    least = distance(exact, trajectory, scene.end)
     if least <= AGREES:
         return least
     for other in neighbours(scene):
         near = solve(other)
-        least = min(least, distance(near, track, scene.end))
+        least = min(least, distance(near, trajectory, scene.end))
         if least <= AGREES or least <= SPREAD * spread(exact, near, scene.end):
             return 0.0
     return least

@@ -69,7 +69,7 @@ def agree_on_drawn_scenes(examples: int, **chosen: bool) -> None:
     @given(scenes(radians=RADIANS))
     def tried(scene: Scene) -> None:
         if scene.F_fs > 0.0:
-            assert unexplained(scene, scene.track()) <= AGREES
+            assert unexplained(scene, scene.trajectory()) <= AGREES
 
     tried()
 
@@ -88,14 +88,14 @@ def test_fifty_digits_know_the_free_decay_in_closed_form() -> None:
 @pytest.mark.parametrize("name", QUICK)
 def test_hard_case_agrees_with_fifty_digits(name):
     scene = scene_of(name, QUICK[name])
-    assert unexplained(scene, scene.track()) <= AGREES
+    assert unexplained(scene, scene.trajectory()) <= AGREES
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LONG)
 def test_long_hard_case_agrees_with_fifty_digits(name):
     scene = scene_of(name, LONG[name])
-    assert unexplained(scene, scene.track()) <= AGREES
+    assert unexplained(scene, scene.trajectory()) <= AGREES
 
 
 @pytest.mark.parametrize("sampled", [False, True])
@@ -107,7 +107,7 @@ def test_friction_that_varies_agrees_with_fifty_digits(sampled):
         scene = scene._replace(u_dd=u_dd, dt=0.05)
     else:
         scene = scene._replace(sines=sines, duration=2.0)
-    assert unexplained(scene, scene.track()) <= AGREES
+    assert unexplained(scene, scene.trajectory()) <= AGREES
 
 
 def test_drawn_scene_agrees_with_fifty_digits():

@@ -10,8 +10,8 @@ import pytest
 from drawn import Scene
 from hypothesis import note
 
-from drysim.approach.solution import Track
-from drysim.core.events import direction
+from drysim.approach.solution import Trajectory
+from drysim.core.events import direction_after
 from drysim.metrics.table import measure
 
 CLOSES = 1e-10
@@ -32,7 +32,7 @@ Law = Callable[[Scene], None]
 
 def energy_closes(scene: Scene) -> None:
     """Work of the base = change of energy + viscous loss + friction loss."""
-    assert measure(scene.track(), (0.0, scene.end), None)["energy_residual"] <= CLOSES
+    assert measure(scene.trajectory(), (0.0, scene.end), None)["energy_residual"] <= CLOSES
 
 
 def stuck_means_stuck(scene: Scene) -> None:
@@ -54,10 +54,10 @@ def friction_only_takes(scene: Scene) -> None:
     """Friction never pushes: F_f v_r >= 0 on the grid, and between events x_r goes one way."""
     response = scene.response()
     assert (response.F_f * response.v_r >= 0.0).all()
-    track = scene.track()
-    way = np.diff(np.append(track.turns.x_r, track.state(scene.end).x_r))
-    going = np.array([direction(int(kind)) for kind in track.turns.kind])
-    scale = np.abs(track.turns.x_r).max() + np.abs(way).max()
+    trajectory = scene.trajectory()
+    way = np.diff(np.append(trajectory.turning_points.x_r, trajectory.state(scene.end).x_r))
+    going = np.array([direction_after(int(kind)) for kind in trajectory.turning_points.kind])
+    scale = np.abs(trajectory.turning_points.x_r).max() + np.abs(way).max()
     assert (going * way >= -ROUNDINGS * scale).all()
     assert (way[going == 0] == 0.0).all()
 
@@ -120,12 +120,15 @@ def split_run_equals_the_whole(scene: Scene) -> None:
     if len(scene.u_dd) == 2:
         return
     first, second = halves(scene)
-    track, whole = first.track(), scene.track()
-    middle, mode = track.state(first.end), direction(int(track.turns.kind[-1]))
-    rest = second._replace(x_r=middle.x_r, v_r=middle.v_r).track()
-    if direction(int(rest.turns.kind[0])) != mode or hinges(scene, whole):
+    trajectory, whole = first.trajectory(), scene.trajectory()
+    middle, mode = (
+        trajectory.state(first.end),
+        direction_after(int(trajectory.turning_points.kind[-1])),
+    )
+    rest = second._replace(x_r=middle.x_r, v_r=middle.v_r).trajectory()
+    if direction_after(int(rest.turning_points.kind[0])) != mode or hinges(scene, whole):
         return  # broken away but not moving yet: the state alone does not tell the mode
-    scale = np.abs(whole.turns.x_r).max() + abs(whole.state(scene.end).x_r)
+    scale = np.abs(whole.turning_points.x_r).max() + abs(whole.state(scene.end).x_r)
     gap = abs(rest.state(second.end).x_r - whole.state(scene.end).x_r)
     assert gap <= 1e-9 * scale
 
@@ -153,10 +156,10 @@ def finer_grid_changes_no_metric(scene: Scene) -> None:
     n = len(scene.u_dd)
     fine = np.interp(np.arange(2 * n - 1) / 2, np.arange(n), scene.u_dd)
     other = scene._replace(u_dd=tuple(fine.tolist()), dt=0.5 * scene.dt)
-    one, two = scene.track(), other.track()
+    one, two = scene.trajectory(), other.trajectory()
     if hinges(scene, one) or hinges(other, two):
         return
-    metrics = [measure(track, (0.0, scene.end), None) for track in (one, two)]
+    metrics = [measure(trajectory, (0.0, scene.end), None) for trajectory in (one, two)]
     # A mass that creeps to its place, or swings there without friction, stands once rounding
     # says so: creeping it may have 1e-4 of its way left after half a swing.
     creeps = scene.b**2 >= 0.9 * 4.0 * scene.k_x * scene.m
@@ -166,11 +169,11 @@ def finer_grid_changes_no_metric(scene: Scene) -> None:
         assert metrics[1][name] == pytest.approx(metrics[0][name], rel=1e-9, abs=1e-13)
 
 
-def hinges(scene: Scene, track: Track) -> bool:
+def hinges(scene: Scene, trajectory: Trajectory) -> bool:
     """Whether a stop, or the start from rest, was decided by rounding alone."""
-    start = track.turns
+    start = trajectory.turning_points
     margin = abs(abs(start.F_L[0]) - scene.F_fs) if scene.v_r == 0.0 else scene.F_fs
-    return track.closest <= CLOSE or bool(margin <= CLOSE * scene.F_fs)
+    return trajectory.closest_decision <= CLOSE or bool(margin <= CLOSE * scene.F_fs)
 
 
 def scaled(scene: Scene, force: float, motion: float = 1.0) -> Scene:
@@ -187,11 +190,13 @@ def scaled(scene: Scene, force: float, motion: float = 1.0) -> Scene:
 
 def same(scene: Scene, other: Scene, x: float = 1.0, t: float = 1.0) -> None:
     """Two scenes have the same events, but for a factor on places and one on times."""
-    one, two = scene.track(), other.track()
-    note(f"{one.turns}\n{two.turns}")
-    assert np.array_equal(two.turns.kind, one.turns.kind * (-1 if x < 0 else 1))
-    assert np.array_equal(two.turns.t, one.turns.t * t)
-    assert np.array_equal(two.turns.x_r, one.turns.x_r * x)
+    one, two = scene.trajectory(), other.trajectory()
+    note(f"{one.turning_points}\n{two.turning_points}")
+    assert np.array_equal(
+        two.turning_points.kind, one.turning_points.kind * (-1 if x < 0 else 1)
+    )
+    assert np.array_equal(two.turning_points.t, one.turning_points.t * t)
+    assert np.array_equal(two.turning_points.x_r, one.turning_points.x_r * x)
     assert two.state(other.end) == pytest.approx(
         (one.state(scene.end).x_r * x, one.state(scene.end).v_r * x / t), rel=0.0, abs=0.0
     )

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
-from drysim.approach.solution import Response, Track
+from drysim.approach.solution import Response, Trajectory
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Law, Plant, Samples, Sines, State
+from drysim.core.model import CoulombLaw, Plant, Samples, Sines, State
 
 SPECIAL_DAMPING = (0.0, 1e-4, 0.05, 1.0, 1.0 + 1e-8, 1.0 - 1e-8, 1.0 + 2e-16, 50.0)
 SPECIAL_FRICTION = (0.0, 1e-300, 1e-12, 0.3, math.pi / 4, 1.0)
@@ -48,10 +48,10 @@ class Scene(NamedTuple):
         return Plant(self.m, self.k_x, self.b)
 
     @property
-    def law(self) -> Law:
+    def law(self) -> CoulombLaw:
         """Its friction."""
         swing, f, phase = self.variation
-        return Law(self.F_fk, self.F_fs, swing, 2.0 * math.pi * f, phase)
+        return CoulombLaw(self.F_fk, self.F_fs, swing, 2.0 * math.pi * f, phase)
 
     @property
     def motion(self) -> Sines | Samples:
@@ -65,10 +65,12 @@ class Scene(NamedTuple):
         """Where a solution ends [s]."""
         return self.dt * (len(self.u_dd) - 1) if self.u_dd else self.duration
 
-    def track(self) -> Track:
+    def trajectory(self) -> Trajectory:
         """Solve it with drysim."""
         start = State(self.x_r, self.v_r)
-        return StickSlip().track(self.plant, self.law, self.motion, start, self.end, self.end)
+        return StickSlip().trajectory(
+            self.plant, self.law, self.motion, start, self.end, self.end
+        )
 
     def response(self, points: int = 50) -> Response:
         """Solve it with drysim, on a grid."""

@@ -12,7 +12,7 @@ from outcomes import PAPER, record, stand_in
 
 from drysim.approach.fixed_step import Signum, Smooth, Switch
 from drysim.approach.stick_slip import StickSlip, Viscous
-from drysim.core.model import Law, Sines, State
+from drysim.core.model import CoulombLaw, Sines, State
 from drysim.metrics.table import METRICS, measure
 from drysim.scenario.axes import Axis
 from drysim.study.compare import Comparison
@@ -51,7 +51,7 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
     """Give the row of a periodic orbit."""
     force = point.get(FORCE, force) * (approach != "viscous")
     law, motion = (
-        Law(force, force * ratio),
+        CoulombLaw(force, force * ratio),
         sine(point.get(FREQUENCY, 2.0), point.get(RMS, 1.0)),
     )
     member, period = MEMBERS[approach], 1 / motion.f[0]
@@ -59,12 +59,12 @@ def orbit_row(approach, point, force=15.0, ratio=1.0, limit=0.025):
     if hasattr(member, "orbit"):
         orbit = member.orbit(PAPER, law, motion, REST, period)
         start, length, closure = orbit.state, orbit.periods * period, orbit.closure
-        track = member.track(PAPER, law, motion, start, 2.5e-3, length)
+        trajectory = member.trajectory(PAPER, law, motion, start, 2.5e-3, length)
         window = (0.0, length)
     else:
-        track = member.solve(PAPER, law, motion, start, 2.5e-3, length).track
+        trajectory = member.solve(PAPER, law, motion, start, 2.5e-3, length).trajectory
         window = (10 * period, length)
-    metrics = measure(track, window, limit, closure)
+    metrics = measure(trajectory, window, limit, closure)
     return Row(point, approach, law.F_fk, law.F_fs, metrics)
 
 
@@ -76,7 +76,7 @@ def sweep(*swept, limit=0.025, reference="viscous", force=15.0, ratio=1.0, **wor
         rows += [orbit_row(reference, point, force, ratio, limit) for point in points(rest)]
     asked = {"sweep": swept, "reference": reference}
     asked["with_approach"] = lambda _: SimpleNamespace(sweep=rest)
-    scene = stand_in("harmonic", limit, Law(force, force * ratio), **asked)
+    scene = stand_in("harmonic", limit, CoulombLaw(force, force * ratio), **asked)
     return Table(scene, swept, tuple(rows), **words)
 
 
@@ -95,8 +95,10 @@ def random_rows(approach, swept, n, limit):
     for point in points(rest):
         force = point.get(FORCE, 45.0) * (approach != "viscous")
         motion = record(n, point.get(RMS, 0.5))
-        response = MEMBERS[approach].solve(PAPER, Law(force, force), motion, REST, motion.dt)
-        metrics = measure(response.track, (0.0, response.track.end), limit)
+        response = MEMBERS[approach].solve(
+            PAPER, CoulombLaw(force, force), motion, REST, motion.dt
+        )
+        metrics = measure(response.trajectory, (0.0, response.trajectory.end), limit)
         yield Row(point, approach, force, force, metrics), response
 
 
@@ -119,10 +121,10 @@ def orbits(names, frequency=5.0, rms=0.5, force=45.0):
     for name in dict.fromkeys([*names, "viscous"]):
         row = orbit_row(name, {FREQUENCY: frequency, RMS: rms, FORCE: force})
         rows.append(replace(row, point={}))
-        law = Law(row.F_fk, row.F_fs)
+        law = CoulombLaw(row.F_fk, row.F_fs)
         motion = sine(frequency, rms)
         responses[name] = MEMBERS[name].solve(PAPER, law, motion, REST, 2.5e-3, 10 / frequency)
-    table = Table(stand_in("harmonic", 0.025, Law(force, force)), (), tuple(rows))
+    table = Table(stand_in("harmonic", 0.025, CoulombLaw(force, force)), (), tuple(rows))
     return Comparison(table, names[-1], responses, {}, ("all agree",))
 
 

@@ -19,7 +19,7 @@ class Invariants:
     residual = 1e-13
 
     def test_energy_closes(self, law, motion):
-        metrics = measure(solved(law, motion, duration=2.9).track, (0.7, 2.9), None)
+        metrics = measure(solved(law, motion, duration=2.9).trajectory, (0.7, 2.9), None)
         assert metrics["energy_residual"] < self.residual
         assert metrics["energy_friction"] > 0
 

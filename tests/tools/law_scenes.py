@@ -7,7 +7,16 @@ import math
 import numpy as np
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic, Plant, Samples, Sines, State
+from drysim.core.model import (
+    BRISTLE,
+    LEUVEN,
+    STRIBECK,
+    DynamicLaw,
+    Plant,
+    Samples,
+    Sines,
+    State,
+)
 
 PAPER = Plant(75.0, 7500.0, 500.0)
 REST = State(0.0, 0.0)
@@ -52,7 +61,7 @@ def halved(motion: Samples) -> Samples:
     return Samples(u_dd, motion.dt / 2)
 
 
-def sparse(name: str, seed: int) -> tuple[Plant, Dynamic, Samples]:
+def sparse(name: str, seed: int) -> tuple[Plant, DynamicLaw, Samples]:
     """Return a random oscillator under a law, on a few pulses between long silences."""
     random = np.random.default_rng(seed)
     n, dt = int(random.integers(30, 70)), 10 ** random.uniform(-2.5, 0.5)
@@ -66,10 +75,10 @@ def sparse(name: str, seed: int) -> tuple[Plant, Dynamic, Samples]:
     sigma_1 = random.choice([0.0, 10 ** random.uniform(-2.0, 0.5)]) * math.sqrt(sigma_0 * m)
     bristles = {"sigma_0": sigma_0, "sigma_1": sigma_1, "sigma_2": random.choice([0.0, b])}
     law = {
-        "stribeck": Dynamic(F, F_fs, STRIBECK, v_s, random.choice([0.7, 1.0, 2.0])),
-        "dahl": Dynamic(F, F, BRISTLE, sigma_0=sigma_0),
-        "lugre": Dynamic(F, F_fs, BRISTLE, v_s, **bristles),
-        "leuven": Dynamic(F, F_fs, LEUVEN, v_s, **bristles)._replace(
+        "stribeck": DynamicLaw(F, F_fs, STRIBECK, v_s, random.choice([0.7, 1.0, 2.0])),
+        "dahl": DynamicLaw(F, F, BRISTLE, sigma_0=sigma_0),
+        "lugre": DynamicLaw(F, F_fs, BRISTLE, v_s, **bristles),
+        "leuven": DynamicLaw(F, F_fs, LEUVEN, v_s, **bristles)._replace(
             F_h=F_fs * random.choice([1.1, 1.5, 2.0, 5.0]),
             power=random.choice([1.0, 1.5, 2.0, 3.0]),
         ),

@@ -20,18 +20,18 @@ from law_scenes import PAPER, REST, STEP, sine, solved
 from scipy.integrate import solve_ivp  # noqa: TID253 - what it is compared with
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.compile import PLAIN_STEPS, settle
-from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, Dynamic
+from drysim.core.compile import MAX_PLAIN_STEPS, choose_engine
+from drysim.core.model import BRISTLE, LEUVEN, STRIBECK, DynamicLaw
 
 END, ERROR = 20.0, 1e-8
 REPEATS, MANY = 5, 20
 
 MOTION = sine(1.0, 1.6)
 LAWS = {
-    "stribeck": Dynamic(15.0, 18.0, STRIBECK, v_s=5e-3),
-    "dahl": Dynamic(45.0, 45.0, BRISTLE, sigma_0=1e5),
-    "lugre": Dynamic(45.0, 54.0, BRISTLE, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4),
-    "leuven": Dynamic(
+    "stribeck": DynamicLaw(15.0, 18.0, STRIBECK, v_s=5e-3),
+    "dahl": DynamicLaw(45.0, 45.0, BRISTLE, sigma_0=1e5),
+    "lugre": DynamicLaw(45.0, 54.0, BRISTLE, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4),
+    "leuven": DynamicLaw(
         45.0, 54.0, LEUVEN, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, F_h=80.0
     ),
 }
@@ -45,12 +45,12 @@ def base(t: float) -> float:
     return MOTION.A[0] * math.sin(OMEGA * t)
 
 
-def curve(law: Dynamic, v: float) -> float:
+def curve(law: DynamicLaw, v: float) -> float:
     """Give the Stribeck curve [N]."""
     return law.F_fk + (law.F_fs - law.F_fk) * math.exp(-((v / law.v_s) ** 2))
 
 
-def bristles(law: Dynamic, t: np.ndarray, method: str) -> np.ndarray:
+def bristles(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
     """Give x_r [m] of bristles, whose motion has no events."""
     m, k_x, b = PAPER
 
@@ -63,7 +63,7 @@ def bristles(law: Dynamic, t: np.ndarray, method: str) -> np.ndarray:
     return solve_ivp(rates, (0.0, END), [0.0] * 3, method, t, rtol=ERROR, atol=1e-12).y[0]
 
 
-def sliding(law: Dynamic, t: np.ndarray, method: str) -> np.ndarray:
+def sliding(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
     """Give x_r [m] under Stribeck's friction, restarted where the mass stops and starts."""
     m, k_x, b = PAPER
     now, x, d, path = 0.0, 0.0, 0, np.zeros(len(t))
@@ -93,7 +93,7 @@ def sliding(law: Dynamic, t: np.ndarray, method: str) -> np.ndarray:
     return path
 
 
-def break_away(law: Dynamic, x: float, now: float) -> tuple[float, int]:
+def break_away(law: DynamicLaw, x: float, now: float) -> tuple[float, int]:
     """Give when a stuck mass breaks away [s], in closed form, and the direction it takes."""
     m, k_x, _ = PAPER
     found = [(END, 1)]
@@ -107,14 +107,14 @@ def break_away(law: Dynamic, x: float, now: float) -> tuple[float, int]:
     return min(found)
 
 
-def peer(law: Dynamic, t: np.ndarray, method: str) -> np.ndarray:
+def peer(law: DynamicLaw, t: np.ndarray, method: str) -> np.ndarray:
     """Give x_r [m] by scipy."""
     if law.kind == LEUVEN:
         return swing(law, PAPER, base, END, t, method, ERROR, 1e-12)
     return (sliding if law.kind == STRIBECK else bristles)(law, t, method)
 
 
-def tolerance_for(law: Dynamic, exact: np.ndarray) -> float:
+def tolerance_for(law: DynamicLaw, exact: np.ndarray) -> float:
     """Give the coarsest tolerance whose motion is within the error."""
     for tolerance in TOLERANCES:
         x_r = solved(law._replace(tolerance=tolerance), MOTION, duration=END).x_r
@@ -130,14 +130,14 @@ def spent(job: Callable[[], object]) -> float:
     return time.process_time() - began
 
 
-def report(name: str, law: Dynamic) -> str:
+def report(name: str, law: DynamicLaw) -> str:
     """Measure a law and its peers in turn; gives a line."""
     exact = solved(law._replace(tolerance=1e-13), MOTION, duration=END)
     t, peak = exact.t, np.abs(exact.x_r).max()
     mine = law._replace(tolerance=tolerance_for(law, exact.x_r))
 
     def motion() -> object:
-        return StickSlip().track(PAPER, mine, MOTION, REST, STEP, END).at(t)
+        return StickSlip().trajectory(PAPER, mine, MOTION, REST, STEP, END).at(t)
 
     jobs: dict[str, Callable[[], object]] = {
         "motion": lambda: [motion() for _ in range(MANY)],
@@ -162,6 +162,6 @@ def report(name: str, law: Dynamic) -> str:
 
 
 if __name__ == "__main__":
-    settle(PLAIN_STEPS + 1)
+    choose_engine(MAX_PLAIN_STEPS + 1)
     for name, law in LAWS.items():
         print(report(name, law), flush=True)

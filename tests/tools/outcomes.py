@@ -8,15 +8,15 @@ from types import SimpleNamespace
 import numpy as np
 
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import Input, Law, Plant, Samples, Sines, State
-from drysim.errors import Caution
+from drysim.core.model import CoulombLaw, Input, Plant, Samples, Sines, State
+from drysim.errors import WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import measure
 from drysim.study.outcome import Outcome
 
 PAPER = Plant(75.0, 7500.0, 500.0)
 SINE = Sines((1.5,), (1.6,), (0.0,))
-STICKY = Law(45.0, 54.0)
+STICKY = CoulombLaw(45.0, 54.0)
 
 
 def noise(n, rms=1.0):
@@ -41,7 +41,11 @@ def stand_in(kind, limit=None, law=STICKY, **words):
         "stops": None,
         "stroke": None if limit is None else SimpleNamespace(limit=limit),
         "excitation": SimpleNamespace(
-            kind=kind, periodic=False, own_end=False, frequencies=(), told=lambda varied=(): ""
+            kind=kind,
+            periodic=False,
+            has_own_end=False,
+            frequencies=(),
+            description=lambda varied=(): "",
         ),
         "friction": SimpleNamespace(static_given=False),
         "static_given": False,
@@ -67,11 +71,11 @@ def outcome(
 ):
     """Give an outcome; further words become attributes of the scenario."""
     response = StickSlip().solve(PAPER, law, motion, start, 2.5e-3, duration)
-    metrics = measure(response.track, (0.0, (len(response.x_r) - 1) * response.dt), limit)
+    metrics = measure(response.trajectory, (0.0, (len(response.x_r) - 1) * response.dt), limit)
     kind = "record" if isinstance(motion, Samples) else "harmonic" if motion.A else "rest"
     words = stand_in(kind, limit, law, **scenario)
     verdicts = tuple(Check.parse(text).judge(metrics) for text in checks)
-    cautions = tuple(Caution("slug", sentence) for sentence in warnings)
+    cautions = tuple(WarningMessage("slug", sentence) for sentence in warnings)
     return Outcome(words, response, metrics, verdicts, cautions)
 
 
@@ -80,10 +84,10 @@ def judgement(check, rows):
     points, metrics = zip(*rows, strict=True)
     keys = {one.key for one in check.conditions}
     here = {key: column([point.get(key) for point in points]) for key in keys}
-    judged = check.reach(here, len(points))
+    judged = check.applicable(here, len(points))
     at = check.worst(judged, column([one.get(check.metric) for one in metrics]))
     if at is None:
-        return check.missed()
+        return check.no_case_verdict()
     return check.verdict(metrics[at].get(check.metric), points[at])
 
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import peers
 
 from drysim.bench import scipy_ivp, speed_error
-from drysim.bench.score import Panel
-from drysim.bench.timing import Terms
-from drysim.wording import number
+from drysim.bench.score import BenchCase
+from drysim.bench.timing import BenchOptions
+from drysim.wording import format_number
 
 FILE = Path(__file__).parents[2] / "README.md"
 PART = re.compile(r"(<!-- proof -->\n)(.*?)(?=<!-- end -->)", re.S)
@@ -51,7 +51,7 @@ ENTRIES = (
 )
 """Rows: approaches at the step of the samples, and peers."""
 
-Panels = tuple[Panel, ...]
+Panels = tuple[BenchCase, ...]
 
 NONE = "–"
 CELL = re.compile(r"[\d.e]+ \([\d.e]+ ns\), [\d.e-]+")
@@ -59,35 +59,39 @@ CELL = re.compile(r"[\d.e]+ \([\d.e]+ ns\), [\d.e-]+")
 
 def measured() -> dict[str, Panels]:
     """Run both benches, and give the panels of each."""
-    terms = Terms(**TERMS, peers=(scipy_ivp, *peers.present()))
+    terms = BenchOptions(**TERMS, peers=(scipy_ivp, *peers.installed_peers()))
     asked = {
-        "bench": speed_error.marching(speed_error.scenarios(None, [], swept=False), terms),
-        "steady": speed_error.settling(speed_error.scenarios(None, [], swept=True), terms),
+        "bench": speed_error.time_history_bench(
+            speed_error.load_scenarios(None, [], swept=False), terms
+        ),
+        "steady": speed_error.steady_state_bench(
+            speed_error.load_scenarios(None, [], swept=True), terms
+        ),
     }
-    return {name: one.run(lambda: None).panels for name, one in asked.items()}
+    return {name: one.run(lambda: None).cases for name, one in asked.items()}
 
 
-def cell(panels: Panels, approach: str, setting: str, cases: tuple[str, ...]) -> str:
+def cell(cases: Panels, approach: str, setting: str, names: tuple[str, ...]) -> str:
     """Give time and error of an entry on some cases that weigh alike."""
     found = []
-    for case in cases:
-        panel = next(panel for panel in panels if panel.scenario.name == case)
+    for case in names:
+        panel = next(panel for panel in cases if panel.scenario.name == case)
         alike = [one for one in panel.scores if one.approach == approach]
         alike = [one for one in alike if one.setting.startswith(setting)]
         found += [one for one in alike if one.error_x_r is not None][:1]
-    if len(found) < len(cases):
+    if len(found) < len(names):
         return NONE
     error = max(one.error_x_r for one in found)
     ratio = sum(one.ratio for one in found) / len(found)
     time = sum(one.time for one in found) / len(found)
-    return f"{number(ratio, digits=2)} ({number(time, 'ns', 2)}), {number(error, digits=1)}"
+    return f"{format_number(ratio, digits=2)} ({format_number(time, 'ns', 2)}), {format_number(error, digits=1)}"
 
 
 def table(benches: dict[str, Panels]) -> str:
     """Give the table, a row an entry that is known on any of the works."""
     lines = [("", *(heading for heading, _, _ in WORKS)), ("---",) * (1 + len(WORKS))]
     for approach, setting in ENTRIES:
-        cells = [cell(benches[name], approach, setting, cases) for _, name, cases in WORKS]
+        cells = [cell(benches[name], approach, setting, names) for _, name, names in WORKS]
         if set(cells) != {NONE}:
             lines.append((" ".join(filter(None, (approach, setting))), *cells))
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)

@@ -15,10 +15,10 @@ from pathlib import Path
 from drysim.output import tables
 from drysim.scenario.load import load
 from drysim.study.case import prepare
-from drysim.study.cluster import joined
-from drysim.study.plan import Pieces, Plan, approaches_of, length_of
-from drysim.study.store import Store, identity, packed
-from drysim.study.sweep import solve, solve_far
+from drysim.study.cluster import connect
+from drysim.study.plan import CaseRanges, Plan, approaches_of, range_length
+from drysim.study.store import Store, pack, work_identity
+from drysim.study.sweep import solve, solve_on_cluster
 
 SWEEP = """\
 drysim: 1
@@ -69,7 +69,7 @@ class Bench:
 
     def store(self) -> Store:
         """Give an empty store."""
-        return Store(self.folder / "cases", identity(self.case.scenario), resume=False)
+        return Store(self.folder / "cases", work_identity(self.case.scenario), resume=False)
 
     def threads(self, workers: int) -> tuple[float, float, float]:
         """Compute it by threads."""
@@ -91,13 +91,13 @@ def main(words: list[str]) -> None:
 def of_bytes(folder: Path) -> None:
     """Print what a case takes on the disk and on the way."""
     bench = Bench(folder, LARGE)
-    plan = Plan(Pieces(approaches_of(bench.case.scenario)))
-    piece, batch = plan.pieces[100], plan.block(100)
-    print(f"bytes a case, packed: {len(packed(batch, bench.store().sweep)) / len(batch):.0f}")
+    plan = Plan(CaseRanges(approaches_of(bench.case.scenario)))
+    case_range, batch = plan.ranges[100], plan.block(100)
+    print(f"bytes a case, packed: {len(pack(batch, bench.store().sweep)) / len(batch):.0f}")
     table = solve(Bench(folder, MIDDLE).case)
     for name, write in (
-        ("csv", tables.transmissibility),
-        ("parquet", tables.transmissibility_parquet),
+        ("csv", tables.write_transmissibility_csv),
+        ("parquet", tables.write_transmissibility_parquet),
     ):
         write(table, folder)
         files = [file for file in folder.rglob(f"*.{name}") if file.is_file()]
@@ -106,7 +106,9 @@ def of_bytes(folder: Path) -> None:
         write(table, folder)
         takes = 1e6 * clock.read()[0] / len(table)
         print(f"bytes a case, {name}: {size / len(table):.0f}, written in {takes:.1f} µs")
-    print(f"cases a block: {piece.end - piece.begin}, of 1e9 {length_of(10**9, True)}")
+    print(
+        f"cases a block: {case_range.end - case_range.begin}, of 1e9 {range_length(10**9, True)}"
+    )
 
 
 def of_threads(folder: Path) -> None:
@@ -129,19 +131,19 @@ def of_threads(folder: Path) -> None:
 def of_cluster(folder: Path) -> None:
     """Print the same of two worker processes, side by side with two threads."""
     large, walls = Bench(folder, LARGE), []
-    with joined("local", 2, print) as link:
+    with connect("local", 2, print) as link:
         warm = Bench(folder, MIDDLE)
-        solve_far(warm.case, link, warm.store())
+        solve_on_cluster(warm.case, link, warm.store())
         for _ in range(PAIRS):
             near = large.threads(2)
             busy = sum(link.client.run(time.process_time).values())
             store, clock = large.store(), Clock()
-            solve_far(large.case, link, store)
+            solve_on_cluster(large.case, link, store)
             wall, cpu, main = clock.read()
             busy = sum(link.client.run(time.process_time).values()) - busy
             walls.append((wall, near[0], wall / near[0], (busy + cpu) / near[1]))
     wall, of_threads, ratio, work = (statistics.median(one) for one in zip(*walls, strict=True))
-    blocks = len(Pieces(approaches_of(large.case.scenario)))
+    blocks = len(CaseRanges(approaches_of(large.case.scenario)))
     print(f"two workers: wall {wall:.1f} s, {large.cases / wall:.0f} cases a second")
     print(
         f"two threads beside them: wall {of_threads:.1f} s; workers take {ratio:.2f} times it"

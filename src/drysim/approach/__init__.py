@@ -9,7 +9,7 @@ APPROACHES = (StickSlip, Switch, Moreau, Signum, Smooth, Viscous)
 
 Approach = StickSlip | Switch | Moreau | Signum | Smooth | Viscous
 
-SHELF: dict[str, type[Approach]] = {
+APPROACHES_BY_NAME: dict[str, type[Approach]] = {
     member.model_fields["approach"].default: member for member in APPROACHES
 }
 """The approaches by name."""

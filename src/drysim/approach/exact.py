@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from drysim.approach import coulomb
-from drysim.approach.solution import Response, Track
+from drysim.approach.solution import Response, Trajectory
 from drysim.core.model import (
     AnyLaw,
     AnyState,
-    Dynamic,
-    Law,
+    CoulombLaw,
+    DynamicLaw,
+    ElasticContactLaw,
+    EndStopLaw,
     Plant,
     Samples,
     Sines,
-    Slider,
-    Stopped,
 )
 
 
@@ -33,38 +33,38 @@ def solve(
     `whole` keeps the motion over samples at hand, however long it is.
     """
     scene = (plant, law, motion, start, step, duration)
-    if isinstance(law, Law | Stopped):
-        response: Response = core_of(law).solve(*scene, whole)
+    if isinstance(law, CoulombLaw | EndStopLaw):
+        response: Response = solver_module(law).solve(*scene, whole)
         return response
-    response = core_of(law).solve(*scene)
-    return response if law.F_fs > 0.0 else coulomb.frictionless(response)
+    response = solver_module(law).solve(*scene)
+    return response if law.F_fs > 0.0 else coulomb.without_friction(response)
 
 
-def follow(
+def compute_trajectory(
     plant: Plant,
     law: AnyLaw,
     motion: Sines | Samples,
     start: AnyState,
     duration: float | None,
-) -> Track:
+) -> Trajectory:
     """Solve a scene with the core that fits its law, without a grid where it can."""
-    track: Track = core_of(law).follow(plant, law, motion, start, duration)
-    return track
+    trajectory: Trajectory = solver_module(law).follow(plant, law, motion, start, duration)
+    return trajectory
 
 
-def core_of(law: AnyLaw) -> Any:
+def solver_module(law: AnyLaw) -> Any:
     """Give the module that solves scenes of a law, loaded with its kernels when needed."""
-    if isinstance(law, Law):
+    if isinstance(law, CoulombLaw):
         return coulomb
-    if isinstance(law, Stopped):
+    if isinstance(law, EndStopLaw):
         from drysim.approach import end_stops
 
         return end_stops
-    if isinstance(law, Dynamic):
+    if isinstance(law, DynamicLaw):
         from drysim.approach import taylor
 
         return taylor
-    if isinstance(law, Slider):
+    if isinstance(law, ElasticContactLaw):
         from drysim.approach import elastic
 
         return elastic

@@ -15,12 +15,12 @@ from sys import float_info
 from typing import Annotated, ClassVar, Literal
 
 from drysim.approach.solution import Floats, Response
-from drysim.approach.stick_slip import Member
+from drysim.approach.stick_slip import ApproachBase
 from drysim.core.model import AnyLaw, AnyState, Plant, Samples, Sines
 from drysim.units import Quantity
 
 
-class Moreau(Member):
+class Moreau(ApproachBase):
     """The sign is a set at zero velocity, and every step picks the point that fits.
 
     Not to be confused with signum: the mass truly sticks, without chatter and without a band;
@@ -39,19 +39,22 @@ class Moreau(Member):
         duration: float | None = None,
     ) -> Response:
         """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        from drysim.approach.stepping import grid_of, sticking
-        from drysim.core.fixed_step import moreau_march
+        from drysim.approach.stepping import input_on_grid, solve_with_stick
+        from drysim.core.fixed_step import march_moreau
 
-        u_dd, _, dt = grid_of(motion, step, duration)
+        u_dd, _, dt = input_on_grid(motion, step, duration)
         scene, limits = (plant, law, motion), (law.F_fk,)
-        how = (self.approach, "the sign as a set, solved implicitly at every fixed step")
-        return sticking(moreau_march, limits, scene, start, (u_dd, dt), how)
+        name_and_reason = (
+            self.approach,
+            "the sign as a set, solved implicitly at every fixed step",
+        )
+        return solve_with_stick(march_moreau, limits, scene, start, (u_dd, dt), name_and_reason)
 
 
 METHODS = ("euler", "semi-implicit", "heun", "rk4")
 
 
-class Signum(Member):
+class Signum(ApproachBase):
     """Friction against the sign of the velocity at every step, with sign(0) = 0.
 
     Not to be confused with stick-slip: there is no stick. Where the mass should stand still its
@@ -76,33 +79,46 @@ class Signum(Member):
         """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
         import numpy as np
 
-        from drysim.approach.stepping import from_start, grid_of, respond
-        from drysim.core.compile import held
-        from drysim.core.fixed_step import SIGN, step_march
+        from drysim.approach.stepping import input_on_grid, make_response, state_buffers
+        from drysim.core.compile import as_engine_array
+        from drysim.core.fixed_step import SIGN, march_fixed_step
 
-        u_dd, u_mid, dt = grid_of(motion, step, duration)
-        x_r, v_r = from_start(start, len(u_dd))
+        u_dd, u_mid, dt = input_on_grid(motion, step, duration)
+        x_r, v_r = state_buffers(start, len(u_dd))
         method = METHODS.index(self.method)
-        step_march(plant, law.F_fk, SIGN, 0.0, method, held(u_dd), held(u_mid), dt, x_r, v_r)
+        march_fixed_step(
+            plant,
+            law.F_fk,
+            SIGN,
+            0.0,
+            method,
+            as_engine_array(u_dd),
+            as_engine_array(u_mid),
+            dt,
+            x_r,
+            v_r,
+        )
         x, v = np.asarray(x_r), np.asarray(v_r)
         # A mass that happens to have v_r = 0 at a grid point is not stuck: nothing holds it.
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
-        how = (self.approach, f"the sign of v_r at every step, by {self.method}")
-        return respond(plant, law, motion, (u_dd, dt), (x, v, law.F_fk * np.sign(v), mode), how)
+        name_and_reason = (self.approach, f"the sign of v_r at every step, by {self.method}")
+        return make_response(
+            plant, law, motion, (u_dd, dt), (x, v, law.F_fk * np.sign(v), mode), name_and_reason
+        )
 
 
 FORMS = ("sign", "arctan", "tanh", "erf", "rational")
-STIFFNESS = 0.15
+MAX_SUBSTEP_STIFFNESS = 0.15
 """Largest F_fk c Δt/m of a substep: rk4 is stable to 2.8, and at this its error is gone."""
 
-LEAST_PIECES = 4
+MIN_SUBSTEPS = 4
 """Substeps in a step at least, so that sums over them stand for integrals."""
 
-RELATIVE = 1e-9
+ADAPTIVE_RTOL = 1e-9
 """Relative tolerance of the adaptive method; the sharpness errs by far more."""
 
 
-class Smooth(Member):
+class Smooth(ApproachBase):
     """Friction as a steep but continuous function of velocity.
 
     Not to be confused with stick-slip: where the mass should stand still it creeps, and the
@@ -119,11 +135,14 @@ class Smooth(Member):
     so that what is left is the error of the function), rk4 with solver.step, or adaptive (an
     implicit one, slow, for reference)."""
 
-    def pieces(self, plant: Plant, law: AnyLaw, dt: float) -> int:
+    def substeps(self, plant: Plant, law: AnyLaw, dt: float) -> int:
         """Give how many; the sharper the function, the more."""
         if self.method == "rk4":
             return 1
-        return max(LEAST_PIECES, ceil(law.F_fk * self.sharpness * dt / (plant.m * STIFFNESS)))
+        return max(
+            MIN_SUBSTEPS,
+            ceil(law.F_fk * self.sharpness * dt / (plant.m * MAX_SUBSTEP_STIFFNESS)),
+        )
 
     def solve(
         self,
@@ -135,14 +154,16 @@ class Smooth(Member):
         duration: float | None = None,
     ) -> Response:
         """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        from drysim.approach.stepping import finer, thinned
+        from drysim.approach.stepping import decimate_response, refine_motion
 
         if self.method == "rk4":
             return self._march(plant, law, motion, start, step, duration)
         dt = motion.dt if isinstance(motion, Samples) else step
-        pieces = self.pieces(plant, law, dt)
-        fine = self._march(plant, law, finer(motion, pieces), start, step / pieces, duration)
-        return thinned(fine, motion, pieces)
+        substeps = self.substeps(plant, law, dt)
+        fine = self._march(
+            plant, law, refine_motion(motion, substeps), start, step / substeps, duration
+        )
+        return decimate_response(fine, motion, substeps)
 
     def _march(
         self,
@@ -156,25 +177,25 @@ class Smooth(Member):
         """Give the response with one step from each grid point to the next."""
         import numpy as np
 
-        from drysim.approach.stepping import from_start, grid_of, respond
-        from drysim.core.compile import held
-        from drysim.core.fixed_step import RK4, sliding_shares, step_march
+        from drysim.approach.stepping import input_on_grid, make_response, state_buffers
+        from drysim.core.compile import as_engine_array
+        from drysim.core.fixed_step import RK4, march_fixed_step, regularise_signs
 
-        u_dd, u_mid, dt = grid_of(motion, step, duration)
+        u_dd, u_mid, dt = input_on_grid(motion, step, duration)
         form = FORMS.index(self.form)
         if self.method == "adaptive":
             x, v = self._adaptive(plant, law, motion, start, (u_dd, dt))
         else:
-            x_r, v_r = from_start(start, len(u_dd))
-            base = (held(u_dd), held(u_mid), dt)
-            step_march(plant, law.F_fk, form, self.sharpness, RK4, *base, x_r, v_r)
+            x_r, v_r = state_buffers(start, len(u_dd))
+            base = (as_engine_array(u_dd), as_engine_array(u_mid), dt)
+            march_fixed_step(plant, law.F_fk, form, self.sharpness, RK4, *base, x_r, v_r)
             x, v = np.asarray(x_r), np.asarray(v_r)
-        share = held(v.copy())
-        sliding_shares(form, self.sharpness, share)
+        share = as_engine_array(v.copy())
+        regularise_signs(form, self.sharpness, share)
         mode = np.where(v < 0.0, -1, 1).astype(np.int8)
         why = f"{self.form} with sharpness {self.sharpness:g} s/m for the sign, {self.method}"
         state = (x, v, law.F_fk * np.asarray(share), mode)
-        return respond(plant, law, motion, (u_dd, dt), state, (self.approach, why))
+        return make_response(plant, law, motion, (u_dd, dt), state, (self.approach, why))
 
     def _adaptive(
         self,
@@ -188,7 +209,7 @@ class Smooth(Member):
         import numpy as np
         from scipy.integrate import solve_ivp
 
-        from drysim.core.fixed_step import sliding_share
+        from drysim.core.fixed_step import regularised_sign
         from drysim.core.model import base_acceleration
         from drysim.errors import SolverError
 
@@ -202,27 +223,27 @@ class Smooth(Member):
             return float(base_acceleration(motion, np.array([now]))[0])
 
         def rates(now: float, state: Floats) -> list[float]:
-            F_f = law.F_fk * sliding_share(form, self.sharpness, state[1])
+            F_f = law.F_fk * regularised_sign(form, self.sharpness, state[1])
             return [state[1], -base(now) - (b * state[1] + k_x * state[0] + F_f) / m]
 
         swing = float(np.abs(u_dd).max(initial=0.0)) * dt + abs(start.v_r) + abs(start.x_r)
         found = solve_ivp(
-            rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=RELATIVE,
-            atol=RELATIVE * 1e-3 * (swing or 1.0), max_step=10 * dt,
+            rates, (0.0, t[-1]), list(start[:2]), "LSODA", t, rtol=ADAPTIVE_RTOL,
+            atol=ADAPTIVE_RTOL * 1e-3 * (swing or 1.0), max_step=10 * dt,
         )  # fmt: skip
         if not found.success:
             raise SolverError(f"smooth, adaptive: {found.message}", "take a smaller sharpness")
         return found.y[0], found.y[1]
 
 
-class Switch(Member):
+class Switch(ApproachBase):
     """Within a band of small velocities the mass may stick; outside it slides.
 
     Not to be confused with stick-slip, which locates the stop: here the band is wide enough for
     a step to fall into it, and the answer is right to first order in step and band.
     """
 
-    use_static: ClassVar[bool] = True
+    supports_static: ClassVar[bool] = True
 
     approach: Literal["switch"] = "switch"
     band: Annotated[float, Quantity("m/s", above=0)] | None = None
@@ -239,11 +260,11 @@ class Switch(Member):
         duration: float | None = None,
     ) -> Response:
         """Give the response on the grid of the step; parameters as in `StickSlip.solve`."""
-        from drysim.approach.stepping import grid_of, sticking
-        from drysim.core.fixed_step import switch_march
+        from drysim.approach.stepping import input_on_grid, solve_with_stick
+        from drysim.core.fixed_step import march_switch
 
-        u_dd, _, dt = grid_of(motion, step, duration)
+        u_dd, _, dt = input_on_grid(motion, step, duration)
         band = self.band or dt * law.F_fs / plant.m or float_info.min
         scene, limits = (plant, law, motion), (law.F_fk, law.F_fs, band)
-        how = (self.approach, f"fixed step, sticks within a band of {band:.3g} m/s")
-        return sticking(switch_march, limits, scene, start, (u_dd, dt), how)
+        name_and_reason = (self.approach, f"fixed step, sticks within a band of {band:.3g} m/s")
+        return solve_with_stick(march_switch, limits, scene, start, (u_dd, dt), name_and_reason)

@@ -1,6 +1,6 @@
 """Many records of base motion under one scene, as those of its seeds: measured side by side.
 
-`measurable` tells whether `measure_many` serves a scene; it takes what `abreast` lays out, and
+`can_batch` tells whether `measure_batch` serves a scene; it takes what `make_batch` lays out, and
 keeps nothing of the motions but what they come to.
 """
 
@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from drysim.approach.scene import LOG_LENGTH, empty_log
 from drysim.approach.solution import Floats
 from drysim.core import lanes
-from drysim.core.model import Law, Plant, Samples, State, Totals, sample_squares
-from drysim.core.oscillator import steps_of
+from drysim.core.model import CoulombLaw, Plant, Samples, State, Totals, integrate_base_squares
+from drysim.core.oscillator import slip_steps
 
-STEPS_A_STOP, FEW_STOPS = 8, 1024
+STEPS_PER_STOP, EXTRA_STOPS = 8, 1024
 """There is room for a stop in so many steps, and for some more; a record with even more of
 them is measured by itself."""
 
 
-class Measured(NamedTuple):
+class BatchResult(NamedTuple):
     """What many records come to: columns, shape (records,).
 
     Attributes
@@ -53,10 +53,10 @@ class Measured(NamedTuple):
     paths: tuple[Floats, ...]
     suffices: Floats
     events: Floats
-    closest: Floats
+    closest_decision: Floats
 
 
-class Abreast(NamedTuple):
+class RecordBatch(NamedTuple):
     """Many records of one length, as the kernel takes them.
 
     Attributes
@@ -81,7 +81,7 @@ class Abreast(NamedTuple):
         return Samples(self.u_dd[i], self.dt)
 
 
-def abreast(motions: Iterable[Samples], count: int, window: tuple[int, int]) -> Abreast:
+def make_batch(motions: Iterable[Samples], count: int, window: tuple[int, int]) -> RecordBatch:
     """Give so many motions of one length and one distance side by side.
 
     Each is let go before the next is asked for. One that is drawn then is worked on while it
@@ -95,28 +95,30 @@ def abreast(motions: Iterable[Samples], count: int, window: tuple[int, int]) -> 
         rows[i] = motion.u_dd[:]
         u2 = None
         if motion.u is not None:
-            u2 = sample_squares(motion, begin * dt, end * dt)[1]
+            u2 = integrate_base_squares(motion, begin * dt, end * dt)[1]
         squares[i] = math.nan if u2 is None else u2
-    return Abreast(rows, dt, window, None if np.isnan(squares).any() else squares)
+    return RecordBatch(rows, dt, window, None if np.isnan(squares).any() else squares)
 
 
-def measurable(plant: Plant, law: object, dt: float) -> bool:
+def can_batch(plant: Plant, law: object, dt: float) -> bool:
     """Tell whether many records of one scene can be marched side by side.
 
     They can where friction is Coulomb's with limits that do not vary, and a step so short that
     the rule of trapezia serves it.
     """
-    return type(law) is Law and law.variation == 0.0 and lanes.served(plant, dt)
+    return type(law) is CoulombLaw and law.variation == 0.0 and lanes.served(plant, dt)
 
 
-def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measured:
+def measure_batch(
+    plant: Plant, law: CoulombLaw, batch: RecordBatch, start: State
+) -> BatchResult:
     """March many records and measure them, keeping nothing of the motion.
 
     Parameters
     ----------
     plant : Plant
     law : Law
-        With `plant` and the distance of the samples as `measurable` wants them.
+        With `plant` and the distance of the samples as `can_batch` wants them.
     given : Abreast
     start : State
         Of every record, at its first sample.
@@ -130,10 +132,10 @@ def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measur
     One call runs in one thread and lets others run: batches may be given to several. What a
     record comes to does not depend on the others.
     """
-    u_dd, dt, window, _ = given
+    u_dd, dt, window, _ = batch
     answers = np.empty((len(u_dd), lanes.FOUND))
-    turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_A_STOP + FEW_STOPS))
-    steps = steps_of(plant, law, dt)
+    turns: Floats = np.empty((len(u_dd), u_dd.shape[1] // STEPS_PER_STOP + EXTRA_STOPS))
+    steps = slip_steps(plant, law, dt)
     rule = lanes.trapezia(plant.b / plant.m, plant.k_x / plant.m, dt)
     scratch = lanes.Side(
         np.zeros(lanes.SIZE), np.zeros(lanes.PLACES * lanes.LANES // lanes.WIDTH),
@@ -145,25 +147,27 @@ def measure_many(plant: Plant, law: Law, given: Abreast, start: State) -> Measur
         plant, law, steps, rule, u_dd, *window, start, scratch, turns, answers
     )
     with np.errstate(over="ignore", invalid="ignore"):  # such records are not `found`
-        return answered(given, start, turns, answers)
+        return unpack_answers(batch, start, turns, answers)
 
 
-def answered(given: Abreast, start: State, turns: Floats, answers: Floats) -> Measured:
+def unpack_answers(
+    batch: RecordBatch, start: State, turns: Floats, answers: Floats
+) -> BatchResult:
     """Give what the kernel has answered by name."""
-    column, u2 = answers.T, cast(Any, given.u2)
+    column, u2 = answers.T, cast(Any, batch.u2)
     first = State(column[lanes.X_BEGIN], column[lanes.V_BEGIN])
     last = State(column[lanes.X_END], column[lanes.V_END])
     begins, ends = column[[lanes.BEGIN, lanes.TURNS]].astype(int)
-    x2, v2, x_dd2, power, rub, stuck, u_dd2 = column[: lanes.INTEGRALS]
+    x2, v2, x_dd2, power, sliding_distance, stuck, u_dd2 = column[: lanes.INTEGRALS]
     ends_of = column[[lanes.X_BEGIN, lanes.X_END]].T
     paths = [
         np.concatenate((at[:1], row[b:e], at[1:]))
         for at, row, b, e in zip(ends_of, turns, begins, ends, strict=True)
     ]
     farthest = np.abs(column[[lanes.FAR, lanes.X_BEGIN, lanes.X_END]]).max(axis=0)
-    return Measured(
+    return BatchResult(
         np.isfinite(last.x_r + last.v_r) & (ends <= turns.shape[1]),
-        Totals(x2, v2, x_dd2, power, rub, stuck, u_dd2, u2),
+        Totals(x2, v2, x_dd2, power, sliding_distance, stuck, u_dd2, u2),
         first,
         last,
         tuple(paths),

@@ -10,105 +10,110 @@ from typing import Any
 import numpy as np
 
 from drysim.approach.solution import Events, Floats, Numerics
-from drysim.core.compile import engine, held
-from drysim.core.events import ROOM, Log, Trail, opening
-from drysim.core.forcing import STRIDE, UNSET, Waves, mean_squares
+from drysim.core.compile import as_engine_array, engine
+from drysim.core.events import MAX_EVENTS_PER_STEP, EventLog, SeriesSegments, initial_mode
+from drysim.core.forcing import UNSET_COLUMNS, WAVE_COLUMNS, Waves, mean_squares
 from drysim.core.model import (
     LEUVEN,
     AnyLaw,
     AnyState,
-    Dynamic,
-    Law,
+    CoulombLaw,
+    DynamicLaw,
+    ElasticContactLaw,
+    EndStopLaw,
+    NormalForceLaw,
     Plant,
-    Pressed,
     Samples,
     Sines,
-    Slider,
-    Stopped,
     base_acceleration,
-    largest,
-    sample_squares,
+    integrate_base_squares,
+    max_abs,
 )
-from drysim.core.trajectory import room, sample_base
+from drysim.core.trajectory import sample_base_grid, table_size
 from drysim.errors import SolverError, UsageError
 
-CONSTANT = Law(0.0, 0.0)
+CONSTANT_FRICTION = CoulombLaw(0.0, 0.0)
 """Friction without a wave of its own."""
 
-STILL = Sines((), (), ())
+BASE_AT_REST = Sines((), (), ())
 """A base without waves."""
 
-PER_CALL = 4_000_000
+SAMPLES_PER_CALL = 4_000_000
 """Samples that a kernel may march before it hands over, so that an interrupt is heard."""
 
-MOST_EVENTS, MOST_A_STEP = 1_000_000, 10
+MAX_EVENTS, MAX_EVENTS_PER_INTERVAL = 1_000_000, 10
 """Events of a motion that is followed step by step: that many, and that many more a step."""
 
-ON_GRID = 1e-9
+GRID_TOLERANCE = 1e-9
 """A duration this close to a whole number of steps, relative to one step, is that number."""
 
-ROUNDING = 1e-12
+SAMPLE_TIME_TOLERANCE = 1e-12
 """What an instant may be beyond a sample and still be that sample's, relative to it."""
 
-FAINT = 1e-9
+SPEED_FLOOR_RATIO = 1e-9
 """Share of the speed that the scene may give, from which on a motion is measured."""
 
-WHOLE_NUMBERS = ("n", "d", "terms")
+INTEGER_COLUMNS = ("n", "d", "terms")
 """Columns of whole numbers."""
 
 
 # The base motion: its waves, its values on a grid, how long and how fast it is.
 
 
-def waves_of(motion: Sines | Samples, law: Law = CONSTANT) -> Waves:
+def make_waves(motion: Sines | Samples, law: CoulombLaw = CONSTANT_FRICTION) -> Waves:
     """Give the sines of a scene as the kernels want them; varying friction is one more."""
-    values = wave_values(motion if isinstance(motion, Sines) else STILL, law)
-    size = len(values) // STRIDE
-    return Waves(held(np.array(values)), size, size - bool(law.variation))
+    values = wave_values(motion if isinstance(motion, Sines) else BASE_AT_REST, law)
+    size = len(values) // WAVE_COLUMNS
+    return Waves(as_engine_array(np.array(values)), size, size - bool(law.variation))
 
 
-def wave_values(motion: Sines, law: Law) -> list[float]:
+def wave_values(motion: Sines, law: CoulombLaw) -> list[float]:
     """Give what `Waves` hold of a scene, until they are anchored."""
     values: list[float] = []
     for i, A in enumerate(motion.A):
         f = motion.f[i]
-        values += A, f, math.tau * f, motion.phase[i], *UNSET
+        values += A, f, math.tau * f, motion.phase[i], *UNSET_COLUMNS
     if law.variation:
-        values += 0.0, law.omega / math.tau, law.omega, law.phase, *UNSET
+        values += 0.0, law.omega / math.tau, law.omega, law.phase, *UNSET_COLUMNS
     return values
 
 
-def first_u_dd(motion: Sines | Samples) -> float:
+def initial_base_acceleration(motion: Sines | Samples) -> float:
     """Give ü at t = 0 [m/s²]."""
     if isinstance(motion, Samples):
         return float(motion.u_dd[:1][0])
     return sum(A * math.sin(phase) for A, _, phase in zip(*motion, strict=True))
 
 
-def times(first: int, last: int, dt: float) -> Floats:
+def grid_times(first: int, last: int, dt: float) -> Floats:
     """Give the times [s] of points of a grid, from number `first` to the one before `last`."""
     return np.arange(first, last, dtype=np.float64) * dt
 
 
-def base_on_grid(motion: Sines | Samples, first: int, last: int, dt: float) -> Floats:
+def base_acceleration_on_grid(
+    motion: Sines | Samples, first: int, last: int, dt: float
+) -> Floats:
     """Give ü [m/s²] at these points; samples own their grid."""
     if isinstance(motion, Samples):
         return motion.u_dd[first:last]
-    return base_acceleration(motion, times(first, last, dt))
+    return base_acceleration(motion, grid_times(first, last, dt))
 
 
-def base_of_waves(waves: Waves, first: int, last: int, dt: float) -> Floats:
+def tabulated_base_acceleration(waves: Waves, first: int, last: int, dt: float) -> Floats:
     """Give ü [m/s²] at these points from a table of its sines: a long grid in less time."""
-    u_dd, table = held(np.empty(last - first)), held(np.empty(room(waves.size)))
-    sample_base(waves, first, dt, table, u_dd)
+    u_dd, table = (
+        as_engine_array(np.empty(last - first)),
+        as_engine_array(np.empty(table_size(waves.size))),
+    )
+    sample_base_grid(waves, first, dt, table, u_dd)
     return np.asarray(u_dd)
 
 
 @dataclass(frozen=True, eq=False)
-class UnderSines:
+class SineGrid:
     """A solution under sines on the grid n·dt, of `length` points; kinds add their `part`."""
 
-    track: Any
+    trajectory: Any
     dt: float
     length: int
 
@@ -118,20 +123,20 @@ class UnderSines:
 
     def base(self, first: int, last: int) -> Floats:
         """Give ü [m/s²] from point number `first` to the one before `last`."""
-        return base_of_waves(self.track.waves, first, last, self.dt)
+        return tabulated_base_acceleration(self.trajectory.waves, first, last, self.dt)
 
 
-def squares_of_base(
+def base_square_integrals(
     motion: Sines | Samples, waves: Waves, begin: float, end: float
 ) -> tuple[float, float | None]:
     """Give the integrals of ü² and of u² over a window [s]; None where u is not known."""
     if isinstance(motion, Samples):
-        return sample_squares(motion, begin, end)
+        return integrate_base_squares(motion, begin, end)
     u_dd2, u2 = mean_squares(waves, begin, end)
     return u_dd2 * (end - begin), u2 * (end - begin)
 
 
-def run_length(motion: Sines | Samples, duration: float | None) -> float:
+def run_duration(motion: Sines | Samples, duration: float | None) -> float:
     """Give how long to run [s]: as long as is said, or to the end of the samples."""
     if duration is not None:
         return duration
@@ -140,17 +145,17 @@ def run_length(motion: Sines | Samples, duration: float | None) -> float:
     return (len(motion.u_dd) - 1) * motion.dt
 
 
-def grid_points(duration: float, step: float) -> int:
+def count_grid_points(duration: float, step: float) -> int:
     """Give the number of grid points n·step from 0 to the duration, both ends included."""
     steps = duration / step
-    return int(steps + min(ON_GRID * max(1.0, steps), 0.5)) + 1
+    return int(steps + min(GRID_TOLERANCE * max(1.0, steps), 0.5)) + 1
 
 
-def last_needed(motion: Samples, end: float) -> tuple[int, int]:
+def last_sample_indices(motion: Samples, end: float) -> tuple[int, int]:
     """Give the last sample up to an instant [s], and the last that the way there needs."""
     last = len(motion.u_dd) - 1
-    point = min(last, grid_points(end, motion.dt) - 1)
-    return point, min(last, point + (end > point * motion.dt * (1.0 + ROUNDING)))
+    point = min(last, count_grid_points(end, motion.dt) - 1)
+    return point, min(last, point + (end > point * motion.dt * (1.0 + SAMPLE_TIME_TOLERANCE)))
 
 
 def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int, float]:
@@ -158,73 +163,80 @@ def last_interval(motion: Sines | Samples, duration: float) -> tuple[float, int,
     if isinstance(motion, Sines):
         return duration, 0, duration
     dt = motion.dt
-    last = min(grid_points(duration, dt), len(motion.u_dd)) - 2
+    last = min(count_grid_points(duration, dt), len(motion.u_dd)) - 2
     beyond = duration - (last + 1) * dt
-    if beyond > dt * ON_GRID and last + 2 < len(motion.u_dd):
+    if beyond > dt * GRID_TOLERANCE and last + 2 < len(motion.u_dd):
         return dt, last + 1, beyond
     return dt, last, dt
 
 
-def faint_speed(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
+def speed_floor(plant: Plant, motion: Sines | Samples, start: AnyState) -> float:
     """Give a speed [m/s] far below what the scene will show, but above nothing."""
     if isinstance(motion, Sines):
         swings = (abs(A) / (2.0 * math.pi * f) for A, f in zip(motion.A, motion.f, strict=True))
         base = max(swings, default=0.0)
     else:
-        base = largest(motion.u_dd) * motion.dt
+        base = max_abs(motion.u_dd) * motion.dt
     free = math.sqrt(plant.k_x / plant.m) * abs(start.x_r)
-    return max(FAINT * base, FAINT * free, abs(start.v_r), np.finfo(float).tiny)
+    return max(
+        SPEED_FLOOR_RATIO * base, SPEED_FLOOR_RATIO * free, abs(start.v_r), np.finfo(float).tiny
+    )
 
 
 # Room that kernels write trails and events into.
 
 
-LOG_LENGTH = 4 * ROOM
+LOG_LENGTH = 4 * MAX_EVENTS_PER_STEP
 """Events that a kernel may write before it hands over."""
 
 
-def beginning(
-    plant: Plant, law: Law, motion: Sines | Samples, start: AnyState
-) -> tuple[Log, float]:
+def initial_event(
+    plant: Plant, law: CoulombLaw, motion: Sines | Samples, start: AnyState
+) -> tuple[EventLog, float]:
     """Give the state at t = 0 as an entry of a log, and how near its mode is to the other [-].
 
     The margin is infinite where nothing pulls.
     """
-    d, F_L, margin = opening(plant, law, start.x_r, start.v_r, first_u_dd(motion))
-    return Log(0, 0.0, d, start.x_r, F_L), margin
+    d, F_L, margin = initial_mode(
+        plant, law, start.x_r, start.v_r, initial_base_acceleration(motion)
+    )
+    return EventLog(0, 0.0, d, start.x_r, F_L), margin
 
 
-def empty(kind: Any, size: int) -> Any:
+def empty_columns(kind: Any, size: int) -> Any:
     """Give room for a trail or for pieces."""
-    kinds = (np.int64 if name in WHOLE_NUMBERS else np.float64 for name in kind._fields)
-    return kind(*[held(np.empty(size, numbers)) for numbers in kinds])
+    kinds = (np.int64 if name in INTEGER_COLUMNS else np.float64 for name in kind._fields)
+    return kind(*[as_engine_array(np.empty(size, numbers)) for numbers in kinds])
 
 
-def empty_trail(size: int) -> Trail:
+def empty_series_segments(size: int) -> SeriesSegments:
     """Give room for a trail."""
-    trail: Trail = empty(Trail, size)
+    trail: SeriesSegments = empty_columns(SeriesSegments, size)
     return trail
 
 
-def empty_log(size: int) -> Log:
+def empty_log(size: int) -> EventLog:
     """Give room for events."""
-    n, kind = held(np.empty(size, np.int64)), held(np.empty(size, np.int8))
-    s, x_r, F_L = held(np.empty((3, size)))
-    return Log(n, s, kind, x_r, F_L)
+    n, kind = (
+        as_engine_array(np.empty(size, np.int64)),
+        as_engine_array(np.empty(size, np.int8)),
+    )
+    s, x_r, F_L = as_engine_array(np.empty((3, size)))
+    return EventLog(n, s, kind, x_r, F_L)
 
 
-def put_first(room: Any, values: Iterable[Any]) -> None:
+def write_first_row(room: Any, values: Iterable[Any]) -> None:
     """Put a value into the first place of every column."""
     for column, value in zip(room, values, strict=True):
         column[0] = value
 
 
-def larger(room: Any, size: int) -> Any:
+def enlarge_columns(room: Any, size: int) -> Any:
     """Give the same values with more room."""
-    return type(room)(*(longer(column, size) for column in room))
+    return type(room)(*(enlarge_column(column, size) for column in room))
 
 
-def longer(column: Any, size: int) -> Any:
+def enlarge_column(column: Any, size: int) -> Any:
     """Give a column with more room behind its values."""
     if isinstance(column, list):
         return column + [0] * (size - len(column))
@@ -236,40 +248,40 @@ def longer(column: Any, size: int) -> Any:
 # What is to be said of a solution, and what refuses one.
 
 
-def numerics(
+def describe_numerics(
     law: AnyLaw,
     motion: Sines | Samples,
     points: int,
-    turns: Events,
-    closest: float,
+    turning_points: Events,
+    closest_decision: float,
     error: float | None = None,
     approach: str = "stick-slip",
 ) -> Numerics:
     """Give what is to be said of how the numbers were made."""
-    core, why = core_of(law, motion)
-    decision = None if math.isinf(closest) else closest
-    counts = points - 1, len(turns)
+    core, why = core_and_reason(law, motion)
+    decision = None if math.isinf(closest_decision) else closest_decision
+    counts = points - 1, len(turning_points)
     return Numerics(approach, core, why, engine(), *counts, decision, error=error)
 
 
-def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
+def core_and_reason(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     """Give the smallest core that is exact for a scene, and why it is."""
-    if isinstance(law, Stopped):
+    if isinstance(law, EndStopLaw):
         return (
             "bounded",
             "end stops: closed form by modes, from one event to the next; a motion that never "
             "reaches them is solved without them",
         )
-    if isinstance(law, Slider):
+    if isinstance(law, ElasticContactLaw):
         return (
             "contact",
             "the contact is a spring until it yields: closed form by modes",
         )
-    if isinstance(law, Pressed):
-        kind = "is recorded" if law.pressure else "lifts off"
+    if isinstance(law, NormalForceLaw):
+        kind = "is recorded" if law.force_record else "lifts off"
         return "pressed", f"the normal force {kind}: closed form from change to change"
-    if isinstance(law, Dynamic):
-        kind = "a force that depends on the speed" if law.sticks else "bristles with a state"
+    if isinstance(law, DynamicLaw):
+        kind = "a force that depends on the speed" if law.can_stick else "bristles with a state"
         kind = "bristles with a memory" if law.kind == LEUVEN else kind
         return "series", f"{kind}: Taylor series of the motion, zeros of v_r located"
     if isinstance(motion, Sines):
@@ -279,23 +291,23 @@ def core_of(law: AnyLaw, motion: Sines | Samples) -> tuple[str, str]:
     return "march", "samples are linear in between: one affine map a step, events located"
 
 
-def refuse_storm(count: int, t: float, state: Any, step: float | None = None) -> None:
+def check_progress(count: int, t: float, state: Any, step: float | None = None) -> None:
     """Raise where there are too many events in a step, or the state has left the numbers."""
     if count < 0 and step is None:
-        raise storm(t)
+        raise no_progress_error(t)
     if count < 0:
         raise SolverError(
-            f"at t = {t:.9g} s more than {ROOM} events fall within a step of {step:.9g} s",
+            f"at t = {t:.9g} s more than {MAX_EVENTS_PER_STEP} events fall within a step of {step:.9g} s",
             "take a shorter step, or check mass, stiffness and friction: the mass turns and "
             "turns again within a step",
         )
     if not (math.isfinite(state[0]) and math.isfinite(state[1])):
-        raise overflow(t)
+        raise overflow_error(t)
 
 
-def refuse_crowd(count: int, steps: int, t: float) -> None:
+def check_event_count(count: int, steps: int, t: float) -> None:
     """Raise where events are so many that they would fill the memory."""
-    if count > MOST_EVENTS + MOST_A_STEP * steps:
+    if count > MAX_EVENTS + MAX_EVENTS_PER_INTERVAL * steps:
         raise SolverError(
             f"by t = {t:.9g} s there are {count} events, more than anybody reads",
             "a mass that loses next to nothing at a rigid stop chatters there: take a "
@@ -304,7 +316,7 @@ def refuse_crowd(count: int, steps: int, t: float) -> None:
         )
 
 
-def storm(t: float) -> SolverError:
+def no_progress_error(t: float) -> SolverError:
     """Give the error of events that follow each other without end."""
     return SolverError(
         f"at t = {t:.9g} s events follow each other without progress in time",
@@ -312,7 +324,7 @@ def storm(t: float) -> SolverError:
     )
 
 
-def overflow(t: float) -> SolverError:
+def overflow_error(t: float) -> SolverError:
     """Give the error of a state that has left the numbers."""
     return SolverError(
         f"by t = {t:.9g} s the motion is beyond the numbers that a computer holds",

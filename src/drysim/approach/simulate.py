@@ -12,13 +12,13 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drysim.approach import EXACT, SHELF
-from drysim.approach.solution import Events, Floats, Held, Numerics, Points, Response
-from drysim.core.model import Law, Plant, Samples, State, Stopped
+from drysim.approach import APPROACHES_BY_NAME, EXACT
+from drysim.approach.solution import Events, Floats, Numerics, Points, Response, StoredGrid
+from drysim.core.model import CoulombLaw, EndStopLaw, Plant, Samples, State
 from drysim.errors import SolverError, UsageError
-from drysim.units import GREATEST, LEAST, short
+from drysim.units import MAX_MAGNITUDE, MIN_MAGNITUDE, shorten
 
-NUMBERS = "iuf"
+NUMERIC_KINDS = "iuf"
 """Kinds of integers and floats; all other arrays are looked at one by one."""
 
 
@@ -77,119 +77,130 @@ def simulate(
     SolverError
         When events follow each other without end or the motion leaves the numbers.
     """
-    samples = row("u_dd", u_dd)
-    law = Law(plain("F_fk", F_fk), plain("F_fs", F_fk if F_fs is None else F_fs))
-    plant = Plant(plain("m", m), plain("k_x", k_x), plain("b", b))
-    start = State(plain("x_r", x_r), plain("v_r", v_r))
-    refuse_nonsense(plant, law, plain("dt", dt), start)
-    if not isinstance(approach, str) or approach not in SHELF:
+    samples = to_samples("u_dd", u_dd)
+    law = CoulombLaw(to_float("F_fk", F_fk), to_float("F_fs", F_fk if F_fs is None else F_fs))
+    plant = Plant(to_float("m", m), to_float("k_x", k_x), to_float("b", b))
+    start = State(to_float("x_r", x_r), to_float("v_r", v_r))
+    check_arguments(plant, law, to_float("dt", dt), start)
+    if not isinstance(approach, str) or approach not in APPROACHES_BY_NAME:
         raise UsageError(
-            f"there is no approach `{approach}`", f"choose from {', '.join(SHELF)}"
+            f"there is no approach `{approach}`", f"choose from {', '.join(APPROACHES_BY_NAME)}"
         )
-    if law.F_fs > law.F_fk and SHELF[approach].use_friction and not SHELF[approach].use_static:
+    if (
+        law.F_fs > law.F_fk
+        and APPROACHES_BY_NAME[approach].supports_friction
+        and not APPROACHES_BY_NAME[approach].supports_static
+    ):
         raise UsageError(
             f"{approach} knows no static limit: F_fs = {law.F_fs:g} N must equal F_fk",
             "leave F_fs out, or choose `stick-slip` or `switch`",
         )
     motion = Samples(samples, float(dt))
-    if any(one is not None for one in (x_rM, k_s, e)) or plain("b_s", b_s) != 0.0:
-        bounded = between(law, x_rM, k_s, b_s, e, start)
-        if not SHELF[approach].use_stops:
+    if any(one is not None for one in (x_rM, k_s, e)) or to_float("b_s", b_s) != 0.0:
+        stopped = stop_law(law, x_rM, k_s, b_s, e, start)
+        if not APPROACHES_BY_NAME[approach].supports_stops:
             raise UsageError(
                 f"{approach} knows no end stops", "leave x_rM out, or choose `stick-slip`"
             )
-        refuse_faults(samples)
-        return SHELF[approach]().solve(plant, bounded, motion, start, motion.dt)
-    if law.F_fs == 0.0 or not SHELF[approach].use_friction:
-        return linear(plant, motion, start)
+        check_samples(samples)
+        return APPROACHES_BY_NAME[approach]().solve(plant, stopped, motion, start, motion.dt)
+    if law.F_fs == 0.0 or not APPROACHES_BY_NAME[approach].supports_friction:
+        return solve_linear(plant, motion, start)
     if approach != EXACT:  # it comes upon one by itself: to look for one costs a twentieth
-        refuse_faults(samples)
+        check_samples(samples)
     try:
-        return SHELF[approach]().solve(plant, law, motion, start, motion.dt)
+        return APPROACHES_BY_NAME[approach]().solve(plant, law, motion, start, motion.dt)
     except SolverError:
-        refuse_faults(samples)
+        check_samples(samples)
         raise
 
 
-def between(
-    law: Law, x_rM: float | None, k_s: float | None, b_s: float, e: float | None, start: State
-) -> Stopped:
+def stop_law(
+    law: CoulombLaw,
+    x_rM: float | None,
+    k_s: float | None,
+    b_s: float,
+    e: float | None,
+    start: State,
+) -> EndStopLaw:
     """Give friction between end stops; raise UsageError where the stops make no sense."""
     if x_rM is None or (k_s is None) == (e is None):
         raise UsageError("end stops need x_rM and one of both: k_s of bumpers, or e")
-    x_rM, b_s = plain("x_rM", x_rM), plain("b_s", b_s)
+    x_rM, b_s = to_float("x_rM", x_rM), to_float("b_s", b_s)
     k_s, e = (
-        None if one is None else plain(name, one) for name, one in (("k_s", k_s), ("e", e))
+        None if one is None else to_float(name, one) for name, one in (("k_s", k_s), ("e", e))
     )
     for name, value in (("x_rM", x_rM), ("k_s", 1.0 if k_s is None else k_s)):
         if not (math.isfinite(value) and value > 0.0):
             raise UsageError(f"{name} must be a finite number above 0, not {value:g}")
-        refuse_size(name, value)
+        check_magnitude(name, value)
     if not (math.isfinite(b_s) and b_s >= 0.0 and (b_s == 0.0 or e is None)):
         raise UsageError(f"b_s must be at least 0, and 0 beside e, not {b_s:g}")
-    refuse_size("b_s", b_s)
+    check_magnitude("b_s", b_s)
     if e is not None and not 0.0 <= e <= 1.0:
         raise UsageError(f"e must lie between 0 and 1, not {e:g}")
     if e is not None and abs(start.x_r) > x_rM:
         raise UsageError(f"x_r = {start.x_r:g} m is beyond the rigid stops at {x_rM:g} m")
     F_fk, F_fs = law.F_fk, law.F_fs
-    return Stopped(F_fk, F_fs, x_rM, k_s or 0.0, b_s, e or 0.0)
+    return EndStopLaw(F_fk, F_fs, x_rM, k_s or 0.0, b_s, e or 0.0)
 
 
-def linear(plant: Plant, motion: Samples, start: State) -> Response:
+def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     """Give the motion without dry friction, and nothing more: no turning points, no metrics."""
-    from drysim.core.compile import engine, held
-    from drysim.core.oscillator import recursion
+    from drysim.core.compile import as_engine_array, engine
+    from drysim.core.oscillator import linear_recursion
 
     u_dd = motion.u_dd[:]
     n = len(u_dd)
-    x_r, v_r = held(np.empty(n)), held(np.empty(n))
-    recursion(plant, held(u_dd), motion.dt, start.x_r, start.v_r, x_r, v_r)
+    x_r, v_r = as_engine_array(np.empty(n)), as_engine_array(np.empty(n))
+    linear_recursion(plant, as_engine_array(u_dd), motion.dt, start.x_r, start.v_r, x_r, v_r)
     if not math.isfinite(x_r[-1] + v_r[-1]):
-        refuse_faults(u_dd)
+        check_samples(u_dd)
     F_L = plant.m * u_dd[0] + plant.k_x * start.x_r
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
     why = "no dry friction: one affine map a step, no event code"
     modes = np.ones(n, dtype=np.int8)
-    grid = Held(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
+    grid = StoredGrid(motion.dt, u_dd, Points(np.asarray(x_r), np.asarray(v_r), modes))
     return Response(
-        plant, Law(0.0, 0.0), motion, grid, events,
+        plant, CoulombLaw(0.0, 0.0), motion, grid, events,
         partial(Numerics, "viscous", "recursion", why, engine(), n - 1, 1),
     )  # fmt: skip
 
 
-def plain(name: str, given: ArrayLike) -> float:
+def to_float(name: str, argument: ArrayLike) -> float:
     """Give a number; raise UsageError where it is none."""
-    number = numbers(name, given, "a number in SI")
+    number = to_array(name, argument, "a number in SI")
     if number.ndim:
-        raise UsageError(f"{name} must be a number in SI, not {short(repr(given))}")
+        raise UsageError(f"{name} must be a number in SI, not {shorten(repr(argument))}")
     return float(number)
 
 
-def row(name: str, given: ArrayLike) -> Floats:
+def to_samples(name: str, argument: ArrayLike) -> Floats:
     """Give samples as numbers; raise UsageError where they are none, or fewer than two."""
-    samples = numbers(name, given, "a row of numbers")
+    samples = to_array(name, argument, "a row of numbers")
     if samples.ndim != 1 or len(samples) < 2:
         shape = f"not of shape {samples.shape}"
         raise UsageError(f"{name} must be a row of at least 2 samples, {shape}")
     return samples
 
 
-def numbers(name: str, given: ArrayLike, what: str) -> Floats:
+def to_array(name: str, argument: ArrayLike, what: str) -> Floats:
     """Give integers and floats as an array; raise UsageError where there is anything else.
 
     Words, truth values, dates, complex numbers and masked values are none.
     """
     try:
-        array = np.asarray(given)
-        if array.dtype.kind not in NUMBERS:
-            array = np.asarray(given, dtype=object)
+        array = np.asarray(argument)
+        if array.dtype.kind not in NUMERIC_KINDS:
+            array = np.asarray(argument, dtype=object)
             for at, one in np.ndenumerate(array):
                 if isinstance(one, bool) or not isinstance(one, Real):
                     which = f"{name}{list(at) if at else ''}"
-                    raise UsageError(f"{which} must be a number in SI, not {short(repr(one))}")
-        mask = getattr(given, "mask", None) if isinstance(given, np.ndarray) else None
+                    raise UsageError(
+                        f"{which} must be a number in SI, not {shorten(repr(one))}"
+                    )
+        mask = getattr(argument, "mask", None) if isinstance(argument, np.ndarray) else None
         if mask is not None and np.any(mask):
             raise UsageError(f"{name} has masked values; fill them, or cut them out")
         return np.asarray(array, dtype=np.float64, order="C")
@@ -197,7 +208,7 @@ def numbers(name: str, given: ArrayLike, what: str) -> Floats:
         raise UsageError(f"{name} must be {what}: {fault}") from None
 
 
-def refuse_nonsense(plant: Plant, law: Law, dt: float, start: State) -> None:
+def check_arguments(plant: Plant, law: CoulombLaw, dt: float, start: State) -> None:
     """Raise UsageError, naming the argument, where the arguments describe no oscillator."""
     named = {**plant._asdict(), "F_fk": law.F_fk, "F_fs": law.F_fs, "dt": dt, **start._asdict()}
     for name, value in named.items():
@@ -206,24 +217,26 @@ def refuse_nonsense(plant: Plant, law: Law, dt: float, start: State) -> None:
         if value < 0.0 and name not in start._fields:
             bound = "above 0" if name in ("m", "dt") else "at least 0"
             raise UsageError(f"{name} must be {bound}, not {value:g}")
-        refuse_size(name, value)
+        check_magnitude(name, value)
     if plant.m == 0.0 or dt == 0.0:
         raise UsageError(f"{'dt' if plant.m else 'm'} must be above 0")
     if law.F_fs < law.F_fk:
         raise UsageError(f"F_fs = {law.F_fs:g} N must be at least F_fk = {law.F_fk:g} N")
 
 
-def refuse_size(name: str, value: float) -> None:
+def check_magnitude(name: str, value: float) -> None:
     """Raise UsageError where a number is out of the bounds of a scenario file."""
-    if value and not LEAST <= abs(value) <= GREATEST:
-        span = f"{LEAST:g} and {GREATEST:g}"
+    if value and not MIN_MAGNITUDE <= abs(value) <= MAX_MAGNITUDE:
+        span = f"{MIN_MAGNITUDE:g} and {MAX_MAGNITUDE:g}"
         raise UsageError(f"{name} must lie between {span} in size, or be 0, not {value:g}")
 
 
-def refuse_faults(u_dd: Floats) -> None:
+def check_samples(u_dd: Floats) -> None:
     """Raise UsageError, naming the first, where samples are not finite or beyond all bounds."""
-    if not (u_dd.min() >= -GREATEST and u_dd.max() <= GREATEST):
-        at = int(np.flatnonzero(~(np.abs(u_dd) <= GREATEST))[0])
+    if not (u_dd.min() >= -MAX_MAGNITUDE and u_dd.max() <= MAX_MAGNITUDE):
+        at = int(np.flatnonzero(~(np.abs(u_dd) <= MAX_MAGNITUDE))[0])
         if not math.isfinite(u_dd[at]):
             raise UsageError(f"u_dd[{at}] must be a finite number, not {u_dd[at]}")
-        raise UsageError(f"u_dd[{at}] must be at most {GREATEST:g} in size, not {u_dd[at]:g}")
+        raise UsageError(
+            f"u_dd[{at}] must be at most {MAX_MAGNITUDE:g} in size, not {u_dd[at]:g}"
+        )

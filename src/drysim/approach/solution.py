@@ -1,7 +1,7 @@
 """What every approach gives, as plain values that know no file and no metric.
 
 A `Response` is the motion on a grid, whole or part by part, with its `Events` and with how the
-numbers were made (`Numerics`). Behind it is a `Track`, the continuous solution that knows no
+numbers were made (`Numerics`). Behind it is a `Trajectory`, the continuous solution that knows no
 grid: any instant, any window. An `Orbit` is the motion that repeats itself.
 """
 
@@ -16,24 +16,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import (
-    BLOCK,
-    KEPT,
+    BLOCK_SIZE,
+    MAX_KEPT,
     AnyLaw,
     AnyState,
-    Law,
+    CoulombLaw,
+    EndStopLaw,
     Plant,
     Samples,
     Sines,
-    Stopped,
     Totals,
 )
 
 if TYPE_CHECKING:
-    from drysim.core.events import Log
+    from drysim.core.events import EventLog
 
 
 Floats = NDArray[np.float64]
-Codes = NDArray[np.int8]
+Int8Array = NDArray[np.int8]
 
 EVENT_NAMES = {
     0: "stick", 1: "slip+", -1: "slip-", 2: "reversal+", -2: "reversal-", 3: "lift",
@@ -59,7 +59,7 @@ class Events:
     """
 
     t: Floats
-    kind: Codes
+    kind: Int8Array
     x_r: Floats
     F_L: Floats
 
@@ -79,7 +79,7 @@ class Events:
         count = int(np.searchsorted(self.t, t, side="right"))
         return Events(self.t[:count], self.kind[:count], self.x_r[:count], self.F_L[:count])
 
-    def chosen(self, which: NDArray[np.bool_]) -> Events:
+    def select(self, which: NDArray[np.bool_]) -> Events:
         """Give some of the events, the first one always among them."""
         which[0] = True
         return Events(self.t[which], self.kind[which], self.x_r[which], self.F_L[which])
@@ -90,7 +90,7 @@ class Events:
         return [EVENT_NAMES[code] for code in self.kind.tolist()]
 
 
-def of_log(log: Log, count: int, dt: float) -> Events:
+def events_from_log(log: EventLog, count: int, dt: float) -> Events:
     """Give what a kernel has written into a log, its times by steps of a length [s]."""
     n, s, kind, x_r, F_L = (np.asarray(column[:count]) for column in log)
     return Events(n * dt + s, kind.astype(np.int8), x_r, F_L)
@@ -158,11 +158,11 @@ class Points(NamedTuple):
 
     x_r: Floats
     v_r: Floats
-    d: Codes
+    d: Int8Array
     force: Floats | None = None
     stop: Floats | None = None
 
-    def cut(self, part: slice) -> Points:
+    def select(self, part: slice) -> Points:
         """Give some of the points."""
         x_r, v_r, d, force, stop = self
         bare = Points(x_r[part], v_r[part], d[part])
@@ -189,7 +189,7 @@ class Grid(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class StoredGrid:
     """Points that are there with the base's acceleration [m/s²], `dt` seconds apart."""
 
     dt: float
@@ -206,11 +206,11 @@ class Held:
 
     def part(self, first: int, last: int) -> Points:
         """Give the points from number `first` to the one before `last`."""
-        return self.points.cut(slice(first, last))
+        return self.points.select(slice(first, last))
 
 
 @dataclass(frozen=True, eq=False)
-class Sliding:
+class SlidingGrid:
     """The points of another grid, none of them stuck."""
 
     grid: Grid
@@ -249,7 +249,7 @@ class Path(NamedTuple):
     x_r: Floats
 
 
-class Track(Protocol):
+class Trajectory(Protocol):
     """The continuous solution behind a response: any instant, any window."""
 
     @property
@@ -261,7 +261,7 @@ class Track(Protocol):
         """Its friction."""
 
     @property
-    def closest(self) -> float:
+    def closest_decision(self) -> float:
         """Smallest relative margin of a stop decision; infinite for none."""
 
     @property
@@ -285,27 +285,27 @@ class Track(Protocol):
         """Give the share of a window in which v_r flips twice within four steps [-]."""
 
 
-class Turning(Protocol):
+class HasTurningPoints(Protocol):
     """A track that knows where it turns."""
 
     @property
-    def turns(self) -> Events:
+    def turning_points(self) -> Events:
         """The start and every zero of v_r: between two of them x_r is monotone."""
 
 
-class Located:
+class EventDriven:
     """A track whose stops are located: nothing is left to flip with a step."""
 
-    def path(self: Turning, window: tuple[float, float], x_rM: float | None) -> Path:
+    def path(self: HasTurningPoints, window: tuple[float, float], x_rM: float | None) -> Path:
         """Give the start and every zero of v_r: between two of them x_r is monotone."""
-        return Path(self.turns.t, self.turns.x_r)
+        return Path(self.turning_points.t, self.turning_points.x_r)
 
     def chatter(self, begin: float, end: float) -> float:
         """Give 0."""
         return 0.0
 
 
-WHOLE_RUN = (0, -1)
+ALL_POINTS = (0, -1)
 """Stands for all points among the parts of a response that are kept; no part ends there."""
 
 
@@ -335,9 +335,9 @@ class Response:
     motion: Sines | Samples
     grid: Grid
     events: Events
-    how: Callable[[], Numerics]
-    track: Track | None = None
-    _kept: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
+    compute_numerics: Callable[[], Numerics]
+    trajectory: Trajectory | None = None
+    _cache: dict[tuple[int, int], Points] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
         """Give the number of grid points."""
@@ -356,15 +356,15 @@ class Response:
     @cached_property
     def numerics(self) -> Numerics:
         """How the numbers were made."""
-        return self.how()
+        return self.compute_numerics()
 
     @property
-    def whole(self) -> Points:
+    def all_points(self) -> Points:
         """All points."""
         # Kept as a part is: a cached property would lock, some hundredths of a short run.
-        if WHOLE_RUN not in self._kept:
-            self._kept[WHOLE_RUN] = self.grid.part(0, len(self.grid))
-        return self._kept[WHOLE_RUN]
+        if ALL_POINTS not in self._cache:
+            self._cache[ALL_POINTS] = self.grid.part(0, len(self.grid))
+        return self._cache[ALL_POINTS]
 
     @cached_property
     def u_dd(self) -> Floats:
@@ -374,17 +374,17 @@ class Response:
     @property
     def x_r(self) -> Floats:
         """Relative displacement [m], shape (n,)."""
-        return self.whole.x_r
+        return self.all_points.x_r
 
     @property
     def v_r(self) -> Floats:
         """Relative velocity [m/s], shape (n,)."""
-        return self.whole.v_r
+        return self.all_points.v_r
 
     @property
-    def d(self) -> Codes:
+    def d(self) -> Int8Array:
         """Direction of sliding, shape (n,): -1, +1, or 0 where stuck."""
-        return self.whole.d
+        return self.all_points.d
 
     @cached_property
     def t(self) -> Floats:
@@ -415,24 +415,26 @@ class Response:
 
     def parts(self) -> Iterator[slice]:
         """Cut the grid into blocks, in the order of time."""
-        return (slice(at, min(at + BLOCK, len(self))) for at in range(0, len(self), BLOCK))
+        return (
+            slice(at, min(at + BLOCK_SIZE, len(self))) for at in range(0, len(self), BLOCK_SIZE)
+        )
 
     def base(self, part: slice) -> Floats:
         """Give ü [m/s²] on a part of the grid."""
-        if len(self) <= KEPT or "u_dd" in vars(self):
+        if len(self) <= MAX_KEPT or "u_dd" in vars(self):
             return self.u_dd[part]
         first, last, _ = part.indices(len(self))
         return self.grid.base(first, last)
 
     def points(self, part: slice) -> Points:
         """Give a part of the grid, so that long responses need not be held whole."""
-        if len(self) <= KEPT or WHOLE_RUN in self._kept:
-            return self.whole.cut(part)
+        if len(self) <= MAX_KEPT or ALL_POINTS in self._cache:
+            return self.all_points.select(part)
         first, last, _ = part.indices(len(self))
-        if (first, last) not in self._kept:
-            self._kept.clear()
-            self._kept[first, last] = self.grid.part(first, last)
-        return self._kept[first, last]
+        if (first, last) not in self._cache:
+            self._cache.clear()
+            self._cache[first, last] = self.grid.part(first, last)
+        return self._cache[first, last]
 
     def friction(self, part: slice) -> Floats:
         """Give F_f [N] on a part of the grid."""
@@ -440,7 +442,7 @@ class Response:
         if force is not None:
             return force
         kinetic = d * self.law.F_fk
-        if isinstance(self.law, Law | Stopped) and self.law.variation:
+        if isinstance(self.law, CoulombLaw | EndStopLaw) and self.law.variation:
             t = np.arange(*part.indices(len(self))) * self.dt
             kinetic = kinetic * (
                 1 + self.law.variation * np.sin(self.law.omega * t + self.law.phase)
@@ -495,4 +497,4 @@ class Orbit(NamedTuple):
     unique: bool
     run_up: float
     run_up_peak: float
-    left: float = 0.0
+    distance: float = 0.0

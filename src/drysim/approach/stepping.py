@@ -9,19 +9,19 @@ from functools import partial
 
 import numpy as np
 
-from drysim.approach.scene import grid_points, waves_of
+from drysim.approach.scene import count_grid_points, make_waves
 from drysim.approach.solution import (
     FIXED_STEP,
-    Codes,
     Events,
     Floats,
-    Held,
+    Int8Array,
     Numerics,
     Path,
     Points,
     Response,
+    StoredGrid,
 )
-from drysim.core.compile import engine, held
+from drysim.core.compile import as_engine_array, engine
 from drysim.core.forcing import mean_squares
 from drysim.core.model import (
     AnyLaw,
@@ -32,84 +32,88 @@ from drysim.core.model import (
     State,
     Totals,
     base_acceleration,
-    displacement_between,
+    interpolate_displacement,
 )
 from drysim.errors import SolverError
 
-LARGEST = 1e100
+MAX_STATE = 1e100
 """Displacement [m] or velocity [m/s] from which on energies would leave the numbers."""
 
 
-def grid_of(
+def input_on_grid(
     motion: Sines | Samples, step: float, duration: float | None
 ) -> tuple[Floats, Floats, float]:
     """Give ü at the grid points and halfway between them [m/s²], and the step [s]."""
     if isinstance(motion, Samples):
-        last = len(motion.u_dd) if duration is None else grid_points(duration, motion.dt)
+        last = len(motion.u_dd) if duration is None else count_grid_points(duration, motion.dt)
         u_dd = motion.u_dd[:last]
         return u_dd, 0.5 * (u_dd[:-1] + u_dd[1:]), motion.dt
     assert duration is not None, "sines have no end of their own"
-    n = np.arange(grid_points(duration, step), dtype=float)
+    n = np.arange(count_grid_points(duration, step), dtype=float)
     at, between = (base_acceleration(motion, k * step) for k in (n, n[:-1] + 0.5))
     return at, between, step
 
 
-def finer(motion: Sines | Samples, pieces: int) -> Sines | Samples:
+def refine_motion(motion: Sines | Samples, substeps: int) -> Sines | Samples:
     """Give the same base motion on a grid of so many pieces a step."""
     if isinstance(motion, Sines):
         return motion
-    n, at = len(motion.u_dd), np.arange((len(motion.u_dd) - 1) * pieces + 1) / pieces
+    n, at = len(motion.u_dd), np.arange((len(motion.u_dd) - 1) * substeps + 1) / substeps
     u_dd = np.interp(at, np.arange(n), motion.u_dd[:])
     if motion.u is None:
-        return Samples(u_dd, motion.dt / pieces)
+        return Samples(u_dd, motion.dt / substeps)
     i = np.minimum(at.astype(int), n - 2)
-    u = displacement_between(motion, i, at - i)
-    return Samples(u_dd, motion.dt / pieces, u)
+    u = interpolate_displacement(motion, i, at - i)
+    return Samples(u_dd, motion.dt / substeps, u)
 
 
-def thinned(response: Response, motion: Sines | Samples, pieces: int) -> Response:
+def decimate_response(response: Response, motion: Sines | Samples, substeps: int) -> Response:
     """Give every so-manieth point of a response; its track keeps them all."""
-    every = slice(None, None, pieces)
-    grid = Held(response.dt * pieces, response.u_dd[every], response.whole.cut(every))
+    every = slice(None, None, substeps)
+    grid = StoredGrid(
+        response.dt * substeps, response.u_dd[every], response.all_points.select(every)
+    )
     return replace(response, motion=motion, grid=grid)
 
 
-def from_start(start: AnyState, n: int) -> tuple[Floats, Floats]:
+def state_buffers(start: AnyState, n: int) -> tuple[Floats, Floats]:
     """Give empty x_r and v_r of n points that begin with the start."""
     x_r, v_r = np.zeros(n), np.zeros(n)
     x_r[0], v_r[0] = start[:2]
-    return held(x_r), held(v_r)
+    return as_engine_array(x_r), as_engine_array(v_r)
 
 
-def sticking(
+def solve_with_stick(
     kernel: Callable[..., None],
     limits: tuple[float, ...],
     scene: tuple[Plant, AnyLaw, Sines | Samples],
     start: AnyState,
     grid: tuple[Floats, float],
-    how: tuple[str, str],
+    name_and_reason: tuple[str, str],
 ) -> Response:
     """Give the response of a march whose mass may stick.
 
     `limits` are what its kernel wants of friction, `scene` is plant, law and base motion; grid
-    and how are those of `respond`.
+    and how are those of `make_response`.
     """
     u_dd, dt = grid
     n = len(u_dd)
-    x_r, v_r = from_start(start, n)
-    force, d = held(np.zeros(n)), held(np.zeros(n, dtype=np.int8))
-    kernel(scene[0], *limits, held(u_dd), dt, x_r, v_r, force, d)
+    x_r, v_r = state_buffers(start, n)
+    force, d = as_engine_array(np.zeros(n)), as_engine_array(np.zeros(n, dtype=np.int8))
+    kernel(scene[0], *limits, as_engine_array(u_dd), dt, x_r, v_r, force, d)
     x_r, v_r, force = map(np.asarray, (x_r, v_r, force))
-    return respond(*scene, grid, (x_r, v_r, force, np.asarray(d, dtype=np.int8)), how)
+    return make_response(
+        *scene, grid, (x_r, v_r, force, np.asarray(d, dtype=np.int8)), name_and_reason
+    )
 
 
-def respond(
+def make_response(
     plant: Plant,
     law: AnyLaw,
     motion: Sines | Samples,
     grid: tuple[Floats, float],
-    state: tuple[Floats, Floats, Floats, Codes],
-    how: tuple[str, str],
+    state: tuple[Floats, Floats, Floats, Int8Array],
+    name_and_reason: tuple[str, str],
 ) -> Response:
     """Give the response of a fixed-step approach.
 
@@ -131,25 +135,32 @@ def respond(
     """
     u_dd, dt = grid
     x_r, v_r, force, d = state
-    if not all(-LARGEST < series.min() <= series.max() < LARGEST for series in (x_r, v_r)):
-        within = (np.abs(x_r) < LARGEST) & (np.abs(v_r) < LARGEST)
+    if not all(-MAX_STATE < series.min() <= series.max() < MAX_STATE for series in (x_r, v_r)):
+        within = (np.abs(x_r) < MAX_STATE) & (np.abs(v_r) < MAX_STATE)
         at = int(np.flatnonzero(~within)[0])
         raise SolverError(
-            f"{how[0]} with a step of {dt:.6g} s has left the numbers at t = {at * dt:.6g} s",
+            f"{name_and_reason[0]} with a step of {dt:.6g} s has left the numbers at t = {at * dt:.6g} s",
             "take a smaller solver.step, or an approach that needs none",
         )
     events = mode_changes(plant, u_dd, dt, x_r, d)
     counts = len(x_r) - 1, len(events)
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m
-    track = SteppedTrack(plant, law, motion, dt, u_dd, x_r, v_r, x_dd, force, d)
-    points = Held(dt, u_dd, Points(x_r, v_r, d, force))
+    trajectory = FixedStepTrajectory(plant, law, motion, dt, u_dd, x_r, v_r, x_dd, force, d)
+    points = StoredGrid(dt, u_dd, Points(x_r, v_r, d, force))
     return Response(
-        plant, law, motion, points, events,
-        partial(Numerics, how[0], FIXED_STEP, how[1], engine(), *counts), track,
-    )  # fmt: skip
+        plant,
+        law,
+        motion,
+        points,
+        events,
+        partial(
+            Numerics, name_and_reason[0], FIXED_STEP, name_and_reason[1], engine(), *counts
+        ),
+        trajectory,
+    )
 
 
-def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Codes) -> Events:
+def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Int8Array) -> Events:
     """Give the grid points at which the mode changes as events; none is between them."""
     n = np.concatenate(([0], np.flatnonzero(d[1:] != d[:-1]) + 1))
     kind = d[n].astype(np.int8)
@@ -159,7 +170,7 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, x_r: Floats, d: Codes) -
 
 
 @dataclass(frozen=True, eq=False)
-class SteppedTrack:
+class FixedStepTrajectory:
     """A response known at grid points only: straight lines in between, sums for integrals."""
 
     plant: Plant
@@ -171,8 +182,8 @@ class SteppedTrack:
     v_r: Floats
     x_dd: Floats
     force: Floats
-    d: Codes
-    closest: float = math.inf
+    d: Int8Array
+    closest_decision: float = math.inf
 
     @property
     def end(self) -> float:
@@ -194,22 +205,24 @@ class SteppedTrack:
 
     def totals(self, begin: float, end: float) -> Totals:
         """Give the sums over the grid points of a window [s]."""
-        part = self._part(begin, end)
+        part = self._window_slice(begin, end)
         x_r, v_r, x_dd, u_dd = self.x_r[part], self.v_r[part], self.x_dd[part], self.u_dd[part]
         share = self.force[part] / self.law.F_fk if self.law.F_fk else np.zeros(len(x_r))
         stuck = np.count_nonzero(self.d[part] == 0)
         sums = x_r @ x_r, v_r @ v_r, x_dd @ x_dd, u_dd @ v_r, share @ v_r, stuck, u_dd @ u_dd
         span = (end - begin) / max(len(x_r), 1)
-        x2, v2, x_dd2, power, rub, still, u_dd2 = (float(total) * span for total in sums)
-        return Totals(x2, v2, x_dd2, power, rub, still, u_dd2, self._u2(part))
+        x2, v2, x_dd2, power, sliding_distance, still, u_dd2 = (
+            float(total) * span for total in sums
+        )
+        return Totals(x2, v2, x_dd2, power, sliding_distance, still, u_dd2, self._u2(part))
 
     def chatter(self, begin: float, end: float) -> float:
         """Give the share of a window in which v_r flips twice within four steps [-]."""
-        sign = np.sign(self.v_r[self._part(begin, end)])
+        sign = np.sign(self.v_r[self._window_slice(begin, end)])
         flips = np.cumsum(np.concatenate(([0], sign[1:] * sign[:-1] < 0.0)))
         return float(np.mean(flips[4:] - flips[:-4] >= 2)) if len(flips) > 4 else 0.0
 
-    def _part(self, begin: float, end: float) -> slice:
+    def _window_slice(self, begin: float, end: float) -> slice:
         return slice(round(begin / self.dt), round(end / self.dt))
 
     def _u2(self, part: slice) -> float | None:
@@ -217,7 +230,7 @@ class SteppedTrack:
         if isinstance(self.motion, Sines):
             begin: float = part.start * self.dt
             end: float = part.stop * self.dt
-            u2: float = mean_squares(waves_of(self.motion), begin, end)[1]
+            u2: float = mean_squares(make_waves(self.motion), begin, end)[1]
             return u2 * (end - begin)
         if self.motion.u is None:
             return None

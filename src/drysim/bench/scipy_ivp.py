@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from drysim.bench.work import Answer, Entry, Run, Work
-from drysim.core.model import AnyLaw, Law, Pressed, Samples, Stopped
+from drysim.core.model import AnyLaw, CoulombLaw, EndStopLaw, NormalForceLaw, Samples
 from drysim.errors import SolverError
-from drysim.wording import number
+from drysim.wording import format_number
 
 if TYPE_CHECKING:
     from drysim.approach.solution import Floats
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
 # The state machine around an integrator.
 
-AHEAD = 512
+LOOKAHEAD = 512
 """Samples looked at together while the mass sticks."""
 
-ROUNDING = 1e-15
+BREAK_AWAY_TOLERANCE = 1e-15
 """What the instant of a break-away is sought to, relative to it."""
 
-SLIPPING = 1e-300
+INITIAL_SLIP_VELOCITY = 1e-300
 """Velocity [m/s] with which slip begins: above zero, so that its beginning is no stop."""
 
-MOST_IN_A_ROW = 100
+MAX_EVENTS_PER_SAMPLE = 100
 """Events between two samples after which a peer counts as caught."""
 
 
-class Slip(NamedTuple):
+class SlipState(NamedTuple):
     """An instant of sliding: time [s], state, and the last sample that is known."""
 
     t: float
@@ -47,95 +47,107 @@ class Slip(NamedTuple):
     n: int
 
 
-class Slide(Protocol):
+class SlipIntegrator(Protocol):
     """How a peer slides."""
 
-    def __call__(self, begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
+    def __call__(
+        self, begin: SlipState, d: int, x_out: Floats, v_out: Floats
+    ) -> tuple[SlipState, bool]:
         """Slide in direction d, write the samples passed, tell whether the mass has stopped."""
 
 
-def follow(work: Work, slide: Slide) -> Answer:
+def integrate_stick_slip(work: Work, slip: SlipIntegrator) -> Answer:
     """Give the motion from the start to the last sample, sliding and sticking in turns."""
     x_out, v_out = np.zeros(work.samples + 1), np.zeros(work.samples + 1)
     d_out = np.zeros(work.samples + 1)
-    now = Slip(0.0, *work.start, 0)
+    state = SlipState(0.0, *work.start, 0)
     x_out[0], v_out[0] = work.start
-    d = direction(work, now) if now.v_r == 0.0 else int(np.sign(now.v_r))
-    d_out[0], row, stops = d, 0, 0
-    while now.n < work.samples:
-        n = now.n
+    d = slip_direction(work, state) if state.v_r == 0.0 else int(np.sign(state.v_r))
+    d_out[0], event_count, stops = d, 0, 0
+    while state.n < work.samples:
+        n = state.n
         if d == 0:
-            now = stick(work, now, x_out)
-            d = -int(np.sign(limit_force(work, now)))
+            state = advance_stick(work, state, x_out)
+            d = -int(np.sign(limit_force(work, state)))
         else:
-            now, stopped = slide(now, d, x_out, v_out)
-            d_out[n + 1 : now.n + 1] = d
+            state, stopped = slip(state, d, x_out, v_out)
+            d_out[n + 1 : state.n + 1] = d
             stops += stopped
-            d = direction(work, now) if stopped else d
-        row = row + 1 if now.n == n else 0
-        if row > MOST_IN_A_ROW:
-            raise SolverError(f"events follow each other without end at t = {now.t:.6g} s")
-    return Answer(x_out, v_out, lambda: friction(work, x_out, d_out), stops=stops)
+            d = slip_direction(work, state) if stopped else d
+        event_count = event_count + 1 if state.n == n else 0
+        if event_count > MAX_EVENTS_PER_SAMPLE:
+            raise SolverError(f"events follow each other without end at t = {state.t:.6g} s")
+    return Answer(x_out, v_out, lambda: friction_force(work, x_out, d_out), stops=stops)
 
 
-def limit_force(work: Work, now: Slip) -> float:
+def limit_force(work: Work, state: SlipState) -> float:
     """Give the force that holds the mass [N], Eq. (9)."""
-    return work.plant.m * work.base(now.t) + work.plant.k_x * now.x_r
+    return work.plant.m * work.base(state.t) + work.plant.k_x * state.x_r
 
 
-def direction(work: Work, now: Slip) -> int:
+def slip_direction(work: Work, state: SlipState) -> int:
     """Give the direction in which a mass at rest starts to slide, 0 where it sticks."""
-    F_L = limit_force(work, now)
+    F_L = limit_force(work, state)
     return 0 if abs(F_L) <= work.law.F_fs else -int(np.sign(F_L))
 
 
-def stick(work: Work, now: Slip, x_out: Floats) -> Slip:
+def advance_stick(work: Work, state: SlipState, x_out: Floats) -> SlipState:
     """Stick until the limit force meets the static limit, or to the end.
 
     The limit force is monotone wherever ü is, so looking at the ends of such stretches misses
     no break-away.
     """
-    m, F_k = work.plant.m, work.plant.k_x * now.x_r
-    t, u_dd = work.monotone
-    end, away, at = work.samples, work.end, int(np.searchsorted(t, now.t, side="right"))
+    m, F_k = work.plant.m, work.plant.k_x * state.x_r
+    t, u_dd = work.extrema
+    end, t_break_away, at = (
+        work.samples,
+        work.end,
+        int(np.searchsorted(t, state.t, side="right")),
+    )
     while at < len(t):
-        over = np.abs(m * u_dd[at : at + AHEAD] + F_k) > work.law.F_fs
-        if over.any():
-            at += int(over.argmax())
-            away = break_away(work, now, max(now.t, float(t[at - 1])), float(t[at]))
-            end = max(now.n, int(np.searchsorted(work.grid[:-1], away, side="right")) - 1)
+        exceeds = np.abs(m * u_dd[at : at + LOOKAHEAD] + F_k) > work.law.F_fs
+        if exceeds.any():
+            at += int(exceeds.argmax())
+            t_break_away = break_away_time(
+                work, state, max(state.t, float(t[at - 1])), float(t[at])
+            )
+            end = max(
+                state.n, int(np.searchsorted(work.grid[:-1], t_break_away, side="right")) - 1
+            )
             break
-        at += AHEAD
-    x_out[now.n + 1 : end + 1] = now.x_r
-    return Slip(away, now.x_r, 0.0, end)
+        at += LOOKAHEAD
+    x_out[state.n + 1 : end + 1] = state.x_r
+    return SlipState(t_break_away, state.x_r, 0.0, end)
 
 
-def break_away(work: Work, now: Slip, begin: float, end: float) -> float:
+def break_away_time(work: Work, state: SlipState, begin: float, end: float) -> float:
     """Return the instant at which the limit force passes the static limit [s]."""
     from scipy.optimize import brentq
 
-    m, F_k, F_fs, base = work.plant.m, work.plant.k_x * now.x_r, work.law.F_fs, work.base
+    m, F_k, F_fs, base = work.plant.m, work.plant.k_x * state.x_r, work.law.F_fs, work.base
 
-    def beyond(t: float) -> float:
+    def excess(t: float) -> float:
         return abs(m * base(t) + F_k) - F_fs
 
-    if beyond(begin) >= 0.0:
+    if excess(begin) >= 0.0:
         return begin
     if isinstance(work.motion, Samples):
-        low = limit_force(work, now._replace(t=begin))
-        rise = limit_force(work, now._replace(t=end)) - low
+        low = limit_force(work, state._replace(t=begin))
+        rise = limit_force(work, state._replace(t=end)) - low
         limit = work.law.F_fs if rise > 0.0 else -work.law.F_fs
         return begin + (end - begin) * (limit - low) / rise
-    if beyond(end) <= 0.0:
+    if excess(end) <= 0.0:
         return end
-    t = float(brentq(beyond, begin, end, xtol=ROUNDING * end, rtol=ROUNDING))
-    ahead = ROUNDING * end
-    while beyond(t) <= 0.0:  # below the limit the mass would stop at once
+    t = float(
+        brentq(excess, begin, end, xtol=BREAK_AWAY_TOLERANCE * end, rtol=BREAK_AWAY_TOLERANCE)
+    )
+    ahead = BREAK_AWAY_TOLERANCE * end
+    while excess(t) <= 0.0:  # below the limit the mass would stop at once
         t, ahead = min(t + ahead, end), 2.0 * ahead
     return t
 
 
-def friction(work: Work, x_r: Floats, d: Floats) -> Floats:
+def friction_force(work: Work, x_r: Floats, d: Floats) -> Floats:
     """Give F_f on the grid [N]: kinetic where the mass slides, what holds it elsewhere."""
     F_L = work.plant.m * work.u_dd + work.plant.k_x * x_r
     F_f: Floats = np.where(d == 0, -F_L, d * work.law.F_fk)
@@ -145,27 +157,27 @@ def friction(work: Work, x_r: Floats, d: Floats) -> Floats:
 # What else peers share.
 
 
-def smoothed(work: Work, x_r: Floats, v_r: Floats, c: float) -> Answer:
+def smoothed_answer(work: Work, x_r: Floats, v_r: Floats, c: float) -> Answer:
     """Give the answer of a peer on the smoothed law of sharpness c [s/m]."""
     return Answer(x_r, v_r, lambda: work.law.F_fk * np.tanh(c * v_r))
 
 
-def lacks(work: Work) -> tuple[str, ...]:
+def omitted(work: Work) -> tuple[str, ...]:
     """Give what of a scene a peer leaves out that knows one friction force only."""
     return ("a static limit above kinetic friction",) if work.law.F_fs > work.law.F_fk else ()
 
 
-def unknown(law: AnyLaw) -> str:
+def unsupported_law(law: AnyLaw) -> str:
     """Say what the peers do not know: any but Coulomb's friction under a constant force."""
-    if isinstance(law, Stopped):
+    if isinstance(law, EndStopLaw):
         return "end stops"
-    if isinstance(law, Law | Pressed):
-        varies = isinstance(law, Pressed) or law.variation
+    if isinstance(law, CoulombLaw | NormalForceLaw):
+        varies = isinstance(law, NormalForceLaw) or law.variation
         return "a varying normal force" if varies else ""
     return "this friction law"
 
 
-def swing(work: Work) -> Floats:
+def motion_scale(work: Work) -> Floats:
     """Give the size of x_r [m] and v_r [m/s] to which absolute tolerances are relative.
 
     A person knows about how far the mass moves: as far as the base pulls a block in half the
@@ -182,7 +194,7 @@ def swing(work: Work) -> Floats:
 
 Method = Literal["RK45", "DOP853", "Radau", "BDF", "LSODA"]
 
-EVENTS: tuple[tuple[Method, float], ...] = (
+EVENT_SETTINGS: tuple[tuple[Method, float], ...] = (
     ("RK45", 1e-3),
     ("RK45", 1e-6),
     ("DOP853", 1e-9),
@@ -190,75 +202,79 @@ EVENTS: tuple[tuple[Method, float], ...] = (
 )
 """Methods and relative tolerances with located events; the first is what scipy takes alone."""
 
-REFERENCE: tuple[Method, float] = ("DOP853", 1e-13)
+REFERENCE_SETTING: tuple[Method, float] = ("DOP853", 1e-13)
 """The tightest that double precision allows with some room: what `stick-slip` is held to."""
 
-CHECK: tuple[Method, float, int] = ("DOP853", 1e-12, 3)
+SECOND_RUN_SETTING: tuple[Method, float, int] = ("DOP853", 1e-12, 3)
 """Method, tolerance and how many times shorter steps: the second run of the reference. What
 both runs differ by tells the error of the reference itself."""
 
-SMOOTHED: tuple[tuple[Method, float, float], ...] = (
+SMOOTHED_SETTINGS: tuple[tuple[Method, float, float], ...] = (
     ("RK45", 1e-3, 1e3), ("LSODA", 1e-6, 1e4), ("Radau", 1e-6, 1e4), ("BDF", 1e-6, 1e5)
 )  # fmt: skip
 """Methods, relative tolerances and sharpnesses [s/m] on the smoothed law."""
 
-CHUNK = 200
+CHUNK_SAMPLES = 200
 """Samples that one call may slide over: a stop is looked for in no more than that."""
 
 
 def entries(work: Work) -> Iterator[Entry]:
     """Give scipy at several tolerances, with events and on the smoothed law."""
     # Under samples every sample is a restart, which makes all tolerances alike.
-    for method, tolerance in EVENTS[:: 3 if isinstance(work.motion, Samples) else 1]:
-        words = f"{method}, {number(tolerance)}"
+    for method, tolerance in EVENT_SETTINGS[:: 3 if isinstance(work.motion, Samples) else 1]:
+        words = f"{method}, {format_number(tolerance)}"
         yield Entry("solve_ivp events", words, with_events(method, tolerance))
-    for method, tolerance, c in SMOOTHED:
-        words = f"{method}, {number(tolerance)}, tanh c {number(c)}"
+    for method, tolerance, c in SMOOTHED_SETTINGS:
+        words = f"{method}, {format_number(tolerance)}, tanh c {format_number(c)}"
         ready = on_smoothed_law(method, tolerance, c)
-        yield Entry("solve_ivp tanh", words, ready, lacks=lacks(work))
+        yield Entry("solve_ivp tanh", words, ready, omitted=omitted(work))
 
 
-def reference() -> Entry:
+def reference_entry() -> Entry:
     """Give the entry that the exact approach is held to."""
-    method, tolerance = REFERENCE
-    words = f"{method}, {number(tolerance)}"
+    method, tolerance = REFERENCE_SETTING
+    words = f"{method}, {format_number(tolerance)}"
     return Entry("solve_ivp events", words, with_events(method, tolerance))
 
 
-def checked(work: Work) -> Answer:
+def second_run(work: Work) -> Answer:
     """Return the answer of the reference with another tolerance and shorter steps."""
-    method, tolerance, shorter = CHECK
-    return with_events(method, tolerance, shorter)(work)()
+    method, tolerance, step_divisor = SECOND_RUN_SETTING
+    return with_events(method, tolerance, step_divisor)(work)()
 
 
-def with_events(method: Method, tolerance: float, shorter: int = 1) -> Callable[[Work], Run]:
+def with_events(
+    method: Method, tolerance: float, step_divisor: int = 1
+) -> Callable[[Work], Run]:
     """Return an entry that restarts at every stop, and under samples at every sample.
 
     Its steps may be made so many times shorter than `longest_step`.
     """
 
     def ready(work: Work) -> Run:
-        slide = Restarted(work, method, tolerance, longest_step(work) / shorter)
-        return lambda: follow(work, slide)
+        slip = RestartedSolver(work, method, tolerance, longest_step(work) / step_divisor)
+        return lambda: integrate_stick_slip(work, slip)
 
     return ready
 
 
-class Restarted:
+class RestartedSolver:
     """How solve_ivp slides: to the stop, to the next sample, or over a chunk of a grid."""
 
-    def __init__(self, work: Work, method: Method, tolerance: float, longest: float) -> None:
+    def __init__(self, work: Work, method: Method, tolerance: float, max_step: float) -> None:
         self.work, self.sampled = work, isinstance(work.motion, Samples)
         self.settings: dict[str, Any] = {
-            "method": method, "rtol": tolerance, "atol": tolerance * swing(work),
-            "max_step": longest,
+            "method": method, "rtol": tolerance, "atol": tolerance * motion_scale(work),
+            "max_step": max_step,
         }  # fmt: skip
         self.grid = work.grid
 
-    def __call__(self, begin: Slip, d: int, x_out: Floats, v_out: Floats) -> tuple[Slip, bool]:
-        """Slide in direction d; see `Slide`."""
-        last = min(begin.n + (1 if self.sampled else CHUNK), self.work.samples)
-        found = self._solved(begin, d, last)
+    def __call__(
+        self, begin: SlipState, d: int, x_out: Floats, v_out: Floats
+    ) -> tuple[SlipState, bool]:
+        """Slide in direction d; see `SlipIntegrator`."""
+        last = min(begin.n + (1 if self.sampled else CHUNK_SAMPLES), self.work.samples)
+        found = self._solve(begin, d, last)
         if not found.success:
             raise SolverError(f"solve_ivp at t = {begin.t:.6g} s: {found.message}")
         stopped = found.status == 1
@@ -272,10 +288,10 @@ class Restarted:
                 x_out[begin.n + 1 : n + 1], v_out[begin.n + 1 : n + 1] = found.y
         if stopped:
             t, (x_r, _) = float(found.t_events[0][0]), found.y_events[0][0].tolist()
-            return Slip(t, x_r, 0.0, n), True
-        return Slip(self.grid[last], float(x_out[last]), float(v_out[last]), last), False
+            return SlipState(t, x_r, 0.0, n), True
+        return SlipState(self.grid[last], float(x_out[last]), float(v_out[last]), last), False
 
-    def _solved(self, begin: Slip, d: int, last: int) -> Any:
+    def _solve(self, begin: SlipState, d: int, last: int) -> Any:
         """Return what solve_ivp finds from an instant to a point of the grid, or to the stop.
 
         solve_ivp finds an event by its sign at the ends of a step, so it overlooks a v_r that
@@ -285,7 +301,7 @@ class Restarted:
         from scipy.integrate import solve_ivp
 
         m, k_x, b = self.work.plant
-        f, u_dd = d * self.work.law.F_fk / m, base_of(self.work, begin.n)
+        f, u_dd = d * self.work.law.F_fk / m, local_base(self.work, begin.n)
 
         def rates(t: float, y: Floats) -> tuple[float, float]:
             x_r, v_r = y.tolist()
@@ -300,10 +316,13 @@ class Restarted:
         def solved(end: float) -> Any:
             ahead = self.grid[begin.n + 1 : last + 1]
             return solve_ivp(
-                rates, (begin.t, end), np.array([begin.x_r, begin.v_r or d * SLIPPING]),
-                events=(stop, minimum), t_eval=None if self.sampled else ahead[ahead <= end],
+                rates,
+                (begin.t, end),
+                np.array([begin.x_r, begin.v_r or d * INITIAL_SLIP_VELOCITY]),
+                events=(stop, minimum),
+                t_eval=None if self.sampled else ahead[ahead <= end],
                 **self.settings,
-            )  # fmt: skip
+            )
 
         stop.terminal, stop.direction = True, -d  # type: ignore[attr-defined]
         minimum.direction = d  # type: ignore[attr-defined]
@@ -321,11 +340,11 @@ def longest_step(work: Work) -> float:
     Between samples dv_r/dt swings at the damped natural frequency, under sines at theirs, too.
     """
     m, k_x, _ = work.plant
-    fastest = max([sqrt(k_x / m), *(omega for _, omega, _ in work.waves)])
+    fastest = max([sqrt(k_x / m), *(omega for _, omega, _ in work.sines)])
     return 0.25 * tau / fastest if fastest else inf
 
 
-def base_of(work: Work, n: int) -> Callable[[float], float]:
+def local_base(work: Work, n: int) -> Callable[[float], float]:
     """Give the base acceleration near sample n: of samples the straight line from there."""
     if not isinstance(work.motion, Samples):
         return work.base
@@ -351,11 +370,11 @@ def on_smoothed_law(method: Method, tolerance: float, c: float) -> Callable[[Wor
         def run() -> Answer:
             found = solve_ivp(
                 rates, (0.0, work.end), list(work.start), method, grid, rtol=tolerance,
-                atol=tolerance * swing(work), max_step=10 * work.step,
+                atol=tolerance * motion_scale(work), max_step=10 * work.step,
             )  # fmt: skip
             if not found.success:
                 raise SolverError(f"solve_ivp: {found.message}")
-            return smoothed(work, found.y[0], found.y[1], c)
+            return smoothed_answer(work, found.y[0], found.y[1], c)
 
         return run
 

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 
 from drysim.approach.fixed_step import Moreau, Signum, Smooth, Switch
-from drysim.approach.stepping import finer
-from drysim.approach.stick_slip import Exact, StickSlip, Viscous
+from drysim.approach.stepping import refine_motion
+from drysim.approach.stick_slip import ExactApproach, StickSlip, Viscous
 from drysim.bench.work import Answer, Entry, Run, Work
 from drysim.core.model import Samples
 from drysim.errors import SolverError
-from drysim.wording import number
+from drysim.wording import format_number
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from drysim.approach import Approach
     from drysim.approach.solution import Floats
     from drysim.core.model import AnyLaw, Sines
-    from drysim.errors import Caution
+    from drysim.errors import WarningMessage
     from drysim.metrics.checks import Verdict
     from drysim.scenario.model import Scenario
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 EXACT_BELOW = 1e-9
 """Error [-] up to which an answer counts as exact: rounding and tight tolerances."""
 
-CERTAIN = 0.1
+MAX_UNCERTAINTY_SHARE = 0.1
 """Share of a deviation below which the reference's own error leaves no doubt whose it is."""
 
 
@@ -90,11 +90,11 @@ class Score:
     def in_doubt(self) -> bool:
         """Whether a reference may itself be what it differs by from the exact approach."""
         off = self.error_x_r or 0.0
-        return off > EXACT_BELOW and (self.uncertainty or 0.0) > CERTAIN * off
+        return off > EXACT_BELOW and (self.uncertainty or 0.0) > MAX_UNCERTAINTY_SHARE * off
 
 
 @dataclass(frozen=True, eq=False)
-class Panel:
+class BenchCase:
     """One scene of a bench with the scores of all entries.
 
     Attributes
@@ -120,7 +120,7 @@ class Panel:
     scores: tuple[Score, ...]
     lfilter: float
     reference: Score | None
-    warnings: tuple[Caution, ...]
+    warnings: tuple[WarningMessage, ...]
 
     @property
     def checks(self) -> tuple[Verdict, ...]:
@@ -139,33 +139,33 @@ class Bench:
         `plain` or `compiled`.
     """
 
-    panels: tuple[Panel, ...]
+    cases: tuple[BenchCase, ...]
     engine: str
 
     @property
-    def warnings(self) -> tuple[Caution, ...]:
+    def warnings(self) -> tuple[WarningMessage, ...]:
         """The warnings of all scenes, each sentence once."""
         return tuple(
-            {one.sentence: one for panel in self.panels for one in panel.warnings}.values()
+            {one.sentence: one for panel in self.cases for one in panel.warnings}.values()
         )
 
 
-CLOSE, FINE, COARSE = 1e-4, 1e-2, 1e-1
+CLOSE_BELOW, FINE_BELOW, COARSE_BELOW = 1e-4, 1e-2, 1e-1
 """Errors [-] up to which an answer counts as close, fine and coarse: what no measurement tells
 apart, what nobody minds, what misleads nobody."""
 
-SATURATED, MOSTLY = 0.99, 0.5
+SATURATION_SHARE, CHATTER_SHARE = 0.99, 0.5
 """Share of F_fk [-] that counts as all of it, and of the time that counts as most of it."""
 
-STOPS = (0, 2, -2)
+STOP_KINDS = (0, 2, -2)
 """Kinds of events at which the mass comes to a stop: it sticks or turns."""
 
-Errors = tuple[float | None, float | None]
+ErrorPair = tuple[float | None, float | None]
 """Of x_r and of T_a [-]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Yardstick:
+class Reference:
     """The exact answer on the whole work, and what errors are relative to.
 
     Attributes
@@ -195,10 +195,10 @@ class Yardstick:
         if not scale:
             free = Viscous().solve(work.plant, work.law, *scene, duration)
             scale = float(np.abs(free.x_r).max())
-        stops = exact.events.t[1:][np.isin(exact.events.kind[1:], STOPS)]
+        stops = exact.events.t[1:][np.isin(exact.events.kind[1:], STOP_KINDS)]
         return cls(exact.x_r, exact.x_dd, exact.stuck, scale or 1.0, stops)
 
-    def errors(self, work: Work, answer: Answer) -> Errors:
+    def errors(self, work: Work, answer: Answer) -> ErrorPair:
         """Give the errors of an answer on a stretch of the work.
 
         Raises
@@ -213,7 +213,7 @@ class Yardstick:
         own, exact = _rms(work.acceleration(answer)), _rms(self.x_dd[:points])
         return off, own / exact - 1.0 if exact else None
 
-    def apart(self, one: Answer, other: Answer) -> float:
+    def max_difference(self, one: Answer, other: Answer) -> float:
         """Return how far x_r of two answers is apart at most [-], relative as errors are."""
         return float(np.abs(one.x_r - other.x_r).max()) / self.scale
 
@@ -226,12 +226,12 @@ class Yardstick:
         stuck = self.stuck[: work.samples + 1]
         if not stuck.any():
             return False, False
-        full = np.abs(answer.friction()[stuck]) > SATURATED * work.law.F_fk
-        chatters = work.law.F_fk > 0.0 and float(full.mean()) > MOSTLY
+        full = np.abs(answer.friction()[stuck]) > SATURATION_SHARE * work.law.F_fk
+        chatters = work.law.F_fk > 0.0 and float(full.mean()) > CHATTER_SHARE
         return chatters, bool((answer.v_r[stuck] != 0.0).any())
 
 
-def verdict(errors: Errors, symptoms: tuple[bool, bool], lacks: bool) -> str:
+def verdict(errors: ErrorPair, symptoms: tuple[bool, bool], omitted: bool) -> str:
     """Give the verdict on an answer in a few words.
 
     Parameters
@@ -245,25 +245,29 @@ def verdict(errors: Errors, symptoms: tuple[bool, bool], lacks: bool) -> str:
     """
     off, T_a = errors[0] or 0.0, errors[1] or 0.0
     worst = max(off, abs(T_a))
-    for limit, word in ((EXACT_BELOW, "exact"), (CLOSE, "close"), (FINE, "fine")):
+    for limit, word in ((EXACT_BELOW, "exact"), (CLOSE_BELOW, "close"), (FINE_BELOW, "fine")):
         if worst <= limit:
             return word
-    how = f"T_a {100 * T_a:+.2g} %" if abs(T_a) >= off else f"x_r {number(100 * off, '%', 2)}"
+    how = (
+        f"T_a {100 * T_a:+.2g} %"
+        if abs(T_a) >= off
+        else f"x_r {format_number(100 * off, '%', 2)}"
+    )
     chatters, moves = symptoms
     if chatters:
         return f"chatters, {how}"
-    if lacks:
+    if omitted:
         return f"another law, {how}"
     if moves:
         return f"creeps, {how}"
-    return f"{'coarse' if worst <= COARSE else 'wrong'}, {how}"
+    return f"{'coarse' if worst <= COARSE_BELOW else 'wrong'}, {how}"
 
 
 def _rms(series: Floats) -> float:
     return sqrt(float(np.dot(series, series)) / len(series)) if len(series) else 0.0
 
 
-FINER = (1, 4, 16, 64)
+SUBSTEPS = (1, 4, 16, 64)
 """Pieces of a sample that fixed steps are tried with."""
 
 
@@ -275,48 +279,48 @@ class Setting(NamedTuple):
     finer: tuple[int, ...] = (1,)
 
 
-def settings() -> Iterator[Setting]:
+def approach_settings() -> Iterator[Setting]:
     """Give every setting of every approach that is worth a row."""
     yield Setting(StickSlip(), "")
-    yield Setting(Switch(), "", FINER)
-    yield Setting(Moreau(), "", FINER)
-    yield Setting(Signum(method="semi-implicit"), "semi-implicit", FINER)
-    yield Setting(Signum(method="rk4"), "rk4", FINER)
-    yield Setting(Signum(method="euler"), "euler", FINER[1:2])
-    yield Setting(Signum(method="heun"), "heun", FINER[1:2])
+    yield Setting(Switch(), "", SUBSTEPS)
+    yield Setting(Moreau(), "", SUBSTEPS)
+    yield Setting(Signum(method="semi-implicit"), "semi-implicit", SUBSTEPS)
+    yield Setting(Signum(method="rk4"), "rk4", SUBSTEPS)
+    yield Setting(Signum(method="euler"), "euler", SUBSTEPS[1:2])
+    yield Setting(Signum(method="heun"), "heun", SUBSTEPS[1:2])
     for c in (1e2, 1e3, 1e4, 1e5):
-        yield Setting(Smooth(sharpness=c), f"tanh, c {number(c)}")
+        yield Setting(Smooth(sharpness=c), f"tanh, c {format_number(c)}")
     for c in (1e3, 1e4, 1e5):
-        yield Setting(Smooth(form="rational", sharpness=c), f"rational, c {number(c)}")
+        yield Setting(Smooth(form="rational", sharpness=c), f"rational, c {format_number(c)}")
     yield Setting(Smooth(form="arctan", sharpness=1e4), "arctan, c 10000")
     yield Setting(Smooth(form="erf", sharpness=1e4), "erf, c 10000")
-    yield Setting(Smooth(method="rk4"), "tanh, c 1000, rk4", FINER[:2])
+    yield Setting(Smooth(method="rk4"), "tanh, c 1000, rk4", SUBSTEPS[:2])
     yield Setting(Smooth(method="adaptive"), "tanh, c 1000, LSODA")
     yield Setting(Viscous(), "")
 
 
 def entries(work: Work) -> Iterator[Entry]:
     """Give the entries of the shelf for a work; what an approach cannot use is left out."""
-    for approach, words, pieces in settings():
+    for approach, words, substeps in approach_settings():
         name = approach.approach
         law = work.scenario.with_approach(name).law()
-        lacks = work.scenario.losses(name)
-        for count in pieces:
-            yield entry(work, approach, words, law, lacks, count)
+        omitted = work.scenario.omissions(name)
+        for count in substeps:
+            yield make_entry(work, approach, words, law, omitted, count)
 
 
-def entry(
+def make_entry(
     work: Work,
     approach: Approach,
     words: str,
     law: AnyLaw,
-    lacks: tuple[str, ...],
+    omitted: tuple[str, ...],
     count: int,
 ) -> Entry:
     """Give one approach with one setting, each sample of the work cut into so many pieces."""
 
     def ready(work: Work) -> Run:
-        motion = finer(work.motion, count)
+        motion = refine_motion(work.motion, count)
         duration = None if isinstance(motion, Samples) else work.end
         step = work.step / count
 
@@ -327,6 +331,6 @@ def entry(
 
         return run
 
-    points = count * approach.pieces(work.plant, law, work.step / count)
-    step = None if isinstance(approach, Exact) else work.step / points
-    return Entry(approach.approach, words, ready, step, points, True, lacks)
+    points = count * approach.substeps(work.plant, law, work.step / count)
+    step = None if isinstance(approach, ExactApproach) else work.step / points
+    return Entry(approach.approach, words, ready, step, points, True, omitted)

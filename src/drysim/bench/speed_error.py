@@ -15,55 +15,55 @@ from drysim import wording
 from drysim.approach import EXACT
 from drysim.approach.stick_slip import StickSlip
 from drysim.bench import score
-from drysim.bench.scipy_ivp import checked, reference, unknown
-from drysim.bench.score import EXACT_BELOW, Bench, Panel, Score, Yardstick, verdict
+from drysim.bench.scipy_ivp import reference_entry, second_run, unsupported_law
+from drysim.bench.score import EXACT_BELOW, Bench, BenchCase, Reference, Score, verdict
 from drysim.bench.timing import (
-    HOPELESS,
-    QUICKEST,
+    MIN_JOB_TIME,
+    TIME_LIMIT,
+    BenchOptions,
     Job,
-    Runner,
-    Terms,
-    Tried,
-    attempt,
-    clocked,
-    timed,
-    tried,
+    ReadyEntry,
+    TimedEntry,
+    time_entries,
+    time_once,
+    try_entry,
+    try_within,
 )
-from drysim.bench.work import Answer, Entry, Work, work_of
-from drysim.core.compile import PLAIN_STEPS, engine, settle
+from drysim.bench.work import Answer, Entry, Work, make_work
+from drysim.core.compile import MAX_PLAIN_STEPS, choose_engine, engine
 from drysim.core.model import Sines, State
-from drysim.errors import Caution, DrysimError, SolverError, UsageError
-from drysim.scenario.axes import points, size
+from drysim.errors import DrysimError, SolverError, UsageError, WarningMessage
+from drysim.scenario.axes import count_points, iter_points
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study import gallery, run, sweep
 from drysim.study.case import assemble, prepare
-from drysim.wording import number
+from drysim.wording import format_number
 
 if TYPE_CHECKING:
     from drysim.study.case import Case
 
 
-GALLERY = (
+BENCH_SCENARIOS = (
     ("paper-high-friction", ("excitation.frequency=2", "excitation.rms=0.75")),
     ("paper-random", ("friction.static_ratio=1.2", "excitation.rms=0.67")),
 )
 """Scenarios of the gallery, and what is changed in them: a sine at which the mass sticks twice
 a period, and noise under 45 N that is 54 N at rest."""
 
-STEADY = (("paper-low-friction", ()), ("paper-high-friction", ()))
+STEADY_SCENARIOS = (("paper-low-friction", ()), ("paper-high-friction", ()))
 """The paper's Figs. 3 and 4."""
 
 
-class Asked(NamedTuple):
+class PreparedBench(NamedTuple):
     """A bench that is ready to be run: its cases in words, and the work."""
 
     cases: list[dict[str, Any]]
-    cautions: list[Caution]
+    warnings: list[WarningMessage]
     run: Callable[[Job], Bench]
 
 
-def scenarios(file: str | None, changes: Sequence[str], swept: bool) -> list[Scenario]:
+def load_scenarios(file: str | None, changes: Sequence[str], swept: bool) -> list[Scenario]:
     """Give the scenarios to bench: the one named, else those of the gallery.
 
     Raises
@@ -73,43 +73,45 @@ def scenarios(file: str | None, changes: Sequence[str], swept: bool) -> list[Sce
     """
     if file is not None:
         return [load(file, list(changes))]
-    known = STEADY if swept else GALLERY
+    known = STEADY_SCENARIOS if swept else BENCH_SCENARIOS
     return [load(gallery.find(name).file, [*own, *changes]) for name, own in known]
 
 
-def marching(asked: Sequence[Scenario], terms: Terms) -> Asked:
+def time_history_bench(inputs: Sequence[Scenario], terms: BenchOptions) -> PreparedBench:
     """Give the bench of one motion a scenario."""
-    works = [work_of(one, terms.samples) for one in asked]
+    works = [make_work(one, terms.samples) for one in inputs]
     cases = [
         {"name": work.scenario.name, "samples": work.samples, "step": work.step,
          "entries": len(entries(work, terms))}
         for work in works
     ]  # fmt: skip
-    cautions = [caution for work in works for caution in work.cautions]
-    return Asked(cases, cautions, held(panel, works, terms))
+    warnings = [warning for work in works for warning in work.warnings]
+    return PreparedBench(cases, warnings, bench_runner(bench_case, works, terms))
 
 
-def settling(asked: Sequence[Scenario], terms: Terms) -> Asked:
+def steady_state_bench(inputs: Sequence[Scenario], terms: BenchOptions) -> PreparedBench:
     """Give the bench of the steady states of every scenario's sweep."""
-    ready = [cases_of(one) for one in asked]
+    ready = [prepare_sweep(one) for one in inputs]
     cases = [
-        {"name": case.scenario.name, "steady_states": size(case.scenario.sweep),
-         "entries": count(case, terms)}
+        {"name": case.scenario.name, "steady_states": count_points(case.scenario.sweep),
+         "entries": count_entries(case, terms)}
         for case in ready
     ]  # fmt: skip
-    cautions = [caution for case in ready for caution in case.cautions]
-    return Asked(cases, cautions, held(steady_panel, ready, terms))
+    warnings = [warning for case in ready for warning in case.warnings]
+    return PreparedBench(cases, warnings, bench_runner(steady_bench_case, ready, terms))
 
 
-def held(
-    panel: Callable[[Any, Terms, Job], Panel], asked: Sequence[object], terms: Terms
+def bench_runner(
+    make_case: Callable[[Any, BenchOptions, Job], BenchCase],
+    inputs: Sequence[object],
+    terms: BenchOptions,
 ) -> Callable[[Job], Bench]:
     """Give the function that holds a bench, a panel for each of what is asked."""
 
     def run(finished: Job) -> Bench:
-        settle(PLAIN_STEPS + 1)
-        panels = tuple(panel(one, terms, finished) for one in asked)
-        return Bench(panels, engine())
+        choose_engine(MAX_PLAIN_STEPS + 1)
+        cases = tuple(make_case(one, terms, finished) for one in inputs)
+        return Bench(cases, engine())
 
     return run
 
@@ -117,19 +119,23 @@ def held(
 # One motion.
 
 
-def entries(work: Work, terms: Terms) -> list[Entry]:
+def entries(work: Work, terms: BenchOptions) -> list[Entry]:
     """Give all entries on a work: the exact one first, the reference last."""
     own = list(score.entries(work))
-    return own if unknown(work.law) else [*own, *others(work, terms), reference()]
+    return (
+        own
+        if unsupported_law(work.law)
+        else [*own, *peer_entries(work, terms), reference_entry()]
+    )
 
 
-def others(work: Work, terms: Terms) -> Iterator[Entry]:
+def peer_entries(work: Work, terms: BenchOptions) -> Iterator[Entry]:
     """Give the entries of all peers that take part."""
     for peer in terms.peers:
         yield from peer.entries(work)
 
 
-def panel(work: Work, terms: Terms, finished: Job) -> Panel:
+def bench_case(work: Work, terms: BenchOptions, finished: Job) -> BenchCase:
     """Give the scores on one work.
 
     Parameters
@@ -144,162 +150,181 @@ def panel(work: Work, terms: Terms, finished: Job) -> Panel:
     SolverError
         When the exact approach fails; whatever happens to another is its score.
     """
-    wanted, yardstick = entries(work, terms), Yardstick.of(work)
-    last = None if unknown(work.law) else wanted[-1]
+    all_entries, reference = entries(work, terms), Reference.of(work)
+    last = None if unsupported_law(work.law) else all_entries[-1]
     scores: list[Score] = []
-    ready: list[Tried] = []
-    stated: float | None = None
-    for entry in wanted:
-        one = attempt(entry, work, terms)
-        scores.append(judged(entry, one, yardstick))
-        if isinstance(one, Runner) and entry is last:
-            scores[-1] = with_uncertainty(scores[-1], one, yardstick)
+    ready: list[TimedEntry] = []
+    stated_error: float | None = None
+    for entry in all_entries:
+        one = try_entry(entry, work, terms)
+        scores.append(score_answer(entry, one, reference))
+        if isinstance(one, ReadyEntry) and entry is last:
+            scores[-1] = with_uncertainty(scores[-1], one, reference)
         # The answer itself, with all its points, is let go here.
-        if isinstance(one, Runner):
-            stated = one.answer.error if entry is wanted[0] else stated
-            ready.append(Tried(one.run, one.once, scores[-1]))
+        if isinstance(one, ReadyEntry):
+            stated_error = one.answer.error if entry is all_entries[0] else stated_error
+            ready.append(TimedEntry(one.run, one.once, scores[-1]))
         finished()
-    plain, timed = clocked(work, ready, terms)
+    lfilter_time, timed = time_entries(work, ready, terms)
     in_turn = iter(timed)
     scores = [next(in_turn) if score.samples else score for score in scores]
-    held = scores[-1] if last else None
-    scores[0] = held_to(scores[0], held, stated)
-    said = (*cautions(work, wanted), *doubts(scores[0], held))
-    found = (tuple(scores), plain, held, said)
-    return Panel(work.scenario, work.motion, tuple(words_of(work, plain)), *found)
+    reference_score = scores[-1] if last else None
+    scores[0] = score_exact(scores[0], reference_score, stated_error)
+    said = (*work_warnings(work, all_entries), *reference_warnings(scores[0], reference_score))
+    found = (tuple(scores), lfilter_time, reference_score, said)
+    return BenchCase(
+        work.scenario, work.motion, tuple(describe_work(work, lfilter_time)), *found
+    )
 
 
-def words_of(work: Work, plain: float) -> Iterator[tuple[str, str]]:
+def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
     """Give in words what every entry solves, and how long the filter takes [ns]."""
     defaulted, terms = not work.scenario.static_given, work.scenario.terms
-    yield from wording.scene(work.plant, work.law, defaulted, terms)
-    yield "base", wording.excitation(work.scenario.excitation, work.motion)
-    length = number(work.end, "s")
-    yield "work", f"{work.samples} samples of {number(work.step, 's')}, {length} from the start"
-    yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
+    yield from wording.describe_scene(work.plant, work.law, defaulted, terms)
+    yield "base", wording.describe_excitation(work.scenario.excitation, work.motion)
+    length = format_number(work.end, "s")
+    yield (
+        "work",
+        f"{work.samples} samples of {format_number(work.step, 's')}, {length} from the start",
+    )
+    yield (
+        "lfilter",
+        f"{format_number(lfilter_time, 'ns', 3)} a sample: the time that ratios refer to",
+    )
 
 
-def judged(entry: Entry, one: Runner | str, yardstick: Yardstick) -> Score:
+def score_answer(entry: Entry, one: ReadyEntry | str, reference: Reference) -> Score:
     """Give the score of an entry, its time left open."""
     score = Score(entry.approach, entry.setting, entry.own, entry.step, 0)
     if isinstance(one, str):
         return replace(score, verdict=f"failed, {one}")
     score = replace(score, samples=one.work.samples)
     try:
-        errors = yardstick.errors(one.work, one.answer)
+        errors = reference.errors(one.work, one.answer)
     except DrysimError as fault:
         return replace(score, verdict=f"failed, {fault}")
     scene = (one.work, one.answer)
-    words = verdict(errors, yardstick.symptoms(*scene), bool(entry.lacks))
+    words = verdict(errors, reference.symptoms(*scene), bool(entry.omitted))
     off, T_a = errors
     return replace(
-        score, error_x_r=off, error_T_a=T_a, energy_residual=residual(*scene), verdict=words
+        score,
+        error_x_r=off,
+        error_T_a=T_a,
+        energy_residual=energy_residual_of(*scene),
+        verdict=words,
     )
 
 
-def with_uncertainty(score: Score, one: Runner, yardstick: Yardstick) -> Score:
+def with_uncertainty(score: Score, one: ReadyEntry, reference: Reference) -> Score:
     """Return the score of the reference with what a second run of it differs by.
 
     Where both runs agree, yet not with the exact approach, the verdict counts the stops, too.
     """
-    again = tried(lambda: checked(one.work), HOPELESS)
+    again = try_within(lambda: second_run(one.work), TIME_LIMIT)
     if isinstance(again, str):
         words = f"failed, its second run: {again}"
         return replace(score, error_x_r=None, error_T_a=None, verdict=words)
-    score = replace(score, uncertainty=yardstick.apart(one.answer, again))
+    score = replace(score, uncertainty=reference.max_difference(one.answer, again))
     if score.in_doubt:
-        return replace(score, verdict=f"in doubt, {apart(score)}")
-    own, exact = one.answer.stops, int((yardstick.stops <= one.work.end).sum())
+        return replace(score, verdict=f"in doubt, {describe_difference(score)}")
+    own, exact = one.answer.stops, int((reference.stops <= one.work.end).sum())
     if (score.error_x_r or 0.0) <= EXACT_BELOW or own == exact or not one.work.law.F_fk:
         return score
     return replace(score, verdict=f"{score.verdict}; {own} stops, {exact} by stick-slip")
 
 
-def residual(work: Work, answer: Answer) -> float | None:
+def energy_residual_of(work: Work, answer: Answer) -> float | None:
     """Give what the energy balance of an answer leaves [-], where it keeps one."""
     from drysim.metrics.table import measure
 
-    if answer.track is None:
+    if answer.trajectory is None:
         return None
-    return measure(answer.track, (0.0, work.end), None)["energy_residual"]
+    return measure(answer.trajectory, (0.0, work.end), None)["energy_residual"]
 
 
-def held_to(exact: Score, held: Score | None, stated: float | None = None) -> Score:
+def score_exact(
+    exact: Score, reference_score: Score | None, stated_error: float | None = None
+) -> Score:
     """Give the score of the exact approach, whose errors are those of the reference.
 
     Without a reference the error that it states itself counts, and else its energy balance.
     """
-    if held is not None and held.in_doubt:
-        words = f"in doubt, {apart(held)}"
+    if reference_score is not None and reference_score.in_doubt:
+        words = f"in doubt, {describe_difference(reference_score)}"
         return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
-    if held is not None and held.error_x_r is not None:
-        off, T_a = held.error_x_r, held.error_T_a
+    if reference_score is not None and reference_score.error_x_r is not None:
+        off, T_a = reference_score.error_x_r, reference_score.error_T_a
         words = verdict((off, T_a), (False, False), False)
         return replace(exact, error_x_r=off, error_T_a=T_a, verdict=words)
-    if stated is not None:
-        word = verdict((stated, None), (False, False), False).partition(",")[0]
+    if stated_error is not None:
+        word = verdict((stated_error, None), (False, False), False).partition(",")[0]
         words = f"{word}, by the error that it states"
-        return replace(exact, error_x_r=stated, error_T_a=None, verdict=words)
+        return replace(exact, error_x_r=stated_error, error_T_a=None, verdict=words)
     closed = (exact.energy_residual or 0.0) <= EXACT_BELOW
     words = "exact by its energy balance" if closed else "wrong, its energy balance is open"
     return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
 
 
-def apart(held: Score) -> str:
+def describe_difference(reference_score: Score) -> str:
     """Say by how much two runs of a reference differ."""
-    off = number(100.0 * (held.uncertainty or 0.0), "%", 2)
+    off = format_number(100.0 * (reference_score.uncertainty or 0.0), "%", 2)
     return f"two runs of the reference differ by {off} of the peak of x_r"
 
 
-def doubts(exact: Score, held: Score | None) -> Iterator[Caution]:
+def reference_warnings(exact: Score, reference_score: Score | None) -> Iterator[WarningMessage]:
     """Warn where the reference is in doubt rather than the exact approach."""
-    if held is not None and held.in_doubt:
-        off = number(100.0 * (held.error_x_r or 0.0), "%", 2)
+    if reference_score is not None and reference_score.in_doubt:
+        off = format_number(100.0 * (reference_score.error_x_r or 0.0), "%", 2)
         sentence = (
-            f"the reference, {held.approach} {held.setting}, is in doubt: {apart(held)}, "
+            f"the reference, {reference_score.approach} {reference_score.setting}, is in doubt: {describe_difference(reference_score)}, "
             f"it and {exact.approach} by {off}; the error of {exact.approach} is not known here"
         )
-        numbers = {"uncertainty": held.uncertainty or 0.0, "error": held.error_x_r or 0.0}
-        yield Caution("reference-in-doubt", sentence, numbers)
+        numbers = {
+            "uncertainty": reference_score.uncertainty or 0.0,
+            "error": reference_score.error_x_r or 0.0,
+        }
+        yield WarningMessage("reference-in-doubt", sentence, numbers)
 
 
-def cautions(work: Work, wanted: Sequence[Entry]) -> Iterator[Caution]:
+def work_warnings(work: Work, all_entries: Sequence[Entry]) -> Iterator[WarningMessage]:
     """Give what is to be said about a scene, and about approaches that leave something out."""
-    yield from work.cautions
-    for sentence in dict.fromkeys(words for one in wanted if one.own for words in one.lacks):
-        yield Caution("left-out", sentence)
-    if what := unknown(work.law):
-        yield Caution("no-peers", f"no peer knows {what}: none takes part")
+    yield from work.warnings
+    for sentence in dict.fromkeys(
+        words for one in all_entries if one.own for words in one.omitted
+    ):
+        yield WarningMessage("left-out", sentence)
+    if what := unsupported_law(work.law):
+        yield WarningMessage("no-peers", f"no peer knows {what}: none takes part")
 
 
 # Steady states.
 
-PERIODS, A_PERIOD = 100, 256
+SETTLING_PERIODS, SAMPLES_PER_PERIOD = 100, 256
 """What settling takes: after so many periods of so many samples the start is forgotten."""
 
-FEW = 12
+MAX_CASES = 12
 """Cases of a sweep, evenly spread, through which everything but the orbit search marches."""
 
 
 @dataclass(frozen=True, eq=False)
-class Settling:
+class SteadyCase:
     """A case of the sweep as work, one period of it, and the orbit that it must come to."""
 
     work: Work
     period: Work
-    orbit: Yardstick
+    orbit: Reference
 
     def last(self, answer: Answer) -> Answer:
         """Give the last period of an answer."""
-        part = slice(-A_PERIOD - 1, None)
+        part = slice(-SAMPLES_PER_PERIOD - 1, None)
         return Answer(answer.x_r[part], answer.v_r[part], lambda: answer.friction()[part])
 
 
-def settlings(case: Case) -> Iterator[Settling]:
+def steady_cases(case: Case) -> Iterator[SteadyCase]:
     """Give some cases of a sweep, evenly spread; those whose orbit takes one period."""
-    motions, every = run.Motions.beginning_with(case), list(points(case.scenario.sweep))
-    for at in range(min(FEW, len(every))):
-        point = every[(2 * at + 1) * len(every) // (2 * min(FEW, len(every)))]
+    motions, every = run.MotionCache.starting_with(case), list(iter_points(case.scenario.sweep))
+    for at in range(min(MAX_CASES, len(every))):
+        point = every[(2 * at + 1) * len(every) // (2 * min(MAX_CASES, len(every)))]
         own = case.scenario.at(point)
         found = assemble(own, motions.of(own))
         assert found.period is not None, "all cases of a steady sweep have a period"
@@ -309,40 +334,42 @@ def settlings(case: Case) -> Iterator[Settling]:
         )
         if orbit.settled and orbit.periods == 1:
             scene = (own, found.plant, found.law, found.motion)
-            step = found.period / A_PERIOD
-            period = Work(*scene, State(*orbit.state[:2]), step, A_PERIOD)
-            work = Work(*scene, found.start, step, PERIODS * A_PERIOD)
-            yield Settling(work, period, Yardstick.of(period))
+            step = found.period / SAMPLES_PER_PERIOD
+            period = Work(*scene, State(*orbit.state[:2]), step, SAMPLES_PER_PERIOD)
+            work = Work(*scene, found.start, step, SETTLING_PERIODS * SAMPLES_PER_PERIOD)
+            yield SteadyCase(work, period, Reference.of(period))
 
 
-def followed(known: Sequence[Settling]) -> Score | None:
+def follow_orbits(known: Sequence[SteadyCase]) -> Score | None:
     """Give the errors of the reference where it begins on the orbits and follows them once.
 
     What marches from the start may not have settled after all its periods; an orbit that the
     reference comes back to is one. None where the reference itself fails.
     """
-    entry = reference()
+    entry = reference_entry()
     score = Score(entry.approach, f"{entry.setting} from the orbit on", False, None, 0)
-    found, apart = [], 0.0
+    found, max_difference = [], 0.0
     try:
         for one in known:
             answer = entry.ready(one.period)()
             found.append(one.orbit.errors(one.period, answer))
-            apart = max(apart, one.orbit.apart(answer, checked(one.period)))
+            max_difference = max(
+                max_difference, one.orbit.max_difference(answer, second_run(one.period))
+            )
     except SolverError:
         return None
     off = max(error or 0.0 for error, _ in found)
     T_a = max((error or 0.0 for _, error in found), key=abs)
-    score = replace(score, samples=A_PERIOD * len(found), uncertainty=apart)
+    score = replace(score, samples=SAMPLES_PER_PERIOD * len(found), uncertainty=max_difference)
     return replace(score, error_x_r=off, error_T_a=T_a)
 
 
-TASTE, TOO_LONG, STEADY_HOPELESS = 4, 8.0, 60.0
+TRIAL_PERIODS, MAX_CASE_TIME, STEADY_TIME_LIMIT = 4, 8.0, 60.0
 """Periods that tell how long a case would take [s], from where on that is too long [s], and
 the time after which an entry has failed [s]."""
 
 
-def cases_of(scenario: Scenario) -> Case:
+def prepare_sweep(scenario: Scenario) -> Case:
     """Give a sweep of steady states, ready to be solved, its reference left aside.
 
     Raises
@@ -350,7 +377,7 @@ def cases_of(scenario: Scenario) -> Case:
     UsageError
         When the scenario sweeps nothing, or measures no steady state.
     """
-    case = prepare(scenario.copied({"reference": None}), compared=True)
+    case = prepare(scenario.copy_with({"reference": None}), compared=True)
     if not scenario.sweep or case.period is None:
         raise UsageError(
             f"{scenario.name} has no steady states to sweep",
@@ -359,40 +386,48 @@ def cases_of(scenario: Scenario) -> Case:
     return case
 
 
-def steady_entries(work: Work, terms: Terms) -> list[Entry]:
+def steady_entries(work: Work, terms: BenchOptions) -> list[Entry]:
     """Give what marches: the shelf at the step of the work, the peers, the reference last."""
     own = [one for one in score.entries(work) if one.points == 1 and one.approach != EXACT]
-    return own if unknown(work.law) else [*own, *others(work, terms), reference()]
+    return (
+        own
+        if unsupported_law(work.law)
+        else [*own, *peer_entries(work, terms), reference_entry()]
+    )
 
 
-def count(case: Case, terms: Terms) -> int:
+def count_entries(case: Case, terms: BenchOptions) -> int:
     """Give the number of entries that march through a sweep."""
-    known = next(settlings(case), None)
+    known = next(steady_cases(case), None)
     return 0 if known is None else len(steady_entries(known.work, terms))
 
 
-def steady_panel(case: Case, terms: Terms, finished: Job) -> Panel:
+def steady_bench_case(case: Case, terms: BenchOptions, finished: Job) -> BenchCase:
     """Give the scores on one sweep."""
-    scenario, known = case.scenario, list(settlings(case))
-    wanted = list(zip(*(steady_entries(one.work, terms) for one in known), strict=True))
+    scenario, known = case.scenario, list(steady_cases(case))
+    all_entries = list(zip(*(steady_entries(one.work, terms) for one in known), strict=True))
     tried = []
-    for alike in wanted:
-        tried.append(attempt_steady(alike, known, terms))
+    for variants in all_entries:
+        tried.append(try_steady_entry(variants, known, terms))
         finished()
-    total = size(scenario.sweep)
-    marches = [one for one in tried if isinstance(one, Tried)]
-    plain, scores = clocked(known[0].work, [search(case, total), *marches], terms)
-    held = None if unknown(case.law) else followed(known)
+    total = count_points(scenario.sweep)
+    marches = [one for one in tried if isinstance(one, TimedEntry)]
+    lfilter_time, scores = time_entries(
+        known[0].work, [time_orbit_search(case, total), *marches], terms
+    )
+    reference_score = None if unsupported_law(case.law) else follow_orbits(known)
     failed = [one for one in tried if isinstance(one, Score)]
-    scores = [held_to(scores[0], held), *scores[1:], *failed]
-    words = tuple(steady_words(case, [one.work for one in known], total, plain))
-    said = cautions(known[0].work, [alike[0] for alike in wanted])
-    warnings = (*said, *doubts(scores[0], held))
-    return Panel(scenario, None, words, tuple(scores), plain, held, warnings)
+    scores = [score_exact(scores[0], reference_score), *scores[1:], *failed]
+    words = tuple(describe_steady_work(case, [one.work for one in known], total, lfilter_time))
+    said = work_warnings(known[0].work, [variants[0] for variants in all_entries])
+    warnings = (*said, *reference_warnings(scores[0], reference_score))
+    return BenchCase(
+        scenario, None, words, tuple(scores), lfilter_time, reference_score, warnings
+    )
 
 
-def steady_words(
-    case: Case, works: Sequence[Work], total: int, plain: float
+def describe_steady_work(
+    case: Case, works: Sequence[Work], total: int, lfilter_time: float
 ) -> Iterator[tuple[str, str]]:
     """Give in words what is solved, and how long the filter takes [ns]."""
     scenario, varied = case.scenario, [axis.key for axis in case.scenario.sweep]
@@ -401,58 +436,63 @@ def steady_words(
         "kinetic": len({work.law.F_fk for work in works}) < 2,
         "static": len({work.law.F_fs for work in works}) < 2,
     }
-    yield from wording.scene(
+    yield from wording.describe_scene(
         case.plant, case.law, defaulted, terms, varied, shared, scenario.ratios
     )
-    yield "base", wording.excitations(scenario.excitation, varied)
+    yield "base", wording.describe_swept_excitation(scenario.excitation, varied)
     for at, axis in enumerate(scenario.sweep):
-        yield "" if at else "swept", wording.swept(axis)
-    each = f"{PERIODS} periods of {A_PERIOD} samples"
+        yield "" if at else "swept", wording.describe_axis(axis)
+    each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"
     others = f"the others march through up to {len(works)} of them"
     yield "work", f"{total} steady states, each as {each}; {EXACT} finds all orbits, {others}"
-    yield "lfilter", f"{number(plain, 'ns', 3)} a sample: the time that ratios refer to"
+    yield (
+        "lfilter",
+        f"{format_number(lfilter_time, 'ns', 3)} a sample: the time that ratios refer to",
+    )
 
 
-def search(case: Case, total: int) -> Tried:
+def time_orbit_search(case: Case, total: int) -> TimedEntry:
     """Give the search of all orbits, as `drysim sweep` does it, metrics included."""
 
     def run() -> object:
         return sweep.solve(case, workers=1)
 
     run()
-    _, once = timed(run)
-    samples = total * PERIODS * A_PERIOD
-    return Tried(run, once, Score(EXACT, "periodic orbits", True, None, samples))
+    _, once = time_once(run)
+    samples = total * SETTLING_PERIODS * SAMPLES_PER_PERIOD
+    return TimedEntry(run, once, Score(EXACT, "periodic orbits", True, None, samples))
 
 
-def attempt_steady(
-    alike: Sequence[Entry], known: Sequence[Settling], terms: Terms
-) -> Tried | Score:
+def try_steady_entry(
+    variants: Sequence[Entry], known: Sequence[SteadyCase], terms: BenchOptions
+) -> TimedEntry | Score:
     """March an entry through as many cases as patience allows; or say how it fails."""
-    found = tried(lambda: marched(alike, known, terms), STEADY_HOPELESS)
-    if isinstance(found, Tried):
+    found = try_within(lambda: march_entry(variants, known, terms), STEADY_TIME_LIMIT)
+    if isinstance(found, TimedEntry):
         return found
-    first = alike[0]
+    first = variants[0]
     score = Score(first.approach, first.setting, first.own, first.step, 0)
     return replace(score, verdict=f"failed, {found}")
 
 
-def refuse_the_hopeless(entry: Entry, work: Work) -> None:
+def require_short_time(entry: Entry, work: Work) -> None:
     """Raise where a few periods show that a case would take too long."""
-    run = entry.ready(work.first(TASTE * A_PERIOD))
+    run = entry.ready(work.first(TRIAL_PERIODS * SAMPLES_PER_PERIOD))
     run()
-    whole = timed(run)[1] * PERIODS / TASTE
-    if whole > TOO_LONG:
-        raise SolverError(f"a case would take some {number(whole, 's', 1)}")
+    whole = time_once(run)[1] * SETTLING_PERIODS / TRIAL_PERIODS
+    if whole > MAX_CASE_TIME:
+        raise SolverError(f"a case would take some {format_number(whole, 's', 1)}")
 
 
-def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> Tried:
+def march_entry(
+    variants: Sequence[Entry], known: Sequence[SteadyCase], terms: BenchOptions
+) -> TimedEntry:
     """March an entry through as many cases as patience allows, and judge its last periods."""
-    first = alike[0]
-    refuse_the_hopeless(first, known[0].work)
-    _, once = timed(first.ready(known[0].work))
-    count = max(1, min(len(known), int(terms.patience * len(known) / max(once, QUICKEST))))
-    runs = [one.ready(scene.work) for one, scene in zip(alike, known, strict=True)][:count]
+    first = variants[0]
+    require_short_time(first, known[0].work)
+    _, once = time_once(first.ready(known[0].work))
+    count = max(1, min(len(known), int(terms.patience * len(known) / max(once, MIN_JOB_TIME))))
+    runs = [one.ready(scene.work) for one, scene in zip(variants, known, strict=True)][:count]
     off, T_a, chatters, moves = 0.0, 0.0, False, False
     for scene, ready in zip(known, runs, strict=False):
         last = scene.last(ready())
@@ -460,8 +500,8 @@ def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> 
         symptoms = scene.orbit.symptoms(scene.period, last)
         off, T_a = max(off, error or 0.0), max(T_a, error_T_a or 0.0, key=abs)
         chatters, moves = chatters or symptoms[0], moves or symptoms[1]
-    words = verdict((off, T_a), (chatters, moves), bool(first.lacks))
-    samples = count * PERIODS * A_PERIOD
+    words = verdict((off, T_a), (chatters, moves), bool(first.omitted))
+    samples = count * SETTLING_PERIODS * SAMPLES_PER_PERIOD
     score = Score(first.approach, first.setting, first.own, first.step, samples)
     score = replace(score, error_x_r=off, error_T_a=T_a, verdict=words)
 
@@ -469,4 +509,4 @@ def marched(alike: Sequence[Entry], known: Sequence[Settling], terms: Terms) -> 
         for one in runs:
             one()
 
-    return Tried(all_runs, once * count, score)
+    return TimedEntry(all_runs, once * count, score)

@@ -23,93 +23,97 @@ import numpy as np
 from drysim.bench import scipy_ivp
 from drysim.bench.score import Score
 from drysim.bench.work import Answer, Entry, Peer, Run, Work
-from drysim.core.compile import compiling
+from drysim.core.compile import is_compiling
 from drysim.errors import DrysimError, SolverError
-from drysim.wording import number
+from drysim.wording import format_number
 
 Job = Callable[[], Any]
 Given = TypeVar("Given")
 
-FINE = 1e-6
+CLOCK_RESOLUTION = 1e-6
 """Resolution [s] that a clock must have: the quickest jobs take some hundred of it."""
 
-QUICKEST = 1e-9
+MIN_JOB_TIME = 1e-9
 """What a job is taken to last at least [s], where the clock says nothing."""
 
-FEWEST = 3
+MIN_REPEATS = 3
 """Repeats of the slowest jobs: the least that has a median."""
 
-MOST_POINTS = 2_000_000
+MAX_POINTS = 2_000_000
 """Points that an entry with several a sample may compute in one run: some hundred megabytes."""
 
-TASTE = 200
+TRIAL_SAMPLES = 200
 """Samples of the stretch that tells how long a whole run would take."""
 
-HOPELESS = 30.0
+TIME_LIMIT = 30.0
 """Time [s] after which an entry has failed that was to run for the patience only."""
 
-RECURSION = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
+FILTER_COEFFICIENTS = ([1.0, 0.5, 0.2], [1.0, -1.8, 0.9])
 """The filter that is timed: a stable one of second order, as the oscillator is."""
 
-seconds = process_time if get_clock_info("process_time").resolution <= FINE else perf_counter
+clock = (
+    process_time
+    if get_clock_info("process_time").resolution <= CLOCK_RESOLUTION
+    else perf_counter
+)
 """Gives the time of the processor [s], counted from anywhere. How fine that is, is asked once:
 the question would fall into the time of the job, some hundredths of the quickest."""
 
 
-def timed(job: Job) -> tuple[Any, float]:
+def time_once(job: Job) -> tuple[Any, float]:
     """Run a job once; give what it gives, and the time it took [s]."""
-    begin = seconds()
+    begin = clock()
     made = job()
-    return made, seconds() - begin
+    return made, clock() - begin
 
 
-def interleaved(jobs: Sequence[Job], times: Sequence[int]) -> list[float]:
+def interleaved_medians(jobs: Sequence[Job], times: Sequence[int]) -> list[float]:
     """Give the median time of every job [s], each run so many times, in turns."""
     found: list[list[float]] = [[] for _ in jobs]
-    with undisturbed():
+    with gc_disabled():
         for turn in range(max(times, default=0)):
-            for job, wanted, kept in zip(jobs, times, found, strict=True):
+            for job, wanted, times_of_job in zip(jobs, times, found, strict=True):
                 if turn < wanted:
-                    kept.append(timed(job)[1])
-    return [median(kept) for kept in found]
+                    times_of_job.append(time_once(job)[1])
+    return [median(times_of_job) for times_of_job in found]
 
 
-def repeats(once: float, most: int, patience: float) -> int:
+def repeat_count(once: float, most: int, patience: float) -> int:
     """Give how often a job is run that takes so long [s]: slow ones fewer times."""
-    return max(min(FEWEST, most), min(most, int(patience / once) if once > 0.0 else most))
+    return max(min(MIN_REPEATS, most), min(most, int(patience / once) if once > 0.0 else most))
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
+def gc_disabled() -> Iterator[None]:
     """Keep the collection of garbage from falling into the time of a job."""
-    collects = gc.isenabled()
+    was_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
-        if collects:
+        if was_enabled:
             gc.enable()
 
 
-def tried(work: Callable[[], Given], seconds: float) -> Given | str:
+def try_within(work: Callable[[], Given], seconds: float) -> Given | str:
     """Give what some work gives within a time, or say how it fails: that is its verdict."""
     try:
-        with at_most(seconds):
+        with time_limit(seconds):
             return work()
     except DrysimError as fault:
-        return reason(fault)
+        return failure_reason(fault)
     except Exception as fault:  # whatever another program raises
         return f"{type(fault).__name__}: {fault}"
 
 
-def reason(fault: DrysimError) -> str:
+def failure_reason(fault: DrysimError) -> str:
     """Give why numbers cannot be had: the fault itself, or the problem behind it."""
     problems = getattr(fault, "problems", ())
     return problems[0].sentence if problems else fault.message
 
 
 @contextmanager
-def at_most(seconds: float) -> Iterator[None]:
+def time_limit(seconds: float) -> Iterator[None]:
     """Give up what lasts longer, as soon as a kernel hands over.
 
     Compiling is no part of the work and is never interrupted: the time begins afresh behind it.
@@ -126,10 +130,10 @@ def at_most(seconds: float) -> Iterator[None]:
         return
 
     def over(*_: object) -> None:
-        if compiling():
+        if is_compiling():
             signal.setitimer(signal.ITIMER_REAL, seconds)
             return
-        raise SolverError(f"given up after {number(seconds, 's')}")
+        raise SolverError(f"given up after {format_number(seconds, 's')}")
 
     before = signal.signal(signal.SIGALRM, over)
     signal.setitimer(signal.ITIMER_REAL, seconds)
@@ -140,7 +144,7 @@ def at_most(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-class Terms(NamedTuple):
+class BenchOptions(NamedTuple):
     """How a bench is held.
 
     Attributes
@@ -162,7 +166,7 @@ class Terms(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Runner:
+class ReadyEntry:
     """A stretch of the work, what an entry runs on it, and its first answer, timed [s]."""
 
     work: Work
@@ -171,28 +175,28 @@ class Runner:
     once: float
 
 
-def attempt(entry: Entry, work: Work, terms: Terms) -> Runner | str:
+def try_entry(entry: Entry, work: Work, options: BenchOptions) -> ReadyEntry | str:
     """Make an entry ready on as much of the work as patience allows; or say how it fails."""
-    seconds = HOPELESS + 3.0 * terms.patience
-    return tried(lambda: made_ready(entry, work, terms), seconds)
+    seconds = TIME_LIMIT + 3.0 * options.patience
+    return try_within(lambda: prepare_entry(entry, work, options), seconds)
 
 
-def made_ready(entry: Entry, work: Work, terms: Terms) -> Runner:
+def prepare_entry(entry: Entry, work: Work, options: BenchOptions) -> ReadyEntry:
     """Make an entry ready, and let it run once in full."""
-    most = MOST_POINTS // entry.points if entry.points > 1 else work.samples
-    taste = work.first(max(1, min(TASTE, most)))
-    run = entry.ready(taste)
+    most = MAX_POINTS // entry.points if entry.points > 1 else work.samples
+    trial = work.first(max(1, min(TRIAL_SAMPLES, most)))
+    run = entry.ready(trial)
     run()
-    _, once = timed(run)
-    within = int(terms.patience / max(once, QUICKEST) * taste.samples)
-    part = work.first(max(min(within, most), taste.samples))
+    _, once = time_once(run)
+    within = int(options.patience / max(once, MIN_JOB_TIME) * trial.samples)
+    part = work.first(max(min(within, most), trial.samples))
     run = entry.ready(part)
-    answer, once = timed(run)
-    return Runner(part, run, answer, once)
+    answer, once = time_once(run)
+    return ReadyEntry(part, run, answer, once)
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
+class TimedEntry:
     """What is to be timed, what it took once [s], and the score of its answer."""
 
     run: Job
@@ -200,22 +204,24 @@ class Tried:
     score: Score
 
 
-def clocked(work: Work, tried: Sequence[Tried], terms: Terms) -> tuple[float, list[Score]]:
+def time_entries(
+    work: Work, tried: Sequence[TimedEntry], options: BenchOptions
+) -> tuple[float, list[Score]]:
     """Give the time a sample of the filter [ns], and every score with its own time."""
-    counts = [repeats(one.once, terms.repeats, terms.patience) for one in tried]
-    jobs = [lfilter(work), *(one.run for one in tried)]
-    plain, *took = interleaved(jobs, [terms.repeats, *counts])
-    plain *= 1e9 / (work.samples + 1)
+    counts = [repeat_count(one.once, options.repeats, options.patience) for one in tried]
+    jobs = [lfilter_job(work), *(one.run for one in tried)]
+    lfilter_time, *took = interleaved_medians(jobs, [options.repeats, *counts])
+    lfilter_time *= 1e9 / (work.samples + 1)
     scores = []
     for one, count, seconds in zip(tried, counts, took, strict=True):
         time = 1e9 * seconds / one.score.samples
-        scores.append(replace(one.score, repeats=count, time=time, ratio=time / plain))
-    return plain, scores
+        scores.append(replace(one.score, repeats=count, time=time, ratio=time / lfilter_time))
+    return lfilter_time, scores
 
 
-def lfilter(work: Work) -> Job:
+def lfilter_job(work: Work) -> Job:
     """Give the filter that all times are compared with, on a record of this length."""
     from scipy.signal import lfilter as filtered
 
     record = np.ascontiguousarray(work.u_dd)
-    return lambda: filtered(*RECURSION, record)
+    return lambda: filtered(*FILTER_COEFFICIENTS, record)

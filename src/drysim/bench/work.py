@@ -15,22 +15,22 @@ import numpy as np
 
 from drysim.core.model import Samples, Sines, base_acceleration
 from drysim.study.case import prepare
-from drysim.study.statistics import one_only
+from drysim.study.statistics import unused_seeds_warnings
 
 if TYPE_CHECKING:
-    from drysim.approach.solution import Floats, Response, Track
+    from drysim.approach.solution import Floats, Response, Trajectory
     from drysim.core.model import AnyLaw, Plant, State
-    from drysim.errors import Caution
+    from drysim.errors import WarningMessage
     from drysim.scenario.model import Scenario
 
 
-A_PERIOD = 64
+POINTS_PER_PERIOD = 64
 """Points in a period of the fastest sine among which the extrema of ü are looked for."""
 
-MOST_POINTS = 4_000_000
+MAX_EXTREMUM_POINTS = 4_000_000
 """How many there are at most: as many as periods of a sine that the grid does not resolve."""
 
-HALVINGS = 50
+BISECTIONS = 50
 """Bisections after which the instant of an extremum is known to rounding."""
 
 
@@ -56,9 +56,9 @@ class Answer(NamedTuple):
     stops: int | None = None
 
     @property
-    def track(self) -> Track | None:
+    def trajectory(self) -> Trajectory | None:
         """The solution between the samples, where the entry keeps one."""
-        return None if self.response is None else self.response.track
+        return None if self.response is None else self.response.trajectory
 
     @property
     def error(self) -> float | None:
@@ -91,7 +91,7 @@ class Work:
     start: State
     step: float
     samples: int
-    cautions: tuple[Caution, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
 
     @property
     def end(self) -> float:
@@ -111,7 +111,7 @@ class Work:
         return base_acceleration(self.motion, self.grid)
 
     @cached_property
-    def monotone(self) -> tuple[Floats, Floats]:
+    def extrema(self) -> tuple[Floats, Floats]:
         """Instants [s] between which ü is monotone, and ü there [m/s²].
 
         Those of the samples, or the extrema of the sines and both ends.
@@ -125,12 +125,12 @@ class Work:
             f,
             tuple(0.5 * pi + one for one in phase),
         )
-        points = int(min(self.end * max(f) * A_PERIOD, MOST_POINTS))
+        points = int(min(self.end * max(f) * POINTS_PER_PERIOD, MAX_EXTREMUM_POINTS))
         t = np.linspace(0.0, self.end, points + 2)
         rises = base_acceleration(rate, t) > 0.0
         turns = np.flatnonzero(rises[1:] != rises[:-1])
         low, high, rose = t[turns], t[turns + 1], rises[turns]
-        for _ in range(HALVINGS):
+        for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             before = (base_acceleration(rate, middle) > 0.0) == rose
             low, high = np.where(before, middle, low), np.where(before, high, middle)
@@ -138,7 +138,7 @@ class Work:
         return t, base_acceleration(self.motion, t)
 
     @cached_property
-    def waves(self) -> tuple[tuple[float, float, float], ...]:
+    def sines(self) -> tuple[tuple[float, float, float], ...]:
         """Amplitude [m/s²], angular frequency [rad/s] and phase of every sine."""
         if not isinstance(self.motion, Sines):
             return ()
@@ -148,7 +148,7 @@ class Work:
         """Give the base acceleration at one instant [m/s²]."""
         if isinstance(self.motion, Sines):
             total = 0.0
-            for A, omega, phase in self.waves:
+            for A, omega, phase in self.sines:
                 total += A * sin(omega * t + phase)
             return total
         n = min(int(t / self.step), len(self.motion.u_dd) - 2)
@@ -159,7 +159,7 @@ class Work:
         """Give the same work cut to fewer samples."""
         if samples >= self.samples:
             return self
-        return replace(self, samples=samples, motion=cut(self.motion, samples))
+        return replace(self, samples=samples, motion=truncate(self.motion, samples))
 
     def acceleration(self, answer: Answer) -> Floats:
         """Give the absolute acceleration of an answer [m/s²], shape (n + 1,)."""
@@ -168,7 +168,7 @@ class Work:
         return x_dd
 
 
-def work_of(scenario: Scenario, samples: int) -> Work:
+def make_work(scenario: Scenario, samples: int) -> Work:
     """Give the work of a scenario: its motion from the start, at most so many samples.
 
     Raises
@@ -179,12 +179,12 @@ def work_of(scenario: Scenario, samples: int) -> Work:
     case = prepare(scenario, compared=True)
     if isinstance(case.motion, Samples):
         samples = min(samples, len(case.motion.u_dd) - 1)
-    scene = (case.plant, case.law, cut(case.motion, samples), case.start)
-    told = (*case.cautions, *one_only(case.scenario))
-    return Work(case.scenario, *scene, case.step, samples, told)
+    scene = (case.plant, case.law, truncate(case.motion, samples), case.start)
+    all_warnings = (*case.warnings, *unused_seeds_warnings(case.scenario))
+    return Work(case.scenario, *scene, case.step, samples, all_warnings)
 
 
-def cut(motion: Sines | Samples, samples: int) -> Sines | Samples:
+def truncate(motion: Sines | Samples, samples: int) -> Sines | Samples:
     """Give the beginning of a motion; of samples without u, which no entry is asked about."""
     if isinstance(motion, Sines):
         return motion
@@ -223,7 +223,7 @@ class Entry:
     step: float | None = None
     points: int = 1
     own: bool = False
-    lacks: tuple[str, ...] = ()
+    omitted: tuple[str, ...] = ()
 
 
 class Peer(Protocol):

@@ -21,12 +21,12 @@ from typer.core import TyperGroup
 
 from drysim.cli import commands, options, process
 from drysim.cli.process import (
-    ASKED,
-    REFUSALS,
+    INTERRUPT_REQUESTED,
+    STREAM_ERRORS,
+    install_signal_handlers,
     open_closed_streams,
-    reader_may_leave,
-    tidy_up_first,
-    unheard,
+    stdout_error,
+    tolerate_closed_pipe,
 )
 from drysim.errors import (
     EXIT_BUG,
@@ -42,17 +42,20 @@ COMMANDS: tuple[Callable[..., int], ...] = (
 )  # fmt: skip
 """As somebody new may need them, and as the help lists them."""
 
-COMPUTING, HELP = ("run", "sweep", "compare", "bench", "validate"), {"-h", "--help"}
+COMPUTING_COMMANDS, HELP_OPTIONS = (
+    ("run", "sweep", "compare", "bench", "validate"),
+    {"-h", "--help"},
+)
 
-SELDOM = 1_000_000
+GC_THRESHOLD = 1_000_000
 """New objects between two collections: a hundred megabytes, were they all garbage."""
 
-BUG = """
+BUG_NOTICE = """
 This is a bug of drysim, not a fault of yours. Please report it on the project's page, with the
 lines above, the scenario file and what `drysim doctor` prints."""
 
 
-class Interruptible(TyperGroup):
+class InterruptibleGroup(TyperGroup):
     """The commands; one that is interrupted without a word of its own gets one here."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -62,12 +65,12 @@ class Interruptible(TyperGroup):
         except KeyboardInterrupt:
             from drysim.console import terminal
 
-            terminal.remark("interrupted; no file is left half-written")
+            terminal.print_stderr("interrupted; no file is left half-written")
             raise
 
 
 app = typer.Typer(
-    cls=Interruptible,
+    cls=InterruptibleGroup,
     help="Vibration isolation with viscous and dry-friction damping, from a YAML scenario.",
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
@@ -81,12 +84,12 @@ def no_command(context: typer.Context, version: options.Version = False) -> int:
     if context.invoked_subcommand is None:
         from drysim.console import terminal
 
-        terminal.remark(context.get_help())
+        terminal.print_stderr(context.get_help())
     return EXIT_NOTHING_COMPUTED
 
 
-for each in COMMANDS:
-    app.command()(each)
+for one_command in COMMANDS:
+    app.command()(one_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -106,24 +109,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     open_closed_streams()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        asked = with_command(words[0] if words else "")
-        code = int(asked(words, prog_name="drysim", obj=words, standalone_mode=False))
-        with reader_may_leave():  # flushes what was said
+        application = single_command_app(words[0] if words else "")
+        code = int(application(words, prog_name="drysim", obj=words, standalone_mode=False))
+        with tolerate_closed_pipe():  # flushes what was said
             pass
     except typer.TyperException as fault:
-        code = wrong_words(fault)
+        code = report_usage_error(fault)
     except DrysimError as fault:
-        code = dressed(fault)
+        code = report_error(fault)
     except MemoryError:
-        code = out_of_memory()
+        code = report_out_of_memory()
     except KeyboardInterrupt:  # between two commands, so to speak
         code = EXIT_INTERRUPTED
     except Exception as fault:
-        code = unforeseen(fault)
+        code = report_unexpected(fault)
     return code
 
 
-def with_command(name: str) -> typer.Typer:
+def single_command_app(name: str) -> typer.Typer:
     """Give the application with one command alone, where there is one of that name.
 
     Typer builds every command that it is given, with all its options, to run one of them.
@@ -132,18 +135,18 @@ def with_command(name: str) -> typer.Typer:
     found = [one for one in known if one.callback and one.callback.__name__ == name]
     if not found:
         return app
-    alone = copy(app)
-    alone.registered_commands = found
-    return alone
+    reduced = copy(app)
+    reduced.registered_commands = found
+    return reduced
 
 
-def load_numpy_first(words: Sequence[str]) -> None:
+def preload_numpy(words: Sequence[str]) -> None:
     """Load numpy for a command that computes, from as few frames as can be.
 
     Python 3.11 takes memory for frames in pieces of 16 KB and gives each back at once: of the
     many small calls of this import, 3000 may happen to run across the edge of one, for 20 ms.
     """
-    if words and words[0] in COMPUTING and not HELP & {*words}:
+    if words and words[0] in COMPUTING_COMMANDS and not HELP_OPTIONS & {*words}:
         import numpy  # noqa: F401 - it is wanted later, from deeper
 
 
@@ -153,10 +156,10 @@ def command() -> NoReturn:
     A process of one command has little garbage to collect while it loads the compiler, and need
     not take that apart in order at its end: together these are a fifth of a small sweep.
     """
-    gc.set_threshold(SELDOM, 20, 20)
-    process.forgo()
-    load_numpy_first(sys.argv[1:])
-    tidy_up_first()
+    gc.set_threshold(GC_THRESHOLD, 20, 20)
+    process.skip_pydantic_plugins()
+    preload_numpy(sys.argv[1:])
+    install_signal_handlers()
     code = main()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):
@@ -164,41 +167,41 @@ def command() -> NoReturn:
     os._exit(code)
 
 
-def wrong_words(fault: typer.TyperException) -> int:
+def report_usage_error(fault: typer.TyperException) -> int:
     """Say what is wrong with the command line, and where its help is."""
     command = getattr(getattr(fault, "ctx", None), "command_path", "drysim")
     sentence = fault.format_message().replace("Value error, ", "")
-    return dressed(UsageError(sentence, f"`{command} --help` shows what it takes"))
+    return report_error(UsageError(sentence, f"`{command} --help` shows what it takes"))
 
 
-def out_of_memory() -> int:
+def report_out_of_memory() -> int:
     """Say that there is no more memory, and give the exit code."""
     print("error: this machine has run out of memory; take a shorter run", file=sys.stderr)
     return EXIT_NOTHING_COMPUTED
 
 
-def unforeseen(fault: Exception) -> int:
+def report_unexpected(fault: Exception) -> int:
     """Show what nobody foresaw: a stdout that cannot be written, or else a bug.
 
     Who was asked to go has no bug: an interrupted import fails with whatever comes to its mind.
     """
-    if ASKED.is_set():
+    if INTERRUPT_REQUESTED.is_set():
         return EXIT_INTERRUPTED
     if isinstance(fault, OSError) and fault.errno == errno.ENOMEM:
-        return out_of_memory()
+        return report_out_of_memory()
     # A stream that fails names no file; all files are written where that is foreseen.
-    if isinstance(fault, OSError) and fault.filename is None and fault.errno in REFUSALS:
-        return dressed(unheard(fault))
+    if isinstance(fault, OSError) and fault.filename is None and fault.errno in STREAM_ERRORS:
+        return report_error(stdout_error(fault))
     with suppress(OSError):
         traceback.print_exc()
-        print(BUG, file=sys.stderr)
+        print(BUG_NOTICE, file=sys.stderr)
     return EXIT_BUG
 
 
-def dressed(fault: DrysimError) -> int:
+def report_error(fault: DrysimError) -> int:
     """Show a fault with its places and its hint, and give its exit code."""
     from drysim.console import problems
 
     with suppress(SystemExit):  # rich leaves with SystemExit on a broken pipe
-        problems.show_fault(fault)
+        problems.show_error(fault)
     return fault.exit_code

@@ -16,16 +16,16 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from drysim.cli import options, process
-from drysim.cli.process import Voice, reader_may_leave, typed
+from drysim.cli.process import OutputMode, command_line, tolerate_closed_pipe
 from drysim.errors import (
     EXIT_CHECK_FAILED,
     EXIT_INTERRUPTED,
     EXIT_NOTHING_COMPUTED,
     EXIT_NUMERICS_FAILED,
     EXIT_OK,
-    Caution,
     OutputError,
     UsageError,
+    WarningMessage,
 )
 
 if TYPE_CHECKING:
@@ -36,37 +36,37 @@ if TYPE_CHECKING:
     from drysim.study.statistics import Batch
     from drysim.study.table import Table
 
-FIRST = "paper-low-friction"
+DEFAULT_SCENARIO = "paper-low-friction"
 """What `drysim init` writes when no name is given."""
 
-HERE = "scenario.yaml"
+LOCAL_SCENARIO = "scenario.yaml"
 """What `drysim compare` takes when no scenario is named."""
 
-FALLBACK, FALLBACK_OF_LAWS = "paper-random", "friction-laws"
+FALLBACK_SCENARIO, FALLBACK_FOR_LAWS = "paper-random", "friction-laws"
 """What it takes of the gallery where that is missing; the latter has options of every law."""
 
-TOLD = ("metrics", "ensemble", "checks", "numerics")
+SUMMARY_KEYS = ("metrics", "ensemble", "checks", "numerics")
 """What of drysim.json is told again; only many seeds are an ensemble."""
 
-RUN_BY_DOCTOR = "free-decay"
+DOCTOR_SCENARIO = "free-decay"
 
-PNG_END = b"IEND\xaeB`\x82"
+PNG_TRAILER = b"IEND\xaeB`\x82"
 """Last bytes of a whole PNG file."""
 
 
-def init(name: options.Name = FIRST, show: options.Show = False) -> int:
+def init(name: options.Name = DEFAULT_SCENARIO, show: options.Show = False) -> int:
     """Write a commented scenario from the gallery."""
     from drysim.console import terminal
     from drysim.study import gallery
 
     if show:
-        return show_gallery(gallery.HARD if name == gallery.HARD else "")
+        return show_gallery(gallery.HARD_FOLDER if name == gallery.HARD_FOLDER else "")
     written = gallery.copy(name, Path())
-    with reader_may_leave(Path()):
-        terminal.say("\n".join(map(str, written)))
+    with tolerate_closed_pipe(Path()):
+        terminal.print_stdout("\n".join(map(str, written)))
     if loop := gallery.find(name).loop:
-        terminal.remark(f"its friction loop: {loop}")
-    terminal.remark(f"now: drysim run {written[0]}")
+        terminal.print_stderr(f"its friction loop: {loop}")
+    terminal.print_stderr(f"now: drysim run {written[0]}")
     return EXIT_OK
 
 
@@ -75,16 +75,18 @@ def show_gallery(part: str) -> int:
     from drysim.console import terminal
     from drysim.study import gallery
 
-    shown = gallery.pieces(part)
+    shown = gallery.list_scenarios(part)
     width = 2 + max(len(piece.name) for piece in shown)
-    with reader_may_leave():
+    with tolerate_closed_pipe():
         for piece in shown:
             seen = " [loop]" if piece.loop else ""
-            terminal.say(f"{piece.name:<{width}}{piece.about}{seen}")
+            terminal.print_stdout(f"{piece.name:<{width}}{piece.about}{seen}")
     if any(piece.loop for piece in shown):
-        terminal.remark(f"pictures of the loops: {gallery.folder() / gallery.LOOPS}")
-    if part != gallery.HARD:
-        terminal.remark(f"the hard cases: drysim init --list {gallery.HARD}")
+        terminal.print_stderr(
+            f"pictures of the loops: {gallery.folder() / gallery.LOOPS_FOLDER}"
+        )
+    if part != gallery.HARD_FOLDER:
+        terminal.print_stderr(f"the hard cases: drysim init --list {gallery.HARD_FOLDER}")
     return EXIT_OK
 
 
@@ -103,35 +105,35 @@ def run(
     quiet: options.Quiet = False,
 ) -> int:
     """One case, or one under many seeds: motion, metrics, checks."""
-    from drysim.output.folder import check, holds_sweep
+    from drysim.output.folder import check_writable, holds_sweep
     from drysim.scenario.load import load
     from drysim.study.case import prepare
-    from drysim.study.statistics import most
+    from drysim.study.statistics import max_seeds
 
-    voice = Voice(as_json, quiet)
+    mode = OutputMode(as_json, quiet)
     case = prepare(load(scenario, options.overrides(changes, approach)))
-    alone = most(case.scenario) == 1
-    if alone:
-        refuse_needless(workers, resume)
+    single = max_seeds(case.scenario) == 1
+    if single:
+        check_single_seed_options(workers, resume)
     folder = out or Path("out", case.scenario.name)
-    check(folder)
+    check_writable(folder)
     if dry_run:
         from drysim.cli import work
 
-        return work.show(case, folder, voice)
+        return work.show_plan(case, folder, mode)
     if holds_sweep(folder):
-        voice.remark(f"{folder} holds a sweep, which this run replaces; --out keeps it")
-    asked = (case, folder, typed(context), voice)
-    if alone:
-        return run_alone(*asked, strict=strict, plots=not no_plots)
+        mode.print_status(f"{folder} holds a sweep, which this run replaces; --out keeps it")
+    requested = (case, folder, command_line(context), mode)
+    if single:
+        return run_single(*requested, strict=strict, plots=not no_plots)
     from drysim.cli import work
 
     return work.run_ensemble(
-        *asked, workers=workers, resume=resume, strict=strict, plots=not no_plots
+        *requested, workers=workers, resume=resume, strict=strict, plots=not no_plots
     )
 
 
-def refuse_needless(workers: int | None, resume: bool) -> None:
+def check_single_seed_options(workers: int | None, resume: bool) -> None:
     """Make sure that nobody asks a single seed for what only many can do."""
     only = "has a meaning only with many seeds"
     hint = "ask for them by --set excitation.seeds=20, or leave it out"
@@ -141,25 +143,25 @@ def refuse_needless(workers: int | None, resume: bool) -> None:
         raise UsageError(f"--resume {only}: a single run begins anew", hint)
 
 
-def run_alone(
-    case: Case, folder: Path, command: str, voice: Voice, *, strict: bool, plots: bool
+def run_single(
+    case: Case, folder: Path, command: str, mode: OutputMode, *, strict: bool, plots: bool
 ) -> int:
     """Compute, write and show the outcome of a case; give the exit code."""
     from drysim import output
     from drysim.console import summaries
-    from drysim.output.folder import require_room
-    from drysim.study.case import LARGE, LEAST_SHARE, SLOW, response_bytes
+    from drysim.output.folder import check_disk_space
+    from drysim.study.case import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
     from drysim.study.run import solve
 
-    require_room(folder, LEAST_SHARE * response_bytes(case))
-    for caution in case.cautions:
-        if caution.slug in (SLOW, LARGE):  # of use before the work, too
-            voice.remark(f"patience: {caution.sentence}")
+    check_disk_space(folder, MIN_BYTES_SHARE * response_bytes(case))
+    for warning in case.warnings:
+        if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # of use before the work, too
+            mode.print_status(f"patience: {warning.sentence}")
     outcome = solve(case)
     code = outcome.exit_code(strict)
-    told = output.write(outcome, folder, plots=plots, command=command, exit_code=code)
+    fields = output.write_run(outcome, folder, plots=plots, command=command, exit_code=code)
     show = partial(summaries.show_outcome, outcome, folder)
-    return voice.answer(told, show, outcome.warnings, folder, code)
+    return mode.report(fields, show, outcome.warnings, folder, code)
 
 
 def sweep(
@@ -182,75 +184,77 @@ def sweep(
     tls_key: options.TlsKey = None,
 ) -> int:
     """Every case of the sweep block: transmissibility."""
-    from drysim.cli.work import place
-    from drysim.output.folder import check
+    from drysim.cli.work import sweep_executor
+    from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.case import prepare
     from drysim.study.plan import approaches_of
 
-    voice = Voice(as_json, quiet)
+    mode = OutputMode(as_json, quiet)
     case = prepare(load(scenario, options.overrides(changes, approach)))
     wanted = approaches_of(case.scenario)
     folder = out or Path("out", case.scenario.name)
-    check(folder)
+    check_writable(folder)
     if form == "parquet":
-        from drysim.output.tables import require
+        from drysim.output.tables import require_pyarrow
 
-        require()
+        require_pyarrow()
     if dry_run:
         from drysim.cli import work
 
-        return work.show_grid(case, folder, [one.word for one in wanted], voice)
+        return work.show_grid_plan(case, folder, [one.label for one in wanted], mode)
     from drysim import output
     from drysim.console import many, summaries
 
-    command = typed(context)
+    command = command_line(context)
     with (
-        place(cluster, workers, voice, (tls_ca_file, tls_cert, tls_key)) as compute,
-        voice.claimed(folder, resume, "cases") as claim,
+        sweep_executor(cluster, workers, mode, (tls_ca_file, tls_cert, tls_key)) as compute,
+        mode.lock(folder, resume, "cases") as locked,
     ):
-        table = swept(case, claim.cases, compute, resume, quiet)
+        table = compute_sweep(case, locked.cases, compute, resume, quiet)
         code = table.exit_code(strict) if table.complete else EXIT_INTERRUPTED
-        told = output.write_table(
-            table, claim, plots=not no_plots, command=command, exit_code=code, form=form
+        fields = output.write_table(
+            table, locked, plots=not no_plots, command=command, exit_code=code, form=form
         )
     show = partial(many.show_table, table, folder)
     if not table.complete:
         many.show_interrupted(len(table.rows), "case", folder)
         show = show if len(table.rows) else partial(summaries.show_warnings, ())
-    written = folder if table.complete else claim.partial
-    return voice.answer(told, show, table.warnings, written, code)
+    written = folder if table.complete else locked.partial
+    return mode.report(fields, show, table.warnings, written, code)
 
 
-def swept(case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool) -> Table:
+def compute_sweep(
+    case: Case, folder: Path, compute: Compute, resume: bool, quiet: bool
+) -> Table:
     """Give the table of a sweep; incomplete when it was interrupted on the way."""
     from drysim.console import terminal
-    from drysim.study.plan import Pieces, approaches_of
-    from drysim.study.store import Store, identity
-    from drysim.study.sweep import leftover
+    from drysim.study.plan import CaseRanges, approaches_of
+    from drysim.study.store import Store, work_identity
+    from drysim.study.sweep import partial_table
 
-    store = Store(folder, identity(case.scenario), resume)
-    every = Pieces(approaches_of(case.scenario))
-    kept = (piece for piece in (every if resume else ()) if store.holds(piece))
+    store = Store(folder, work_identity(case.scenario), resume)
+    every = CaseRanges(approaches_of(case.scenario))
+    kept = (piece for piece in (every if resume else ()) if store.has(piece))
     done = [piece.end - piece.begin for piece in kept]
     cases = sum(every.cases) - sum(done)
     with terminal.progress(cases, "cases", quiet, len(every) - len(done)) as advance:
         try:
-            return compute(case, store, partial(finished, advance))
+            return compute(case, store, partial(count_batch, advance))
         except KeyboardInterrupt:
-            return leftover(case, store)
+            return partial_table(case, store)
 
 
-def finished(advance: Callable[[int], None], batch: Batch) -> None:
+def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
     """Tell that a block of cases is finished; an interrupt that was lost on the way ends it."""
     advance(len(batch))
-    process.if_asked()
+    process.raise_if_interrupted()
 
 
 def compare(
     context: typer.Context,
     approaches: options.Compared,
-    scenario: options.ScenarioFile = None,
+    scenario: options.ScenarioOption = None,
     changes: options.Changes = None,
     out: options.Out = None,
     workers: options.Workers = None,
@@ -261,49 +265,49 @@ def compare(
     quiet: options.Quiet = False,
 ) -> int:
     """Approaches or friction laws on one base motion; a verdict."""
-    from drysim.output.folder import check
+    from drysim.output.folder import check_writable
     from drysim.scenario.load import load
     from drysim.study.case import prepare
-    from drysim.study.compare import named, scenarios_of, solve
-    from drysim.study.run import count
+    from drysim.study.compare import parse_names, scenarios_by_name, solve
+    from drysim.study.run import count_cases
 
-    voice, names = Voice(as_json, quiet), named(approaches)
-    loaded = load(scenario_or_default(scenario, names, voice), changes or [])
-    case = prepare(loaded.compared_by(names[-1]), compared=True)
-    wanted = scenarios_of(loaded, names)
+    mode, names = OutputMode(as_json, quiet), parse_names(approaches)
+    loaded = load(scenario_or_default(scenario, names, mode), changes or [])
+    case = prepare(loaded.variant(names[-1]), compared=True)
+    wanted = scenarios_by_name(loaded, names)
     folder = out or Path("out", f"{loaded.name}-compare")
-    check(folder)
+    check_writable(folder)
     if dry_run:
         from drysim.cli import work
 
-        return work.show_grid(case, folder, [*wanted], voice)
+        return work.show_grid_plan(case, folder, [*wanted], mode)
     from drysim import output
     from drysim.console import many, terminal
 
-    total = count(list(wanted.values()))
+    total = count_cases(list(wanted.values()))
     with terminal.progress(total, "cases", quiet) as advance:
-        tell = partial(finished, advance)
-        made = solve(loaded, case, names, workers=workers, finished=tell)
-    code = made.table.exit_code(strict)
-    command = typed(context)
-    told = output.write_comparison(
-        made, folder, plots=not no_plots, command=command, exit_code=code
+        on_batch = partial(count_batch, advance)
+        result = solve(loaded, case, names, workers=workers, finished=on_batch)
+    code = result.table.exit_code(strict)
+    command = command_line(context)
+    fields = output.write_comparison(
+        result, folder, plots=not no_plots, command=command, exit_code=code
     )
-    show = partial(many.show_comparison, made, folder)
-    return voice.answer(told, show, made.table.warnings, folder, code)
+    show = partial(many.show_comparison, result, folder)
+    return mode.report(fields, show, result.table.warnings, folder, code)
 
 
-def scenario_or_default(file: str | None, names: Sequence[str], voice: Voice) -> str:
+def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode) -> str:
     """Give the scenario to compare: the one named, else ./scenario.yaml, else the gallery's."""
     if file is not None:
         return file
-    if Path(HERE).exists():
-        return HERE
+    if Path(LOCAL_SCENARIO).exists():
+        return LOCAL_SCENARIO
     from drysim.scenario.reading import LAWS
     from drysim.study import gallery
 
-    name = FALLBACK_OF_LAWS if LAWS.keys() & {*names} else FALLBACK
-    voice.remark(f"no {HERE} here: comparing the gallery's {name}")
+    name = FALLBACK_FOR_LAWS if LAWS.keys() & {*names} else FALLBACK_SCENARIO
+    mode.print_status(f"no {LOCAL_SCENARIO} here: comparing the gallery's {name}")
     return str(gallery.find(name).file)
 
 
@@ -316,16 +320,16 @@ def validate(
 ) -> int:
     """Check files, compute nothing."""
     from drysim.console import problems
-    from drysim.study.case import examine
+    from drysim.study.case import find_problems
 
-    found = {file: examine(file, changes or []) for file in scenarios}
+    found = {file: find_problems(file, changes or []) for file in scenarios}
     failing = ("error", "warning") if strict else ("error",)
     faults = {
         file: failed
         for file, problems in found.items()
         if (failed := [problem for problem in problems if problem.severity in failing])
     }
-    with reader_may_leave():
+    with tolerate_closed_pipe():
         problems.show_problems(faults if quiet and form != "json" else found, form)
     if any(problem.severity == "error" for file in faults.values() for problem in file):
         return EXIT_NOTHING_COMPUTED
@@ -336,17 +340,17 @@ def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     """Extremes, quantiles and checks of a result on the disk."""
     from drysim.console import summaries
 
-    told = read(folder)
-    with reader_may_leave():
+    fields = read_sidecar(folder)
+    with tolerate_closed_pipe():
         if as_json:
-            words = {name: told[name] for name in TOLD if name in told}
+            words = {name: fields[name] for name in SUMMARY_KEYS if name in fields}
             typer.echo(json.dumps(words, indent=2))
         else:
-            summaries.show_retold(told)
+            summaries.show_sidecar(fields)
     return EXIT_OK
 
 
-def read(folder: Path) -> dict[str, Any]:
+def read_sidecar(folder: Path) -> dict[str, Any]:
     """Give the drysim.json of a result.
 
     Raises
@@ -359,27 +363,27 @@ def read(folder: Path) -> dict[str, Any]:
     file = folder / MARKER
     hint = "name the folder that a run, a sweep or a comparison has written"
     try:
-        told = json.loads(file.read_text(encoding="utf-8"))
+        fields = json.loads(file.read_text(encoding="utf-8"))
     except OSError as fault:
         reason = (fault.strerror or str(fault)).lower()
         raise OutputError(f"cannot read {file}: {reason}", hint) from fault
     except ValueError:
-        told = None
+        fields = None
     needed = {"scenario", "metrics", "checks", "numerics", "command", "complete"}
-    if not isinstance(told, dict) or not needed <= told.keys():
+    if not isinstance(fields, dict) or not needed <= fields.keys():
         raise OutputError(f"{file} holds no finished result", hint)
-    return told
+    return fields
 
 
 def bench(
     context: typer.Context,
-    scenario: options.Asked = None,
+    scenario: options.OptionalFile = None,
     changes: options.Changes = None,
     out: options.Out = None,
     steady: options.Steady = False,
     hard: options.Hard = False,
     repeats: options.Repeats = 15,
-    samples: options.Size = 24_000,
+    samples: options.Samples = 24_000,
     patience: options.Patience = None,
     peers: options.Peers = True,
     dry_run: options.DryRun = False,
@@ -388,82 +392,94 @@ def bench(
     quiet: options.Quiet = False,
 ) -> int:
     """Speed against error, beside programs that people know."""
-    voice, command = Voice(as_json, quiet), typed(context)
+    mode, command = OutputMode(as_json, quiet), command_line(context)
     if steady and hard:
         raise UsageError("--steady and --hard ask for two benches", "ask for one at a time")
     if hard:
-        return held(scenario, changes or [], out, patience, dry_run, voice, command)
+        return bench_hard_cases(scenario, changes or [], out, patience, dry_run, mode, command)
     from drysim.bench import scipy_ivp, speed_error
-    from drysim.bench.timing import Terms
-    from drysim.output.folder import check
+    from drysim.bench.timing import BenchOptions
+    from drysim.output.folder import check_writable
 
-    terms = Terms(samples, repeats, patience or options.PATIENCE, (scipy_ivp,) if peers else ())
-    asked = speed_error.scenarios(scenario, changes or [], steady)
-    job = speed_error.settling(asked, terms) if steady else speed_error.marching(asked, terms)
-    folder = folder_of(out, scenario, asked, "steady" if steady else "bench")
-    check(folder)
+    terms = BenchOptions(
+        samples, repeats, patience or options.RUN_TIME_LIMIT, (scipy_ivp,) if peers else ()
+    )
+    requested = speed_error.load_scenarios(scenario, changes or [], steady)
+    job = (
+        speed_error.steady_state_bench(requested, terms)
+        if steady
+        else speed_error.time_history_bench(requested, terms)
+    )
+    folder = output_folder(out, scenario, requested, "steady" if steady else "bench")
+    check_writable(folder)
     if dry_run:
-        return plan_bench(
-            job.cases, terms._asdict() | {"peers": peers}, folder, job.cautions, voice
+        return show_bench_plan(
+            job.cases, terms._asdict() | {"peers": peers}, folder, job.warnings, mode
         )
     from drysim import output
     from drysim.console import findings, terminal
 
     total = sum(case["entries"] for case in job.cases)
     with terminal.progress(total, "entries", quiet) as advance:
-        made = job.run(advance)
-    told = output.write_bench(
-        made, folder, plots=not no_plots, command=command, exit_code=EXIT_OK
+        result = job.run(advance)
+    fields = output.write_bench(
+        result, folder, plots=not no_plots, command=command, exit_code=EXIT_OK
     )
-    return voice.answer(told, partial(findings.show_bench, made, folder), made.warnings, folder)
+    return mode.report(
+        fields, partial(findings.show_bench, result, folder), result.warnings, folder
+    )
 
 
-def held(
+def bench_hard_cases(
     scenario: str | None,
     changes: Sequence[str],
     out: Path | None,
     patience: float | None,
     dry_run: bool,
-    voice: Voice,
+    mode: OutputMode,
     command: str,
 ) -> int:
     """Put every approach through the hard cases."""
-    from drysim.approach import SHELF
+    from drysim.approach import APPROACHES_BY_NAME
     from drysim.bench import hard_cases
-    from drysim.output.folder import check
+    from drysim.output.folder import check_writable
 
-    asked = hard_cases.scenarios(scenario, changes)
-    folder = folder_of(out, scenario, asked, "hard")
-    check(folder)
-    limit = patience or options.HARD_PATIENCE
+    requested = hard_cases.load_scenarios(scenario, changes)
+    folder = output_folder(out, scenario, requested, "hard")
+    check_writable(folder)
+    limit = patience or options.HARD_TIME_LIMIT
     if dry_run:
-        cases = [{"name": one.name, "entries": len(SHELF)} for one in asked]
-        return plan_bench(cases, {"patience": limit}, folder, (), voice)
+        cases = [{"name": one.name, "entries": len(APPROACHES_BY_NAME)} for one in requested]
+        return show_bench_plan(cases, {"patience": limit}, folder, (), mode)
     from drysim import output
     from drysim.console import findings, terminal
 
-    with terminal.progress(len(asked) * len(SHELF), "trials", voice.quiet) as advance:
-        made = hard_cases.run(asked, limit, advance)
-    code = made.exit_code()
-    told = output.write_hard(made, folder, command=command, exit_code=code)
-    return voice.answer(told, partial(findings.show_hard, made, folder), (), folder, code)
+    with terminal.progress(
+        len(requested) * len(APPROACHES_BY_NAME), "trials", mode.quiet
+    ) as advance:
+        result = hard_cases.run(requested, limit, advance)
+    code = result.exit_code()
+    fields = output.write_hard_cases(result, folder, command=command, exit_code=code)
+    return mode.report(
+        fields, partial(findings.show_hard_cases, result, folder), (), folder, code
+    )
 
 
-def folder_of(
-    out: Path | None, scenario: str | None, asked: Sequence[Scenario], word: str
+def output_folder(
+    out: Path | None, scenario: str | None, requested: Sequence[Scenario], label: str
 ) -> Path:
     """Give the output folder: as it was asked for, or by the scenario's name."""
     if out is not None:
         return out
-    return Path("out", word if scenario is None else f"{asked[0].name}-{word}")
+    return Path("out", label if scenario is None else f"{requested[0].name}-{label}")
 
 
-def plan_bench(
+def show_bench_plan(
     cases: Sequence[dict[str, Any]],
     terms: dict[str, Any],
     folder: Path,
-    cautions: Sequence[Caution],
-    voice: Voice,
+    warnings: Sequence[WarningMessage],
+    mode: OutputMode,
 ) -> int:
     """Show what a bench would do."""
     sentences = [
@@ -472,14 +488,14 @@ def plan_bench(
         for case in cases
     ]
     fields = {"cases": cases, **terms, "folder": folder.as_posix()}
-    return voice.plan(fields, sentences, cautions)
+    return mode.plan(fields, sentences, warnings)
 
 
 def schema() -> int:
     """JSON schema of scenario files, for editors."""
     from drysim.scenario import schema as describe
 
-    with reader_may_leave():
+    with tolerate_closed_pipe():
         typer.echo(json.dumps(describe(), indent=2))
     return EXIT_OK
 
@@ -487,17 +503,17 @@ def schema() -> int:
 def doctor() -> int:
     """Versions, known answers, a run with its picture; two seconds."""
     from drysim.console import terminal
-    from drysim.study.doctor import examine_installation
+    from drysim.study.doctor import check_installation
 
-    findings = [*examine_installation(), end_to_end()]
-    with reader_may_leave():
+    findings = [*check_installation(), check_run()]
+    with tolerate_closed_pipe():
         for finding in findings:
-            mark = "ok" if finding.sound else "FAULT"
-            terminal.say(f"{mark:<6}{finding.name:<12}{finding.sentence}")
-    return EXIT_OK if all(finding.sound for finding in findings) else EXIT_NUMERICS_FAILED
+            mark = "ok" if finding.passed else "FAULT"
+            terminal.print_stdout(f"{mark:<6}{finding.name:<12}{finding.sentence}")
+    return EXIT_OK if all(finding.passed for finding in findings) else EXIT_NUMERICS_FAILED
 
 
-def end_to_end() -> Finding:
+def check_run() -> Finding:
     """Run a scenario of the gallery from its file to its picture, in a temporary folder."""
     from tempfile import TemporaryDirectory
 
@@ -510,12 +526,14 @@ def end_to_end() -> Finding:
         from drysim.study.case import prepare
         from drysim.study.run import solve
 
-        outcome = solve(prepare(load(gallery.find(RUN_BY_DOCTOR).file)))
+        outcome = solve(prepare(load(gallery.find(DOCTOR_SCENARIO).file)))
         with TemporaryDirectory() as folder:
-            out = Path(folder, RUN_BY_DOCTOR)
-            output.write(outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK)
-            whole = Path(out, "response.png").read_bytes().endswith(PNG_END)
+            out = Path(folder, DOCTOR_SCENARIO)
+            output.write_run(
+                outcome, out, plots=True, command="drysim doctor", exit_code=EXIT_OK
+            )
+            whole = Path(out, "response.png").read_bytes().endswith(PNG_TRAILER)
     except Exception as fault:  # whatever a broken installation raises
         return Finding("run", False, f"{type(fault).__name__}: {fault}")
-    sound = whole and outcome.exit_code() == EXIT_OK
-    return Finding("run", sound, f"{RUN_BY_DOCTOR} and its picture")
+    passed = whole and outcome.exit_code() == EXIT_OK
+    return Finding("run", passed, f"{DOCTOR_SCENARIO} and its picture")

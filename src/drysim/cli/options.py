@@ -10,30 +10,30 @@ import typer
 from drysim import __version__
 from drysim.errors import EXIT_OK
 
-PATIENCE, HARD_PATIENCE = 0.2, 30.0
+RUN_TIME_LIMIT, HARD_TIME_LIMIT = 0.2, 30.0
 """Time that one run may take [s], and that a hard case may: there it decides held or failed."""
 
 
-def approach_names() -> list[str]:
+def complete_approaches() -> list[str]:
     """Give the shelf of approaches to the completion of the shell."""
-    from drysim.approach import SHELF
+    from drysim.approach import APPROACHES_BY_NAME
 
-    return list(SHELF)
+    return list(APPROACHES_BY_NAME)
 
 
-def compared_names() -> list[str]:
+def complete_compared() -> list[str]:
     """Give the shelves of approaches and friction laws to the completion of the shell."""
-    from drysim.approach import SHELF
+    from drysim.approach import APPROACHES_BY_NAME
     from drysim.scenario.reading import LAWS
 
-    return [*SHELF, *LAWS]
+    return [*APPROACHES_BY_NAME, *LAWS]
 
 
-def gallery_names() -> list[str]:
+def complete_gallery() -> list[str]:
     """Give the gallery to the completion of the shell."""
-    from drysim.study.gallery import HARD, pieces
+    from drysim.study.gallery import HARD_FOLDER, list_scenarios
 
-    return [piece.name for piece in (*pieces(), *pieces(HARD))]
+    return [piece.name for piece in (*list_scenarios(), *list_scenarios(HARD_FOLDER))]
 
 
 def show_version(wanted: bool) -> None:
@@ -60,7 +60,7 @@ Out = Annotated[
 Approach = Annotated[
     str | None,
     typer.Option(
-        "--approach", metavar="NAME", autocompletion=approach_names, help="How to solve."
+        "--approach", metavar="NAME", autocompletion=complete_approaches, help="How to solve."
     ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything, compute nothing.")]
@@ -93,11 +93,11 @@ Compared = Annotated[
     list[str],
     typer.Argument(
         metavar="A vs B [vs C ...]",
-        autocompletion=compared_names,
+        autocompletion=complete_compared,
         help="Approaches or friction laws; the last is the yardstick, viscous is added.",
     ),
 ]
-ScenarioFile = Annotated[
+ScenarioOption = Annotated[
     str | None,
     typer.Option(
         "--scenario", "-s", metavar="FILE", help="Default: ./scenario.yaml, else the gallery's."
@@ -132,19 +132,19 @@ TlsKey = Annotated[
     typer.Option("--tls-key", metavar="FILE", help="Its private key (PEM)."),
 ]
 Name = Annotated[
-    str, typer.Argument(metavar="NAME", autocompletion=gallery_names, help="In the gallery.")
+    str, typer.Argument(metavar="NAME", autocompletion=complete_gallery, help="In the gallery.")
 ]
 Show = Annotated[
     bool, typer.Option("--list", help="Show the gallery; after `hard`, its hard cases.")
 ]
-Asked = Annotated[
+OptionalFile = Annotated[
     str | None,
     typer.Argument(metavar="SCENARIO", help="File (YAML); default: two of the gallery."),
 ]
 Repeats = Annotated[
     int, typer.Option("--repeats", min=1, metavar="N", help="Runs of an entry, at most.")
 ]
-Size = Annotated[
+Samples = Annotated[
     int, typer.Option("--samples", min=1, metavar="N", help="Samples of the work, at most.")
 ]
 Patience = Annotated[
@@ -153,8 +153,8 @@ Patience = Annotated[
         "--patience",
         min=1e-3,
         metavar="SECONDS",
-        help=f"What one run may take, default {PATIENCE:g}: slower entries run on a shorter "
-        f"stretch; with --hard {HARD_PATIENCE:g}, and what takes longer fails.",
+        help=f"What one run may take, default {RUN_TIME_LIMIT:g}: slower entries run on a shorter "
+        f"stretch; with --hard {HARD_TIME_LIMIT:g}, and what takes longer fails.",
     ),
 ]
 Peers = Annotated[
@@ -174,6 +174,6 @@ def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
     words = changes or []
     if approach is None:
         return words
-    from drysim.yaml_document import Option
+    from drysim.yaml_document import OptionOverride
 
-    return [*words, Option(f"solver.approach={approach}", f"--approach {approach}")]
+    return [*words, OptionOverride(f"solver.approach={approach}", f"--approach {approach}")]

@@ -24,81 +24,87 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
-from drysim.errors import EXIT_CHECK_FAILED, EXIT_INTERRUPTED, EXIT_OK, Caution, OutputError
+from drysim.errors import (
+    EXIT_CHECK_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    OutputError,
+    WarningMessage,
+)
 
 if TYPE_CHECKING:
-    from drysim.output.folder import Claim
+    from drysim.output.folder import LockedFolder
 
 
 # Signals.
 
-NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+SIGNAL_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 """Not every system knows all of them."""
 
-OURS = (signal.SIG_DFL, signal.default_int_handler)
+DEFAULT_HANDLERS = (signal.SIG_DFL, signal.default_int_handler)
 """What Python sets; a signal that is ignored, as below `nohup`, stays so."""
 
-ASKED = Event()
+INTERRUPT_REQUESTED = Event()
 """Set once we were asked to go: an import that this cuts short may fail with any exception."""
 
-PATIENCE = 1.0
+SIGNAL_TIMEOUT = 1.0
 """Time after a signal until the process ends in spite of a kernel that is still at work [s]."""
 
-GOODBYE = b"interrupted in a long computation; no file is left half-written\n"
+INTERRUPT_MESSAGE = b"interrupted in a long computation; no file is left half-written\n"
 
-_heard = [-math.inf]
+_last_handled = [-math.inf]
 """When Python last called the handler of a signal [s]."""
 
 
-def tidy_up_first() -> None:
+def install_signal_handlers() -> None:
     """Let every such signal interrupt the work, which then leaves its files in order.
 
     Python calls a handler between two of its own instructions, and a compiled kernel may run
     for hours. So a thread learns of signals as they come, and ends the process where none is
     handled: as safe as a kill at any other instant.
     """
-    numbers = set(filter(None, (getattr(signal, name, None) for name in NAMES)))
-    ours = {number for number in numbers if signal.getsignal(number) in OURS}
-    for number in ours:
-        signal.signal(number, _interrupt)
+    numbers = set(filter(None, (getattr(signal, name, None) for name in SIGNAL_NAMES)))
+    handled = {number for number in numbers if signal.getsignal(number) in DEFAULT_HANDLERS}
+    for number in handled:
+        signal.signal(number, _handle_signal)
     read, write = os.pipe()
     os.set_blocking(write, False)
     signal.set_wakeup_fd(write, warn_on_full_buffer=False)
     if hasattr(os, "register_at_fork"):  # a child would write into the pipe of its parent
         os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
-    Thread(target=_end_unheard, args=(read, ours), daemon=True).start()
+    Thread(target=_watch_signals, args=(read, handled), daemon=True).start()
 
 
-def if_asked() -> None:
+def raise_if_interrupted() -> None:
     """Interrupt the work once more, in case that has been lost.
 
     Python passes over an exception in a finaliser or in a call of C, and the work went on.
     """
-    if ASKED.is_set():
+    if INTERRUPT_REQUESTED.is_set():
         raise KeyboardInterrupt
 
 
-def _end_unheard(read: int, ours: set[int]) -> None:
+def _watch_signals(read: int, handled: set[int]) -> None:
     """End the process once a signal is not handled in time."""
     while True:
-        asked = ours.intersection(os.read(read, 64))
-        came = monotonic()
-        if asked:
-            sleep(PATIENCE)
-            if _heard[0] < came - PATIENCE:
-                os.write(2, GOODBYE)
+        received = handled.intersection(os.read(read, 64))
+        received_at = monotonic()
+        if received:
+            sleep(SIGNAL_TIMEOUT)
+            if _last_handled[0] < received_at - SIGNAL_TIMEOUT:
+                os.write(2, INTERRUPT_MESSAGE)
                 os._exit(EXIT_INTERRUPTED)
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    ASKED.set()
-    _heard[0] = monotonic()
+def _handle_signal(number: int, frame: FrameType | None) -> None:
+    INTERRUPT_REQUESTED.set()
+    _last_handled[0] = monotonic()
     raise KeyboardInterrupt
 
 
 # Streams.
 
-REFUSALS = {
+STREAM_ERRORS = {
     errno.EAGAIN, errno.EBADF, errno.ECONNRESET, errno.EDQUOT, errno.EFBIG, errno.EINVAL,
     errno.EIO, errno.ENOSPC, errno.ENXIO, errno.EPIPE,
 }  # fmt: skip
@@ -113,7 +119,7 @@ def open_closed_streams() -> None:
 
 
 @contextmanager
-def reader_may_leave(written: Path | None = None, code: int = 0) -> Iterator[None]:
+def tolerate_closed_pipe(written: Path | None = None, code: int = 0) -> Iterator[None]:
     """Let a reader end early, as in `drysim run seat.yaml --json | head`: it is not a fault.
 
     The work is done by then, so its exit code stands; what was left to say goes nowhere.
@@ -136,13 +142,13 @@ def reader_may_leave(written: Path | None = None, code: int = 0) -> Iterator[Non
         yield
         sys.stdout.flush()
     except (BrokenPipeError, SystemExit):  # rich leaves with SystemExit on a broken pipe
-        close_stdout()
+        discard_stdout()
     except OSError as fault:
-        close_stdout()
-        raise unheard(fault, written, code) from fault
+        discard_stdout()
+        raise stdout_error(fault, written, code) from fault
 
 
-def unheard(fault: OSError, written: Path | None = None, code: int = 0) -> OutputError:
+def stdout_error(fault: OSError, written: Path | None = None, code: int = 0) -> OutputError:
     """Give the error for a stdout that cannot be written; parameters as above."""
     reason = (fault.strerror or str(fault)).lower()
     hint = f"the files are complete, in {written}" if written else ""
@@ -152,32 +158,32 @@ def unheard(fault: OSError, written: Path | None = None, code: int = 0) -> Outpu
     return error
 
 
-def close_stdout() -> None:
+def discard_stdout() -> None:
     """Send what is still buffered nowhere, lest Python's own farewell fail again."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
-    os.close(nowhere)
+    null_device = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null_device, sys.stdout.fileno())
+    os.close(null_device)
 
 
 # Words.
 
 
-def typed(context: typer.Context) -> str:
+def command_line(context: typer.Context) -> str:
     """Give the command line, quoted as for a shell."""
     return shlex.join(["drysim", *context.obj])
 
 
-class Voice(NamedTuple):
+class OutputMode(NamedTuple):
     """What `--json` and `--quiet` leave of the words; faults are shown in any case."""
 
     as_json: bool
     quiet: bool
 
-    def answer(
+    def report(
         self,
-        told: Mapping[str, Any],
+        fields: Mapping[str, Any],
         show: Callable[[], None],
-        warnings: Sequence[Caution],
+        warnings: Sequence[WarningMessage],
         folder: Path | None = None,
         code: int = EXIT_OK,
     ) -> int:
@@ -197,69 +203,74 @@ class Voice(NamedTuple):
         from drysim import output
         from drysim.console import summaries
 
-        with reader_may_leave(folder, code):
+        with tolerate_closed_pipe(folder, code):
             if self.as_json:
-                typer.echo(output.json_text(told), nl=False)
+                typer.echo(output.json_text(fields), nl=False)
             elif not self.quiet:
                 show()
             elif code not in (EXIT_OK, EXIT_INTERRUPTED):  # of which more was said before
-                self._excuse(told, warnings)
+                self._explain_exit_code(fields, warnings)
             if self.as_json and not self.quiet:
                 summaries.show_warnings(warnings)
         return code
 
-    def _excuse(self, told: Mapping[str, Any], warnings: Sequence[Caution]) -> None:
+    def _explain_exit_code(
+        self, fields: Mapping[str, Any], warnings: Sequence[WarningMessage]
+    ) -> None:
         """Say on stderr what makes the exit code, where nothing else is said."""
         from drysim.console import summaries, terminal
 
-        checks = list(summaries.told_checks(told))
+        checks = list(summaries.sidecar_checks(fields))
         failed = [words for passed, words in checks if passed is False]
         for words in failed:
-            terminal.remark(f"check failed: {words}")
+            terminal.print_stderr(f"check failed: {words}")
         if failed:
             return
         for words in (words for passed, words in checks if passed is None):
-            terminal.remark(f"check not judged: {words}")
+            terminal.print_stderr(f"check not judged: {words}")
         summaries.show_warnings(warnings)
 
     def plan(
-        self, fields: Mapping[str, Any], sentences: Sequence[str], cautions: Sequence[Caution]
+        self,
+        fields: Mapping[str, Any],
+        sentences: Sequence[str],
+        warnings: Sequence[WarningMessage],
     ) -> int:
         """Tell what would be done, and that nothing was."""
         from drysim.console import summaries, terminal
 
         def show() -> None:
-            terminal.say("\n".join(sentences))
-            terminal.say(f"would be written to {fields['folder']}")
-            terminal.say("dry run: nothing was computed, nothing was written")
-            summaries.show_warnings(cautions)
+            terminal.print_stdout("\n".join(sentences))
+            terminal.print_stdout(f"would be written to {fields['folder']}")
+            terminal.print_stdout("dry run: nothing was computed, nothing was written")
+            summaries.show_warnings(warnings)
 
-        return self.answer({"dry_run": True, **fields}, show, cautions)
+        return self.report({"dry_run": True, **fields}, show, warnings)
 
-    def remark(self, sentence: str) -> None:
+    def print_status(self, sentence: str) -> None:
         """Say something on stderr while the work goes on."""
         if not self.quiet:
             from drysim.console import terminal
 
-            terminal.remark(sentence)
+            terminal.print_stderr(sentence)
 
     @contextmanager
-    def claimed(self, folder: Path, resume: bool, what: str) -> Iterator[Claim]:
+    def lock(self, folder: Path, resume: bool, what: str) -> Iterator[LockedFolder]:
         """Claim an output folder; say which finished work, `seeds` or `cases`, is given up."""
         from drysim import output
 
-        anew = not resume and output.resumable(folder)
-        with output.claim_partial(folder, resume) as claim:
-            if anew:
-                self.remark(
+        discarding = not resume and output.is_resumable(folder)
+        with output.lock_partial(folder, resume) as locked:
+            if discarding:
+                self.print_status(
                     f"beginning anew: the finished {what} in {folder}.partial are given up"
                 )
-            yield claim
+            yield locked
 
 
 # Pydantic without plug-ins: to look for them takes longer than to load a scenario.
 
-LOADER = "pydantic.plugin._loader"
+PLUGIN_LOADER = "pydantic.plugin._loader"
 """The module that asks every installed package whether it is a plug-in of pydantic."""
 
 
@@ -275,10 +286,10 @@ class NoPlugins(ModuleType):
         """Give what another pydantic may want of its module."""
         if name.startswith("__"):
             raise AttributeError(name)
-        sys.modules.pop(LOADER, None)
-        return getattr(import_module(LOADER), name)
+        sys.modules.pop(PLUGIN_LOADER, None)
+        return getattr(import_module(PLUGIN_LOADER), name)
 
 
-def forgo() -> None:
+def skip_pydantic_plugins() -> None:
     """Let this process do without, unless they were loaded already."""
-    sys.modules.setdefault(LOADER, NoPlugins(LOADER))
+    sys.modules.setdefault(PLUGIN_LOADER, NoPlugins(PLUGIN_LOADER))

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 from drysim import wording
 from drysim.cli import process
 from drysim.errors import EXIT_INTERRUPTED, UsageError
-from drysim.study.statistics import most, until_of
-from drysim.wording import clean_up, listed, number, several
+from drysim.study.statistics import max_seeds, stopping_rule
+from drysim.wording import describe_clean_up, format_count, format_number, join_words
 
 if TYPE_CHECKING:
-    from drysim.cli.process import Voice
+    from drysim.cli.process import OutputMode
     from drysim.study.case import Case
     from drysim.study.ensemble import Ensemble
     from drysim.study.statistics import Batch, Row
@@ -33,7 +33,7 @@ def run_ensemble(
     case: Case,
     folder: Path,
     command: str,
-    voice: Voice,
+    mode: OutputMode,
     *,
     workers: int | None,
     resume: bool,
@@ -44,32 +44,36 @@ def run_ensemble(
     from drysim import output
     from drysim.console import many
 
-    with voice.claimed(folder, resume, "seeds") as claim:
-        made = solved(case, claim.journal, workers, resume, voice.quiet)
-        code = made.exit_code(strict) if made.complete else EXIT_INTERRUPTED
-        told = output.write_ensemble(made, claim, plots=plots, command=command, exit_code=code)
-    show = partial(many.show_ensemble, made, folder)
-    if not made.complete:
-        many.show_interrupted(len(made.rows), "seed", folder)
-    written = folder if made.complete else claim.partial
-    return voice.answer(told, show, made.warnings, written, code)
+    with mode.lock(folder, resume, "seeds") as locked:
+        result = solve_ensemble(case, locked.journal, workers, resume, mode.quiet)
+        code = result.exit_code(strict) if result.complete else EXIT_INTERRUPTED
+        fields = output.write_ensemble(
+            result, locked, plots=plots, command=command, exit_code=code
+        )
+    show = partial(many.show_ensemble, result, folder)
+    if not result.complete:
+        many.show_interrupted(len(result.rows), "seed", folder)
+    written = folder if result.complete else locked.partial
+    return mode.report(fields, show, result.warnings, written, code)
 
 
-def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: bool) -> Ensemble:
+def solve_ensemble(
+    case: Case, file: Path, workers: int | None, resume: bool, quiet: bool
+) -> Ensemble:
     """Give the ensemble of a case; incomplete when it was interrupted on the way."""
     from drysim.console import terminal
-    from drysim.study.ensemble import ensemble_of, solve
-    from drysim.study.store import Journal, identity
+    from drysim.study.ensemble import make_ensemble, solve
+    from drysim.study.store import Journal, work_identity
 
-    what = identity(case.scenario) | {"of": "seeds"}
+    what = work_identity(case.scenario) | {"of": "seeds"}
     with Journal(file, what, resume) as journal:
         done = dict(journal.done)
-        with terminal.progress(most(case.scenario) - len(done), "seeds", quiet) as advance:
+        with terminal.progress(max_seeds(case.scenario) - len(done), "seeds", quiet) as advance:
 
             def finished(number: int, row: Row) -> None:
                 journal.add(number, row)
                 advance()
-                process.if_asked()
+                process.raise_if_interrupted()
 
             try:
                 return solve(case, workers=workers, done=done, finished=finished)
@@ -77,14 +81,14 @@ def solved(case: Case, file: Path, workers: int | None, resume: bool, quiet: boo
                 rows = [row for _, row in sorted(journal.done.items())]
                 if not rows:
                     raise
-                return ensemble_of(case, rows, complete=False)
+                return make_ensemble(case, rows, complete=False)
 
 
 @contextmanager
-def place(
+def sweep_executor(
     cluster: str | None,
     workers: int | None,
-    voice: Voice,
+    mode: OutputMode,
     certificates: tuple[Path | None, Path | None, Path | None],
 ) -> Iterator[Compute]:
     """Give the function that computes a sweep where it is wanted, as long as it is there.
@@ -94,7 +98,7 @@ def place(
     UsageError
         When the words do not go together, or no cluster answers at the address.
     """
-    from drysim.study.sweep import solve, solve_far
+    from drysim.study.sweep import solve, solve_on_cluster
 
     if cluster is None:
         if any(certificates):
@@ -106,80 +110,86 @@ def place(
         )
         return
     from drysim.console import terminal
-    from drysim.study.cluster import LOCAL, Certificates, joined
+    from drysim.study.cluster import LOCAL, Certificates, connect
 
     if workers is not None and cluster != LOCAL:
         raise UsageError(
             "--workers has no meaning beside the address of a cluster",
             "its workers are as many as were started; --cluster local takes --workers",
         )
-    own, warn = Certificates(*certificates), terminal.remark
-    with joined(cluster, workers, voice.remark, warn, own) as link:
-        yield lambda case, store, finished: solve_far(case, link, store, finished=finished)
+    own, warn = Certificates(*certificates), terminal.print_stderr
+    with connect(cluster, workers, mode.print_status, warn, own) as link:
+        yield lambda case, store, finished: solve_on_cluster(
+            case, link, store, finished=finished
+        )
 
 
-def show(case: Case, folder: Path, voice: Voice) -> int:
+def show_plan(case: Case, folder: Path, mode: OutputMode) -> int:
     """Show what a run would do; everything up to the computation was found in order."""
-    seeds = f"{many}, " if (many := many_seeds(case)) else ""
-    first, *rest = sentences(case)
+    seeds = f"{many}, " if (many := describe_seeds(case)) else ""
+    first, *rest = plan_sentences(case)
     words = [f"{case.scenario.name}: {seeds}{first}", *rest]
-    return voice.plan(plan(case, folder), words, case.cautions)
+    return mode.plan(plan_fields(case, folder), words, case.warnings)
 
 
-def show_grid(case: Case, folder: Path, words: Sequence[str], voice: Voice) -> int:
+def show_grid_plan(case: Case, folder: Path, words: Sequence[str], mode: OutputMode) -> int:
     """Show what a sweep or a comparison would do, by some approaches or laws."""
-    from drysim.scenario.axes import size
+    from drysim.scenario.axes import count_points
 
     scenario = case.scenario
-    cases = size(scenario.sweep)
+    cases = count_points(scenario.sweep)
     swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.sweep]
-    each = f", each {many}" if (many := many_seeds(case)) else ""
-    what = f"{several(cases, 'case')} by {listed(words)}{each}"
+    each = f", each {many}" if (many := describe_seeds(case)) else ""
+    what = f"{format_count(cases, 'case')} by {join_words(words)}{each}"
     first = f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}"
-    fields = plan(case, folder) | {"cases": cases, "sweep": swept, "approaches": len(words)}
-    return voice.plan(fields, [first, *sentences(case)[1:]], case.cautions)
+    fields = plan_fields(case, folder) | {
+        "cases": cases,
+        "sweep": swept,
+        "approaches": len(words),
+    }
+    return mode.plan(fields, [first, *plan_sentences(case)[1:]], case.warnings)
 
 
-def plan(case: Case, folder: Path) -> dict[str, object]:
+def plan_fields(case: Case, folder: Path) -> dict[str, object]:
     """Give the plan for scripts."""
     return {
         "name": case.scenario.name,
         "approach": case.approach.approach,
         "step": case.step,
         "steps": case.steps,
-        "seeds": most(case.scenario),
+        "seeds": max_seeds(case.scenario),
         "window": list(case.window),
         "steady": case.period is not None,
-        "clean_up": clean_up(case.motion, case.law),
+        "clean_up": describe_clean_up(case.motion, case.law),
         "folder": folder.as_posix(),
-        "warnings": [caution.sentence for caution in case.cautions],
+        "warnings": [warning.sentence for warning in case.warnings],
     }
 
 
-def sentences(case: Case) -> list[str]:
+def plan_sentences(case: Case) -> list[str]:
     """Give the plan for people: the march, and what is done to a record before it."""
     begin, end = case.window
-    span = f"{number(begin, 's')} to {number(end, 's')}"
+    span = f"{format_number(begin, 's')} to {format_number(end, 's')}"
     over = "one repetition of the periodic orbit" if case.period else span
-    kind, steps = case.scenario.excitation.kind, clean_up(case.motion, case.law)
+    kind, steps = case.scenario.excitation.kind, describe_clean_up(case.motion, case.law)
     return [
-        f"{case.steps} steps of {number(case.step, 's')} by {case.approach.approach}, metrics "
+        f"{case.steps} steps of {format_number(case.step, 's')} by {case.approach.approach}, metrics "
         f"over {over}",
-        f"base: {base(case)}",
+        f"base: {describe_base(case)}",
         *(f"{kind}: {step}" for step in steps),
     ]
 
 
-def base(case: Case) -> str:
+def describe_base(case: Case) -> str:
     """Give the base motion; the RMS of a record tells whether its unit is right."""
     excitation, varied = case.scenario.excitation, [axis.key for axis in case.scenario.sweep]
     if any(key.startswith("excitation.") for key in varied):
-        return wording.excitations(excitation, varied)
-    return wording.excitation(excitation, case.motion)
+        return wording.describe_swept_excitation(excitation, varied)
+    return wording.describe_excitation(excitation, case.motion)
 
 
-def many_seeds(case: Case) -> str:
+def describe_seeds(case: Case) -> str:
     """Give how many seeds there are to be, where there are many."""
-    seeds = most(case.scenario)
-    up_to = "up to " if until_of(case.scenario) else ""
+    seeds = max_seeds(case.scenario)
+    up_to = "up to " if stopping_rule(case.scenario) else ""
     return f"{up_to}{seeds} seeds" if seeds > 1 else ""

@@ -17,41 +17,41 @@ from contextlib import contextmanager, suppress
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Literal, TextIO, TypeAlias
 
-from drysim.wording import clean
+from drysim.wording import sanitise
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    Paper: TypeAlias = "Console | Plain"
+    AnyConsole: TypeAlias = "Console | Plain"
 
-USUAL = 80
+DEFAULT_WIDTH = 80
 """Columns of a terminal that tells nothing."""
 
-ASKED = ("FORCE_COLOR", "TTY_COMPATIBLE")
+TERMINAL_VARIABLES = ("FORCE_COLOR", "TTY_COMPATIBLE")
 """Words of the environment that make a terminal of any stream, as rich has it."""
 
-COMMAND = re.compile(r"\s*::")
+WORKFLOW_COMMAND = re.compile(r"\s*::")
 """The beginning of a line that the runner of a workflow on GitHub would obey."""
 
-COMMAND_WITHIN = re.compile(r"##(\[|vso\[)")
+INLINE_WORKFLOW_COMMAND = re.compile(r"##(\[|vso\[)")
 """What others obey anywhere in a line: GitHub of old, and Azure."""
 
-NARROW, WIDE = 50, 100
+MIN_WIDTH, MAX_WIDTH = 50, 100
 """Fewest and most columns that words are set in; a narrower terminal breaks lines itself."""
 
-Piece = str | tuple[str, str]
+Styled = str | tuple[str, str]
 """Words, or words and their style."""
 
-NONE = "–"
+NO_VALUE = "–"
 """What stands where there is nothing to say."""
 
-BETWEEN = 3
+COLUMN_GAP = 3
 """Columns between two columns of a ruled table."""
 
 Columns = Sequence[Sequence[str]]
 """Column by column, headings first."""
 
-PATIENCE = 1.0
+PROGRESS_DELAY = 1.0
 """Time that work may take before a bar appears [s]."""
 
 Advance = Callable[..., None]
@@ -69,48 +69,48 @@ class Plain:
     @property
     def width(self) -> int:
         """Columns of the screen that the words may end on."""
-        told = os.environ.get("COLUMNS", "")
-        if told.isdigit():
-            return int(told)
+        variable = os.environ.get("COLUMNS", "")
+        if variable.isdigit():
+            return int(variable)
         for stream in range(3):
             with suppress(OSError, ValueError):
-                return os.get_terminal_size(stream).columns or USUAL
-        return USUAL
+                return os.get_terminal_size(stream).columns or DEFAULT_WIDTH
+        return DEFAULT_WIDTH
 
     def print(self, words: str = "") -> None:
         """Set one line."""
         self.file.write(f"{words}\n")
 
 
-def is_plain(file: TextIO) -> bool:
+def is_plain_stream(file: TextIO) -> bool:
     """Whether a stream is no terminal, and is not to be taken for one."""
-    return not (any(map(os.environ.get, ASKED)) or file.isatty())
+    return not (any(map(os.environ.get, TERMINAL_VARIABLES)) or file.isatty())
 
 
-def stdout() -> Paper:
+def stdout() -> AnyConsole:
     """Give stdout."""
-    return _paper(to_stderr=False)
+    return _open_console(to_stderr=False)
 
 
-def stderr() -> Paper:
+def stderr() -> AnyConsole:
     """Give stderr."""
-    return _paper(to_stderr=True)
+    return _open_console(to_stderr=True)
 
 
-def _paper(to_stderr: bool) -> Paper:
+def _open_console(to_stderr: bool) -> AnyConsole:
     """Give a stream; a sign that it cannot encode becomes a question mark, not a crash."""
     stream = sys.stderr if to_stderr else sys.stdout
     reconfigure = getattr(stream, "reconfigure", None)
     if reconfigure is not None:
         reconfigure(errors="replace")
-    if is_plain(stream):
+    if is_plain_stream(stream):
         return Plain(stream)
     from rich.console import Console
 
     return Console(file=stream, highlight=False, markup=False, emoji=False, soft_wrap=True)
 
 
-def line(paper: Paper, *pieces: Piece) -> None:
+def print_line(console: AnyConsole, *texts: Styled) -> None:
     """Set one line of pieces, however long it is.
 
     Parameters
@@ -119,65 +119,74 @@ def line(paper: Paper, *pieces: Piece) -> None:
     *pieces : str or (str, str)
         Words with or without a style; control characters are spelled out, brackets stay.
     """
-    parts = (piece if isinstance(piece, tuple) else (piece, "") for piece in pieces)
-    shown = [(_shown(words), style) for words, style in parts]
-    if COMMAND.match("".join(words for words, _ in shown)):
+    parts = (piece if isinstance(piece, tuple) else (piece, "") for piece in texts)
+    shown = [(_printable(words), style) for words, style in parts]
+    if WORKFLOW_COMMAND.match("".join(words for words, _ in shown)):
         shown.insert(0, ("\\", ""))
-    _print(paper, [(COMMAND_WITHIN.sub(r"# #\1", words), style) for words, style in shown])
+    _print(
+        console,
+        [(INLINE_WORKFLOW_COMMAND.sub(r"# #\1", words), style) for words, style in shown],
+    )
 
 
-def workflow_command(paper: Paper, words: str) -> None:
+def print_workflow_command(console: AnyConsole, words: str) -> None:
     """Set one line that is meant to be a command to who runs a workflow."""
-    _print(paper, [(_shown(words), "")])
+    _print(console, [(_printable(words), "")])
 
 
-def say(text: str) -> None:
+def print_stdout(text: str) -> None:
     """Say on stdout, line by line, what has no style."""
     for words in text.split("\n"):
-        line(stdout(), words)
+        print_line(stdout(), words)
 
 
-def remark(text: str) -> None:
+def print_stderr(text: str) -> None:
     """Say it on stderr."""
     for words in text.split("\n"):
-        line(stderr(), words)
+        print_line(stderr(), words)
 
 
-def _print(paper: Paper, parts: list[tuple[str, str]]) -> None:
+def _print(console: AnyConsole, parts: list[tuple[str, str]]) -> None:
     """Print a line; where stderr cannot be written, there is nobody left to tell."""
     try:
-        if isinstance(paper, Plain):
-            paper.print("".join(words for words, _ in parts))
+        if isinstance(console, Plain):
+            console.print("".join(words for words, _ in parts))
         else:
             from rich.text import Text
 
-            paper.print(Text.assemble(*parts))
+            console.print(Text.assemble(*parts))
     except OSError:
-        if paper.file is not sys.stderr:
+        if console.file is not sys.stderr:
             raise
 
 
-def paragraph(paper: Paper, head: str, words: str, style: str = "") -> None:
+def print_paragraph(console: AnyConsole, head: str, words: str, style: str = "") -> None:
     """Set a sentence behind its head, its further lines below its first word."""
-    lines = folded(paper, words, len(head))
-    line(paper, (head, style), *lines[:1])
-    for further in lines[1:]:
-        line(paper, " " * len(head), further)
+    lines = wrap(console, words, len(head))
+    print_line(console, (head, style), *lines[:1])
+    for continuation in lines[1:]:
+        print_line(console, " " * len(head), continuation)
 
 
-def folded(paper: Paper, words: str, head: int) -> list[str]:
+def wrap(console: AnyConsole, words: str, head: int) -> list[str]:
     """Give a sentence in lines that fit behind a head of so many columns."""
-    width = max(min(max(paper.width, NARROW), WIDE) - head, 20)
-    return textwrap.wrap(clean(words), width, break_long_words=False, break_on_hyphens=False)
+    width = max(min(max(console.width, MIN_WIDTH), MAX_WIDTH) - head, 20)
+    return textwrap.wrap(sanitise(words), width, break_long_words=False, break_on_hyphens=False)
 
 
-def _shown(words: str) -> str:
+def _printable(words: str) -> str:
     """Give words on one line; runs of spaces stay, for they align."""
-    return "".join(sign if sign.isprintable() else clean(sign) or " " for sign in words)
+    return "".join(
+        character if character.isprintable() else sanitise(character) or " "
+        for character in words
+    )
 
 
-def show_columns(
-    paper: Paper, given: Columns, left: Collection[str], spared: Sequence[str] = ()
+def print_table(
+    console: AnyConsole,
+    columns: Columns,
+    left_aligned: Collection[str],
+    optional: Sequence[str] = (),
 ) -> None:
     """Show a table.
 
@@ -191,43 +200,45 @@ def show_columns(
     spared : sequence of str, optional
         How the headings begin of what a narrow terminal does without, in this order.
     """
-    if isinstance(paper, Plain):
-        _plain(paper, given)
+    if isinstance(console, Plain):
+        _print_plain_table(console, columns)
     else:
-        _ruled(paper, _fitting(given, paper.width, spared), left)
+        _print_rich_table(console, _fit_columns(columns, console.width, optional), left_aligned)
 
 
-def _ruled(paper: Console, given: Columns, left: Collection[str]) -> None:
+def _print_rich_table(
+    console: Console, columns: Columns, left_aligned: Collection[str]
+) -> None:
     """Show a table at a terminal."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text
 
     table = Table(box=SIMPLE_HEAD, pad_edge=False, header_style="bold")
-    for heading, *_ in given:
-        side: Literal["left", "right"] = "left" if heading in left else "right"
+    for heading, *_ in columns:
+        side: Literal["left", "right"] = "left" if heading in left_aligned else "right"
         table.add_column(Text(heading), justify=side, no_wrap=True)
-    for row in list(zip(*given, strict=True))[1:]:
+    for row in list(zip(*columns, strict=True))[1:]:
         table.add_row(*map(Text, row))
-    paper.print(table, soft_wrap=False)
+    console.print(table, soft_wrap=False)
 
 
-def _fitting(given: Columns, width: int, spared: Sequence[str]) -> Columns:
+def _fit_columns(columns: Columns, width: int, optional: Sequence[str]) -> Columns:
     """Give the columns that a terminal has room for; the files hold them all."""
-    for heading in spared:
-        if sum(max(map(len, column)) + BETWEEN for column in given) <= width:
+    for heading in optional:
+        if sum(max(map(len, column)) + COLUMN_GAP for column in columns) <= width:
             break
-        given = [column for column in given if not column[0].startswith(heading)]
-    return given
+        columns = [column for column in columns if not column[0].startswith(heading)]
+    return columns
 
 
-def _plain(paper: Plain, given: Columns) -> None:
+def _print_plain_table(console: Plain, columns: Columns) -> None:
     """Show a table in aligned columns, for pipes and files."""
-    line(paper)
-    widths = [max(map(len, column)) for column in given]
-    for row in zip(*given, strict=True):
+    print_line(console)
+    widths = [max(map(len, column)) for column in columns]
+    for row in zip(*columns, strict=True):
         words = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        line(paper, "  ".join(words).rstrip())
+        print_line(console, "  ".join(words).rstrip())
 
 
 @contextmanager
@@ -252,20 +263,20 @@ def progress(total: int, label: str, quiet: bool = False, blocks: int = 0) -> It
         `advance(n=1)`, from any thread. Where nobody watches it does nothing and costs nothing.
     """
     if quiet or not sys.stderr.isatty() or stderr().is_dumb_terminal:
-        yield _nothing
+        yield _ignore_advance
         return
-    bar = _Bar(total, label, blocks)
+    bar = _ProgressBar(total, label, blocks)
     try:
         yield bar.advance
     finally:
         bar.stop()
 
 
-def _nothing(n: int = 1) -> None:
+def _ignore_advance(n: int = 1) -> None:
     """Take note of nothing."""
 
 
-class _Bar:
+class _ProgressBar:
     """A bar that appears when the work has lasted for a while."""
 
     def __init__(self, total: int, label: str, blocks: int) -> None:
@@ -280,13 +291,13 @@ class _Bar:
         with self._lock:
             self._done += n
             self._blocks_done += 1
-            late = time.monotonic() - self._begin > PATIENCE
-            if self._shown is None and late and self._done < self._total:
+            is_due = time.monotonic() - self._begin > PROGRESS_DELAY
+            if self._shown is None and is_due and self._done < self._total:
                 self._show()
             if self._shown is not None:
-                self._shown.update(self._task, completed=self._done, pace=self._pace())
+                self._shown.update(self._task, completed=self._done, pace=self._describe_rate())
 
-    def _pace(self) -> str:
+    def _describe_rate(self) -> str:
         """Give the rate, and the blocks that are done where a block is more than one piece."""
         if not self._blocks:
             return ""
@@ -312,7 +323,7 @@ class _Bar:
             redirect_stderr=False,
         )
         self._task = self._shown.add_task(
-            "", total=self._total, completed=self._done, pace=self._pace()
+            "", total=self._total, completed=self._done, pace=self._describe_rate()
         )
         self._shown.start()
 

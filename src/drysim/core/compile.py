@@ -28,17 +28,17 @@ from drysim.errors import DrysimError
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
-VARIABLE = "DRYSIM_ENGINE"
+ENGINE_VARIABLE = "DRYSIM_ENGINE"
 
 PLAIN, COMPILED, AUTO = "plain", "compiled", "auto"
 
-PLAIN_STEPS = 200_000
+MAX_PLAIN_STEPS = 200_000
 """Up to this many steps plain Python ends before the compiler is loaded (2 µs a step)."""
 
-FIRST_TIMES = 10
+COLD_CACHE_FACTOR = 10
 """So many times as much work is worth it to compile what a law has of its own: 20 s, once."""
 
-CHECKSUM = 32
+CHECKSUM_BYTES = 32
 """Bytes at the beginning of a cached file: the SHA-256 of all behind them."""
 
 
@@ -60,7 +60,7 @@ def inlined(function: Kernel) -> Kernel:
     return function if is_plain() else jit(function, forceinline=True)
 
 
-def fused(function: Kernel) -> Kernel:
+def inlined_with_fma(function: Kernel) -> Kernel:
     """Compile a kernel like `inlined`, with the sum of a product rounded once, not twice.
 
     That is less work where all lanes of a register are busy. What is mirrored stays so; plain
@@ -73,23 +73,23 @@ def fused(function: Kernel) -> Kernel:
     return jit(plain, "fused", forceinline=True, fastmath={"contract"})
 
 
-def jit(function: Kernel, beneath: str = "", **options: Any) -> Kernel:
+def jit(function: Kernel, subfolder: str = "", **options: Any) -> Kernel:
     """Compile a kernel, with the cache folder of exactly this source, or one beneath it."""
-    numba = compiler()
+    numba = import_numba()
     make: Any = numba.njit
     kernel = make(nogil=True, error_model="numpy", _nrt=False, **options)(function)
     settings: Any = numba.config
     before, folder = settings.CACHE_DIR, cache_folder()
     if folder is not None:
-        settings.CACHE_DIR = str(folder / beneath)
+        settings.CACHE_DIR = str(folder / subfolder)
         try:
-            kernel._cache = cache_class()(kernel.py_func)
+            kernel._cache = checked_cache_class()(kernel.py_func)
         finally:
             settings.CACHE_DIR = before
     return cast(Kernel, kernel)
 
 
-def compiler() -> Any:
+def import_numba() -> Any:
     """Return numba.
 
     Raises
@@ -103,19 +103,19 @@ def compiler() -> Any:
         reason, *_ = str(fault).partition(". ")
         raise DrysimError(
             f"the compiler (numba) cannot be loaded: {reason}",
-            f"it takes some 0.5 GB of address space (ulimit -v); {VARIABLE}={PLAIN} does "
+            f"it takes some 0.5 GB of address space (ulimit -v); {ENGINE_VARIABLE}={PLAIN} does "
             "without it, more slowly",
         ) from fault
     return numba
 
 
-def compiling() -> bool:
+def is_compiling() -> bool:
     """Return whether a kernel is being compiled just now, which nothing may interrupt."""
     lock = sys.modules.get("numba.core.compiler_lock")
     return lock is not None and bool(lock.global_compiler_lock.is_locked())
 
 
-def held(values: Any) -> Any:
+def as_engine_array(values: Any) -> Any:
     """Return an array as the engine reads it fastest: plain Python indexes lists."""
     return values.tolist() if is_plain() and hasattr(values, "tolist") else values
 
@@ -131,9 +131,11 @@ def engine() -> str:
     ValueError
         When the environment variable DRYSIM_ENGINE holds another word.
     """
-    word = os.environ.get(VARIABLE, AUTO)
+    word = os.environ.get(ENGINE_VARIABLE, AUTO)
     if word not in (PLAIN, COMPILED, AUTO):
-        raise ValueError(f"{VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}")
+        raise ValueError(
+            f"{ENGINE_VARIABLE} must be {PLAIN}, {COMPILED} or {AUTO}, not {word!r}"
+        )
     return COMPILED if word == AUTO else word
 
 
@@ -143,7 +145,7 @@ def is_plain() -> bool:
     return engine() == PLAIN
 
 
-def settle(steps: int, kernels: str = "") -> None:
+def choose_engine(steps: int, kernels: str = "") -> None:
     """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded.
 
     Parameters
@@ -154,14 +156,16 @@ def settle(steps: int, kernels: str = "") -> None:
         What the job needs besides, as `module.function`, any of them, separated by blanks.
     """
     loaded = "drysim.core.oscillator" in sys.modules
-    if loaded or os.environ.get(VARIABLE, AUTO) != AUTO:
+    if loaded or os.environ.get(ENGINE_VARIABLE, AUTO) != AUTO:
         return
-    plain = steps <= PLAIN_STEPS or (steps <= FIRST_TIMES * PLAIN_STEPS and not kept(kernels))
-    os.environ[VARIABLE] = PLAIN if plain else COMPILED
+    plain = steps <= MAX_PLAIN_STEPS or (
+        steps <= COLD_CACHE_FACTOR * MAX_PLAIN_STEPS and not is_cached(kernels)
+    )
+    os.environ[ENGINE_VARIABLE] = PLAIN if plain else COMPILED
 
 
-def kept(kernels: str) -> bool:
-    """Return whether one of these kernels is on disk already, named as in `settle`."""
+def is_cached(kernels: str) -> bool:
+    """Return whether one of these kernels is on disk already, named as in `choose_engine`."""
     folder = cache_folder()
     return not kernels or any(
         folder is not None and any(folder.glob(f"*/{name}-*.nbi")) for name in kernels.split()
@@ -172,14 +176,14 @@ def kept(kernels: str) -> bool:
 
 
 @cache
-def cache_class() -> Any:
+def checked_cache_class() -> Any:
     """Return the class of numba's caches that hold what is whole, and else nothing.
 
     The folder is that which numba is set to, see `cache_folder`.
     """
     from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-    class Sealed(IndexDataCacheFile):
+    class ChecksummedIndex(IndexDataCacheFile):
         """The index of a function's kernels, and the kernels, in files with a checksum."""
 
         def _load_index(self) -> Any:
@@ -201,7 +205,7 @@ def cache_class() -> Any:
         def _read(self, path: str) -> Any:
             with open(path, "rb") as stream:
                 sealed = stream.read()
-            checksum, words = sealed[:CHECKSUM], sealed[CHECKSUM:]
+            checksum, words = sealed[:CHECKSUM_BYTES], sealed[CHECKSUM_BYTES:]
             if hashlib.sha256(words).digest() != checksum:
                 raise ValueError("a kernel on disk is not what was written")
             return pickle.loads(words)
@@ -211,13 +215,15 @@ def cache_class() -> Any:
             with self._open_for_write(path) as stream:
                 stream.write(hashlib.sha256(words).digest() + words)
 
-    class Sound(FunctionCache):
+    class CheckedCache(FunctionCache):
         """The kernels of one function that can be read."""
 
         def __init__(self, py_func: Any) -> None:
             super().__init__(py_func)
             stamp = self._impl.locator.get_source_stamp()
-            self._cache_file = Sealed(self._cache_path, self._impl.filename_base, stamp)
+            self._cache_file = ChecksummedIndex(
+                self._cache_path, self._impl.filename_base, stamp
+            )
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             """Return a kernel, or None where there is none that is whole."""
@@ -233,7 +239,7 @@ def cache_class() -> Any:
             with contextlib.suppress(OSError):
                 super().save_overload(sig, data)
 
-    return Sound
+    return CheckedCache
 
 
 @cache
@@ -243,21 +249,21 @@ def cache_folder() -> Path | None:
     It lies in the user's cache folder, else below the temporary folder, where anybody may have
     made one before: there each folder on the way must be the user's own. None without either.
     """
-    name, own = f"kernels-{source_key()}", f"cache-{_user()}"
+    name, own = f"kernels-{source_key()}", f"cache-{_user_id()}"
     home = os.environ.get("XDG_CACHE_HOME", "")
     if not os.path.isabs(home):  # which the specification says to ignore
         home = os.path.join(os.path.expanduser("~"), ".cache")
     cache, temporary = Path(home, "drysim"), Path(tempfile.gettempdir())
-    below = temporary / own
-    ways = (
+    user_folder = temporary / own
+    candidates = (
         (cache, (cache / name,)),
-        (temporary, (below, below / "drysim", below / "drysim" / name)),
+        (temporary, (user_folder, user_folder / "drysim", user_folder / "drysim" / name)),
     )
-    for above, folders in ways:
+    for parent, folders in candidates:
         try:
-            if not above.is_absolute():
+            if not parent.is_absolute():
                 continue
-            above.mkdir(parents=True, exist_ok=True, mode=0o700)
+            parent.mkdir(parents=True, exist_ok=True, mode=0o700)
             for folder in folders:
                 folder.mkdir(exist_ok=True, mode=0o700)
         except OSError:
@@ -270,19 +276,19 @@ def cache_folder() -> Path | None:
 def _is_private(folder: Path) -> bool:
     """Return whether a folder, no link, is the user's own, and nobody else may write there."""
     about = folder.lstat()
-    if not stat.S_ISDIR(about.st_mode) or about.st_uid != _user():
+    if not stat.S_ISDIR(about.st_mode) or about.st_uid != _user_id():
         return False
     return not hasattr(os, "getuid") or not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
-def _user() -> int:
+def _user_id() -> int:
     """Return the number of the user; 0 where the system knows none."""
     return os.getuid() if hasattr(os, "getuid") else 0
 
 
 def source_key() -> str:
     """Return a short name that changes with any line of the core, Python and numba."""
-    numba = compiler()
+    numba = import_numba()
     words = f"{sys.version}{numba.__version__}{source_digest()}"
     return hashlib.sha256(words.encode()).hexdigest()[:16]
 

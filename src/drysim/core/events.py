@@ -1,6 +1,6 @@
 """Codes of events, the log they are written to, and whether a mass sticks at the start.
 
-A march writes what happens to a `Log`, and to a `Trail` or `Pieces` where each segment of the
+A march writes what happens to a `EventLog`, and to a `SeriesSegments` or `Segments` where each segment of the
 motion begins: parallel arrays, as kernels do not allocate.
 """
 
@@ -15,17 +15,17 @@ STICK, SLIP, REVERSAL, LIFT = 0, 1, 2, 3
 CONTACT, RELEASE, IMPACT = 4, 5, 6
 """Kinds of event; but for stick and lift they carry the sign of the new direction."""
 
-ROUNDING = 1e-15
+FORCE_ROUNDING = 1e-15
 """Relative error of a limit force: the product and the sum round, as does the state."""
 
-ROOM = 4096
+MAX_EVENTS_PER_STEP = 4096
 """Most events that one step may hold; more is a scene at the end of double precision."""
 
-ENOUGH = 3
+LOG_RESERVE = 3
 """Events and steps that one step may add to their logs, and one to spare."""
 
 
-class Log(NamedTuple):
+class EventLog(NamedTuple):
     """Where a march writes its events: parallel arrays (or lists) of one length.
 
     Attributes
@@ -48,8 +48,8 @@ class Log(NamedTuple):
     F_L: Any
 
 
-class Pieces(NamedTuple):
-    """Where each segment of a motion begins that is solved in closed form, as in `Trail`."""
+class Segments(NamedTuple):
+    """Where each segment of a motion begins that is solved in closed form, as in `SeriesSegments`."""
 
     n: Any
     s: Any
@@ -59,7 +59,7 @@ class Pieces(NamedTuple):
     d: Any
 
 
-class Trail(NamedTuple):
+class SeriesSegments(NamedTuple):
     """Where each piece begins: parallel arrays (or lists) of one length.
 
     Attributes
@@ -93,7 +93,7 @@ class Trail(NamedTuple):
 
 
 @compiled
-def note(log, count, n, s, kind, x_r, F_L):
+def record_event(log, count, n, s, kind, x_r, F_L):
     """Write one event; returns the new count."""
     log.n[count] = n
     log.s[count] = s
@@ -104,19 +104,19 @@ def note(log, count, n, s, kind, x_r, F_L):
 
 
 @inlined
-def mark(trail, at, n, s, x_r, v_r, z, d):
+def record_segment(segments, at, n, s, x_r, v_r, z, d):
     """Write where a segment begins; returns the new number of segments."""
-    trail.n[at] = n
-    trail.s[at] = s
-    trail.x_r[at] = x_r
-    trail.v_r[at] = v_r
-    trail.z[at] = z
-    trail.d[at] = d
+    segments.n[at] = n
+    segments.s[at] = s
+    segments.x_r[at] = x_r
+    segments.v_r[at] = v_r
+    segments.z[at] = z
+    segments.d[at] = d
     return at + 1
 
 
 @compiled
-def direction(kind):
+def direction_after(kind):
     """Return the direction of sliding after an event of this kind, 0 for stuck."""
     return sign(kind)
 
@@ -128,7 +128,7 @@ def sign(value):
 
 
 @inlined
-def onset(v_r, a, j):
+def motion_direction(v_r, a, j):
     """Return the direction in which a mass sets out: of v_r, else of acceleration or jerk."""
     if v_r != 0.0:
         return sign(v_r)
@@ -148,33 +148,33 @@ def limit_force(plant, x_r, u_dd):
 
 
 @compiled
-def holding_force(plant, law, x_r):
+def stick_limit(plant, law, x_r):
     """Return the greatest |F_L| that a stuck mass bears [N]: F_fs, to the rounding of F_L.
 
     Equality sticks, and a force a few roundings beyond is equal: else a mass that creeps up to
     its limit would stop and start at each rounding.
     """
-    return law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
+    return law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
 
 
 @compiled
-def tightness(F_L, F_fs):
+def decision_margin(F_L, F_fs):
     """Relative distance of a stop decision from the other outcome [-]."""
     larger = max(abs(F_L), F_fs)
     return abs(abs(F_L) - F_fs) / larger if larger > 0.0 else 1.0
 
 
 @compiled
-def first_mode(plant, law, x_r, v_r, u_dd):
+def initial_direction(plant, law, x_r, v_r, u_dd):
     """Return the direction of sliding at the start, 0 for stuck."""
     if v_r != 0.0:
         return sign(v_r)
     F_L = limit_force(plant, x_r, u_dd)
-    return 0 if abs(F_L) <= holding_force(plant, law, x_r) else -sign(F_L)
+    return 0 if abs(F_L) <= stick_limit(plant, law, x_r) else -sign(F_L)
 
 
 @compiled
-def opening(plant, law, x_r, v_r, u_dd):
+def initial_mode(plant, law, x_r, v_r, u_dd):
     """Return the mode at t = 0, F_L, and how near the mode is to the other [-].
 
     The limits may vary; the margin is infinite where nothing pulls.
@@ -184,6 +184,6 @@ def opening(plant, law, x_r, v_r, u_dd):
     if v_r != 0.0:
         return sign(v_r), F_L, math.inf
     F_fs = law.F_fs * load
-    hold = F_fs + ROUNDING * (F_fs + abs(plant.k_x * x_r))
-    margin = tightness(F_L, F_fs) if F_L != 0.0 else math.inf
+    hold = F_fs + FORCE_ROUNDING * (F_fs + abs(plant.k_x * x_r))
+    margin = decision_margin(F_L, F_fs) if F_L != 0.0 else math.inf
     return 0 if abs(F_L) <= hold else -sign(F_L), F_L, margin

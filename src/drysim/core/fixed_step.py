@@ -1,8 +1,8 @@
 """Fixed-step marches: what most programs do, kept here to be measured against.
 
-Each writes the state at the end of every step; none locates an event. `step_march` has a
+Each writes the state at the end of every step; none locates an event. `march_fixed_step` has a
 function of velocity, smooth or not, stand in for the sign, and so knows no stick;
-`switch_march` lets the mass stick within a band of velocities (Karnopp's way); `moreau_march`
+`march_switch` lets the mass stick within a band of velocities (Karnopp's way); `march_moreau`
 solves for the sign as a set, step by step.
 """
 
@@ -17,11 +17,11 @@ SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, 4
 """Forms of the sliding force; all but the first are Eq. (8)."""
 
 EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
-"""Integrators of `step_march`."""
+"""Integrators of `march_fixed_step`."""
 
 
 @compiled
-def sliding_share(form, c, v_r):
+def regularised_sign(form, c, v_r):
     """Give the sliding force relative to F_fk [-].
 
     Parameters
@@ -45,20 +45,20 @@ def sliding_share(form, c, v_r):
 
 
 @compiled
-def sliding_shares(form, c, values):
+def regularise_signs(form, c, values):
     """Replace velocities [m/s] by their sliding force relative to F_fk, in place."""
     for n in range(len(values)):
-        values[n] = sliding_share(form, c, values[n])
+        values[n] = regularised_sign(form, c, values[n])
 
 
 @compiled
-def rate(c, w, f, form, sharpness, u_dd, x_r, v_r):
+def acceleration(c, w, f, form, sharpness, u_dd, x_r, v_r):
     """Give the relative acceleration [m/s²], Eq. (7) with a function in place of the sign."""
-    return -(u_dd + c * v_r + w * x_r + f * sliding_share(form, sharpness, v_r))
+    return -(u_dd + c * v_r + w * x_r + f * regularised_sign(form, sharpness, v_r))
 
 
 @compiled
-def step_march(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_out):
+def march_fixed_step(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_out):
     """March with a sliding force that is a function of velocity.
 
     Parameters
@@ -67,7 +67,7 @@ def step_march(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_o
     F_fk : float
         Kinetic friction force [N].
     form, sharpness
-        As in `sliding_share`.
+        As in `regularised_sign`.
     method : int
         `EULER`, `SEMI_IMPLICIT`, `HEUN` or `RK4`.
     u_dd : array, shape (n,)
@@ -86,23 +86,23 @@ def step_march(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_o
     x = x_out[0]
     v = v_out[0]
     for n in range(len(u_dd) - 1):
-        a = rate(c, w, f, form, sharpness, u_dd[n], x, v)
+        a = acceleration(c, w, f, form, sharpness, u_dd[n], x, v)
         if method == EULER:
             x, v = x + dt * v, v + dt * a
         elif method == SEMI_IMPLICIT:
             v += dt * a
             x += dt * v
         elif method == HEUN:
-            a_end = rate(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v, v + dt * a)
+            a_end = acceleration(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v, v + dt * a)
             x, v = x + dt * (v + 0.5 * dt * a), v + 0.5 * dt * (a + a_end)
         else:
             h = 0.5 * dt
             v_2 = v + h * a
-            a_2 = rate(c, w, f, form, sharpness, u_mid[n], x + h * v, v_2)
+            a_2 = acceleration(c, w, f, form, sharpness, u_mid[n], x + h * v, v_2)
             v_3 = v + h * a_2
-            a_3 = rate(c, w, f, form, sharpness, u_mid[n], x + h * v_2, v_3)
+            a_3 = acceleration(c, w, f, form, sharpness, u_mid[n], x + h * v_2, v_3)
             v_4 = v + dt * a_3
-            a_4 = rate(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v_3, v_4)
+            a_4 = acceleration(c, w, f, form, sharpness, u_dd[n + 1], x + dt * v_3, v_4)
             x += dt / 6.0 * (v + 2.0 * v_2 + 2.0 * v_3 + v_4)
             v += dt / 6.0 * (a + 2.0 * a_2 + 2.0 * a_3 + a_4)
         x_out[n + 1] = x
@@ -110,7 +110,7 @@ def step_march(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_o
 
 
 @compiled
-def switch_march(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
+def march_switch(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
     """March with the paper's velocity band: within it the mass may stick, Eq. (10).
 
     Parameters
@@ -147,20 +147,20 @@ def switch_march(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
 
 
 @compiled
-def moreau_march(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
+def march_moreau(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
     """March by Moreau and Jean's time stepping, θ = 1/2: the sign as a set, solved each step.
 
     Notes
     -----
     The friction impulse of a step is the point of [-F_fk dt, F_fk dt] that leaves the least
     speed; the mass sticks where it can leave none. Acary and Brogliato (2008). Parameters as in
-    `switch_march`.
+    `march_switch`.
     """
     m, k_x, b = plant
     c = b / m
     w = k_x / m
     weight = 1.0 + 0.5 * dt * c + 0.25 * dt * dt * w
-    reach = dt * F_fk / (m * weight)
+    impulse_limit = dt * F_fk / (m * weight)
     x = x_out[0]
     v = v_out[0]
     F_out[0] = sign(v) * F_fk
@@ -168,10 +168,10 @@ def moreau_march(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
     for n in range(len(u_dd) - 1):
         push = 0.5 * (u_dd[n] + u_dd[n + 1])
         free = ((2.0 - weight) * v - dt * (w * x + push)) / weight
-        if free > reach:
-            after = free - reach
-        elif free < -reach:
-            after = free + reach
+        if free > impulse_limit:
+            after = free - impulse_limit
+        elif free < -impulse_limit:
+            after = free + impulse_limit
         else:
             after = 0.0
         x += 0.5 * dt * (v + after)

@@ -2,9 +2,9 @@
 
 A segment is driven by ü = u_0 + slope s + Σ A sin(omega s + theta). Friction limits that vary
 with the normal force are one more wave, in the direction of sliding. The waves stand in a flat
-table, in which `anchor` writes their phases as a segment starts.
+table, in which `set_phases` writes their phases as a segment starts.
 
-The motion (`slide_and_snap`) is the free flow and, wave by wave, the steady response, with what
+The motion (`motion_and_snap_at`) is the free flow and, wave by wave, the steady response, with what
 the start lacks of it dying out; where the time is too short, or the steady response too large,
 to set off one against the other, it is the response from rest.
 """
@@ -15,13 +15,13 @@ import math
 from typing import Any, NamedTuple
 
 from drysim.core.compile import compiled, inlined
-from drysim.core.events import ROUNDING
-from drysim.core.model import Law, Plant
-from drysim.core.oscillator import SHORT, fade, flow, wave
+from drysim.core.events import FORCE_ROUNDING
+from drysim.core.model import CoulombLaw, Plant
+from drysim.core.oscillator import SHORT_SEGMENT, flow, free_response, sine_response
 
 # Waves.
 
-STRIDE = 12
+WAVE_COLUMNS = 12
 """Columns of a wave in the flat table: one array is quicker to hand on than one a column."""
 
 A, FREQUENCY, OMEGA, PHASE = 0, 1, 2, 3
@@ -30,15 +30,15 @@ A, FREQUENCY, OMEGA, PHASE = 0, 1, 2, 3
 THETA, SINE, COSINE = 4, 5, 6
 """Phase at the start of the segment [rad], its sine and cosine."""
 
-ALONG, ACROSS, X_START, V_START, STEADY = 7, 8, 9, 10, 11
+IN_PHASE, QUADRATURE, STEADY_X, STEADY_V, STEADY = 7, 8, 9, 10, 11
 """Steady response to the wave: ALONG sin + ACROSS cos [m], its state as the segment starts
 [m, m/s], and whether it may be set off against the motion (0 or 1; 2 where a stiff
 spring follows the wave at once)."""
 
-UNSET = (0.0,) * (STRIDE - THETA)
-"""What `anchor` sets."""
+UNSET_COLUMNS = (0.0,) * (WAVE_COLUMNS - THETA)
+"""What `set_phases` sets."""
 
-MOST_SWING = 16.0
+MAX_AMPLIFICATION_SQUARED = 16.0
 """Square of the greatest swing, relative to that of an oscillator free or stiff, up to which
 the steady response may be set off against the motion: two bits are lost at most."""
 
@@ -49,12 +49,12 @@ class Waves(NamedTuple):
     Attributes
     ----------
     values : array (or list) of float, shape (STRIDE size,)
-        Wave by wave the columns named above; from THETA on they are set by `anchor`.
+        Wave by wave the columns named above; from THETA on they are set by `set_phases`.
     size : int
         Number of waves.
     base : int
         How many of them move the base; one more may stand for friction limits that vary, whose
-        amplitude `anchor` sets for the direction of sliding.
+        amplitude `set_phases` sets for the direction of sliding.
     """
 
     values: Any
@@ -65,7 +65,7 @@ class Waves(NamedTuple):
 @compiled
 def set_wave(values, i, amplitude, frequency, phase):
     """Write a wave into the table."""
-    at = STRIDE * i
+    at = WAVE_COLUMNS * i
     values[at + A] = amplitude
     values[at + FREQUENCY] = frequency
     values[at + OMEGA] = 2.0 * math.pi * frequency
@@ -73,16 +73,16 @@ def set_wave(values, i, amplitude, frequency, phase):
 
 
 @inlined
-def anchor(waves, plant, law, t, d):
+def set_phases(waves, plant, law, t, d):
     """Start a segment at time t [s] in direction d: set the phases, and friction's wave."""
     c = plant.b / plant.m
     w = plant.k_x / plant.m
     values = waves.values
     if waves.size > waves.base:
-        values[STRIDE * waves.base + A] = d * law.F_fk * law.variation / plant.m
+        values[WAVE_COLUMNS * waves.base + A] = d * law.F_fk * law.variation / plant.m
     for i in range(waves.size):
-        at = STRIDE * i
-        theta = angle(values[at + FREQUENCY], values[at + PHASE], t)
+        at = WAVE_COLUMNS * i
+        theta = phase_at(values[at + FREQUENCY], values[at + PHASE], t)
         sine, cosine = math.sin(theta), math.cos(theta)
         values[at + THETA] = theta
         values[at + SINE] = sine
@@ -91,18 +91,18 @@ def anchor(waves, plant, law, t, d):
         spring = w - omega * omega
         size = spring * spring + (c * omega) ** 2
         values[at + STEADY] = 0.0
-        if size > 0.0 and MOST_SWING * size >= (w + omega * omega) ** 2:
+        if size > 0.0 and MAX_AMPLIFICATION_SQUARED * size >= (w + omega * omega) ** 2:
             along = -values[at + A] * spring / size
             across = values[at + A] * c * omega / size
             values[at + STEADY] = 1.0
-            values[at + ALONG] = along
-            values[at + ACROSS] = across
-            values[at + X_START] = along * sine + across * cosine
-            values[at + V_START] = omega * (along * cosine - across * sine)
+            values[at + IN_PHASE] = along
+            values[at + QUADRATURE] = across
+            values[at + STEADY_X] = along * sine + across * cosine
+            values[at + STEADY_V] = omega * (along * cosine - across * sine)
 
 
 @inlined
-def angle(f, phase, t):
+def phase_at(f, phase, t):
     """Return the phase of a wave at time t [rad]."""
     return 2.0 * math.pi * ((f * t) % 1.0) + phase
 
@@ -121,31 +121,31 @@ def base_motion(waves, u_0, slope, s):
     """Return ü [m/s²] and its first two rates at time s of a segment."""
     u_dd = u_0 + slope * s
     rate = slope
-    bend = 0.0
+    second_rate = 0.0
     values = waves.values
     for i in range(waves.base):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         omega = values[at + OMEGA]
         sine, cosine = sine_and_cosine(values, at, omega, s)
         value = values[at + A] * sine
         u_dd += value
         rate += values[at + A] * omega * cosine
-        bend -= value * omega * omega
-    return u_dd, rate, bend
+        second_rate -= value * omega * omega
+    return u_dd, rate, second_rate
 
 
 @inlined
-def normal_force(law, waves, s):
+def relative_normal_force(law, waves, s):
     """Return the normal force at time s, relative to its mean, and its first two rates."""
     if waves.size == waves.base:
         return 1.0, 0.0, 0.0
-    sine, cosine = sine_and_cosine(waves.values, STRIDE * waves.base, law.omega, s)
+    sine, cosine = sine_and_cosine(waves.values, WAVE_COLUMNS * waves.base, law.omega, s)
     swing = law.variation * sine
     return 1.0 + swing, law.variation * law.omega * cosine, -swing * law.omega**2
 
 
 @compiled
-def force_rates(waves, r):
+def force_rate_bounds(waves, r):
     """Return bounds of the first three rates of the force per mass, and the greatest omega.
 
     Parameters
@@ -157,8 +157,8 @@ def force_rates(waves, r):
     """
     first, second, third, fastest = abs(r), 0.0, 0.0, 0.0
     for i in range(waves.size):
-        omega = waves.values[STRIDE * i + OMEGA]
-        rate = abs(waves.values[STRIDE * i + A]) * omega
+        omega = waves.values[WAVE_COLUMNS * i + OMEGA]
+        rate = abs(waves.values[WAVE_COLUMNS * i + A]) * omega
         first += rate
         second += rate * omega
         third += rate * omega * omega
@@ -168,7 +168,7 @@ def force_rates(waves, r):
 
 # A scene as a row of numbers: quicker to hand on than tuples.
 
-M, K_X, B, F_FK, F_FS, VARIATION, OMEGA_N, PHASE_N, X_R, V_R, REST = range(11)
+M, K_X, B, F_FK, F_FS, VARIATION, OMEGA_N, PHASE_N, X_R, V_R, SCENE_COLUMNS = range(11)
 """Columns of a scene: plant, law and start; from REST on what its waves hold, or what else a
 kernel asks for."""
 
@@ -176,32 +176,32 @@ kernel asks for."""
 @inlined
 def plant_and_law(scene):
     """Return the plant and the law of a scene."""
-    law = Law(scene[F_FK], scene[F_FS], scene[VARIATION], scene[OMEGA_N], scene[PHASE_N])
+    law = CoulombLaw(scene[F_FK], scene[F_FS], scene[VARIATION], scene[OMEGA_N], scene[PHASE_N])
     return Plant(scene[M], scene[K_X], scene[B]), law
 
 
 @inlined
-def unpacked(scene):
+def unpack_scene(scene):
     """Return plant, law and waves of a scene; a normal force that varies is the last wave."""
     plant, law = plant_and_law(scene)
-    values = scene[REST:]
-    size = len(values) // STRIDE
+    values = scene[SCENE_COLUMNS:]
+    size = len(values) // WAVE_COLUMNS
     return plant, law, Waves(values, size, size - 1 if law.variation != 0.0 else size)
 
 
 # Motion and break-away within a segment.
 
-FADED = 40.0
+TRANSIENT_DECAYS = 40.0
 """Decays after which a strong damper has left nothing of what the start lacked in velocity."""
 
 
-class Stretch(NamedTuple):
+class Segment(NamedTuple):
     """A segment of one mode, as it starts.
 
     Attributes
     ----------
     c, w, x_r, v_r, g, r : float
-        As in `slide_and_snap`.
+        As in `motion_and_snap_at`.
     a, j, k : float
         Acceleration [m/s²], jerk [m/s³] and its rate [m/s⁴] at the start.
     """
@@ -218,11 +218,11 @@ class Stretch(NamedTuple):
 
 
 @inlined
-def starting(c, w, waves, x_r, v_r, g, r):
-    """Return the segment that starts now, waves anchored; parameters as in `Stretch`."""
+def start_segment(c, w, waves, x_r, v_r, g, r):
+    """Return the segment that starts now, waves anchored; parameters as in `Segment`."""
     push, push_d, push_dd = g, r, 0.0
     for i in range(waves.size):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         omega = waves.values[at + OMEGA]
         swing = waves.values[at + A] * waves.values[at + SINE]
         push -= swing
@@ -230,17 +230,17 @@ def starting(c, w, waves, x_r, v_r, g, r):
         push_dd += omega * omega * swing
     a = push - c * v_r - w * x_r
     j = push_d - c * a - w * v_r
-    return Stretch(c, w, x_r, v_r, a, j, push_dd - c * j - w * a, g, r)
+    return Segment(c, w, x_r, v_r, a, j, push_dd - c * j - w * a, g, r)
 
 
 @compiled
-def slide(c, w, waves, x_r, v_r, g, r, s):
-    """Return x_r, v_r, a and j as `slide_and_snap` does."""
-    return slide_and_snap(c, w, waves, x_r, v_r, g, r, s)[:4]
+def motion_at(c, w, waves, x_r, v_r, g, r, s):
+    """Return x_r, v_r, a and j as `motion_and_snap_at` does."""
+    return motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)[:4]
 
 
 @inlined
-def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
+def motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s):
     """Return the motion at time s of a segment of sliding.
 
     Parameters
@@ -264,27 +264,29 @@ def slide_and_snap(c, w, waves, x_r, v_r, g, r, s):
     """
     YY = 0.0
     if r == 0.0:
-        y, y_d, Y = fade(c, w, s)
+        y, y_d, Y = free_response(c, w, s)
     else:
         y, y_d, Y, YY = flow(c, w, s)
     x, v, a, j, k = 0.0, 0.0, 0.0, 0.0, 0.0
     values = waves.values
     for i in range(waves.size):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         if values[at + A] == 0.0:
             continue
         omega = values[at + OMEGA]
         steady = values[at + STEADY]
-        lasts = (
-            omega * s > SHORT or c * s > FADED or (steady > 1.0 and w * s * s > SHORT * SHORT)
+        is_long = (
+            omega * s > SHORT_SEGMENT
+            or c * s > TRANSIENT_DECAYS
+            or (steady > 1.0 and w * s * s > SHORT_SEGMENT * SHORT_SEGMENT)
         )
-        if steady > 0.0 and lasts:
+        if steady > 0.0 and is_long:
             swing, rate, push, push_d, push_dd = steady_response(values, at, s)
             # What the start lacks of the steady response dies out with it.
-            x_r -= values[at + X_START]
-            v_r -= values[at + V_START]
+            x_r -= values[at + STEADY_X]
+            v_r -= values[at + STEADY_V]
         else:
-            swing, rate, push, push_d, push_dd = from_rest(c, w, values, at, s, y, y_d)
+            swing, rate, push, push_d, push_dd = response_from_rest(c, w, values, at, s, y, y_d)
         x += swing
         v += rate
         a += push
@@ -305,19 +307,19 @@ def steady_response(values, at, s):
     """Return x_r, v_r, a, j and k of the steady response to a wave at time s."""
     omega = values[at + OMEGA]
     sine, cosine = sine_and_cosine(values, at, omega, s)
-    swing = values[at + ALONG] * sine + values[at + ACROSS] * cosine
-    rate = omega * (values[at + ALONG] * cosine - values[at + ACROSS] * sine)
+    swing = values[at + IN_PHASE] * sine + values[at + QUADRATURE] * cosine
+    rate = omega * (values[at + IN_PHASE] * cosine - values[at + QUADRATURE] * sine)
     push, push_d = -omega * omega * swing, -omega * omega * rate
     return swing, rate, push, push_d, -omega * omega * push
 
 
 @inlined
-def from_rest(c, w, values, at, s, y, y_d):
+def response_from_rest(c, w, values, at, s, y, y_d):
     """Return x_r, v_r, a, j and k that a wave alone has made from rest by time s."""
     omega = values[at + OMEGA]
     from_sine = -values[at + A] * values[at + COSINE]
     from_cosine = -values[at + A] * values[at + SINE]
-    R, P, P_d, sine, cosine = wave(c, w, omega, s, y, y_d)
+    R, P, P_d, sine, cosine = sine_response(c, w, omega, s, y, y_d)
     x = from_sine * omega * R + from_cosine * P
     v = from_sine * omega * P + from_cosine * P_d
     push = from_sine * omega * sine + from_cosine * cosine
@@ -327,7 +329,7 @@ def from_rest(c, w, values, at, s, y, y_d):
 
 
 @inlined
-def margin(plant, law, waves, x_r, u_0, slope, side, s):
+def break_away_margin(plant, law, waves, x_r, u_0, slope, side, s):
     """Return the force still missing for break-away on one side, with its first two rates.
 
     Parameters
@@ -343,20 +345,20 @@ def margin(plant, law, waves, x_r, u_0, slope, side, s):
         F_fs - side·F_L [N], [N/s], [N/s²], roundings allowed for; below zero the mass has
         broken away.
     """
-    u_dd, rate, bend = base_motion(waves, u_0, slope, s)
-    load, load_d, load_dd = normal_force(law, waves, s)
+    u_dd, rate, second_rate = base_motion(waves, u_0, slope, s)
+    load, load_d, load_dd = relative_normal_force(law, waves, s)
     F_k = plant.k_x * x_r
     hold = law.F_fs * load
     return (
-        hold + ROUNDING * (hold + abs(F_k)) - side * (plant.m * u_dd + F_k),
+        hold + FORCE_ROUNDING * (hold + abs(F_k)) - side * (plant.m * u_dd + F_k),
         law.F_fs * load_d - side * plant.m * rate,
-        law.F_fs * load_dd - side * plant.m * bend,
+        law.F_fs * load_dd - side * plant.m * second_rate,
     )
 
 
 # Mean squares of a base that moves by sines, in closed form.
 
-SMALL = 0.5
+SMALL_ANGLE = 0.5
 """Angle up to which six terms of a series exhaust double precision: 0.5^14·6/15! is 3e-16 of
 the first."""
 
@@ -372,13 +374,13 @@ def mean_squares(waves, begin, end):
     values = waves.values
     for i in range(waves.base):
         for j in range(waves.base):
-            p, q = STRIDE * i, STRIDE * j
-            at_i = angle(values[p + FREQUENCY], values[p + PHASE], middle)
-            at_j = angle(values[q + FREQUENCY], values[q + PHASE], middle)
+            p, q = WAVE_COLUMNS * i, WAVE_COLUMNS * j
+            at_i = phase_at(values[p + FREQUENCY], values[p + PHASE], middle)
+            at_j = phase_at(values[q + FREQUENCY], values[q + PHASE], middle)
             # About the middle of the window, sines and cosines of what is left do not mix.
             half_i = math.pi * values[p + FREQUENCY] * length
             half_j = math.pi * values[q + FREQUENCY] * length
-            apart, along = lack(half_i - half_j), lack(half_i + half_j)
+            apart, along = one_minus_sinc(half_i - half_j), one_minus_sinc(half_i + half_j)
             product = values[p + A] * values[q + A] * (
                 math.sin(at_i) * math.sin(at_j) * (1.0 - 0.5 * (apart + along))
                 + math.cos(at_i) * math.cos(at_j) * 0.5 * (along - apart)
@@ -390,9 +392,9 @@ def mean_squares(waves, begin, end):
 
 
 @compiled
-def lack(x):
+def one_minus_sinc(x):
     """Return 1 - sin(x)/x, to its last digits however small x is."""
-    if abs(x) > SMALL:
+    if abs(x) > SMALL_ANGLE:
         return 1.0 - math.sin(x) / x
     s = x * x
     tail = 1.0 - s / 72.0 * (1.0 - s / 110.0 * (1.0 - s / 156.0))

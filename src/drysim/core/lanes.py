@@ -30,11 +30,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drysim.core import oscillator
-from drysim.core.compile import compiled, fused, inlined
-from drysim.core.events import ROUNDING, SLIP, Log, direction, first_mode
-from drysim.core.oscillator import MARGIN, Map
-from drysim.core.sampled import parts_of, through_events
-from drysim.core.trajectory import stretch
+from drysim.core.compile import compiled, inlined, inlined_with_fma
+from drysim.core.events import (
+    FORCE_ROUNDING,
+    SLIP,
+    EventLog,
+    direction_after,
+    initial_direction,
+)
+from drysim.core.oscillator import DIP_SAFETY, AffineMap
+from drysim.core.sampled import make_substeps, step_through_events
+from drysim.core.trajectory import integrate_linear_segment
 
 X2, V2, X_DD2, POWER, RUB, STUCK, U_DD2, INTEGRALS = range(8)
 """Integrals, as in `Totals`, and how many."""
@@ -118,7 +124,7 @@ class Side(NamedTuple):
     lane: Any
     kept: Any
     turns: Any
-    log: Log
+    log: EventLog
 
 
 @compiled
@@ -169,7 +175,7 @@ def set_out(plant, law, records, first, count, start, side):
     for lane in range(lanes_of(count)):
         u_dd = records[first + min(lane, count - 1), 0]
         at[X + lane], at[V + lane] = start.x_r, start.v_r
-        at[D + lane] = first_mode(plant, law, start.x_r, start.v_r, u_dd)
+        at[D + lane] = initial_direction(plant, law, start.x_r, start.v_r, u_dd)
         side.turns[lane] = 0
         for i in range(KEPT):
             side.kept[lane, i] = 0.0
@@ -223,7 +229,7 @@ def end_of_window(steps, rule, side, lane, way, u_b, u):
 def march_abreast(plant, law, steps, rule, records, first, count, n, end, side, turns):
     """March records from sample n to sample `end`, and sum."""
     lanes, before = lanes_of(count), n
-    parts, pace = parts_of(steps), pace_of(plant, law, steps)
+    parts, pace = make_substeps(steps), pace_of(plant, law, steps)
     while n < end:
         length = min(FETCHED, end - n)
         fetch(side.base, records, first, count, lanes, n, length, before)
@@ -331,7 +337,7 @@ class Pace(NamedTuple):
     c: float
     w: float
     f: float
-    one: Map
+    step_map: AffineMap
     x_0: float
     x_1: float
     v_0: float
@@ -352,9 +358,9 @@ def pace_of(plant, law, steps):
     """
     c, w, dt = steps.c, steps.w, steps.dt
     tame = 1.0 - (c + 0.5 * w * dt) * dt
-    steep = MARGIN * 0.125 * dt / tame if tame > TAME else EVER
+    steep = DIP_SAFETY * 0.125 * dt / tame if tame > TAME else EVER
     return Pace(
-        plant.m, plant.k_x, law.F_fs, c, w, steps.f, steps.one,
+        plant.m, plant.k_x, law.F_fs, c, w, steps.f, steps.step_map,
         steps.x_0, steps.x_1, steps.v_0, steps.v_1, steep, steep * (c + w * dt),
     )  # fmt: skip
 
@@ -382,26 +388,28 @@ class Grip(NamedTuple):
     hold: float
 
 
-@fused
+@inlined_with_fma
 def grip_of(pace, x, d):
     """Give what does not change in a lane during a stride that begins there."""
     F_k = pace.k_x * x
-    hold = pace.F_fs + ROUNDING * (pace.F_fs + abs(F_k))
-    return Grip(d, d != 0.0, pace.f * d, pace.one.x_f * d, pace.one.v_f * d, F_k, hold)
+    hold = pace.F_fs + FORCE_ROUNDING * (pace.F_fs + abs(F_k))
+    return Grip(
+        d, d != 0.0, pace.f * d, pace.step_map.x_f * d, pace.step_map.v_f * d, F_k, hold
+    )
 
 
-@fused
+@inlined_with_fma
 def step(pace, grip, x, v, u, u_1):
     """Give the state at the end of a step, and minus x_dd at its start where it slides."""
     # What the state takes part in comes last: the next step waits for it.
-    one = pace.one
-    x_1 = one.x_x * x + (one.x_v * v - (pace.x_0 * u + (pace.x_1 * u_1 + grip.x_f)))
-    v_1 = one.v_v * v + (one.v_x * x - (pace.v_0 * u + (pace.v_1 * u_1 + grip.v_f)))
+    step_map = pace.step_map
+    x_1 = step_map.x_x * x + (step_map.x_v * v - (pace.x_0 * u + (pace.x_1 * u_1 + grip.x_f)))
+    v_1 = step_map.v_v * v + (step_map.v_x * x - (pace.v_0 * u + (pace.v_1 * u_1 + grip.v_f)))
     felt = pace.c * v + (pace.w * x + grip.pull)
     return x_1 if grip.slides else x, v_1 if grip.slides else 0.0, felt
 
 
-@fused
+@inlined_with_fma
 def added(z, x, v, felt, u, bend):
     """Add a sample to sums of products; `bend` is what the change of ü changes by there."""
     return (
@@ -421,7 +429,7 @@ def stride(pace, at, lanes):
         stride_of_eight(pace, at[first:])
 
 
-@fused
+@inlined_with_fma
 def stride_of_eight(pace, at):
     """Let as many lanes as a register holds stride on, or wait."""
     for i in range(WIDTH):
@@ -500,7 +508,7 @@ def gather(at, count, queue, whose):
     return some
 
 
-@fused
+@inlined_with_fma
 def may_hold(pace, grip, v, v_1, felt, u, u_1):
     """Tell whether a step from one state to another may hold an event."""
     along, along_1 = grip.d * v, grip.d * v_1
@@ -510,7 +518,7 @@ def may_hold(pace, grip, v, v_1, felt, u, u_1):
     return stops if grip.slides else breaks
 
 
-@fused
+@inlined_with_fma
 def one_on(pace, grip, state, u_b, u, u_1, going, z):
     """Give what a step of a lane that is going leads to, and whether it stands before it."""
     x, v, done, bends = state
@@ -543,7 +551,7 @@ def walk(pace, rule, at, length):
     return walk_of_eight(pace, rule, at, float(length))
 
 
-@fused
+@inlined_with_fma
 def walk_of_eight(pace, rule, at, length):
     """Walk; see `walk`."""
     events = 0
@@ -595,11 +603,17 @@ NEARLY = 2e-5
 """Step of a method of fourth order after which nothing is left to mend, relative to the root
 and to how far the velocity bends: the first guess is as good but once in a thousand times."""
 
-series, distance = fused(oscillator.series), fused(oscillator.distance)
-speed, rate = fused(oscillator.speed), fused(oscillator.rate)
+series, distance = (
+    inlined_with_fma(oscillator.velocity_series),
+    inlined_with_fma(oscillator.series_distance),
+)
+speed, rate = (
+    inlined_with_fma(oscillator.series_velocity),
+    inlined_with_fma(oscillator.series_acceleration),
+)
 
 
-@fused
+@inlined_with_fma
 def first_guess(q, h):
     """Give where the parabola through the start of a fall is zero, mended by two terms."""
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
@@ -612,7 +626,7 @@ def first_guess(q, h):
     return s + s * s * s * (q[3] + s * q[4]) / root, square > 0.0
 
 
-@fused
+@inlined_with_fma
 def fall_abreast(q, h):
     """Give where a velocity that ends below zero is zero, and whether that holds."""
     s, good = first_guess(q, h)
@@ -635,7 +649,7 @@ def eight(plant, law, steps, pace, rule, at):
     through_of_eight(plant, law, steps, pace, rule, at)
 
 
-@fused
+@inlined_with_fma
 def through_of_eight(plant, law, steps, pace, rule, at):
     """Carry them; see `eight`."""
     h, c, w, f = steps.dt, steps.c, steps.w, steps.f
@@ -648,7 +662,7 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         x_1, v_1, felt = step(pace, grip_of(pace, x, d), x, v, u, u_1)
         v_end, felt_1 = d * v_1, c * v_1 + (w * x_1 + d * f)
         a = -d * (u + felt)
-        q = series(steps.tail, d * v, a, -d * slope - c * a - w * (d * v))
+        q = series(steps.factors, d * v, a, -d * slope - c * a - w * (d * v))
         stop, good = fall_abreast(q, h)
         # A short step holds one extremum at most.
         none = slides and v_end > 0.0 and (a >= 0.0 or d * (u_1 + felt_1) >= 0.0)
@@ -660,13 +674,13 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         way = distance(q, stop)
         x_s, u_s = x + d * way, u + slope * stop
         F_L = m * u_s + k_x * x_s
-        hold = F_fs + ROUNDING * (F_fs + abs(k_x * x_s))
+        hold = F_fs + FORCE_ROUNDING * (F_fs + abs(k_x * x_s))
         sticks = slides and abs(F_L) <= hold
         F_L = F_L if slides else F_out
         d_2 = 1.0 if F_L < 0.0 else -1.0
         d_2 = 0.0 if sticks else d_2
         a_2 = 0.0 if sticks else abs(F_L) * per_m - f
-        q_2 = series(steps.tail, 0.0, a_2, 0.0 if sticks else -d_2 * slope - c * a_2)
+        q_2 = series(steps.factors, 0.0, a_2, 0.0 if sticks else -d_2 * slope - c * a_2)
         rest = h - stop
         way_2, v_2 = distance(q_2, rest), d_2 * speed(q_2, rest)
         x_2 = x_s + d_2 * way_2
@@ -680,18 +694,18 @@ def through_of_eight(plant, law, steps, pace, rule, at):
         tight = abs(abs(F_L) - F_fs) / (larger if larger > 0.0 else 1.0)
         # Sums count what the rule makes of the step; the integrals take its place.
         a_s = -(d * F_L * per_m + f) if slides else 0.0
-        back = series(steps.tail, 0.0, a_s, -d * slope - c * a_s)
+        back = series(steps.factors, 0.0, a_s, -d * slope - c * a_s)
         felt_2 = c * v_2 + (w * x_2 + d_2 * f)
-        one = beside(steps, back, x_s, d, u_s, slope, -stop, x, v, felt, u)
+        step_map = beside(steps, back, x_s, d, u_s, slope, -stop, x, v, felt, u)
         two = beside(steps, q_2, x_s, d_2, u_s, slope, rest, x_2, v_2, felt_2, u_1)
         p, r = halves(rule, d, x, felt, u, v), halves(rule, d_2, x_2, felt_2, u_1, v_2)
         b = ends(rule, d, x, felt, u, v, slope)
         e = ends(rule, d_2, x_2, felt_2, u_1, v_2, slope)
         still = (0.0 if slides else stop) + (rest if sticks else 0.0)
-        x2 = one[0] + two[0] - ((p[0] + r[0]) + (e[0] - b[0]))
-        v2 = one[1] + two[1] - ((p[1] + r[1]) + (e[1] - b[1]))
-        x_dd2 = one[2] + two[2] - ((p[2] + r[2]) + (e[2] - b[2]))
-        power = one[3] + two[3] - ((p[3] + r[3]) + (e[3] - b[3]))
+        x2 = step_map[0] + two[0] - ((p[0] + r[0]) + (e[0] - b[0]))
+        v2 = step_map[1] + two[1] - ((p[1] + r[1]) + (e[1] - b[1]))
+        x_dd2 = step_map[2] + two[2] - ((p[2] + r[2]) + (e[2] - b[2]))
+        power = step_map[3] + two[3] - ((p[3] + r[3]) + (e[3] - b[3]))
         rub = way + way_2 - ((p[4] + r[4]) + (e[4] - b[4]))
         at[SUMS + i] += x2 if counts else 0.0
         at[SUMS + LANES + i] += v2 if counts else 0.0
@@ -750,7 +764,7 @@ def by_itself(plant, law, steps, parts, rule, side, i, lane, turns):
     x, v, d = at[X + i], at[V + i], int(at[D + i])
     u_0, u_1 = at[U + i], at[U_1 + i]
     at[DONE + i] += 1.0
-    x_end, v_end, _, d_end, count, closest = through_events(
+    x_end, v_end, _, d_end, count, closest = step_through_events(
         plant, law, steps, parts, (), u_0, u_1, 0, x, v, d, log, 0, kept[TIGHT]
     )
     if count < 0:
@@ -764,12 +778,12 @@ def by_itself(plant, law, steps, parts, rule, side, i, lane, turns):
     replace(rule, steps, kept, x_end, v_end, d_end, u_1, slope, 1.0)
     for k in range(count + 1):
         end = log.s[k] if k < count else steps.dt
-        part = stretch(steps, u_0 + slope * start, slope, x, v, d, end - start)
+        part = integrate_linear_segment(steps, u_0 + slope * start, slope, x, v, d, end - start)
         for i in range(5):
             kept[i] += part[i]
         kept[STUCK] += end - start if d == 0 else 0.0
         if k < count:
-            start, x, v, d = end, log.x_r[k], 0.0, direction(log.kind[k])
+            start, x, v, d = end, log.x_r[k], 0.0, direction_after(log.kind[k])
             if abs(log.kind[k]) != SLIP:
                 stops(turns, side.turns, lane, x)
                 kept[FAR] = max(kept[FAR], abs(x))
@@ -855,8 +869,8 @@ def trapezia(c, w, h):
     rates[RATE, [SPEED, RATE, SLOPE]] = -w, -c, -1.0
     rest = ((SPEED, SPEED), (SPEED, RATE), (SPEED, SLOPE), (RATE, RATE), (RATE, SLOPE))
 
-    def of(one, other, pairs):
-        form = end_form(rates, h, one, other)
+    def of(step_map, other, pairs):
+        form = end_form(rates, h, step_map, other)
         return tuple(float(form[pair]) for pair in pairs)
 
     def beside(row):
@@ -872,10 +886,10 @@ def trapezia(c, w, h):
     )
 
 
-def end_form(rates, h, one, other):
+def end_form(rates, h, step_map, other):
     """Give the form at the end of a step for the product of two things, its pairs added up."""
     form, found = np.zeros((6, 6)), np.zeros((6, 6))
-    form[one, other] = 1.0
+    form[step_map, other] = 1.0
     for k, weight in enumerate(series_weights(), 1):
         form = rates.T @ form + form @ rates
         found -= weight * h ** (2 * k) * form
@@ -905,7 +919,7 @@ def series_weights():
     return terms[2::2]
 
 
-@fused
+@inlined_with_fma
 def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
     """Give the integrals that sums over samples come to.
 
@@ -940,7 +954,7 @@ def summed(rule, pace, sums, d_bend, stuck_bend, stuck):
     )
 
 
-@fused
+@inlined_with_fma
 def ends(rule, d, x_r, felt, u_dd, v_r, slope):
     """Give what the end of a step adds to its integrals, and what its beginning takes off.
 
@@ -979,7 +993,7 @@ def ends(rule, d, x_r, felt, u_dd, v_r, slope):
     )
 
 
-@fused
+@inlined_with_fma
 def halves(rule, d, x_r, felt, u_dd, v_r):
     """Give what half of a sample counts in every integral; parameters as in `ends`."""
     half = 0.5 * rule.h
@@ -1002,7 +1016,7 @@ OUTER = 0.05
 Legendre, which exhaust double precision on a short stretch."""
 
 
-@fused
+@inlined_with_fma
 def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
     """Give the integrals of x_r², v_r², x_dd² and ü v_r from an event to an end of the step.
 
@@ -1041,7 +1055,7 @@ def beside(steps, q, x_s, d, u_s, slope, s, x_e, v_e, felt_e, u_e):
     return h * x2, h * v2, h * x_dd2, h * power
 
 
-@fused
+@inlined_with_fma
 def away_from(q, s):
     """Give distance and speed at time s from an event, at which the speed is 0."""
     s_2 = s * s

@@ -1,8 +1,8 @@
 """The exact march from event to event, with no grid in between.
 
-Each kernel follows the motion in one setting: `leap` under Coulomb's friction and waves, limits
-that vary included; `touch` over a spring contact that yields and lifts off; `bound` between end
-stops; `press` under Coulomb's friction whose normal force may vanish, or was recorded. (Sampled
+Each kernel follows the motion in one setting: `march_sines` under Coulomb's friction and waves, limits
+that vary included; `march_elastic` over a spring contact that yields and lifts off; `march_stops` between end
+stops; `march_normal_force` under Coulomb's friction whose normal force may vanish, or was recorded. (Sampled
 base motion under constant limits has a faster way, see `sampled`.)
 
 From an event on the motion is known in closed form, until the mode of the contact ends. So each
@@ -20,76 +20,82 @@ import math
 from drysim.core.compile import compiled, inlined
 from drysim.core.events import (
     CONTACT,
-    ENOUGH,
+    FORCE_ROUNDING,
     LIFT,
+    LOG_RESERVE,
+    MAX_EVENTS_PER_STEP,
     REVERSAL,
-    ROOM,
-    ROUNDING,
     SLIP,
     STICK,
-    Log,
+    EventLog,
+    decision_margin,
+    initial_mode,
     limit_force,
-    mark,
-    note,
-    onset,
-    opening,
+    motion_direction,
+    record_event,
+    record_segment,
     sign,
-    tightness,
 )
 from drysim.core.forcing import (
     V_R,
     X_R,
-    anchor,
     base_motion,
-    normal_force,
-    slide,
-    starting,
-    unpacked,
+    motion_at,
+    relative_normal_force,
+    set_phases,
+    start_segment,
+    unpack_scene,
 )
-from drysim.core.model import Law, Plant
+from drysim.core.model import CoulombLaw, Plant
 from drysim.core.modes import (
     APART,
-    AWAY,
-    BROKE,
-    BUMPER_POISED,
+    ARRIVAL,
+    AT_LIMIT,
+    BREAKING_AWAY,
+    BUMPER_AT_ZERO,
     BUMPER_STEADY,
-    CHATTERS,
+    CHATTERING,
     FREE,
     HOLD,
-    MEET,
-    POISED,
+    SEPARATED,
     TOUCHING,
-    begin_stretch,
+    arrival_time,
+    begin_segment,
+    bumper_acts,
+    bumper_zero_time,
     chatter_time,
+    closing_mode,
+    closing_time,
     contact_force,
+    decode_beginning,
+    decode_direction,
+    decode_stop_state,
+    encode_mode,
     end_of_hold,
     end_of_yield,
-    fade_out,
-    fresh_of,
-    holds,
-    just_met,
-    leave_rest,
-    let_go,
-    load_within,
-    meet,
-    meets_at,
-    mode_of,
+    is_holding,
+    load_at,
+    load_ramp_at,
     next_zero_load,
-    parts_at,
-    pressures,
-    pushes,
     rebound,
-    span_at,
-    stand,
-    steady_pull,
-    touch_of,
-    way_of,
+    release_bumper,
+    rest_exit_time,
+    restoring_force,
+    return_accelerations,
+    separation_time,
+    stick_or_slide,
 )
-from drysim.core.oscillator import faint_per_force
-from drysim.core.roots import NEVER, break_away, leave_slip, locate_stop, velocity
-from drysim.core.sampled import lifted, pass_on
+from drysim.core.oscillator import cancellation_speed
+from drysim.core.roots import (
+    NEVER,
+    break_away_time,
+    locate_stop,
+    slip_exit_time,
+    velocity_and_acceleration,
+)
+from drysim.core.sampled import advance_between_stops, rescale
 
-STALL = 100
+MAX_STALLED_EVENTS = 100
 """Events in a row without progress in time that put a scene at the end of double precision."""
 
 
@@ -97,7 +103,9 @@ STALL = 100
 
 
 @compiled
-def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count, capacity):
+def march_sines(
+    plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count, capacity
+):
     """Solve one interval from event to event, or until the log is nearly full.
 
     Parameters
@@ -129,77 +137,77 @@ def leap(plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count,
     c = b / m
     w = k_x / m
     closest = NEVER
-    broke = False
+    just_broke_away = False
     stalled = 0
-    while begin < h and (broke or count + 2 <= capacity):
+    while begin < h and (just_broke_away or count + 2 <= capacity):
         before = begin
-        anchor(waves, plant, law, t + begin, d)
+        set_phases(waves, plant, law, t + begin, d)
         u_begin = u_0 + slope * begin
         left = h - begin
         if d == 0:
-            stay, d = break_away(plant, law, waves, x_r, u_begin, slope, slope, left)
+            stay, d = break_away_time(plant, law, waves, x_r, u_begin, slope, slope, left)
             if stay == NEVER:
                 return h, x_r, 0.0, 0, count, closest
             begin = min(begin + stay, h)
-            load = normal_force(law, waves, stay)[0]
-            count = note(log, count, n, begin, d * SLIP, x_r, -d * law.F_fs * load)
-            broke = True
+            load = relative_normal_force(law, waves, stay)[0]
+            count = record_event(log, count, n, begin, d * SLIP, x_r, -d * law.F_fs * load)
+            just_broke_away = True
             continue
         u_dd, rate, _ = base_motion(waves, u_begin, slope, 0.0)
-        load, load_d, _ = normal_force(law, waves, 0.0)
-        if broke:
+        load, load_d, _ = relative_normal_force(law, waves, 0.0)
+        if just_broke_away:
             a = d * (law.F_fs - law.F_fk) * load / m
         else:
             a = -(u_dd + c * v_r + w * x_r + d * law.F_fk * load / m)
-        broke = False
+        just_broke_away = False
         j = -rate - d * law.F_fk * load_d / m - c * a - w * v_r
         g = -u_begin - d * law.F_fk / m
-        stop, x_stop = leave_slip(c, w, waves, x_r, v_r, a, j, g, -slope, d, left)
+        stop, x_stop = slip_exit_time(c, w, waves, x_r, v_r, a, j, g, -slope, d, left)
         if stop == NEVER:
-            x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, g, -slope, left)
+            x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, g, -slope, left)
             return h, x_r, v_r, d, count, closest
         begin = min(begin + stop, h)
         stalled = 0 if begin > before else stalled + 1
-        if stalled > STALL:
+        if stalled > MAX_STALLED_EVENTS:
             return begin, x_r, v_r, d, -1, closest
         x_r, v_r = x_stop, 0.0
         u_dd = base_motion(waves, u_begin, slope, stop)[0]
         F_L = limit_force(plant, x_r, u_dd)
-        F_fs = law.F_fs * normal_force(law, waves, stop)[0]
-        closest = min(closest, tightness(F_L, F_fs))
-        if abs(F_L) <= F_fs + ROUNDING * (F_fs + abs(k_x * x_r)):
+        F_fs = law.F_fs * relative_normal_force(law, waves, stop)[0]
+        closest = min(closest, decision_margin(F_L, F_fs))
+        if abs(F_L) <= F_fs + FORCE_ROUNDING * (F_fs + abs(k_x * x_r)):
             d = 0
-            count = note(log, count, n, begin, STICK, x_r, F_L)
+            count = record_event(log, count, n, begin, STICK, x_r, F_L)
         else:
             d = -sign(F_L)
-            count = note(log, count, n, begin, d * REVERSAL, x_r, F_L)
+            count = record_event(log, count, n, begin, d * REVERSAL, x_r, F_L)
     return begin, x_r, v_r, d, count, closest
 
 
 @compiled
-def leap_off(scene, end, log, kind):
+def march_sines_from_start(scene, end, log, kind):
     """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
 
-    Returns as in `leap`; it begins with the state at t = 0, and `closest` counts how near its
+    Returns as in `march_sines`; it begins with the state at t = 0, and `closest` counts how near its
     mode is to the other. The scene is an array as in `drysim.core.forcing`, its waves included;
     `log` are the rows of a log as one array, `kind` its kinds.
     """
-    plant, law, waves = unpacked(scene)
+    plant, law, waves = unpack_scene(scene)
     x_r, v_r = scene[X_R], scene[V_R]
     capacity = len(kind)
-    log = Log(log[0], log[1], kind, log[2], log[3])
-    anchor(waves, plant, law, 0.0, 0)
+    log = EventLog(log[0], log[1], kind, log[2], log[3])
+    set_phases(waves, plant, law, 0.0, 0)
     u_dd = base_motion(waves, 0.0, 0.0, 0.0)[0]
-    d, F_L, margin = opening(plant, law, x_r, v_r, u_dd)
-    count = note(log, 0, 0, 0.0, d, x_r, F_L)
-    begin, x_r, v_r, d, count, closest = leap(
+    d, F_L, margin = initial_mode(plant, law, x_r, v_r, u_dd)
+    count = record_event(log, 0, 0, 0.0, d, x_r, F_L)
+    begin, x_r, v_r, d, count, closest = march_sines(
         plant, law, waves, 0.0, 0.0, 0, 0.0, end, 0.0, x_r, v_r, d, log, count, capacity
     )
     return begin, x_r, v_r, d, count, min(closest, margin)
 
 
 @compiled
-def leap_steps(
+def march_varying_limits(
     plant, law, waves, past, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, cap
 ):
     """March over samples where the friction limits vary: one leap a step; else like `march`.
@@ -208,13 +216,13 @@ def leap_steps(
     capacity of the log.
     """
     closest = NEVER
-    while n < end and count + ROOM <= cap:
+    while n < end and count + MAX_EVENTS_PER_STEP <= cap:
         slope = (u_dd[n + 1] - u_dd[n]) / dt
-        reached, x_r, v_r, d, count, tight = leap(
+        reached, x_r, v_r, d, count, margin = march_sines(
             plant, law, waves, u_dd[n], slope, n, (past + n) * dt, dt, 0.0, x_r, v_r, d, log,
             count, cap
         )  # fmt: skip
-        closest = min(closest, tight)
+        closest = min(closest, margin)
         if reached < dt or count < 0:
             return n, x_r, v_r, d, -1, closest
         n += 1
@@ -228,8 +236,8 @@ def leap_steps(
 
 
 @compiled
-def touch(
-    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, x_0, mode, trail, at, log, count,
+def march_elastic(
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, x_0, mode, segments, at, log, count,
     capacity,
 ):  # fmt: skip
     """Follow the motion over intervals of ü, or until steps or log are nearly full.
@@ -238,33 +246,33 @@ def touch(
     place of z, and the mode in place of the direction.
     """
     stalled = 0
-    full = capacity - ENOUGH
+    full = capacity - LOG_RESERVE
     while n <= end and at < full and count < full:
         length = h if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        at = mark(trail, at, n, s, x_r, v_r, x_0, mode)
+        at = record_segment(segments, at, n, s, x_r, v_r, x_0, mode)
         left = length - s
-        c, w, f = begin_stretch(plant, law, waves, mode, x_0, t)
-        stretch = starting(c, w, waves, x_r, v_r, -u_0 - f, -slope)
-        change, after, x, v = end_of_mode(law, waves, stretch, mode, x_0, left, t)
+        c, w, f = begin_segment(plant, law, waves, mode, x_0, t)
+        segment = start_segment(c, w, waves, x_r, v_r, -u_0 - f, -slope)
+        change, after, x, v = mode_exit(law, waves, segment, mode, x_0, left, t)
         step = min(change, left)
         stalled = 0 if t + step > t else stalled + 1
-        if stalled > STALL:
+        if stalled > MAX_STALLED_EVENTS:
             return n, s, x_r, v_r, x_0, mode, at, -1
         if change < NEVER and mode != FREE and after != FREE:
             x_r, v_r = x, v
         else:
-            x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, stretch.g, -slope, step)
+            x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, segment.g, -slope, step)
         if change < NEVER:
             F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, step)[0])
-            load = normal_force(law, waves, step)[0]
+            load = relative_normal_force(law, waves, step)[0]
             force = contact_force(law, mode, x_r, x_0, max(load, 0.0))
             mode, x_0 = next_mode(law, waves, mode, after, x_r, v_r, x_0, force, step)
-            kind = LIFT if mode == FREE else (STICK if holds(mode) else mode * SLIP)
-            count = note(log, count, n, min(s + step, length), kind, x_r, F_L)
-        elif abs(mode) == POISED:
+            kind = LIFT if mode == FREE else (STICK if is_holding(mode) else mode * SLIP)
+            count = record_event(log, count, n, min(s + step, length), kind, x_r, F_L)
+        elif abs(mode) == AT_LIMIT:
             mode = HOLD
         if step >= left:
             n += 1
@@ -275,19 +283,19 @@ def touch(
 
 
 @compiled
-def end_of_mode(law, waves, stretch, mode, x_0, left, t):
+def mode_exit(law, waves, segment, mode, x_0, left, t):
     """Give when within `left` [s] a mode ends, what is after it, and the state then.
 
     It begins at time t; the rest is as in `leave_hold`. Where surfaces part or meet, which no
     motion changes, the state is not given.
     """
     until = min(next_zero_load(law, waves, t, mode != FREE), left)
-    change, after, x, v = NEVER, HOLD, stretch.x_r, stretch.v_r
-    if holds(mode):
+    change, after, x, v = NEVER, HOLD, segment.x_r, segment.v_r
+    if is_holding(mode):
         poised = sign(mode) if mode != HOLD else 0
-        change, after, x, v = end_of_hold(stretch, waves, law, x_0, poised, until)
+        change, after, x, v = end_of_hold(segment, waves, law, x_0, poised, until)
     elif mode != FREE:
-        change, x, v = end_of_yield(stretch, waves, law, mode, until)
+        change, x, v = end_of_yield(segment, waves, law, mode, until)
     if until < left and until <= change:
         return until, HOLD if mode == FREE else FREE, x, v
     return change, after, x, v
@@ -299,41 +307,62 @@ def next_mode(law, waves, mode, after, x_r, v_r, x_0, force, s):
     if after == FREE:
         return FREE, x_r
     if mode == FREE:
-        return just_met(law, v_r, law.F_fk * normal_force(law, waves, s)[1]), x_r
+        return closing_mode(law, v_r, law.F_fk * relative_normal_force(law, waves, s)[1]), x_r
     if after == HOLD:
-        return mode * POISED, x_r - force / law.k_t
+        return mode * AT_LIMIT, x_r - force / law.k_t
     return after, x_0
 
 
 # Between end stops: slide, stop, meet a stop, leave it.
 
 
-BOUNDED_ENOUGH = 4
+STOPS_LOG_RESERVE = 4
 """Steps and events that one step may add to trail and log, and one to end with."""
 
 
 @compiled
-def bound(
-    plant, law, waves, u_dd, dt, n, s, h, end, xi, v_r, z, mode, trail, at, log, count, capacity
+def march_stops(
+    plant,
+    law,
+    waves,
+    u_dd,
+    dt,
+    n,
+    s,
+    h,
+    end,
+    xi,
+    v_r,
+    z,
+    mode,
+    segments,
+    at,
+    log,
+    count,
+    capacity,
 ):
     """Follow the motion over intervals of ü, or until steps or log are nearly full.
 
-    Parameters and result as in `touch` of a spring contact, with x_r as z + xi.
+    Parameters and result as in `march_elastic` of a spring contact, with x_r as z + xi.
     """
     stalled = 0
-    full = capacity - BOUNDED_ENOUGH
+    full = capacity - STOPS_LOG_RESERVE
     m = plant.m
     # Relative acceleration from one interval to the next while v_r is faint, see `creep`. The
     # next call works it out afresh, to rounding.
-    kept = math.nan
-    whole = waves.size == 0
+    a_carried = math.nan
+    no_waves = waves.size == 0
     while n <= end and at < full and count < full:
-        touch, d, fresh = touch_of(mode), way_of(mode), fresh_of(mode)
-        if whole and s == 0.0 and touch == APART and d * v_r > 0.0:
+        touch, d, fresh = (
+            decode_stop_state(mode),
+            decode_direction(mode),
+            decode_beginning(mode),
+        )
+        if no_waves and s == 0.0 and touch == APART and d * v_r > 0.0:
             f = d * law.F_fk / m + plant.k_x / m * z
             low, high = -law.x_rM - z, law.x_rM - z
-            n, xi, v_r, at = pass_on(
-                plant, u_dd, dt, n, end, xi, v_r, f, low, high, trail, at, full, z, mode
+            n, xi, v_r, at = advance_between_stops(
+                plant, u_dd, dt, n, end, xi, v_r, f, low, high, segments, at, full, z, mode
             )
             if at >= full:
                 break
@@ -342,80 +371,86 @@ def bound(
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         u_0 = u_dd[n] + slope * s
         t = n * dt + s
-        at = mark(trail, at, n, s, xi, v_r, z, mode)
-        c, w, g = begin_bounded_stretch(plant, law, waves, mode, z, u_0, t)
-        if fresh == CHATTERS:
+        at = record_segment(segments, at, n, s, xi, v_r, z, mode)
+        c, w, g = begin_stops_segment(plant, law, waves, mode, z, u_0, t)
+        if fresh == CHATTERING:
             F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + plant.k_x * z
-            load = normal_force(law, waves, 0.0)[0]
-            p, q = pressures(plant, law, 1 if z > 0.0 else -1, F_L, load)
-            lasts = chatter_time(law, p, q, abs(v_r))[0] if p > 0.0 else 0.0
-            step = min(lasts, left)
+            load = relative_normal_force(law, waves, 0.0)[0]
+            p, q = return_accelerations(plant, law, 1 if z > 0.0 else -1, F_L, load)
+            duration = chatter_time(law, p, q, abs(v_r))[0] if p > 0.0 else 0.0
+            step = min(duration, left)
             # The time that is left falls with the speed of the rebound.
-            v_r *= 1.0 - step / lasts if lasts > left else 0.0
-            if lasts <= left:
-                mode = mode_of(APART, 0, BUMPER_STEADY)
-                then, ends = moment(n, s + step, length, end)
-                count = note(log, count, then, ends, STICK, z, F_L)
+            v_r *= 1.0 - step / duration if duration > left else 0.0
+            if duration <= left:
+                mode = encode_mode(APART, 0, BUMPER_STEADY)
+                then, ends = interval_time(n, s + step, length, end)
+                count = record_event(log, count, then, ends, STICK, z, F_L)
         elif d == 0:
-            step, way = leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left)
+            step, direction = rest_exit_time(plant, law, waves, touch, z, xi, u_0, slope, left)
             # At the very end of an interval the next one decides.
             if step < left:
-                touch = touch if pushes(law, touch) else APART
-                mode = mode_of(touch, way, BROKE)
-                F_L = -way * law.F_fs * normal_force(law, waves, step)[0]
-                count = note(log, count, n, s + step, way * SLIP, z + xi, F_L)
+                touch = touch if bumper_acts(law, touch) else APART
+                mode = encode_mode(touch, direction, BREAKING_AWAY)
+                F_L = -direction * law.F_fs * relative_normal_force(law, waves, step)[0]
+                count = record_event(log, count, n, s + step, direction * SLIP, z + xi, F_L)
         else:
-            _, _, a, j = slide(c, w, waves, xi, v_r, g, -slope, 0.0)
-            if fresh == BROKE:
-                load = normal_force(law, waves, 0.0)[0]
+            _, _, a, j = motion_at(c, w, waves, xi, v_r, g, -slope, 0.0)
+            if fresh == BREAKING_AWAY:
+                load = relative_normal_force(law, waves, 0.0)[0]
                 a_exact = d * (law.F_fs - law.F_fk) * load / m
                 j -= c * (a_exact - a)
                 a = a_exact
-            faint = whole and abs(v_r) <= faint_per_force(c, w) * (abs(g + u_0) + w * abs(xi))
-            if faint and kept == kept:
-                v_r, a = lifted(v_r, kept)
-            turn = leave_motion(c, w, waves, xi, v_r, a, j, g, -slope, d, left)
-            change, after = next_change(
-                c, w, waves, law, xi, v_r, g, -slope, z, touch, d, fresh == BUMPER_POISED,
-                min(turn, left),
+            creeping = no_waves and abs(v_r) <= cancellation_speed(c, w) * (
+                abs(g + u_0) + w * abs(xi)
+            )
+            if creeping and a_carried == a_carried:
+                v_r, a = rescale(v_r, a_carried)
+            exit_time = slip_end_time(c, w, waves, xi, v_r, a, j, g, -slope, d, left)
+            change, after = next_stop_transition(
+                c, w, waves, law, xi, v_r, g, -slope, z, touch, d, fresh == BUMPER_AT_ZERO,
+                min(exit_time, left),
             )  # fmt: skip
-            step = min(turn, change, left)
+            step = min(exit_time, change, left)
             before = v_r
-            xi, v_r, kept, _ = slide(c, w, waves, xi, v_r, g, -slope, step)
-            if faint:
-                v_r, kept = velocity(c, w, before, a, -slope, step)
-            v_r = 0.0 if step == turn else v_r
-            mode = mode_of(touch, d, BUMPER_STEADY)
-            if step in (change, turn):
-                kept = math.nan
-                then, ends = moment(n, s + step, length, end)
+            xi, v_r, a_carried, _ = motion_at(c, w, waves, xi, v_r, g, -slope, step)
+            if creeping:
+                v_r, a_carried = velocity_and_acceleration(c, w, before, a, -slope, step)
+            v_r = 0.0 if step == exit_time else v_r
+            mode = encode_mode(touch, d, BUMPER_STEADY)
+            if step in (change, exit_time):
+                a_carried = math.nan
+                then, ends = interval_time(n, s + step, length, end)
                 u_then = base_motion(waves, u_0, slope, step)[0]
-                load = normal_force(law, waves, step)[0]
+                load = relative_normal_force(law, waves, step)[0]
                 if step == change and touch == APART:
-                    at = mark(trail, at, then, ends, xi, max(d * v_r, 0.0) * d, z, MEET)
+                    at = record_segment(
+                        segments, at, then, ends, xi, max(d * v_r, 0.0) * d, z, ARRIVAL
+                    )
                     z = d * law.x_rM
                     xi = 0.0
-                    mode = mode_of(after, d, BUMPER_STEADY)
+                    mode = encode_mode(after, d, BUMPER_STEADY)
                     if law.k_s > 0.0:
-                        F_L = steady_pull(plant, law, APART, z, xi) + m * u_then
-                        count = note(log, count, then, ends, d * CONTACT, z, F_L)
+                        F_L = restoring_force(plant, law, APART, z, xi) + m * u_then
+                        count = record_event(log, count, then, ends, d * CONTACT, z, F_L)
                     else:
                         v_r, mode, count = rebound(
                             plant, law, waves, slope, then, ends, t + step, v_r, z, d, u_then,
                             load, log, count,
                         )  # fmt: skip
                 elif step == change:
-                    F_L = steady_pull(plant, law, touch, z, xi) + m * u_then
-                    xi, mode, count = let_go(
+                    F_L = restoring_force(plant, law, touch, z, xi) + m * u_then
+                    xi, mode, count = release_bumper(
                         touch, after, d, then, ends, z, xi, F_L, log, count
                     )
-                if way_of(mode) != 0 and (step == turn or (v_r == 0.0 and law.k_s == 0.0)):
-                    mode, count = stand(
+                if decode_direction(mode) != 0 and (
+                    step == exit_time or (v_r == 0.0 and law.k_s == 0.0)
+                ):
+                    mode, count = stick_or_slide(
                         plant, law, then, ends, xi, z, mode, u_then, load, log, count
                     )
         step = min(step, left)
         stalled = 0 if t + step > t else stalled + 1
-        if stalled > STALL:
+        if stalled > MAX_STALLED_EVENTS:
             return n, s, xi, v_r, z, mode, at, -1
         if step >= left:
             n += 1
@@ -423,12 +458,12 @@ def bound(
         else:
             s += step
     if n > end:
-        at = mark(trail, at, end, h, xi, v_r, z, mode)
+        at = record_segment(segments, at, end, h, xi, v_r, z, mode)
     return n, s, xi, v_r, z, mode, at, count
 
 
 @compiled
-def moment(n, s, length, end):
+def interval_time(n, s, length, end):
     """Give interval and time in it of an instant, of the next one where an interval ends."""
     if s < length:
         return n, s
@@ -436,47 +471,49 @@ def moment(n, s, length, end):
 
 
 @compiled
-def begin_bounded_stretch(plant, law, waves, mode, z, u_0, t):
+def begin_stops_segment(plant, law, waves, mode, z, u_0, t):
     """Set the waves for a stretch from time t [s]; gives b/m, k/m and the force per mass."""
-    touch, d = touch_of(mode), way_of(mode)
+    touch, d = decode_stop_state(mode), decode_direction(mode)
     k, b = plant.k_x, plant.b
-    if pushes(law, touch):
+    if bumper_acts(law, touch):
         k += law.k_s
         b += law.b_s
     m = plant.m
-    anchor(waves, Plant(m, k, b), law, t, d)
+    set_phases(waves, Plant(m, k, b), law, t, d)
     return b / m, k / m, -u_0 - d * law.F_fk / m - plant.k_x / m * z
 
 
 @compiled
-def next_change(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
+def next_stop_transition(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
     """Give when the mass meets a stop or a bumper lets go or is felt again, or infinity.
 
     Gives also how it is to the stops then.
     """
     if touch == APART:
         far = law.x_rM - d * z
-        return meet(c, w, waves, xi, v_r, g, r, d, far, until), d * TOUCHING
+        return arrival_time(c, w, waves, xi, v_r, g, r, d, far, until), d * TOUCHING
     side = 1 if touch > 0 else -1
-    if abs(touch) == AWAY:
-        felt = fade_out(c, w, waves, law, xi, v_r, g, r, -side, poised, until)
-        clear = meet(c, w, waves, xi, v_r, g, r, d, 0.0, min(felt, until))
-        return (clear, APART) if clear < felt else (felt, side * TOUCHING)
+    if abs(touch) == SEPARATED:
+        felt = bumper_zero_time(c, w, waves, law, xi, v_r, g, r, -side, poised, until)
+        separation = arrival_time(c, w, waves, xi, v_r, g, r, d, 0.0, min(felt, until))
+        return (separation, APART) if separation < felt else (felt, side * TOUCHING)
     if side == d:
         return NEVER, touch
     if law.b_s == 0.0:
-        return meet(c, w, waves, xi, v_r, g, r, d, 0.0, until), APART
-    return fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, until), side * AWAY
+        return arrival_time(c, w, waves, xi, v_r, g, r, d, 0.0, until), APART
+    return bumper_zero_time(
+        c, w, waves, law, xi, v_r, g, r, side, poised, until
+    ), side * SEPARATED
 
 
 @inlined
-def leave_motion(c, w, waves, x_r, v_r, a, j, g, r, way, h):
+def slip_end_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h):
     """Give the first time in (0, h] at which v_r is zero, or infinity."""
-    if way == 0:
+    if direction == 0:
         return NEVER
     if waves.size == 0:
-        return locate_stop(c, w, way * v_r, way * a, way * r, h)
-    return leave_slip(c, w, waves, x_r, v_r, a, j, g, r, way, h)[0]
+        return locate_stop(c, w, direction * v_r, direction * a, direction * r, h)
+    return slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h)[0]
 
 
 # Coulomb's friction whose normal force may vanish, or was recorded: rub, stick, lift off.
@@ -485,14 +522,14 @@ def leave_motion(c, w, waves, x_r, v_r, a, j, g, r, way, h):
 # are solved as under constant limits.
 
 
-STUCK, PRESSED_FREE, BREAKING = 0, 3, 2
+STUCK, LIFTED_OFF, BREAK_AWAY = 0, 3, 2
 """Modes besides sliding in direction +1 or -1: stuck, lifted off, or, with the sign of the
 direction, breaking away just then."""
 
 
 @compiled
-def press(
-    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, mode, trail, at, log, count,
+def march_normal_force(
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, mode, segments, at, log, count,
     capacity,
 ):  # fmt: skip
     """Follow the motion over intervals of ü, or until steps or log are nearly full.
@@ -501,80 +538,84 @@ def press(
     mode stands in place of the direction.
     """
     stalled = 0
-    full = capacity - ENOUGH
+    full = capacity - LOG_RESERVE
     # Relative acceleration from one interval to the next while v_r is faint, see `creep`. The
     # next call works it out afresh, to rounding.
-    kept = math.nan
+    a_carried = math.nan
     c, w = plant.b / plant.m, plant.k_x / plant.m
     while n <= end and at < full and count < full:
         length = h if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
-        at = mark(trail, at, n, s, x_r, v_r, z, mode)
-        d = heading(mode)
-        anchor(waves, plant, law, t, d)
-        span = span_at(law, t)
+        at = record_segment(segments, at, n, s, x_r, v_r, z, mode)
+        d = slip_direction(mode)
+        set_phases(waves, plant, law, t, d)
+        span = load_ramp_at(law, t)
         left = min(length - s, span.left)
         change = (
-            meets_at(law, waves, span, t)
-            if mode == PRESSED_FREE
-            else parts_at(law, waves, span, t)
+            closing_time(law, waves, span, t)
+            if mode == LIFTED_OFF
+            else separation_time(law, waves, span, t)
         )
         until = min(left, change)
         if mode == STUCK:
-            turn, way = leave_pressed_rest(plant, law, waves, span, x_r, u_0, slope, until)
-            step = min(turn, until)
+            exit_time, direction = stick_exit_normal_force(
+                plant, law, waves, span, x_r, u_0, slope, until
+            )
+            step = min(exit_time, until)
         else:
             f = d * law.F_fk / plant.m
             g, r = -u_0 - f * span.load, -slope - f * span.rate
-            stretch = starting(c, w, waves, x_r, v_r, g, r)
-            a, j = stretch.a, stretch.j
-            if abs(mode) == BREAKING:
-                load = load_within(law, waves, span, 0.0)[0]
+            segment = start_segment(c, w, waves, x_r, v_r, g, r)
+            a, j = segment.a, segment.j
+            if abs(mode) == BREAK_AWAY:
+                load = load_at(law, waves, span, 0.0)[0]
                 start = d * (law.F_fs - law.F_fk) * load / plant.m
                 a, j = start, j - c * (start - a)
-            faint = waves.size == 0 and abs(v_r) <= faint_per_force(c, w) * (
+            creeping = waves.size == 0 and abs(v_r) <= cancellation_speed(c, w) * (
                 abs(f) * span.load + w * abs(x_r)
             )
-            if faint and kept == kept:
-                v_r, a = lifted(v_r, kept)
+            if creeping and a_carried == a_carried:
+                v_r, a = rescale(v_r, a_carried)
                 j = r - c * a - w * v_r
-            way = onset(v_r, a, j) if mode == PRESSED_FREE else d
-            turn = leave_motion(c, w, waves, x_r, v_r, a, j, g, r, way, until)
-            step = min(turn, until)
+            direction = motion_direction(v_r, a, j) if mode == LIFTED_OFF else d
+            exit_time = slip_end_time(c, w, waves, x_r, v_r, a, j, g, r, direction, until)
+            step = min(exit_time, until)
             before = v_r
-            x_r, v_r, kept, _ = slide(c, w, waves, x_r, v_r, g, r, step)
-            if faint:
-                v_r, kept = velocity(c, w, before, a, r, step)
+            x_r, v_r, a_carried, _ = motion_at(c, w, waves, x_r, v_r, g, r, step)
+            if creeping:
+                v_r, a_carried = velocity_and_acceleration(c, w, before, a, r, step)
         stalled = 0 if t + step > t else stalled + 1
-        if stalled > STALL:
+        if stalled > MAX_STALLED_EVENTS:
             return n, s, x_r, v_r, z, mode, at, -1
-        load = load_within(law, waves, span, step)[0]
+        load = load_at(law, waves, span, step)[0]
         F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, step)[0])
         when = min(s + step, length)
-        if turn <= until and turn < NEVER:
-            v_r, kept = 0.0, math.nan
+        if exit_time <= until and exit_time < NEVER:
+            v_r, a_carried = 0.0, math.nan
             if mode == STUCK:
-                mode = way * BREAKING
-                count = note(log, count, n, when, way * SLIP, x_r, -way * law.F_fs * load)
-            elif mode == PRESSED_FREE:
-                count = note(log, count, n, when, -way * REVERSAL, x_r, F_L)
-            elif stays(plant, law, x_r, F_L, load):
+                mode = direction * BREAK_AWAY
+                count = record_event(
+                    log, count, n, when, direction * SLIP, x_r, -direction * law.F_fs * load
+                )
+            elif mode == LIFTED_OFF:
+                count = record_event(log, count, n, when, -direction * REVERSAL, x_r, F_L)
+            elif is_within_static_limit(plant, law, x_r, F_L, load):
                 mode = STUCK
-                count = note(log, count, n, when, STICK, x_r, F_L)
+                count = record_event(log, count, n, when, STICK, x_r, F_L)
             else:
                 mode = -sign(F_L)
-                count = note(log, count, n, when, mode * REVERSAL, x_r, F_L)
+                count = record_event(log, count, n, when, mode * REVERSAL, x_r, F_L)
         elif change <= left and change < NEVER:
-            kept = math.nan
-            if mode != PRESSED_FREE:
-                mode, kind = PRESSED_FREE, LIFT
+            a_carried = math.nan
+            if mode != LIFTED_OFF:
+                mode, kind = LIFTED_OFF, LIFT
             else:
                 mode = sign(v_r) if v_r != 0.0 else -sign(F_L)
                 kind = mode * SLIP
-            count = note(log, count, n, when, kind, x_r, F_L)
-        elif abs(mode) == BREAKING:
+            count = record_event(log, count, n, when, kind, x_r, F_L)
+        elif abs(mode) == BREAK_AWAY:
             mode = d
         if step >= length - s:
             n += 1
@@ -585,42 +626,42 @@ def press(
 
 
 @compiled
-def heading(mode):
+def slip_direction(mode):
     """Give the direction of sliding in contact, 0 where the surfaces do not rub."""
-    return 0 if mode == PRESSED_FREE else sign(mode)
+    return 0 if mode == LIFTED_OFF else sign(mode)
 
 
 @compiled
-def stays(plant, law, x_r, F_L, load):
+def is_within_static_limit(plant, law, x_r, F_L, load):
     """Tell whether a mass at rest stays: |F_L| is within the static limit, roundings apart."""
     F_fs = law.F_fs * max(load, 0.0)
-    return abs(F_L) <= F_fs + ROUNDING * (F_fs + abs(plant.k_x * x_r))
+    return abs(F_L) <= F_fs + FORCE_ROUNDING * (F_fs + abs(plant.k_x * x_r))
 
 
 @compiled
-def first_pressed(plant, law, waves, u_0, slope, x_r, v_r):
+def initial_normal_force_mode(plant, law, waves, u_0, slope, x_r, v_r):
     """Give the mode at t = 0."""
-    anchor(waves, plant, law, 0.0, 0)
-    span = span_at(law, 0.0)
-    load, rate = load_within(law, waves, span, 0.0)
+    set_phases(waves, plant, law, 0.0, 0)
+    span = load_ramp_at(law, 0.0)
+    load, rate = load_at(law, waves, span, 0.0)
     # A force that only touches zero parts no surfaces.
     lifts = law.step > 0.0 or law.variation > 1.0
     if load < 0.0 or (load == 0.0 and rate <= 0.0 and lifts):
-        return PRESSED_FREE
+        return LIFTED_OFF
     if v_r != 0.0:
         return sign(v_r)
     F_L = limit_force(plant, x_r, base_motion(waves, u_0, slope, 0.0)[0])
-    return STUCK if stays(plant, law, x_r, F_L, load) else -sign(F_L)
+    return STUCK if is_within_static_limit(plant, law, x_r, F_L, load) else -sign(F_L)
 
 
 @inlined
-def leave_pressed_rest(plant, law, waves, span, x_r, u_0, slope, h):
+def stick_exit_normal_force(plant, law, waves, span, x_r, u_0, slope, h):
     """Give when within h [s] a stuck mass breaks away, or infinity, and in which direction."""
     if waves.base == 0 and slope == 0.0 and limit_force(plant, x_r, u_0) == 0.0:
         # Nothing pulls, also where the limit itself comes and goes.
         return NEVER, 0
-    limits = Law(
+    limits = CoulombLaw(
         law.F_fk * span.load, law.F_fs * span.load, law.variation, law.omega, law.phase
     )
     drift = law.F_fs * span.rate / plant.m
-    return break_away(plant, limits, waves, x_r, u_0, slope - drift, slope + drift, h)
+    return break_away_time(plant, limits, waves, x_r, u_0, slope - drift, slope + drift, h)

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.core.compile import held
-from drysim.errors import Caution
+from drysim.core.compile import as_engine_array
+from drysim.errors import WarningMessage
 
 # The oscillator and its friction.
 
@@ -39,7 +39,7 @@ class Plant(NamedTuple):
     b: float
 
 
-class Law(NamedTuple):
+class CoulombLaw(NamedTuple):
     """Coulomb's dry friction; both limits may follow a normal force that varies as a sine.
 
     The limits at time t are `F_fk` and `F_fs` times 1 + variation·sin(omega·t + phase).
@@ -65,12 +65,12 @@ class Law(NamedTuple):
     phase: float = 0.0
 
     @property
-    def sticks(self) -> bool:
+    def can_stick(self) -> bool:
         """Whether a contact under this law can hold still."""
         return True
 
 
-class Stopped(NamedTuple):
+class EndStopLaw(NamedTuple):
     """Coulomb's dry friction on a stroke that ends at a stop on either side.
 
     A stop is a bumper where `k_s` is above 0, and rigid where it is 0.
@@ -86,7 +86,7 @@ class Stopped(NamedTuple):
     e : float
         Restitution of a rigid stop [-], 0 to 1.
     variation, omega, phase : float
-        Of the normal force, as in `Law`.
+        Of the normal force, as in `CoulombLaw`.
     """
 
     F_fk: float
@@ -100,7 +100,7 @@ class Stopped(NamedTuple):
     phase: float = 0.0
 
     @property
-    def sticks(self) -> bool:
+    def can_stick(self) -> bool:
         """Whether a contact under this law can hold still."""
         return True
 
@@ -110,12 +110,12 @@ class Stopped(NamedTuple):
         return self.k_s == 0.0
 
     @property
-    def coulomb(self) -> Law:
+    def coulomb(self) -> CoulombLaw:
         """The same friction without the stops."""
-        return Law(self.F_fk, self.F_fs, self.variation, self.omega, self.phase)
+        return CoulombLaw(self.F_fk, self.F_fs, self.variation, self.omega, self.phase)
 
 
-class Slider(NamedTuple):
+class ElasticContactLaw(NamedTuple):
     """A contact that is a spring until it yields; its normal force may vary as a sine.
 
     The limit at time t is `F_fk` times 1 + variation·sin(omega·t + phase); where that is below
@@ -145,7 +145,7 @@ class Slider(NamedTuple):
         return self.F_fk
 
     @property
-    def sticks(self) -> bool:
+    def can_stick(self) -> bool:
         """False: the contact yields a little before it slides."""
         return False
 
@@ -154,7 +154,7 @@ STRIBECK, BRISTLE, LEUVEN = 0, 1, 2
 """Kinds of dynamic law; that of bristles serves Dahl's, too."""
 
 
-class Dynamic(NamedTuple):
+class DynamicLaw(NamedTuple):
     """A friction force that depends on the speed or on a deflection z before sliding.
 
     Attributes
@@ -198,17 +198,17 @@ class Dynamic(NamedTuple):
         return 0.0
 
     @property
-    def sticks(self) -> bool:
+    def can_stick(self) -> bool:
         """Whether a contact under this law can hold still; bristles always give a little."""
         return self.kind == STRIBECK
 
 
-class Pressed(NamedTuple):
+class NormalForceLaw(NamedTuple):
     """Coulomb's dry friction under a normal force that may vanish or be any recorded one.
 
     The limits at time t are `F_fk` and `F_fs` times the normal force relative to its mean:
-    1 + variation·sin(omega·t + phase), or what `pressure` says. Where that is not above zero
-    the surfaces have parted and there is no friction. Not to be confused with `Law`, whose
+    1 + variation·sin(omega·t + phase), or what `force_record` says. Where that is not above zero
+    the surfaces have parted and there is no friction. Not to be confused with `CoulombLaw`, whose
     surfaces never part.
 
     Attributes
@@ -228,25 +228,25 @@ class Pressed(NamedTuple):
     variation: float = 0.0
     omega: float = 0.0
     phase: float = 0.0
-    pressure: Pressure | None = None
+    force_record: NormalForceRecord | None = None
 
     @property
-    def sticks(self) -> bool:
+    def can_stick(self) -> bool:
         """Whether a contact under this law can hold still."""
         return True
 
     def load(self, t: Any) -> Any:
         """Return the normal force relative to its mean [-] at times t [s], 0 where parted."""
-        if self.pressure is None:
+        if self.force_record is None:
             found = 1.0 + self.variation * np.sin(self.omega * t + self.phase)
         else:
-            times = np.arange(len(self.pressure.relative)) * self.pressure.step
-            found = np.interp(t, times, self.pressure.relative)
+            times = np.arange(len(self.force_record.relative)) * self.force_record.step
+            found = np.interp(t, times, self.force_record.relative)
         return np.maximum(found, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Pressure:
+class NormalForceRecord:
     """A recorded normal force, linear between its samples; equal to itself alone.
 
     Attributes
@@ -269,13 +269,13 @@ class Pressure:
     step: float
     mean: float
     inputs: tuple[Input, ...] = ()
-    cautions: tuple[Caution, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
     clean_up: tuple[Mapping[str, object], ...] = ()
 
     @cached_property
-    def given(self) -> Any:
+    def kernel_input(self) -> Any:
         """The force as the kernels want it."""
-        return held(self.relative)
+        return as_engine_array(self.relative)
 
     @property
     def end(self) -> float:
@@ -283,7 +283,7 @@ class Pressure:
         return (len(self.relative) - 1) * self.step
 
 
-AnyLaw = Law | Dynamic | Slider | Stopped | Pressed
+AnyLaw = CoulombLaw | DynamicLaw | ElasticContactLaw | EndStopLaw | NormalForceLaw
 """What a scene may rub with, and run against."""
 
 
@@ -297,7 +297,7 @@ class State(NamedTuple):
     v_r: float
 
 
-class Deflected(NamedTuple):
+class ContactState(NamedTuple):
     """A state with what a contact remembers.
 
     Attributes
@@ -312,10 +312,10 @@ class Deflected(NamedTuple):
     x_r: float
     v_r: float
     z: float
-    turned: tuple[float, ...] = ()
+    reversals: tuple[float, ...] = ()
 
 
-AnyState = State | Deflected
+AnyState = State | ContactState
 """Where a motion may start."""
 
 
@@ -344,7 +344,7 @@ class Totals(NamedTuple):
     v2: float
     x_dd2: float
     power: float
-    rub: float
+    sliding_distance: float
     stuck: float
     u_dd2: float
     u2: float | None
@@ -353,17 +353,20 @@ class Totals(NamedTuple):
 
 # The motion of the base.
 
-BLOCK = 65_536
+BLOCK_SIZE = 65_536
 """Numbers worked on at a time: a few megabytes, which stay near the processor."""
 
-KEPT = 1 << 20
+MAX_KEPT = 1 << 20
 """Numbers up to which what can be had again is kept: some megabytes. A longer motion is solved
 by parts, each made anew whenever it is asked for: that costs a tenth of writing it down."""
 
-HALF_RULE = ((0.0694318442029737, 0.1739274225687269), (0.3300094782075719, 0.3260725774312731))
+HALF_GAUSS_RULE = (
+    (0.0694318442029737, 0.1739274225687269),
+    (0.3300094782075719, 0.3260725774312731),
+)
 """Half of four Gauss-Legendre nodes and weights on 0..1: exact for the square of a cubic."""
 
-WHOLE = 8192
+STEPS_PER_SUM = 8192
 """Steps whose squares are summed at once: so few that no linear algebra starts threads."""
 
 
@@ -429,7 +432,7 @@ class Samples(NamedTuple):
     dt: float
     u: NDArray[np.float64] | None = None
     inputs: tuple[Input, ...] = ()
-    cautions: tuple[Caution, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
     realised: Mapping[str, object] = {}
 
 
@@ -452,7 +455,7 @@ def acceleration_at(motion: Sines | Samples, t: NDArray[np.float64]) -> NDArray[
     return between
 
 
-def displacement_between(
+def interpolate_displacement(
     motion: Samples, n: NDArray[np.intp], q: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return u [m] at the share q of the steps n: the cubic whose second derivative is ü."""
@@ -464,7 +467,9 @@ def displacement_between(
     return u
 
 
-def sample_squares(motion: Samples, begin: float, end: float) -> tuple[float, float | None]:
+def integrate_base_squares(
+    motion: Samples, begin: float, end: float
+) -> tuple[float, float | None]:
     """Return the integrals of ü² and, where u is known, of u² over a window of samples."""
     dt = motion.dt
     first, last = int(begin / dt), min(math.ceil(end / dt), len(motion.u_dd) - 1)
@@ -475,26 +480,28 @@ def sample_squares(motion: Samples, begin: float, end: float) -> tuple[float, fl
     for n in sorted({first, last - 1}):
         if lo <= n < hi:
             continue
-        part = cut_step_squares(motion, n, begin, end)
+        part = partial_step_squares(motion, n, begin, end)
         u_dd2, u2 = u_dd2 + part[0], u2 + part[1]
-    for at in range(lo, hi, WHOLE):
-        part = whole_step_squares(motion, at, min(at + WHOLE, hi))
+    for at in range(lo, hi, STEPS_PER_SUM):
+        part = whole_step_squares(motion, at, min(at + STEPS_PER_SUM, hi))
         u_dd2, u2 = u_dd2 + part[0], u2 + part[1]
     return u_dd2, None if motion.u is None else u2
 
 
-def cut_step_squares(motion: Samples, n: int, begin: float, end: float) -> tuple[float, float]:
+def partial_step_squares(
+    motion: Samples, n: int, begin: float, end: float
+) -> tuple[float, float]:
     """Return the integrals of ü² and u² over what of step n lies in a window."""
     dt, u_dd2, u2 = motion.dt, 0.0, 0.0
     lo = max(begin / dt - n, 0.0)
     width = min(end / dt - n, 1.0) - lo
     a_0, a_1 = motion.u_dd[n : n + 2].tolist()
-    for node, weight in HALF_RULE:
+    for node, weight in HALF_GAUSS_RULE:
         for place in (node, 1.0 - node):
             q = lo + width * place
             u_dd2 += weight * dt * width * ((1.0 - q) * a_0 + q * a_1) ** 2
             if motion.u is not None:
-                u = displacement_between(motion, np.array([n]), np.array([q]))
+                u = interpolate_displacement(motion, np.array([n]), np.array([q]))
                 u2 += weight * dt * width * float(u[0]) ** 2
     return u_dd2, u2
 
@@ -519,18 +526,18 @@ def whole_step_squares(motion: Samples, first: int, last: int) -> tuple[float, f
     return float(u_dd2), float(dt * (squares - bend * bent + bend * bend * bends))
 
 
-def blocks(signal: Signal, size: int = BLOCK) -> Iterator[NDArray[np.float64]]:
+def blocks(signal: Signal, size: int = BLOCK_SIZE) -> Iterator[NDArray[np.float64]]:
     """Return a signal block by block."""
     return (signal[at : at + size] for at in range(0, len(signal), size))
 
 
-def moments(signal: Signal) -> tuple[float, float]:
+def mean_and_std(signal: Signal) -> tuple[float, float]:
     """Return the mean of a signal and its RMS about that mean."""
     mean = sum(float(part.sum()) for part in blocks(signal)) / len(signal)
     squares = sum(float(np.square(part - mean).sum()) for part in blocks(signal))
     return mean, math.sqrt(squares / len(signal))
 
 
-def largest(signal: Signal) -> float:
+def max_abs(signal: Signal) -> float:
     """Return the greatest magnitude in a signal."""
     return max((float(np.abs(part).max()) for part in blocks(signal)), default=0.0)

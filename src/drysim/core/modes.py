@@ -31,76 +31,76 @@ from typing import Any, NamedTuple
 from drysim.core.compile import compiled, inlined
 from drysim.core.events import (
     CONTACT,
+    FORCE_ROUNDING,
     IMPACT,
     RELEASE,
     REVERSAL,
-    ROUNDING,
     STICK,
-    note,
-    onset,
+    motion_direction,
+    record_event,
     sign,
 )
 from drysim.core.forcing import (
-    ACROSS,
-    ALONG,
+    IN_PHASE,
     OMEGA,
+    QUADRATURE,
     STEADY,
-    STRIDE,
-    V_START,
-    X_START,
+    STEADY_V,
+    STEADY_X,
+    WAVE_COLUMNS,
     A,
-    anchor,
-    force_rates,
-    normal_force,
-    slide,
-    starting,
+    force_rate_bounds,
+    motion_at,
+    relative_normal_force,
+    set_phases,
+    start_segment,
     steady_response,
 )
 from drysim.core.model import Plant
 from drysim.core.roots import (
-    BISECTIONS,
+    MAX_BISECTIONS,
     NEVER,
     RESOLUTION,
-    WINDOW,
-    Blend,
-    above_zero,
-    break_away,
-    kept_between,
-    leave_slip,
-    leave_stick,
-    vanish,
+    WINDOW_RADIANS,
+    Observable,
+    break_away_time,
+    first_root,
+    keep_in_bracket,
+    parabola_root,
+    slip_exit_time,
+    stick_exit_time,
 )
 
 # Elastic contact: its modes, and the oscillator and the force in each of them.
 
 
-HOLD, FREE, POISED = 0, 2, 4
+HOLD, FREE, AT_LIMIT = 0, 2, 4
 """Modes of the contact besides yielding in direction +1 or -1: it holds, it is lifted off, or,
 with the sign of the direction, it has just ceased to yield and holds at its very limit."""
 
-SLOW = 16.0
+QUASI_STATIC_RATIO = 16.0
 """Square of how many times as fast as a wave a spring is that follows it at once."""
 
-SLACK = 1e-14
+LIMIT_TOLERANCE = 1e-14
 """Relative distance from its limit at which a contact that goes on is at its limit."""
 
 
 @compiled
-def holds(mode):
+def is_holding(mode):
     """Return whether the contact holds."""
-    return mode == HOLD or abs(mode) == POISED
+    return mode == HOLD or abs(mode) == AT_LIMIT
 
 
 @compiled
-def spring(plant, law, mode):
+def effective_plant(plant, law, mode):
     """Return the oscillator as it is in a mode: a holding contact is one more spring."""
-    return Plant(plant.m, plant.k_x + (law.k_t if holds(mode) else 0.0), plant.b)
+    return Plant(plant.m, plant.k_x + (law.k_t if is_holding(mode) else 0.0), plant.b)
 
 
 @compiled
-def steady_force(law, mode, x_0):
+def constant_force(law, mode, x_0):
     """Return the part of the contact force that is constant in a mode [N]."""
-    if holds(mode):
+    if is_holding(mode):
         return -law.k_t * x_0
     return 0.0 if mode == FREE else mode * law.F_fk
 
@@ -108,27 +108,30 @@ def steady_force(law, mode, x_0):
 @compiled
 def contact_force(law, mode, x_r, x_0, load):
     """Return the contact force [N]; `load` is the normal force relative to its mean."""
-    if holds(mode):
+    if is_holding(mode):
         return law.k_t * (x_r - x_0)
     return 0.0 if mode == FREE else mode * law.F_fk * load
 
 
 @compiled
-def begin_stretch(plant, law, waves, mode, x_0, t):
+def begin_segment(plant, law, waves, mode, x_0, t):
     """Set the waves for a segment from t [s]; returns b/m, k/m and steady force/m."""
-    effective = spring(plant, law, mode)
-    anchor(waves, effective, law, t, mode if abs(mode) == 1 else 0)
+    effective = effective_plant(plant, law, mode)
+    set_phases(waves, effective, law, t, mode if abs(mode) == 1 else 0)
     m = plant.m
     w = effective.k_x / m
     for i in range(waves.size):
-        at = STRIDE * i
-        if waves.values[at + STEADY] > 0.0 and SLOW * waves.values[at + OMEGA] ** 2 <= w:
+        at = WAVE_COLUMNS * i
+        if (
+            waves.values[at + STEADY] > 0.0
+            and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** 2 <= w
+        ):
             waves.values[at + STEADY] = 2.0
-    return effective.b / m, w, steady_force(law, mode, x_0) / m
+    return effective.b / m, w, constant_force(law, mode, x_0) / m
 
 
 @compiled
-def first_contact(law, x_r, v_r, x_0):
+def initial_contact_mode(law, x_r, v_r, x_0):
     """Return mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
 
     One that is bent to its limit, and bent on, yields already: its next event is not at once.
@@ -138,19 +141,19 @@ def first_contact(law, x_r, v_r, x_0):
     rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
     if load <= 0.0:
         # A force that only touches zero parts no surfaces; they carry nothing just then.
-        parted = load < 0.0 or (law.variation > 1.0 and rate <= 0.0)
-        return FREE if parted else just_met(law, v_r, rate), x_r
-    way = sign(x_r - x_0)
-    reach = law.F_fk * load / law.k_t
-    far = abs(x_r - x_0)
-    if far > reach:
-        x_0 = x_r - way * reach
-    bent = far >= reach - SLACK * (reach + abs(x_r))
-    return (way if bent and law.k_t * way * v_r > rate else HOLD), x_0
+        separated = load < 0.0 or (law.variation > 1.0 and rate <= 0.0)
+        return FREE if separated else closing_mode(law, v_r, rate), x_r
+    direction = sign(x_r - x_0)
+    x_limit = law.F_fk * load / law.k_t
+    distance = abs(x_r - x_0)
+    if distance > x_limit:
+        x_0 = x_r - direction * x_limit
+    deflected = distance >= x_limit - LIMIT_TOLERANCE * (x_limit + abs(x_r))
+    return (direction if deflected and law.k_t * direction * v_r > rate else HOLD), x_0
 
 
 @inlined
-def just_met(law, v_r, rate):
+def closing_mode(law, v_r, rate):
     """Return the mode of surfaces that carry nothing yet: what outruns their limit yields.
 
     `rate` is that of the limit [N/s].
@@ -160,21 +163,21 @@ def just_met(law, v_r, rate):
 
 # Elastic contact: until when it holds, and until when it yields.
 
-SWINGS = 0.5
+MIN_ENVELOPE_STEP = 0.5
 """Radians of its own swing below which a contact is no longer led on by its envelope."""
 
-HALF_SWING = 3.2
+HALF_SWING_RADIANS = 3.2
 """Radians of the oscillator within which a contact that its swing makes yield does so."""
 
 
 @compiled
-def end_of_hold(stretch, waves, law, x_0, poised, h):
+def end_of_hold(segment, waves, law, x_0, at_limit, h):
     """Return when within h [s] a contact that holds yields, and how.
 
     Parameters
     ----------
     stretch, waves, law, x_0
-        As in `leave_hold`.
+        As in `hold_exit_time`.
     poised : int
         The side at whose limit it holds just so, 0 for none.
     h : float
@@ -190,55 +193,61 @@ def end_of_hold(stretch, waves, law, x_0, poised, h):
     A peak of the swing stands for half a swing on either side, so that the one before has
     covered the other side up to this peak.
     """
-    reach, way = law.F_fk / law.k_t, onset(stretch.v_r, stretch.a, stretch.j)
-    gap = reach * normal_force(law, waves, 0.0)[0] - way * (stretch.x_r - x_0)
-    if way * poised <= 0 and swings_to(stretch, way, gap):
-        looked = min(HALF_SWING / math.sqrt(stretch.w), h)
-        s, x, v = leave_hold(stretch, waves, law, x_0, way, False, 0.0, looked)
+    x_limit, direction = law.F_fk / law.k_t, motion_direction(segment.v_r, segment.a, segment.j)
+    gap = x_limit * relative_normal_force(law, waves, 0.0)[0] - direction * (segment.x_r - x_0)
+    if direction * at_limit <= 0 and may_reach(segment, direction, gap):
+        searched = min(HALF_SWING_RADIANS / math.sqrt(segment.w), h)
+        s, x, v = hold_exit_time(segment, waves, law, x_0, direction, False, 0.0, searched)
         if s < NEVER:
-            other = -way, poised == -way, 0.0, s
-            return or_before(stretch, waves, law, x_0, *other, s, x, v)
-    own = ringing(stretch, waves)
-    if own.side == 0 or h <= own.half:
-        side = way if way != 0 else 1
+            other = -direction, at_limit == -direction, 0.0, s
+            return earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
+    transient = transient_response(segment, waves)
+    if transient.side == 0 or h <= transient.half_period:
+        side = direction if direction != 0 else 1
         # Window by window: a side that never yields is not followed to the end each time.
-        fastest = force_rates(waves, stretch.r)[3]
-        begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
+        fastest = force_rate_bounds(waves, segment.r)[3]
+        begin, until = 0.0, min(WINDOW_RADIANS / fastest, h) if fastest > 0.0 else h
         while True:
-            s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
-            other = -side, poised == -side, begin, min(s, until)
-            s, side, x, v = or_before(stretch, waves, law, x_0, *other, s, x, v)
+            s, x, v = hold_exit_time(
+                segment, waves, law, x_0, side, at_limit == side, begin, until
+            )
+            other = -side, at_limit == -side, begin, min(s, until)
+            s, side, x, v = earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
             if s < NEVER or until >= h:
                 return s, side, x, v
             begin, until = until, min(3.0 * until, h)
-    number, clear = -1 if own.phase > 0.0 else 0, 0.0
-    while clear < h:
-        side = own.side if number % 2 == 0 else -own.side
-        peak = own.phase / own.omega + number * own.half
-        before = own.half
-        if clear > 0.0 or side != poised:
-            before = clear_of(own, stretch, waves, law, x_0, side, peak)
-        begin, until = max(clear, peak - before), min(peak + own.half, h)
+    number, safe = -1 if transient.phase > 0.0 else 0, 0.0
+    while safe < h:
+        side = transient.side if number % 2 == 0 else -transient.side
+        peak = transient.phase / transient.omega + number * transient.half_period
+        before = transient.half_period
+        if safe > 0.0 or side != at_limit:
+            before = search_time_before_peak(transient, segment, waves, law, x_0, side, peak)
+        begin, until = max(safe, peak - before), min(peak + transient.half_period, h)
         if before >= 0.0 and begin < until:
-            s, x, v = leave_hold(stretch, waves, law, x_0, side, poised == side, begin, until)
+            s, x, v = hold_exit_time(
+                segment, waves, law, x_0, side, at_limit == side, begin, until
+            )
             if s < NEVER:
-                other = -side, poised == -side, max(clear, peak), s
-                return or_before(stretch, waves, law, x_0, *other, s, x, v)
+                other = -side, at_limit == -side, max(safe, peak), s
+                return earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
         number += 1
-        if peak >= clear:
-            clear = stays_within(own, stretch, waves, law, x_0, reach, True, peak, h)
-            number = max(number, math.floor((own.omega * clear - own.phase) / math.pi))
-    return NEVER, 0, stretch.x_r, stretch.v_r
+        if peak >= safe:
+            safe = safe_until(transient, segment, waves, law, x_0, x_limit, True, peak, h)
+            number = max(
+                number, math.floor((transient.omega * safe - transient.phase) / math.pi)
+            )
+    return NEVER, 0, segment.x_r, segment.v_r
 
 
 @compiled
-def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
+def hold_exit_time(segment, waves, law, x_0, side, at_limit, begin, until):
     """Return the first time at which a holding contact yields to one side, and the state.
 
     Parameters
     ----------
     stretch, waves
-        As in `vanish`, with the spring of the contact in the stretch.
+        As in `first_root`, with the spring of the contact in the stretch.
     law : Slider
     x_0 : float
         Where the contact carries no force [m].
@@ -250,31 +259,31 @@ def leave_hold(stretch, waves, law, x_0, side, poised, begin, until):
     begin, until : float
         Times of the segment [s].
     """
-    room = Blend(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
-    return vanish(stretch, waves, law, room, 2 if poised else 0, begin, until)
+    clearance = Observable(x_0, -side * law.k_t, 0.0, law.F_fk, 0.0)
+    return first_root(segment, waves, law, clearance, 2 if at_limit else 0, begin, until)
 
 
 @compiled
-def or_before(stretch, waves, law, x_0, side, poised, begin, until, s, x, v):
+def earlier_hold_exit(segment, waves, law, x_0, side, at_limit, begin, until, s, x, v):
     """Return time, side and state of a contact that yields, unless it yields before.
 
-    s, x and v say when it yields to the other side; the rest is as in `leave_hold`.
+    s, x and v say when it yields to the other side; the rest is as in `hold_exit_time`.
     """
     if begin < until:
-        t, x_t, v_t = leave_hold(stretch, waves, law, x_0, side, poised, begin, until)
+        t, x_t, v_t = hold_exit_time(segment, waves, law, x_0, side, at_limit, begin, until)
         if t < s:
             return t, side, x_t, v_t
     return s, -side, x, v
 
 
 @compiled
-def swings_to(stretch, way, gap):
+def may_reach(segment, direction, gap):
     """Guess whether the oscillator, left alone, goes so far [m] in its direction."""
-    lean = way * stretch.a / stretch.w
-    return lean + math.sqrt(lean * lean + stretch.v_r * stretch.v_r / stretch.w) >= gap
+    lean = direction * segment.a / segment.w
+    return lean + math.sqrt(lean * lean + segment.v_r * segment.v_r / segment.w) >= gap
 
 
-class Ringing(NamedTuple):
+class Transient(NamedTuple):
     """What a segment has besides the steady response to its force.
 
     Attributes
@@ -293,49 +302,58 @@ class Ringing(NamedTuple):
 
     side: int
     size: float
-    fade: float
+    decay: float
     omega: float
     phase: float
-    half: float
-    grows: float
-    bend: float
+    half_period: float
+    growth: float
+    max_acceleration: float
 
 
 @compiled
-def ringing(stretch, waves):
+def transient_response(segment, waves):
     """Return what a segment has of its own, waves anchored at its start."""
-    c, w, x_r, v_r, _, _, _, g, r = stretch
-    fade, square = 0.5 * c, w - 0.25 * c * c
-    none = Ringing(0, 0.0, fade, 0.0, 0.0, 0.0, 0.0, 0.0)
+    c, w, x_r, v_r, _, _, _, g, r = segment
+    decay, square = 0.5 * c, w - 0.25 * c * c
+    none = Transient(0, 0.0, decay, 0.0, 0.0, 0.0, 0.0, 0.0)
     if square < 0.5 * w or w == 0.0:
         return none
-    lag, rate, bend = x_r - (g - c * r / w) / w, v_r - r / w, 0.0
+    lag, rate, max_acceleration = x_r - (g - c * r / w) / w, v_r - r / w, 0.0
     for i in range(waves.size):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         if waves.values[at + A] == 0.0:
             continue
         if waves.values[at + STEADY] == 0.0:
             return none
-        lag -= waves.values[at + X_START]
-        rate -= waves.values[at + V_START]
-        swing = math.hypot(waves.values[at + ALONG], waves.values[at + ACROSS])
-        bend += waves.values[at + OMEGA] ** 2 * swing
+        lag -= waves.values[at + STEADY_X]
+        rate -= waves.values[at + STEADY_V]
+        swing = math.hypot(waves.values[at + IN_PHASE], waves.values[at + QUADRATURE])
+        max_acceleration += waves.values[at + OMEGA] ** 2 * swing
     omega = math.sqrt(square)
-    across = (rate + fade * lag) / omega
+    across = (rate + decay * lag) / omega
     side = sign(lag) if lag != 0.0 else sign(across)
     phase = math.atan2(side * across, side * lag)
-    half = math.pi / omega
-    grows = math.exp(fade * half) - 1.0
-    return Ringing(side, math.hypot(lag, across), fade, omega, phase, half, grows, bend)
+    half_period = math.pi / omega
+    growth = math.exp(decay * half_period) - 1.0
+    return Transient(
+        side,
+        math.hypot(lag, across),
+        decay,
+        omega,
+        phase,
+        half_period,
+        growth,
+        max_acceleration,
+    )
 
 
 @inlined
-def slow(stretch, waves, s):
+def steady_motion(segment, waves, s):
     """Return the steady response at time s of a segment: x_r and v_r."""
-    c, w, _, _, _, _, _, g, r = stretch
+    c, w, _, _, _, _, _, g, r = segment
     x, v = (g + r * (s - c / w)) / w, r / w
     for i in range(waves.size):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         if waves.values[at + A] != 0.0:
             swing, rate, _, _, _ = steady_response(waves.values, at, s)
             x += swing
@@ -344,7 +362,7 @@ def slow(stretch, waves, s):
 
 
 @compiled
-def stays_within(own, stretch, waves, law, middle, reach, loaded, begin, h):
+def safe_until(transient, segment, waves, law, center, x_limit, loaded, begin, h):
     """Return until when x_r surely stays nearer to a middle than some reach, or h.
 
     Parameters
@@ -366,118 +384,128 @@ def stays_within(own, stretch, waves, law, middle, reach, loaded, begin, h):
     the fading do, the last most of all now: a parabola is below it. Where the envelope comes to
     the reach the motion itself need not.
     """
-    bend = own.bend + (reach * law.variation * law.omega**2 if loaded else 0.0)
+    max_acceleration = transient.max_acceleration + (
+        x_limit * law.variation * law.omega**2 if loaded else 0.0
+    )
     s = begin
     while s < h:
-        x, v = slow(stretch, waves, s)
-        left = own.size * math.exp(-own.fade * s)
-        room, gain = reach - left, own.fade * left
+        x, v = steady_motion(segment, waves, s)
+        left = transient.size * math.exp(-transient.decay * s)
+        clearance, gain = x_limit - left, transient.decay * left
         if loaded:
-            load, load_d, _ = normal_force(law, waves, s)
-            room, gain = reach * load - left, gain + reach * load_d
-        if room <= abs(x - middle):
+            load, load_d, _ = relative_normal_force(law, waves, s)
+            clearance, gain = x_limit * load - left, gain + x_limit * load_d
+        if clearance <= abs(x - center):
             break
-        most = bend + own.fade * own.fade * left
-        up = above_zero(room - (x - middle), gain - v, most)
-        down = above_zero(room + (x - middle), gain + v, most)
+        max_curvature = max_acceleration + transient.decay * transient.decay * left
+        up = parabola_root(clearance - (x - center), gain - v, max_curvature)
+        down = parabola_root(clearance + (x - center), gain + v, max_curvature)
         s += min(up, down)
-        if min(up, down) * own.omega < SWINGS:
+        if min(up, down) * transient.omega < MIN_ENVELOPE_STEP:
             break
     return min(s, h)
 
 
 @compiled
-def clear_of(own, stretch, waves, law, x_0, side, peak):
+def search_time_before_peak(transient, segment, waves, law, x_0, side, peak):
     """Return how long before a peak of the swing a contact surely holds on one side [s].
 
     Below 0 where it holds for half a swing on either side of the peak; half a swing at most.
-    `side` is that of the peak, whose time [s] is `peak`; x_0 is as in `leave_hold`.
+    `side` is that of the peak, whose time [s] is `peak`; x_0 is as in `hold_exit_time`.
 
     Notes
     -----
     Within half a swing h, cos(omega t) <= 1 - 2 (t/h)², and fading may add no more than
     2 (exp(fade h) - 1) |t|/h; the rest has moved by no more than its rate and bend allow.
     """
-    half, reach = own.half, law.F_fk / law.k_t
-    x, v = slow(stretch, waves, peak)
-    load, load_d, _ = normal_force(law, waves, peak)
-    left = own.size * math.exp(-own.fade * peak)
-    room = reach * load - side * (x - x_0) - left
-    loses = abs(reach * load_d - side * v)
-    loses += 0.5 * half * (own.bend + reach * law.variation * law.omega**2)
-    loses += 2.0 * left * own.grows / half
-    recedes = 2.0 * left / (half * half)
-    square = loses * loses - 4.0 * recedes * room
+    half_period, x_limit = transient.half_period, law.F_fk / law.k_t
+    x, v = steady_motion(segment, waves, peak)
+    load, load_d, _ = relative_normal_force(law, waves, peak)
+    left = transient.size * math.exp(-transient.decay * peak)
+    clearance = x_limit * load - side * (x - x_0) - left
+    loss = abs(x_limit * load_d - side * v)
+    loss += (
+        0.5
+        * half_period
+        * (transient.max_acceleration + x_limit * law.variation * law.omega**2)
+    )
+    loss += 2.0 * left * transient.growth / half_period
+    cosine_term = 2.0 * left / (half_period * half_period)
+    square = loss * loss - 4.0 * cosine_term * clearance
     if square < 0.0:
         return -1.0
-    before = loses + math.sqrt(square)
-    return before / (2.0 * recedes) if before < 2.0 * recedes * half else half
+    before = loss + math.sqrt(square)
+    return (
+        before / (2.0 * cosine_term)
+        if before < 2.0 * cosine_term * half_period
+        else half_period
+    )
 
 
 @compiled
-def end_of_yield(stretch, waves, law, d, h):
+def end_of_yield(segment, waves, law, d, h):
     """Return when within h [s] a contact yielding in direction d holds again, and the state.
 
     It does when the mass no longer outruns the limit of its spring, which with a constant
     normal force is when it stops.
     """
-    c, w, x_r, v_r, a, j, _, g, r = stretch
+    c, w, x_r, v_r, a, j, _, g, r = segment
     if law.variation > 0.0:
-        faster = Blend(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
-        return vanish(stretch, waves, law, faster, 0, 0.0, h)
-    if onset(stretch.v_r, stretch.a, stretch.j) != d:
+        excess_rate = Observable(0.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)
+        return first_root(segment, waves, law, excess_rate, 0, 0.0, h)
+    if motion_direction(segment.v_r, segment.a, segment.j) != d:
         return 0.0, x_r, v_r
-    stop, x = leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h)
+    stop, x = slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h)
     return stop, x, 0.0
 
 
 # End stops: the modes of a mass between them, and the force of a bumper.
 
-APART, TOUCHING, AWAY = 0, 1, 2
+APART, TOUCHING, SEPARATED = 0, 1, 2
 """How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
 apart, as a bumper that only pushes cannot follow what leaves fast; times the side."""
 
-BUMPER_STEADY, BROKE, BUMPER_POISED, CHATTERS = 0, 1, 2, 3
+BUMPER_STEADY, BREAKING_AWAY, BUMPER_AT_ZERO, CHATTERING = 0, 1, 2, 3
 """How a segment begins: on its way, breaking away just then, with a bumper's force that is
 zero just then; or it is the rest of a chatter against a rigid stop, with v_r that of the first
 rebound."""
 
-MEET = 1000
+ARRIVAL = 1000
 """Mode of a mark that holds the velocity with which the mass comes to a stop."""
 
 
 @compiled
-def mode_of(touch, d, fresh):
+def encode_mode(stop_state, d, beginning):
     """Return touch, direction and beginning (`BUMPER_STEADY`, ...) of a segment in one."""
-    return d + 4 * touch + 64 * fresh
+    return d + 4 * stop_state + 64 * beginning
 
 
 @compiled
-def fresh_of(mode):
+def decode_beginning(mode):
     """Return how a segment in this mode begins."""
     return (mode + 32) // 64
 
 
 @compiled
-def touch_of(mode):
+def decode_stop_state(mode):
     """Return how the mass is to a stop, see `APART`: times the side."""
-    return (mode - 64 * fresh_of(mode) + 1) // 4
+    return (mode - 64 * decode_beginning(mode) + 1) // 4
 
 
 @compiled
-def way_of(mode):
+def decode_direction(mode):
     """Return the direction of sliding, 0 where stuck."""
-    return mode - 64 * fresh_of(mode) - 4 * touch_of(mode)
+    return mode - 64 * decode_beginning(mode) - 4 * decode_stop_state(mode)
 
 
 @compiled
-def pushes(law, touch):
+def bumper_acts(law, stop_state):
     """Return whether a bumper acts."""
-    return law.k_s > 0.0 and abs(touch) == TOUCHING
+    return law.k_s > 0.0 and abs(stop_state) == TOUCHING
 
 
 @compiled
-def bumper_force(law, touch, xi, v_r):
+def bumper_force(law, stop_state, xi, v_r):
     """Return the force of a bumper against the mass [N], positive at the positive stop.
 
     Notes
@@ -486,17 +514,17 @@ def bumper_force(law, touch, xi, v_r):
     pull. Where the mass leaves faster than the bumper relaxes, contact is lost beyond the limit
     already; if the mass slows down there enough, the bumper touches it again.
     """
-    return law.k_s * xi + law.b_s * v_r if pushes(law, touch) else 0.0
+    return law.k_s * xi + law.b_s * v_r if bumper_acts(law, stop_state) else 0.0
 
 
 @compiled
-def steady_pull(plant, law, touch, z, xi):
+def restoring_force(plant, law, stop_state, z, xi):
     """Return the pull of springs on the mass [N], that of a bumper included."""
-    return plant.k_x * (z + xi) + bumper_force(law, touch, xi, 0.0)
+    return plant.k_x * (z + xi) + bumper_force(law, stop_state, xi, 0.0)
 
 
 @compiled
-def wall_of(law, z, xi):
+def rigid_stop_side(law, z, xi):
     """Return the side of the rigid stop that the mass is at, 0 for none."""
     if law.k_s > 0.0 or xi != 0.0 or abs(z) != law.x_rM:
         return 0
@@ -504,7 +532,7 @@ def wall_of(law, z, xi):
 
 
 @compiled
-def place(law, x_r, v_r):
+def stop_coordinates(law, x_r, v_r):
     """Return z, xi and how the mass is to the stops at a state."""
     if abs(x_r) < law.x_rM:
         return 0.0, x_r, APART
@@ -514,56 +542,56 @@ def place(law, x_r, v_r):
     if law.k_s == 0.0 or xi == 0.0:
         return z, xi, APART
     presses = side * (law.k_s * xi + law.b_s * v_r) > 0.0
-    return z, xi, side * (TOUCHING if presses else AWAY)
+    return z, xi, side * (TOUCHING if presses else SEPARATED)
 
 
 @compiled
-def first_bounds(plant, law, x_r, v_r, u_dd, load):
+def initial_stop_mode(plant, law, x_r, v_r, u_dd, load):
     """Return xi, v_r, z and the mode at t = 0."""
-    z, xi, touch = place(law, x_r, v_r)
+    z, xi, stop_state = stop_coordinates(law, x_r, v_r)
     d = sign(v_r)
     if d == 0:
-        d, _ = at_rest(plant, law, touch, z, xi, u_dd, load)
-    return xi, v_r, z, mode_of(touch, d, BUMPER_STEADY)
+        d, _ = direction_from_rest(plant, law, stop_state, z, xi, u_dd, load)
+    return xi, v_r, z, encode_mode(stop_state, d, BUMPER_STEADY)
 
 
 # End stops: exits.
 
 
 @compiled
-def meet(c, w, waves, xi, v_r, g, r, d, far, until):
+def arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until):
     """Return when within [0, until] xi, moving in direction d, is at d·far; or infinity.
 
     Parameters
     ----------
     c, w, waves, v_r, g, r
-        As in `slide`; xi stands for x_r. The velocity does not change its sign up to `until`.
+        As in `motion_at`; xi stands for x_r. The velocity does not change its sign up to `until`.
     far : float
         Where to, seen in the direction of motion [m].
     """
-    gap = far - d * xi
+    gap = distance - d * xi
     if gap <= 0.0:
         return 0.0
-    rest = far - d * slide(c, w, waves, xi, v_r, g, r, until)[0]
+    rest = distance - d * motion_at(c, w, waves, xi, v_r, g, r, until)[0]
     if rest > 0.0:
         return NEVER
     low, high = 0.0, until
     s = until * (gap / (gap - rest))
-    for _ in range(BISECTIONS):
-        x, v, _, _ = slide(c, w, waves, xi, v_r, g, r, s)
-        gap = far - d * x
+    for _ in range(MAX_BISECTIONS):
+        x, v, _, _ = motion_at(c, w, waves, xi, v_r, g, r, s)
+        gap = distance - d * x
         low, high = (s, high) if gap > 0.0 else (low, s)
         step = gap / (d * v) if d * v > 0.0 else NEVER
         if abs(step) <= RESOLUTION * s:
             return s
-        s = kept_between(low, high, s + step)
+        s = keep_in_bracket(low, high, s + step)
         if not low < s < high:
             return high
     return s
 
 
 @compiled
-def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
+def bumper_zero_time(c, w, waves, law, xi, v_r, g, r, side, at_limit, h):
     """Return when within [0, h] side·(k_s xi + b_s v_r) is no longer above zero, or infinity.
 
     With the stop's own side that is where contact is lost, with the other one where it is found
@@ -572,7 +600,7 @@ def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
     Parameters
     ----------
     c, w, waves, v_r, g, r
-        As in `slide`; xi stands for x_r.
+        As in `motion_at`; xi stands for x_r.
     law : Stopped
     side : int
         +1 or -1.
@@ -581,64 +609,64 @@ def fade_out(c, w, waves, law, xi, v_r, g, r, side, poised, h):
     h : float
         Length of the segment [s].
     """
-    if not poised and side * (law.k_s * xi + law.b_s * v_r) <= 0.0:
+    if not at_limit and side * (law.k_s * xi + law.b_s * v_r) <= 0.0:
         return 0.0
-    push = Blend(0.0, side * law.k_s, side * law.b_s, 0.0, 0.0)
-    stretch = starting(c, w, waves, xi, v_r, g, r)
-    return vanish(stretch, waves, law, push, 1 if poised else 0, 0.0, h)[0]
+    force = Observable(0.0, side * law.k_s, side * law.b_s, 0.0, 0.0)
+    segment = start_segment(c, w, waves, xi, v_r, g, r)
+    return first_root(segment, waves, law, force, 1 if at_limit else 0, 0.0, h)[0]
 
 
 @compiled
-def leave_rest(plant, law, waves, touch, z, xi, u_0, slope, left):
+def rest_exit_time(plant, law, waves, stop_state, z, xi, u_0, slope, left):
     """Return when a stuck mass breaks away, or infinity, and in which direction."""
     # What springs pull with is constant: one spring of 1 N/m that is so many metres long.
-    pull = steady_pull(plant, law, touch, z, xi)
-    wall = wall_of(law, z, xi)
+    spring_force = restoring_force(plant, law, stop_state, z, xi)
+    wall = rigid_stop_side(law, z, xi)
     one = Plant(plant.m, 1.0, 0.0)
     if wall == 0:
-        return break_away(one, law, waves, pull, u_0, slope, slope, left)
-    return leave_stick(one, law, waves, pull, u_0, slope, wall, 0.0, left), -wall
+        return break_away_time(one, law, waves, spring_force, u_0, slope, slope, left)
+    return stick_exit_time(one, law, waves, spring_force, u_0, slope, wall, 0.0, left), -wall
 
 
 # End stops: resets.
 
 
 @compiled
-def at_rest(plant, law, touch, z, xi, u_dd, load):
+def direction_from_rest(plant, law, stop_state, z, xi, u_dd, load):
     """Return the direction in which a mass with v_r = 0 slides on, 0 to stick, and F_L.
 
     Eq. (9) with the force of a bumper. A rigid stop bears what presses the mass against it.
     """
-    pull = steady_pull(plant, law, touch, z, xi)
-    F_L = plant.m * u_dd + pull
+    spring_force = restoring_force(plant, law, stop_state, z, xi)
+    F_L = plant.m * u_dd + spring_force
     hold = law.F_fs * load
-    d = -sign(F_L) if abs(F_L) > hold + ROUNDING * (hold + abs(pull)) else 0
-    return (0 if d != 0 and d == wall_of(law, z, xi) else d), F_L
+    d = -sign(F_L) if abs(F_L) > hold + FORCE_ROUNDING * (hold + abs(spring_force)) else 0
+    return (0 if d != 0 and d == rigid_stop_side(law, z, xi) else d), F_L
 
 
 @compiled
-def stand(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
+def stick_or_slide(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
     """Decide whether a mass with v_r = 0 sticks or slides on; returns its mode."""
-    touch = touch_of(mode)
-    if abs(touch) == AWAY:
-        touch = touch // AWAY
-    d, F_L = at_rest(plant, law, touch, z, xi, u_dd, load)
-    count = note(log, count, n, s, d * REVERSAL if d != 0 else STICK, z + xi, F_L)
-    return mode_of(touch, d, BUMPER_STEADY), count
+    stop_state = decode_stop_state(mode)
+    if abs(stop_state) == SEPARATED:
+        stop_state = stop_state // SEPARATED
+    d, F_L = direction_from_rest(plant, law, stop_state, z, xi, u_dd, load)
+    count = record_event(log, count, n, s, d * REVERSAL if d != 0 else STICK, z + xi, F_L)
+    return encode_mode(stop_state, d, BUMPER_STEADY), count
 
 
 @compiled
-def let_go(touch, after, d, n, s, z, xi, F_L, log, count):
+def release_bumper(stop_state, after, d, n, s, z, xi, F_L, log, count):
     """Change how the mass is to a bumper on its way inwards; returns xi and mode."""
-    if abs(after) == AWAY and d * xi >= 0.0:
+    if abs(after) == SEPARATED and d * xi >= 0.0:
         after = APART
-    if abs(touch) == TOUCHING:
-        count = note(log, count, n, s, d * RELEASE, z + xi, F_L)
+    if abs(stop_state) == TOUCHING:
+        count = record_event(log, count, n, s, d * RELEASE, z + xi, F_L)
     elif after != APART:
-        count = note(log, count, n, s, d * CONTACT, z + xi, F_L)
+        count = record_event(log, count, n, s, d * CONTACT, z + xi, F_L)
     if after == APART:
-        return 0.0, mode_of(APART, d, BUMPER_STEADY), count
-    return xi, mode_of(after, d, BUMPER_POISED), count
+        return 0.0, encode_mode(APART, d, BUMPER_STEADY), count
+    return xi, encode_mode(after, d, BUMPER_AT_ZERO), count
 
 
 @compiled
@@ -657,17 +685,17 @@ def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count
         ü [m/s²] and the relative normal force then.
     """
     F_L = plant.m * u_dd + plant.k_x * z
-    count = note(log, count, n, s, -d * IMPACT, z, F_L)
+    count = record_event(log, count, n, s, -d * IMPACT, z, F_L)
     speed = law.e * max(d * v_r, 0.0)
     if speed == 0.0:
-        return 0.0, mode_of(APART, -d, BUMPER_STEADY), count
-    if comes_to_rest(plant, law, waves, slope, d, F_L, load, t, speed):
-        return -d * speed, mode_of(APART, 0, CHATTERS), count
-    return -d * speed, mode_of(APART, -d, BUMPER_STEADY), count
+        return 0.0, encode_mode(APART, -d, BUMPER_STEADY), count
+    if is_unresolved_chatter(plant, law, waves, slope, d, F_L, load, t, speed):
+        return -d * speed, encode_mode(APART, 0, CHATTERING), count
+    return -d * speed, encode_mode(APART, -d, BUMPER_STEADY), count
 
 
 @compiled
-def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
+def is_unresolved_chatter(plant, law, waves, slope, side, F_L, load, t, v):
     """Return whether a chatter is such that no number for x_r can show it.
 
     Parameters
@@ -688,17 +716,17 @@ def comes_to_rest(plant, law, waves, slope, side, F_L, load, t, v):
     over, see `chatter_time`. The motion after them is then the same to the last bit, and what
     they take of the time is a closed form.
     """
-    p, q = pressures(plant, law, side, F_L, load)
+    p, q = return_accelerations(plant, law, side, F_L, load)
     if p <= 0.0:
         return False
     whole, flight = chatter_time(law, p, q, v)
     if law.x_rM - v * v / (2.0 * p) != law.x_rM and t + flight != t:
         return False
-    return q <= 0.0 or force_rates(waves, slope)[0] * whole < q
+    return q <= 0.0 or force_rate_bounds(waves, slope)[0] * whole < q
 
 
 @compiled
-def pressures(plant, law, side, F_L, load):
+def return_accelerations(plant, law, side, F_L, load):
     """Return what presses the mass to a rigid stop on the way away from it and back [m/s²]."""
     friction = law.F_fk * load
     return (-side * F_L + friction) / plant.m, (-side * F_L - friction) / plant.m
@@ -711,7 +739,7 @@ def chatter_time(law, p, q, v):
     Parameters
     ----------
     p, q : float
-        As in `pressures`, p above 0.
+        As in `return_accelerations`, p above 0.
 
     Notes
     -----
@@ -726,20 +754,20 @@ def chatter_time(law, p, q, v):
 
 
 @compiled
-def chatter_acceleration(plant, law, p, q, z, load):
+def chatter_mean_square(plant, law, p, q, z, load):
     """Return the mean square of x" [m²/s⁴] over all flights of a chatter at z [m].
 
     Friction has its sign on the way away for √q/(√p + √q) of the time: 1/p of 1/p + 1/√(p q).
     """
-    pull, friction = plant.k_x * abs(z) / plant.m, law.F_fk * load / plant.m
+    spring_force, friction = plant.k_x * abs(z) / plant.m, law.F_fk * load / plant.m
     away = math.sqrt(q) / (math.sqrt(p) + math.sqrt(q)) if q > 0.0 else 1.0
-    return away * (pull - friction) ** 2 + (1.0 - away) * (pull + friction) ** 2
+    return away * (spring_force - friction) ** 2 + (1.0 - away) * (spring_force + friction) ** 2
 
 
 # A normal force that varies, and when it vanishes.
 
 
-class Limits(NamedTuple):
+class NormalForceArrays(NamedTuple):
     """A law as kernels read it.
 
     Attributes
@@ -761,7 +789,7 @@ class Limits(NamedTuple):
     step: float
 
 
-class Span(NamedTuple):
+class LoadRamp(NamedTuple):
     """The normal force of a segment without its wave, relative to its mean.
 
     Attributes
@@ -778,10 +806,10 @@ class Span(NamedTuple):
 
 
 @compiled
-def span_at(law, t):
+def load_ramp_at(law, t):
     """Return the span of the normal force from time t [s] on."""
     if law.step == 0.0:
-        return Span(1.0, 0.0, NEVER)
+        return LoadRamp(1.0, 0.0, NEVER)
     last = len(law.load) - 2
     k = min(int(t / law.step), last)
     while k < last and (k + 1) * law.step <= t:
@@ -790,32 +818,32 @@ def span_at(law, t):
         k -= 1
     rate = (law.load[k + 1] - law.load[k]) / law.step
     left = (k + 1) * law.step - t if k < last else NEVER
-    return Span(law.load[k] + rate * (t - k * law.step), rate, left)
+    return LoadRamp(law.load[k] + rate * (t - k * law.step), rate, left)
 
 
 @compiled
-def load_within(law, waves, span, s):
+def load_at(law, waves, ramp, s):
     """Return the normal force relative to its mean [-] at time s, and its rate."""
-    swing, swing_d, _ = normal_force(law, waves, s)
-    return span.load * swing + span.rate * s, swing_d + span.rate
+    swing, swing_d, _ = relative_normal_force(law, waves, s)
+    return ramp.load * swing + ramp.rate * s, swing_d + ramp.rate
 
 
 @compiled
-def parts_at(law, waves, span, t):
+def separation_time(law, waves, ramp, t):
     """Return how long after t [s] the surfaces part, or infinity."""
     if law.step == 0.0:
         return next_zero_load(law, waves, t, True)
-    if span.rate < 0.0:
-        return max(span.load / -span.rate, 0.0)
-    return 0.0 if span.load <= 0.0 and span.rate == 0.0 else NEVER
+    if ramp.rate < 0.0:
+        return max(ramp.load / -ramp.rate, 0.0)
+    return 0.0 if ramp.load <= 0.0 and ramp.rate == 0.0 else NEVER
 
 
 @compiled
-def meets_at(law, waves, span, t):
+def closing_time(law, waves, ramp, t):
     """Return how long after t [s] surfaces that are apart meet, or infinity."""
     if law.step == 0.0:
         return next_zero_load(law, waves, t, False)
-    return max(-span.load / span.rate, 0.0) if span.rate > 0.0 else NEVER
+    return max(-ramp.load / ramp.rate, 0.0) if ramp.rate > 0.0 else NEVER
 
 
 @compiled
@@ -826,7 +854,7 @@ def next_zero_load(law, waves, t, falling):
     """
     if law.variation <= 1.0:
         return NEVER
-    load, load_d, _ = normal_force(law, waves, 0.0)
+    load, load_d, _ = relative_normal_force(law, waves, 0.0)
     if falling and load <= 0.0 and load_d < 0.0:
         return 0.0
     if not falling and load >= 0.0 and load_d > 0.0:

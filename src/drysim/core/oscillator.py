@@ -5,14 +5,14 @@ of its closed-form flow.
 
 - `flow`: response to a kick, a step and a ramp. A short segment is summed as its power series
   until nothing is left to add; a long one is doubled up from a short one. No damping regime is
-  special: no formula divides by w, by c, or by a difference of roots. `fade` is the same
+  special: no formula divides by w, by c, or by a difference of roots. `free_response` is the same
   without the ramp, by the shortest way: what motion under waves needs.
-- `wave`: what a sine adds to the flow. Resonance without damping is no special case either.
-- `recursion`: the oscillator without dry friction over samples, without any event code.
-- `series`, `longer_series`: most steps that hold an event are far shorter than the times of the
+- `sine_response`: what a sine adds to the flow. Resonance without damping is no special case either.
+- `linear_recursion`: the oscillator without dry friction over samples, without any event code.
+- `velocity_series`, `long_velocity_series`: most steps that hold an event are far shorter than the times of the
   oscillator; there ten terms of v(s) do the same as the flow for a third of the work, and six
-  more serve a segment five times as long. `fall` finds a stop in them.
-- `Steps` (Coulomb) and `Whole` (elastic contact): the affine map of whole steps of sampled base
+  more serve a segment five times as long. `chebyshev_stop` finds a stop in them.
+- `SlipSteps` (Coulomb) and `OscillatorSteps` (elastic contact): the affine map of whole steps of sampled base
   motion, and all else about them that does not change during a march.
 """
 
@@ -26,20 +26,20 @@ from drysim.core.compile import compiled, inlined
 # The flow.
 
 
-SHORT = 0.5
+SHORT_SEGMENT = 0.5
 """A segment is short when its length times the fastest rate is below this."""
 
-TERMS = 17
+FLOW_TERMS = 17
 """Terms that exhaust double precision on a short segment: 0.5^17·17/19! is below 1e-20."""
 
-HELD = 0.75
+OVERDAMPED_CY = 0.75
 """Value of c y that only a motion far beyond critical damping comes to, critical is 2/e, and
 only while its spring has given back less than the rest of 1."""
 
-CALM = 0.05
+UNDERDAMPED_SHARE = 0.05
 """Share of w that is left of w - c²/4 where sines and cosines are as good as the series."""
 
-INVERSE_FACTORIAL = tuple(1.0 / math.factorial(n) for n in range(TERMS + 4))
+INVERSE_FACTORIAL = tuple(1.0 / math.factorial(n) for n in range(FLOW_TERMS + 4))
 
 
 @compiled
@@ -68,7 +68,7 @@ def flow(c, w, s):
     rate = (c + math.sqrt(w)) * s
     doublings = 0
     h = s
-    while rate > SHORT:
+    while rate > SHORT_SEGMENT:
         rate *= 0.5
         h *= 0.5
         doublings += 1
@@ -78,7 +78,7 @@ def flow(c, w, s):
     q = 1.0
     second = 0.0
     third = 0.0
-    for n in range(1, few(rate)):
+    for n in range(1, series_terms(rate)):
         second += q * INVERSE_FACTORIAL[n + 2]
         third += q * INVERSE_FACTORIAL[n + 3]
         q, q_before = -(ch * q + wh * q_before), q
@@ -90,29 +90,29 @@ def flow(c, w, s):
     for _ in range(doublings):
         # Both are the same; but 1 - w Y loses what is left of a motion that dies away, and
         # y_d + c y of one that a damper holds doubles the rounding of y each time.
-        keep = 1.0 - w * Y if c * y > HELD else y_d + c * y
-        YY = YY * (1.0 + keep) + Y * (h + y)
-        Y, y, y_d = Y * (1.0 + keep) + y * y, y * (keep + y_d), y_d * y_d - w * y * y
+        x_x = 1.0 - w * Y if c * y > OVERDAMPED_CY else y_d + c * y
+        YY = YY * (1.0 + x_x) + Y * (h + y)
+        Y, y, y_d = Y * (1.0 + x_x) + y * y, y * (x_x + y_d), y_d * y_d - w * y * y
         h *= 2.0
     return y, y_d, Y, YY
 
 
 @compiled
-def few(rate):
-    """Return the number of series terms that exhaust double precision at rate·length `rate`."""
+def series_terms(rate):
+    """Return the number of series terms that exhaust double precision at rate·length `series_acceleration`."""
     if rate > 0.0625:
-        return TERMS
+        return FLOW_TERMS
     return 10 if rate > 0.004 else 7
 
 
 @inlined
-def fade(c, w, s):
+def free_response(c, w, s):
     """Return y, y_d and Y as `flow` does: in closed form where that loses nothing.
 
     It would cancel on a short segment, and near critical damping.
     """
     square = w - 0.25 * c * c
-    if square < CALM * w or w * s * s < SHORT * SHORT:
+    if square < UNDERDAMPED_SHARE * w or w * s * s < SHORT_SEGMENT * SHORT_SEGMENT:
         return flow(c, w, s)[:3]
     omega_d = math.sqrt(square)
     decay = math.exp(-0.5 * c * s)
@@ -125,7 +125,7 @@ def fade(c, w, s):
 
 
 @compiled
-def wave(c, w, omega, s, y, y_d):
+def sine_response(c, w, omega, s, y, y_d):
     """Return the response from rest to sin(omega s)/omega, and the wave itself.
 
     Parameters
@@ -145,20 +145,26 @@ def wave(c, w, omega, s, y, y_d):
     sine, cosine : float
         sin(omega s)/omega [s] and cos(omega s) [-].
     """
-    if (c + math.sqrt(w) + omega) * s <= SHORT:
-        return short_wave(c, w, omega, s)
+    if (c + math.sqrt(w) + omega) * s <= SHORT_SEGMENT:
+        return sine_response_series(c, w, omega, s)
     # The response to exp(mu s) is a divided difference of exponentials over mu and both roots.
     mu = complex(0.0, omega)
-    root, other, decay = roots(c, w, y, y_d)
-    turn = complex(math.cos(omega * s), math.sin(omega * s))
-    near = confluent(mu - root, decay, turn, s)
-    to_wave = (near - y) / (mu - other)
-    rate = (turn + root * near - y_d) / (mu - other)
-    return to_wave.imag / omega, to_wave.real, rate.real, turn.imag / omega, turn.real
+    root, other, decay = characteristic_roots(c, w, y, y_d)
+    phasor = complex(math.cos(omega * s), math.sin(omega * s))
+    first_difference = exponential_difference(mu - root, decay, phasor, s)
+    second_difference = (first_difference - y) / (mu - other)
+    rate = (phasor + root * first_difference - y_d) / (mu - other)
+    return (
+        second_difference.imag / omega,
+        second_difference.real,
+        rate.real,
+        phasor.imag / omega,
+        phasor.real,
+    )
 
 
 @compiled
-def roots(c, w, y, y_d):
+def characteristic_roots(c, w, y, y_d):
     """Return the slower root of the oscillator [1/s], the other, and exp(root s)."""
     square = w - 0.25 * c * c
     if square > 0.0:
@@ -172,14 +178,14 @@ def roots(c, w, y, y_d):
 
 
 @compiled
-def confluent(difference, decay, turn, s):
+def exponential_difference(difference, decay, phasor, s):
     """Return (exp(mu s) - exp(root s))/(mu - root), also where mu and root meet.
 
-    `difference` is mu - root [1/s], `decay` exp(root s) and `turn` exp(mu s).
+    `difference` is mu - root [1/s], `decay` exp(root s) and `phasor` exp(mu s).
     """
     z = difference * s
     if abs(z) > 0.25:
-        return (turn - decay) / difference
+        return (phasor - decay) / difference
     total = complex(0.0, 0.0)
     term = complex(1.0, 0.0)
     for n in range(2, 15):
@@ -189,26 +195,26 @@ def confluent(difference, decay, turn, s):
 
 
 @compiled
-def short_wave(c, w, omega, s):
-    """Return what `wave` does by a series: short for wave and oscillator."""
+def sine_response_series(c, w, omega, s):
+    """Return what `sine_response` does by a series: short for wave and oscillator."""
     rate = (c + math.sqrt(w) + omega) * s
     cs = c * s
     ws = w * s * s
     os = omega * omega * s * s
-    answer_before, answer = 0.0, 1.0
-    push = 1.0
+    q_before, q = 0.0, 1.0
+    cosine_term = 1.0
     even = True
     R = 0.0
     P = 0.0
-    for n in range(1, few(rate)):
-        R += answer * INVERSE_FACTORIAL[n + 2]
-        P += answer * INVERSE_FACTORIAL[n + 1]
+    for n in range(1, series_terms(rate)):
+        R += q * INVERSE_FACTORIAL[n + 2]
+        P += q * INVERSE_FACTORIAL[n + 1]
         even = not even
         if even:
-            push *= -os
-            answer, answer_before = push - (cs * answer + ws * answer_before), answer
+            cosine_term *= -os
+            q, q_before = cosine_term - (cs * q + ws * q_before), q
         else:
-            answer, answer_before = -(cs * answer + ws * answer_before), answer
+            q, q_before = -(cs * q + ws * q_before), q
     R *= s * s * s
     P *= s * s
     sine = math.sin(omega * s) / omega if omega > 0.0 else s
@@ -220,7 +226,7 @@ def short_wave(c, w, omega, s):
 
 
 @compiled
-def recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
+def linear_recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
     """March from the first sample to the last.
 
     Parameters
@@ -239,7 +245,7 @@ def recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
     w = k_x / m
     y, y_d, Y, YY = flow(b / m, w, dt)
     x_x, v_x = 1.0 - w * Y, -w * y
-    x_0, x_1, v_0, v_1 = shares_of_ends(y, Y, YY, dt)
+    x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
     x_out[0] = x_r
     v_out[0] = v_r
     before = u_dd[0]
@@ -255,7 +261,7 @@ def recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
 
 
 @compiled
-def shares_of_ends(y, Y, YY, dt):
+def end_weights(y, Y, YY, dt):
     """Return what ü at both ends of a step takes from x_r [s²], and from v_r [s]."""
     x_1, v_1 = YY / dt, Y / dt
     return Y - x_1, x_1, y - v_1, v_1
@@ -263,21 +269,21 @@ def shares_of_ends(y, Y, YY, dt):
 
 # The power series of a short segment of sliding.
 
-SERIES_TERMS, MORE = 10, 6
-"""Terms of the series, and those that `longer_series` adds. They are counted from the end, for
+SERIES_TERMS, EXTRA_TERMS = 10, 6
+"""Terms of the series, and those that `long_velocity_series` adds. They are counted from the end, for
 the compiler leaves out what a series has not, but looks whether it could be there."""
 
-BRIEF = 0.1
+BRIEF_SEGMENT = 0.1
 """Radians (or decays) in a brief segment: ten terms of its series exhaust double precision."""
 
-NEARLY = 1e-6
+CHEBYSHEV_TOLERANCE = 1e-6
 """Relative step of Halley's method, of third order, after which nothing is left to mend."""
 
-HALLEY_CAP = 8
+MAX_CHEBYSHEV_ROUNDS = 8
 """The first guess is off by less than that mostly; what strays takes the general way."""
 
 
-class Tail(NamedTuple):
+class SeriesFactors(NamedTuple):
     """How acceleration (a) and jerk (j) at the start go on in the terms of v from s³ to s⁹."""
 
     a_3: float
@@ -296,7 +302,7 @@ class Tail(NamedTuple):
     j_9: float
 
 
-class More(NamedTuple):
+class HigherSeriesFactors(NamedTuple):
     """How acceleration (a) and jerk (j) at the start go on in v's terms from s¹⁰ to s¹⁵."""
 
     a_10: float
@@ -314,7 +320,7 @@ class More(NamedTuple):
 
 
 @compiled
-def tail_of(c, w):
+def series_factors(c, w):
     """Return the tail: each derivative is -(c times the last + w times the one before)."""
     a_3, j_3 = -w, -c
     a_4, j_4 = -c * a_3, -(c * j_3 + w)
@@ -323,7 +329,7 @@ def tail_of(c, w):
     a_7, j_7 = -(c * a_6 + w * a_5), -(c * j_6 + w * j_5)
     a_8, j_8 = -(c * a_7 + w * a_6), -(c * j_7 + w * j_6)
     a_9, j_9 = -(c * a_8 + w * a_7), -(c * j_8 + w * j_7)
-    return Tail(
+    return SeriesFactors(
         a_3 / 6.0, j_3 / 6.0, a_4 / 24.0, j_4 / 24.0, a_5 / 120.0, j_5 / 120.0,
         a_6 / 720.0, j_6 / 720.0, a_7 / 5040.0, j_7 / 5040.0, a_8 / 40320.0, j_8 / 40320.0,
         a_9 / 362880.0, j_9 / 362880.0,
@@ -331,40 +337,53 @@ def tail_of(c, w):
 
 
 @compiled
-def more_of(tail, c, w):
+def higher_series_factors(factors, c, w):
     """Return what follows on a tail: each term from the two before it."""
-    a_10, j_10 = term(c, w, tail.a_9, tail.a_8, 10), term(c, w, tail.j_9, tail.j_8, 10)
-    a_11, j_11 = term(c, w, a_10, tail.a_9, 11), term(c, w, j_10, tail.j_9, 11)
-    a_12, j_12 = term(c, w, a_11, a_10, 12), term(c, w, j_11, j_10, 12)
-    a_13, j_13 = term(c, w, a_12, a_11, 13), term(c, w, j_12, j_11, 13)
-    a_14, j_14 = term(c, w, a_13, a_12, 14), term(c, w, j_13, j_12, 14)
-    a_15, j_15 = term(c, w, a_14, a_13, 15), term(c, w, j_14, j_13, 15)
-    return More(
+    a_10, j_10 = (
+        next_factor(c, w, factors.a_9, factors.a_8, 10),
+        next_factor(c, w, factors.j_9, factors.j_8, 10),
+    )
+    a_11, j_11 = (
+        next_factor(c, w, a_10, factors.a_9, 11),
+        next_factor(c, w, j_10, factors.j_9, 11),
+    )
+    a_12, j_12 = next_factor(c, w, a_11, a_10, 12), next_factor(c, w, j_11, j_10, 12)
+    a_13, j_13 = next_factor(c, w, a_12, a_11, 13), next_factor(c, w, j_12, j_11, 13)
+    a_14, j_14 = next_factor(c, w, a_13, a_12, 14), next_factor(c, w, j_13, j_12, 14)
+    a_15, j_15 = next_factor(c, w, a_14, a_13, 15), next_factor(c, w, j_14, j_13, 15)
+    return HigherSeriesFactors(
         a_10, j_10, a_11, j_11, a_12, j_12, a_13, j_13, a_14, j_14, a_15, j_15
     )  # fmt: skip
 
 
 @compiled
-def term(c, w, last, one_before, n):
+def next_factor(c, w, last, one_before, n):
     """Return the coefficient of sⁿ in v from the two before it."""
     return -(c * last + w * one_before / (n - 1)) / n
 
 
 @compiled
-def series(tail, v, a, j):
+def velocity_series(factors, v, a, j):
     """Return the coefficients of v(s) = q_0 + q_1 s + q_2 s² + ... from v, a and jerk."""
     return (
-        v, a, 0.5 * j, tail.a_3 * a + tail.j_3 * j, tail.a_4 * a + tail.j_4 * j,
-        tail.a_5 * a + tail.j_5 * j, tail.a_6 * a + tail.j_6 * j, tail.a_7 * a + tail.j_7 * j,
-        tail.a_8 * a + tail.j_8 * j, tail.a_9 * a + tail.j_9 * j,
-    )  # fmt: skip
+        v,
+        a,
+        0.5 * j,
+        factors.a_3 * a + factors.j_3 * j,
+        factors.a_4 * a + factors.j_4 * j,
+        factors.a_5 * a + factors.j_5 * j,
+        factors.a_6 * a + factors.j_6 * j,
+        factors.a_7 * a + factors.j_7 * j,
+        factors.a_8 * a + factors.j_8 * j,
+        factors.a_9 * a + factors.j_9 * j,
+    )
 
 
 @compiled
-def longer_series(tail, more, v, a, j):
-    """Return the coefficients of `series` and six more."""
+def long_velocity_series(factors, more, v, a, j):
+    """Return the coefficients of `velocity_series` and six more."""
     return (
-        *series(tail, v, a, j),
+        *velocity_series(factors, v, a, j),
         more.a_10 * a + more.j_10 * j, more.a_11 * a + more.j_11 * j,
         more.a_12 * a + more.j_12 * j, more.a_13 * a + more.j_13 * j,
         more.a_14 * a + more.j_14 * j, more.a_15 * a + more.j_15 * j,
@@ -372,7 +391,7 @@ def longer_series(tail, more, v, a, j):
 
 
 @compiled
-def distance(q, s):
+def series_distance(q, s):
     """Return the distance slid in time s."""
     s_2 = s * s
     s_4 = s_2 * s_2
@@ -382,7 +401,7 @@ def distance(q, s):
     )
     high += s_4 * (q[8] * (1.0 / 9.0) + q[9] * (1.0 / 10.0) * s)
     if len(q) > SERIES_TERMS:
-        n = len(q) - MORE
+        n = len(q) - EXTRA_TERMS
         far = (q[n] * (1.0 / 11.0) + q[n + 1] * (1.0 / 12.0) * s) + s_2 * (
             (q[n + 2] * (1.0 / 13.0) + q[n + 3] * (1.0 / 14.0) * s)
             + s_2 * (q[n + 4] * (1.0 / 15.0) + q[n + 5] * (1.0 / 16.0) * s)
@@ -392,14 +411,14 @@ def distance(q, s):
 
 
 @compiled
-def speed(q, s):
+def series_velocity(q, s):
     """Return the velocity after time s."""
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * s) + s_2 * (q[2] + q[3] * s)
     high = (q[4] + q[5] * s) + s_2 * (q[6] + q[7] * s) + s_4 * (q[8] + q[9] * s)
     if len(q) > SERIES_TERMS:
-        n = len(q) - MORE
+        n = len(q) - EXTRA_TERMS
         far = (q[n] + q[n + 1] * s) + s_2 * (
             (q[n + 2] + q[n + 3] * s) + s_2 * (q[n + 4] + q[n + 5] * s)
         )
@@ -408,7 +427,7 @@ def speed(q, s):
 
 
 @compiled
-def rate(q, s):
+def series_acceleration(q, s):
     """Return the acceleration after time s."""
     s_2 = s * s
     s_4 = s_2 * s_2
@@ -416,7 +435,7 @@ def rate(q, s):
     high = (5.0 * q[5] + 6.0 * q[6] * s) + s_2 * (7.0 * q[7] + 8.0 * q[8] * s)
     high += s_4 * (9.0 * q[9])
     if len(q) > SERIES_TERMS:
-        n = len(q) - MORE
+        n = len(q) - EXTRA_TERMS
         far = (10.0 * q[n] + 11.0 * q[n + 1] * s) + s_2 * (
             (12.0 * q[n + 2] + 13.0 * q[n + 3] * s)
             + s_2 * (14.0 * q[n + 4] + 15.0 * q[n + 5] * s)
@@ -426,7 +445,7 @@ def rate(q, s):
 
 
 @inlined
-def fall(q, h):
+def chebyshev_stop(q, h):
     """Return when in (0, h] a velocity above zero that ends below is zero, and the path there.
 
     A short segment holds at most one extremum, so there is one such time. The first guess is
@@ -440,35 +459,35 @@ def fall(q, h):
     root = math.sqrt(square)
     s = 2.0 * q[0] / (root - q[1]) if root > q[1] else (-q[1] - root) / (2.0 * q[2])
     s += s * s * s * (q[3] + s * q[4]) * (1.0 / root)
-    for _ in range(HALLEY_CAP):
-        a = rate(q, s)
+    for _ in range(MAX_CHEBYSHEV_ROUNDS):
+        a = series_acceleration(q, s)
         if not (a < 0.0 and s > 0.0):
             return -1.0, 0.0
-        v, way = speed(q, s), distance(q, s)
+        v, path = series_velocity(q, s), series_distance(q, s)
         per_a = 1.0 / a
         step = -v * per_a
         step -= step * step * (q[2] + 3.0 * q[3] * s) * per_a
         s += step
-        if abs(step) <= NEARLY * s:
-            return min(s, h), way + step * (v + 0.5 * step * a)
+        if abs(step) <= CHEBYSHEV_TOLERANCE * s:
+            return min(s, h), path + step * (v + 0.5 * step * a)
     return -1.0, 0.0
 
 
 # Whole steps of sliding.
 
-FINE = 3.0
+FINE_STEP = 3.0
 """Radians (or decays) a fine step may hold: what decays within it leaves a twentieth, far above
 rounding, and extrema are π apart."""
 
-FAINT = 1e-6
+CANCELLATION_SHARE = 1e-6
 """Share of the force balance below which v_r is carried on with its own rate, see `creep`.
 The smaller it is, the less of the rate survives the rounding of that balance: 1e-10 here."""
 
-MARGIN = 2.0
+DIP_SAFETY = 2.0
 """What the bound on a dip between samples is widened by, so that rounding cannot matter."""
 
 
-class Map(NamedTuple):
+class AffineMap(NamedTuple):
     """The affine map of a segment of sliding, without what the base does.
 
     x_r becomes x_x x_r + x_v v_r - d x_f, and v_r becomes v_x x_r + v_v v_r - d v_f.
@@ -482,7 +501,7 @@ class Map(NamedTuple):
     v_f: float
 
 
-class Steps(NamedTuple):
+class SlipSteps(NamedTuple):
     """The steps of a march.
 
     Attributes
@@ -494,8 +513,8 @@ class Steps(NamedTuple):
     whole : tuple of float, shape (4,)
         `flow` over a step.
     fine, short, brief : bool
-        Whether a step holds one extremum of v_r at most, and whether `longer_series` and
-        `series` serve it.
+        Whether a step holds one extremum of v_r at most, and whether `long_velocity_series` and
+        `velocity_series` serve it.
     tail, more : Tail, More
     one, four : Map
         Of one step and of four.
@@ -507,7 +526,7 @@ class Steps(NamedTuple):
         Four steps hide no dip of v_r to zero while |v_r| at both ends is above
         steep max |Δü| + fast max |v_r|; infinite where they are too long to tell.
     faint_f, faint_x : float
-        v_r is faint where |v_r| <= faint_f + faint_x |x_r|, see `faint_below`.
+        v_r is faint where |v_r| <= faint_f + faint_x |x_r|, see `cancellation_threshold`.
     """
 
     c: float
@@ -518,10 +537,10 @@ class Steps(NamedTuple):
     fine: bool
     short: bool
     brief: bool
-    tail: Tail
-    more: More
-    one: Map
-    four: Map
+    factors: SeriesFactors
+    more: HigherSeriesFactors
+    step_map: AffineMap
+    four_step_map: AffineMap
     x_0: float
     x_1: float
     v_0: float
@@ -530,12 +549,12 @@ class Steps(NamedTuple):
     v_base: tuple[float, float, float, float, float]
     steep: float
     fast: float
-    faint_f: float
-    faint_x: float
+    threshold_f: float
+    threshold_x: float
 
 
 @compiled
-def steps_of(plant, law, dt):
+def slip_steps(plant, law, dt):
     """Return the steps of a march, each of length dt [s].
 
     Notes
@@ -548,69 +567,89 @@ def steps_of(plant, law, dt):
     radians = (c + math.sqrt(w)) * dt
     whole = flow(c, w, dt)
     y, _, Y, YY = whole
-    x_0, x_1, v_0, v_1 = shares_of_ends(y, Y, YY, dt)
+    x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
     # What each end of a step gives, one, two and three steps later.
-    a, p = left_of(c, w, dt, x_0, v_0), left_of(c, w, dt, x_1, v_1)
-    b, q = left_of(c, w, 2.0 * dt, x_0, v_0), left_of(c, w, 2.0 * dt, x_1, v_1)
-    g, r = left_of(c, w, 3.0 * dt, x_0, v_0), left_of(c, w, 3.0 * dt, x_1, v_1)
-    tame = 1.0 - (4.0 * c + 2.0 * w * dt) * dt
-    tail = tail_of(c, w)
-    bend = MARGIN * 2.0 / tame if tame > 0.25 else math.inf
-    rate, faint = rate_of(c, w), faint_per_force(c, w)
-    return Steps(
-        c, w, f, dt, whole, rate * dt <= FINE, radians <= SHORT, radians <= BRIEF,
-        tail, more_of(tail, c, w),
-        map_of(c, w, f, dt), map_of(c, w, f, 4.0 * dt), x_0, x_1, v_0, v_1,
+    a, p = free_motion(c, w, dt, x_0, v_0), free_motion(c, w, dt, x_1, v_1)
+    b, q = free_motion(c, w, 2.0 * dt, x_0, v_0), free_motion(c, w, 2.0 * dt, x_1, v_1)
+    g, r = free_motion(c, w, 3.0 * dt, x_0, v_0), free_motion(c, w, 3.0 * dt, x_1, v_1)
+    divisor = 1.0 - (4.0 * c + 2.0 * w * dt) * dt
+    factors = series_factors(c, w)
+    dip_factor = DIP_SAFETY * 2.0 / divisor if divisor > 0.25 else math.inf
+    rate, speed_per_force = characteristic_rate(c, w), cancellation_speed(c, w)
+    return SlipSteps(
+        c,
+        w,
+        f,
+        dt,
+        whole,
+        rate * dt <= FINE_STEP,
+        radians <= SHORT_SEGMENT,
+        radians <= BRIEF_SEGMENT,
+        factors,
+        higher_series_factors(factors, c, w),
+        affine_map(c, w, f, dt),
+        affine_map(c, w, f, 4.0 * dt),
+        x_0,
+        x_1,
+        v_0,
+        v_1,
         (g[0], b[0] + r[0], a[0] + q[0], x_0 + p[0], x_1),
         (g[1], b[1] + r[1], a[1] + q[1], v_0 + p[1], v_1),
-        bend * dt, bend * (0.25 * c + w * dt) * dt, faint * f, faint * w,
-    )  # fmt: skip
+        dip_factor * dt,
+        dip_factor * (0.25 * c + w * dt) * dt,
+        speed_per_force * f,
+        speed_per_force * w,
+    )
 
 
 @compiled
-def map_of(c, w, f, s):
+def affine_map(c, w, f, s):
     """Return the affine map of a segment of length s [s]."""
     y, y_d, Y, _ = flow(c, w, s)
-    return Map(1.0 - w * Y, y, Y * f, -w * y, y_d, y * f)
+    return AffineMap(1.0 - w * Y, y, Y * f, -w * y, y_d, y * f)
 
 
 @compiled
-def left_of(c, w, s, x_r, v_r):
+def free_motion(c, w, s, x_r, v_r):
     """Return what is left of a state after free motion of length s [s]."""
     y, y_d, Y, _ = flow(c, w, s)
     return x_r * (1.0 - w * Y) + v_r * y, v_r * y_d - w * y * x_r
 
 
 @compiled
-def rate_of(c, w):
+def characteristic_rate(c, w):
     """Return the radians, or the decays of what lasts, that a second holds at most [1/s]."""
     return max(math.sqrt(w), 0.5 * c)
 
 
 @compiled
-def faint_per_force(c, w):
-    """Return the largest faint |v_r| [m/s] for forces of 1 N/kg, see `faint_below`."""
-    rate = rate_of(c, w)
-    return FAINT / rate if rate > 0.0 else 0.0
+def cancellation_speed(c, w):
+    """Return the largest faint |v_r| [m/s] for forces of 1 N/kg, see `cancellation_threshold`."""
+    rate = characteristic_rate(c, w)
+    return CANCELLATION_SHARE / rate if rate > 0.0 else 0.0
 
 
 @inlined
-def faint_below(steps, x_r):
+def cancellation_threshold(steps, x_r):
     """Return the |v_r| up to which v_r is faint [m/s].
 
     The affine map makes v_r of forces that cancel; the rounding of those would decide the sign
     of a velocity that is fainter still.
     """
-    return steps.faint_f + steps.faint_x * abs(x_r)
+    return steps.threshold_f + steps.threshold_x * abs(x_r)
 
 
 @compiled
 def step_end(steps, x_r, v_r, d, u_0, u_1):
     """Return x_r and v_r at the end of a step, should nothing happen in it."""
-    one = steps.one
+    step_map = steps.step_map
     return (
-        one.x_x * x_r + one.x_v * v_r - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * one.x_f),
-        one.v_x * x_r + one.v_v * v_r - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * one.v_f),
+        step_map.x_x * x_r
+        + step_map.x_v * v_r
+        - (steps.x_0 * u_0 + steps.x_1 * u_1 + d * step_map.x_f),
+        step_map.v_x * x_r
+        + step_map.v_v * v_r
+        - (steps.v_0 * u_0 + steps.v_1 * u_1 + d * step_map.v_f),
     )
 
 
@@ -619,11 +658,11 @@ def step_end(steps, x_r, v_r, d, u_0, u_1):
 STEP_TERMS = 16
 """Terms that exhaust double precision on a fine step: 6/19! is below 1e-16."""
 
-SERVED = 1.0
+SERIES_STEP = 1.0
 """Radians (or decays) a fine step may hold for these terms."""
 
 
-class Whole(NamedTuple):
+class OscillatorSteps(NamedTuple):
     """Steps in one mode of the contact.
 
     Attributes
@@ -652,7 +691,7 @@ class Whole(NamedTuple):
     rate: float
     fine: bool
     end: tuple[float, float, float, float]
-    one: Map
+    step_map: AffineMap
     x_0: float
     x_1: float
     v_0: float
@@ -661,13 +700,13 @@ class Whole(NamedTuple):
     third: tuple[float, ...]
 
 
-def whole_steps(plant, dt):
+def oscillator_steps(plant, dt):
     """Return the steps of length dt [s] of an oscillator."""
     c, w = plant.b / plant.m, plant.k_x / plant.m
     rate = c + math.sqrt(w)
     end = flow(c, w, dt)
     y, _, Y, YY = end
-    x_0, x_1, v_0, v_1 = shares_of_ends(y, Y, YY, dt)
+    x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
     terms = [1.0, -c * dt]
     while len(terms) < STEP_TERMS:
         terms.append(-(c * dt * terms[-1] + w * dt * dt * terms[-2]))
@@ -675,14 +714,14 @@ def whole_steps(plant, dt):
         tuple(term * INVERSE_FACTORIAL[n + more] for n, term in enumerate(terms))
         for more in (3, 4)
     )
-    return Whole(
-        c, w, dt, 1.0 / dt, rate, rate * dt <= SERVED, end, map_of(c, w, 1.0, dt),
+    return OscillatorSteps(
+        c, w, dt, 1.0 / dt, rate, rate * dt <= SERIES_STEP, end, affine_map(c, w, 1.0, dt),
         x_0, x_1, v_0, v_1, second, third,
     )  # fmt: skip
 
 
 @inlined
-def part_flow(steps, s):
+def flow_within_step(steps, s):
     """Return what `flow` does, for a time s within a step [s]."""
     c, w = steps.c, steps.w
     if s == steps.dt:
@@ -691,15 +730,15 @@ def part_flow(steps, s):
         return flow(c, w, s)
     z = s * steps.per_dt
     s_2 = s * s
-    second = s * summed(steps.second, z)
+    second = s * evaluate_polynomial(steps.second, z)
     YY = s_2 * second
-    Y = s_2 * (0.5 - c * second - w * s_2 * summed(steps.third, z))
+    Y = s_2 * (0.5 - c * second - w * s_2 * evaluate_polynomial(steps.third, z))
     y = s - c * Y - w * YY
     return y, 1.0 - c * y - w * Y, Y, YY
 
 
 @inlined
-def summed(q, z):
+def evaluate_polynomial(q, z):
     """Return the sum of a series of `STEP_TERMS` terms."""
     z_2 = z * z
     z_4 = z_2 * z_2

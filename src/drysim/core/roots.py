@@ -9,14 +9,14 @@ Problem
 Method
     1. The force changes linearly (`locate_stop`): the acceleration obeys the free equation, so
        the extrema of the velocity are known in closed form; between them it is monotone.
-    2. Waves act (`leave_slip` for v_r, `vanish` for any `Blend` of x_r, v_r and normal force):
+    2. Waves act (`slip_exit_time` for v_r, `first_root` for any `Observable` of x_r, v_r and normal force):
        a Taylor polynomial less a bound on its remainder lies below the observable. The first
-       root of the polynomial is a step that cannot skip a root of the observable (`safe_slip`).
+       root of the polynomial is a step that cannot skip a root of the observable (`safe_step`).
        Step there and repeat: the root is approached from one side, and a near miss is passed at
        its own distance. Once the bound proves that the observable only falls until it is below
-       zero (`falls_surely`), Newton's method on the cubic has nothing to miss.
-    3. The mass sticks under waves (`break_away`): such steps by a bound on the curvature.
-    4. A power series is given (`locate`): such steps too; the series is moved along.
+       zero (`is_monotone_to_zero`), Newton's method on the cubic has nothing to miss.
+    3. The mass sticks under waves (`break_away_time`): such steps by a bound on the curvature.
+    4. A power series is given (`first_series_root`): such steps too; the series is moved along.
     5. A step is far shorter than the times of the oscillator (`next_stop`, `next_crossing`):
        the cubic through both ends guesses; the closed form at the guess, and the series about
        that point, leave rounding only. What they do not settle takes the general way.
@@ -32,32 +32,32 @@ import math
 from typing import NamedTuple
 
 from drysim.core.compile import compiled, inlined
-from drysim.core.events import ROUNDING
+from drysim.core.events import FORCE_ROUNDING
 from drysim.core.forcing import (
     COSINE,
     OMEGA,
     SINE,
-    STRIDE,
     THETA,
+    WAVE_COLUMNS,
     A,
-    force_rates,
-    margin,
-    normal_force,
-    slide_and_snap,
+    break_away_margin,
+    force_rate_bounds,
+    motion_and_snap_at,
+    relative_normal_force,
 )
-from drysim.core.oscillator import flow, part_flow
+from drysim.core.oscillator import flow, flow_within_step
 
 NEVER = math.inf
 
 RESOLUTION = 4e-16
 """Relative step below which a root is as sharp as double precision makes it."""
 
-BISECTIONS = 100
+MAX_BISECTIONS = 100
 """Newton needs about 4 rounds; a halved bracket is down to one float after 60."""
 
 
 @inlined
-def kept_between(low, high, s):
+def keep_in_bracket(low, high, s):
     """Return a guess of a root that lies between two bounds, else the middle of them.
 
     What is not between them then, either, is next to `high`: one float is left.
@@ -104,8 +104,8 @@ def locate_stop(c, w, v, a, r, h):
         end = begin + gap
     while begin < h:
         until = min(end, h)
-        if velocity(c, w, v, a, r, until)[0] <= 0.0:
-            return polish(c, w, v, a, r, begin, until)
+        if velocity_and_acceleration(c, w, v, a, r, until)[0] <= 0.0:
+            return bracketed_newton(c, w, v, a, r, begin, until)
         begin = end + gap
         end = begin + gap
     return NEVER
@@ -155,7 +155,7 @@ def first_extremum(c, w, a, j):
 
 
 @compiled
-def velocity(c, w, v, a, r, s):
+def velocity_and_acceleration(c, w, v, a, r, s):
     """Return velocity and acceleration at time s from those at time 0.
 
     A motion that dies away keeps its sign: where r = 0 nothing is subtracted from the rest of
@@ -166,7 +166,7 @@ def velocity(c, w, v, a, r, s):
 
 
 @compiled
-def polish(c, w, v, a, r, lo, hi):
+def bracketed_newton(c, w, v, a, r, lo, hi):
     """Return the zero of a velocity that falls once from lo to hi: guarded Newton."""
     s = hi
     if lo == 0.0 and a < 0.0:
@@ -174,8 +174,8 @@ def polish(c, w, v, a, r, lo, hi):
         square = a * a - 2.0 * v * (r - c * a - w * v)
         if square >= 0.0:
             s = min(2.0 * v / (-a + math.sqrt(square)), hi)
-    for _ in range(BISECTIONS):
-        value, slope = velocity(c, w, v, a, r, s)
+    for _ in range(MAX_BISECTIONS):
+        value, slope = velocity_and_acceleration(c, w, v, a, r, s)
         if value > 0.0:
             lo = s
         elif value < 0.0:
@@ -185,7 +185,7 @@ def polish(c, w, v, a, r, lo, hi):
         step = -value / slope if slope < 0.0 else NEVER
         if abs(step) <= RESOLUTION * s:
             return s
-        s = kept_between(lo, hi, s + step)
+        s = keep_in_bracket(lo, hi, s + step)
         if not lo < s < hi:
             return hi
     return s
@@ -193,26 +193,26 @@ def polish(c, w, v, a, r, lo, hi):
 
 # Safe steps, and Newton's method where it has nothing to miss.
 
-FALLS = 3.0
+MONOTONE_FACTOR = 3.0
 """A slope this many times what it may lose up to 1.5 times the zero of its parabola leads below
 zero on the way."""
 
-NEWTON_CAP = 20
+MAX_NEWTON_ROUNDS = 20
 """The cubic errs in the fourth order: 2 rounds do, as none is allowed to turn back."""
 
-REACH = 2.0
+MAX_STEP_RADIANS = 2.0
 """Radians of the fastest wave that are tried at once: the bound never proves more."""
 
-SMALL = 0.01
+SMALL_STEP_SHARE = 0.01
 """Share of the longest step below which a step is tried without the jerk, too."""
 
-HALVINGS = 60
+MAX_HALVINGS = 60
 """Of the longest step at most: where a slow wave drags the mass along, the bound may leave a
 millionth of it."""
 
 
 @inlined
-def safe_slip(v, a, j, snap, growth, cap):
+def safe_step(v, a, j, snap, growth, max_step):
     """Return a step within which a velocity provably stays above zero.
 
     Parameters
@@ -233,71 +233,71 @@ def safe_slip(v, a, j, snap, growth, cap):
     if j > 0.0:
         # Up to here P is above v + a h.
         divisor = third + math.sqrt(third * third + 4.0 * twelfth * j)
-        rises = min(2.0 * j / divisor, cap) if divisor > 0.0 else cap
+        rises = min(2.0 * j / divisor, max_step) if divisor > 0.0 else max_step
         return rises if a >= 0.0 else min(rises, -v / a)
-    behind = min(above_zero(v, a, -j), cap)
-    low = below_slip(v, a, j, third, twelfth, behind)
+    behind = min(parabola_root(v, a, -j), max_step)
+    low = lower_envelope(v, a, j, third, twelfth, behind)
     if low > 0.0:
         return behind
-    for _ in range(HALVINGS):
+    for _ in range(MAX_HALVINGS):
         before = 0.5 * behind
-        high = below_slip(v, a, j, third, twelfth, before)
+        high = lower_envelope(v, a, j, third, twelfth, before)
         if high > 0.0:
             return before + (behind - before) * high / (high - min(low, 0.0))
         behind, low = before, high
-    return min(behind, above_zero(v, a, (third + twelfth * behind) * behind - j))
+    return min(behind, parabola_root(v, a, (third + twelfth * behind) * behind - j))
 
 
 @inlined
-def below_slip(v, a, j, third, twelfth, h):
-    """Return the lower bound P of `safe_slip` after a time h."""
+def lower_envelope(v, a, j, third, twelfth, h):
+    """Return the lower bound P of `safe_step` after a time h."""
     return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
 
 
 @inlined
-def above_zero(v, a, bend):
+def parabola_root(v, a, curvature):
     """Return the largest h up to which v + a h - bend h²/2, not below zero, stays so."""
-    square = a * a + 2.0 * bend * v
+    square = a * a + 2.0 * curvature * v
     if square < 0.0:
         return NEVER
     root = math.sqrt(square)
     if a > 0.0:
-        return (a + root) / bend if bend > 0.0 else NEVER
+        return (a + root) / curvature if curvature > 0.0 else NEVER
     if root > a:
         return 2.0 * v / (root - a)
-    return 0.0 if bend > 0.0 else NEVER
+    return 0.0 if curvature > 0.0 else NEVER
 
 
 @inlined
-def falls_surely(v, a, j, snap, growth):
+def is_monotone_to_zero(v, a, j, snap, growth):
     """Return whether a velocity falls below zero within 1.5 times the zero of its parabola.
 
     It does not rise on the way.
 
-    Parameters as in `safe_slip`; the velocity may be below zero.
+    Parameters as in `safe_step`; the velocity may be below zero.
     """
     if not a < 0.0 < v:
         return False
-    far = 1.5 * to_zero(v, a, j)
-    return -a >= FALLS * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
+    far = 1.5 * quadratic_taylor_root(v, a, j)
+    return -a >= MONOTONE_FACTOR * (max(j, 0.0) + (0.5 * snap + growth * far / 6.0) * far) * far
 
 
 @inlined
-def to_zero(v, a, j):
+def quadratic_taylor_root(v, a, j):
     """Return the time at which v + a h + j h²/2, falling, is zero; infinity for none."""
     square = a * a - 2.0 * v * j
     return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
 
 
 @inlined
-def to_zero_of_cubic(v, a, j, k):
-    """Return what `to_zero` does with k h³/6 besides, to within a round of Newton's."""
-    h = to_zero(v, a, j)
+def cubic_taylor_root(v, a, j, k):
+    """Return what `quadratic_taylor_root` does with k h³/6 besides, to within a round of Newton's."""
+    h = quadratic_taylor_root(v, a, j)
     return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
 
 
 @inlined
-def is_sharp(h, a, fourth, s):
+def has_converged(h, a, fourth, s):
     """Return whether a zero is sharp: the cubic errs after h by fourth h⁴/24 at most."""
     return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
 
@@ -306,56 +306,56 @@ def is_sharp(h, a, fourth, s):
 
 
 @inlined
-def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
+def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     """Return the first time in (0, h] at which sliding in direction d stops, and x_r there.
 
-    The time is infinite where nothing stops. It is the root of `vanish` for v_r alone, in fewer
+    The time is infinite where nothing stops. It is the root of `first_root` for v_r alone, in fewer
     operations.
     """
     moves = d * v_r > 0.0 or d * a > 0.0
     if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
         return NEVER, x_r
     growth = 0.0
-    fastest = 0.0
+    max_omega = 0.0
     k = -c * j - w * a
     for i in range(waves.size):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         omega = waves.values[at + OMEGA]
-        bend = waves.values[at + A] * omega * omega
-        growth += abs(bend) * omega
-        k += bend * waves.values[at + SINE]
-        fastest = max(fastest, omega)
-    cap = min(REACH / fastest, h) if fastest > 0.0 else h
+        curvature = waves.values[at + A] * omega * omega
+        growth += abs(curvature) * omega
+        k += curvature * waves.values[at + SINE]
+        max_omega = max(max_omega, omega)
+    max_step = min(MAX_STEP_RADIANS / max_omega, h) if max_omega > 0.0 else h
     s, x = 0.0, x_r
     v, a, j, k = d * v_r, d * a, d * j, d * k
     while True:
         snap = math.sqrt(k * k + w * j * j)
-        if falls_surely(v, a, j, snap, growth):
+        if is_monotone_to_zero(v, a, j, snap, growth):
             break
-        step = safe_slip(v, a, j, snap, growth, cap)
-        if j > 0.0 and step < SMALL * cap:
+        step = safe_step(v, a, j, snap, growth, max_step)
+        if j > 0.0 and step < SMALL_STEP_SHARE * max_step:
             # A jerk that is next to nothing proves less than one that is left out: what is
             # strongly damped would take a million steps.
-            step = max(step, safe_slip(v, a, 0.0, snap, growth, cap))
+            step = max(step, safe_step(v, a, 0.0, snap, growth, max_step))
         if s + step >= h:
             # The end of the segment lies within the safe step.
             return NEVER, x
         if step <= RESOLUTION * s:
             return s, x
         s += step
-        x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
+        x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
         v, a, j, k = d * v, d * a, d * j, d * k
         if v <= 0.0:
             return s, x
-    for _ in range(NEWTON_CAP):
-        step = to_zero_of_cubic(v, a, j, k)
+    for _ in range(MAX_NEWTON_ROUNDS):
+        step = cubic_taylor_root(v, a, j, k)
         snap = math.sqrt(k * k + w * j * j) + growth * abs(step)
         fourth = (c + math.sqrt(w)) * snap + growth
         s += step
-        if is_sharp(step, a, fourth, s):
+        if has_converged(step, a, fourth, s):
             x += d * step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             break
-        x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
+        x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
         v, a, j, k = d * v, d * a, d * j, d * k
     return (s, x) if s < h else (NEVER, x)
 
@@ -363,7 +363,7 @@ def leave_slip(c, w, waves, x_r, v_r, a, j, g, r, d, h):
 # Any linear observable under waves.
 
 
-class Blend(NamedTuple):
+class Observable(NamedTuple):
     """The sum x (x_r - x_0) + v v_r + load N + rate N', N the normal force and N' its rate.
 
     Attributes
@@ -383,8 +383,8 @@ class Blend(NamedTuple):
     rate: float
 
 
-class Instant(NamedTuple):
-    """A time of a segment [s], and the motion then as `slide_and_snap` gives it."""
+class InstantState(NamedTuple):
+    """A time of a segment [s], and the motion then as `motion_and_snap_at` gives it."""
 
     s: float
     x_r: float
@@ -394,17 +394,17 @@ class Instant(NamedTuple):
     k: float
 
 
-class Course(NamedTuple):
+class Derivatives(NamedTuple):
     """A blend at an instant, and its first three rates."""
 
     value: float
     rate: float
-    bend: float
-    twist: float
+    curvature: float
+    third_rate: float
 
 
 @compiled
-def vanish(stretch, waves, law, blend, zeros, begin, h):
+def first_root(segment, waves, law, observable, zeros, begin, h):
     """Return the first time in [begin, h] at which a blend is not above zero, and the state.
 
     Parameters
@@ -426,111 +426,121 @@ def vanish(stretch, waves, law, blend, zeros, begin, h):
     s, x_r, v_r : float
         Time [s], infinite where the blend stays above zero, and the state then.
     """
-    w = stretch.w
+    w = segment.w
     # The third rate of the blend grows so fast at most; the normal force adds so much to it.
-    _, second, third, fastest = force_rates(waves, stretch.r)
-    growth = abs(blend.x) * second + abs(blend.v) * third
-    swing = law.variation * (abs(blend.load) + abs(blend.rate) * law.omega) * law.omega**3
-    cap = min(REACH / fastest, h) if fastest > 0.0 else h
+    _, second, third, max_omega = force_rate_bounds(waves, segment.r)
+    growth = abs(observable.x) * second + abs(observable.v) * third
+    load_bound = (
+        law.variation * (abs(observable.load) + abs(observable.rate) * law.omega) * law.omega**3
+    )
+    max_step = min(MAX_STEP_RADIANS / max_omega, h) if max_omega > 0.0 else h
     if begin == 0.0:
-        now = Instant(0.0, stretch.x_r, stretch.v_r, stretch.a, stretch.j, stretch.k)
-        value, rate, bend, twist = blended(law, waves, blend, now)
+        now = InstantState(0.0, segment.x_r, segment.v_r, segment.a, segment.j, segment.k)
+        value, rate, curvature, third_rate = observable_derivatives(law, waves, observable, now)
         value = 0.0 if zeros > 0 else max(value, 0.0)
-        course = Course(value, 0.0 if zeros > 1 else rate, bend, twist)
+        derivatives = Derivatives(value, 0.0 if zeros > 1 else rate, curvature, third_rate)
     else:
-        now = instant(stretch, waves, begin)
-        course = blended(law, waves, blend, now)
-        if course.value <= 0.0:
+        now = instant_state(segment, waves, begin)
+        derivatives = observable_derivatives(law, waves, observable, now)
+        if derivatives.value <= 0.0:
             return now.s, now.x_r, now.v_r
-    most = most_twist(blend, w, swing, now)
-    if far_from_zero(course, most, growth, h - begin):
+    third_bound = third_derivative_bound(observable, w, load_bound, now)
+    if is_far_from_zero(derivatives, third_bound, growth, h - begin):
         return NEVER, now.x_r, now.v_r
-    while not falls_surely(course.value, course.rate, course.bend, most, growth):
-        value, rate, bend, _ = course
-        step = safe_slip(value, rate, bend, most, growth, cap)
-        if value > 0.0 and bend > 0.0 and step < cap:
+    while not is_monotone_to_zero(
+        derivatives.value, derivatives.rate, derivatives.curvature, third_bound, growth
+    ):
+        value, rate, curvature, _ = derivatives
+        step = safe_step(value, rate, curvature, third_bound, growth, max_step)
+        if value > 0.0 and curvature > 0.0 and step < max_step:
             # Where it hardly bends upwards, what it bends is better left out.
-            step = max(step, safe_slip(value, rate, 0.0, most, growth, cap))
+            step = max(step, safe_step(value, rate, 0.0, third_bound, growth, max_step))
         if step != 0.0 and now.s + step >= h:
             return NEVER, now.x_r, now.v_r
         if step <= RESOLUTION * now.s:
             return now.s, now.x_r, now.v_r
-        now = instant(stretch, waves, now.s + step)
-        course = blended(law, waves, blend, now)
-        if course.value <= 0.0:
+        now = instant_state(segment, waves, now.s + step)
+        derivatives = observable_derivatives(law, waves, observable, now)
+        if derivatives.value <= 0.0:
             return now.s, now.x_r, now.v_r
-        most = most_twist(blend, w, swing, now)
+        third_bound = third_derivative_bound(observable, w, load_bound, now)
     s, x, v, a, j, k = now
-    for _ in range(NEWTON_CAP):
-        value, rate, bend, twist = course
-        step = to_zero_of_cubic(value, rate, bend, twist)
-        most += growth * abs(step)
-        fourth = (stretch.c + math.sqrt(w)) * most + growth + swing * law.omega
+    for _ in range(MAX_NEWTON_ROUNDS):
+        value, rate, curvature, third_rate = derivatives
+        step = cubic_taylor_root(value, rate, curvature, third_rate)
+        third_bound += growth * abs(step)
+        fourth = (segment.c + math.sqrt(w)) * third_bound + growth + load_bound * law.omega
         s += step
-        if is_sharp(step, rate, fourth, s):
+        if has_converged(step, rate, fourth, s):
             x += step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             v += step * (a + step * (0.5 * j + step * k / 6.0))
             break
-        now = instant(stretch, waves, s)
+        now = instant_state(segment, waves, s)
         s, x, v, a, j, k = now
-        course = blended(law, waves, blend, now)
-        most = most_twist(blend, w, swing, now)
+        derivatives = observable_derivatives(law, waves, observable, now)
+        third_bound = third_derivative_bound(observable, w, load_bound, now)
     return (s, x, v) if s < h else (NEVER, x, v)
 
 
 @inlined
-def instant(stretch, waves, s):
+def instant_state(segment, waves, s):
     """Return the motion at time s of a segment."""
-    c, w, x_r, v_r, _, _, _, g, r = stretch
-    x, v, a, j, k = slide_and_snap(c, w, waves, x_r, v_r, g, r, s)
-    return Instant(s, x, v, a, j, k)
+    c, w, x_r, v_r, _, _, _, g, r = segment
+    x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
+    return InstantState(s, x, v, a, j, k)
 
 
 @inlined
-def blended(law, waves, blend, now):
+def observable_derivatives(law, waves, observable, now):
     """Return a blend at an instant of a segment."""
     s, x, v, a, j, k = now
-    value, rate = blend.x * (x - blend.x_0) + blend.v * v, blend.x * v + blend.v * a
-    bend, twist = blend.x * a + blend.v * j, blend.x * j + blend.v * k
-    if blend.load != 0.0 or blend.rate != 0.0:
-        load, load_d, load_dd = normal_force(law, waves, s)
+    value, rate = (
+        observable.x * (x - observable.x_0) + observable.v * v,
+        observable.x * v + observable.v * a,
+    )
+    curvature, third_rate = (
+        observable.x * a + observable.v * j,
+        observable.x * j + observable.v * k,
+    )
+    if observable.load != 0.0 or observable.rate != 0.0:
+        load, load_d, load_dd = relative_normal_force(law, waves, s)
         square = law.omega * law.omega
-        value += blend.load * load + blend.rate * load_d
-        rate += blend.load * load_d + blend.rate * load_dd
-        bend += blend.load * load_dd - blend.rate * square * load_d
-        twist -= square * (blend.load * load_d + blend.rate * load_dd)
-    return Course(value, rate, bend, twist)
+        value += observable.load * load + observable.rate * load_d
+        rate += observable.load * load_d + observable.rate * load_dd
+        curvature += observable.load * load_dd - observable.rate * square * load_d
+        third_rate -= square * (observable.load * load_d + observable.rate * load_dd)
+    return Derivatives(value, rate, curvature, third_rate)
 
 
 @inlined
-def most_twist(blend, w, swing, now):
+def third_derivative_bound(observable, w, load_bound, now):
     """Return a bound of the third rate of a blend, up to what its growth adds."""
     a, j, k = now.a, now.j, now.k
-    most = swing + abs(blend.x) * math.sqrt(j * j + w * a * a)
-    return most + abs(blend.v) * math.sqrt(k * k + w * j * j)
+    third_bound = load_bound + abs(observable.x) * math.sqrt(j * j + w * a * a)
+    return third_bound + abs(observable.v) * math.sqrt(k * k + w * j * j)
 
 
 @inlined
-def far_from_zero(course, most, growth, h):
+def is_far_from_zero(derivatives, third_bound, growth, h):
     """Return whether a blend is above zero for h [s] to come, as in most steps of a record."""
-    loses = max(-course.bend, 0.0) + h * (most + h * growth)
-    return course.value > h * (max(-course.rate, 0.0) + h * loses)
+    loses = max(-derivatives.curvature, 0.0) + h * (third_bound + h * growth)
+    return derivatives.value > h * (max(-derivatives.rate, 0.0) + h * loses)
 
 
 # Break-away under waves.
 
-TOUCH = 1e-6
+GRAZING_ANGLE = 1e-6
 """A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
 
-WINDOW = 32.0
+WINDOW_RADIANS = 32.0
 """Radians of the fastest wave within which either side is looked at first."""
 
-FAINT = 1e-140
+SQUARE_UNDERFLOW = 1e-140
 """Below this, squares lose digits to the end of double precision."""
 
 
 @inlined
-def break_away(plant, law, waves, x_r, u_0, rise, fall, h):
+def break_away_time(plant, law, waves, x_r, u_0, rise, fall, h):
     """Return when within h [s] a stuck mass breaks away, or infinity, and which way it slips.
 
     Parameters
@@ -546,56 +556,56 @@ def break_away(plant, law, waves, x_r, u_0, rise, fall, h):
     Both sides are looked at window by window: one that never breaks away must not be followed
     to the end each time that the other does.
     """
-    fastest = 0.0
+    max_omega = 0.0
     if not is_one_sine(waves, u_0, rise) or fall != 0.0:
-        fastest = force_rates(waves, 0.0)[3]
-    begin, until = 0.0, min(WINDOW / fastest, h) if fastest > 0.0 else h
+        max_omega = force_rate_bounds(waves, 0.0)[3]
+    begin, until = 0.0, min(WINDOW_RADIANS / max_omega, h) if max_omega > 0.0 else h
     while True:
-        up = leave_stick(plant, law, waves, x_r, u_0, rise, 1, begin, until)
-        down = leave_stick(plant, law, waves, x_r, u_0, fall, -1, begin, min(up, until))
+        up = stick_exit_time(plant, law, waves, x_r, u_0, rise, 1, begin, until)
+        down = stick_exit_time(plant, law, waves, x_r, u_0, fall, -1, begin, min(up, until))
         if up < NEVER or down < NEVER or until >= h:
             return (down, 1) if down < up else (up, -1)
         begin, until = until, min(3.0 * until, h)
 
 
 @inlined
-def leave_stick(plant, law, waves, x_r, u_0, slope, side, begin, h):
+def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
     """Return the first time in [begin, h] when |F_L| exceeds F_fs on one side, or infinity.
 
     A margin that only touches zero does not break away: equality sticks.
     """
     if begin == 0.0 and is_one_sine(waves, u_0, slope):
-        return leave_one_sine(plant, law, waves, x_r, side, h)
-    bend = 0.0
+        return one_sine_exit_time(plant, law, waves, x_r, side, h)
+    curvature = 0.0
     third = 0.0
-    fastest = 0.0
+    max_omega = 0.0
     for i in range(waves.size):
-        A_i = abs(waves.values[STRIDE * i + A])
+        A_i = abs(waves.values[WAVE_COLUMNS * i + A])
         force = plant.m * A_i if i < waves.base else law.F_fs * law.variation
-        omega = waves.values[STRIDE * i + OMEGA]
-        bend += force * omega**2
+        omega = waves.values[WAVE_COLUMNS * i + OMEGA]
+        curvature += force * omega**2
         third += force * omega**3
-        fastest = max(fastest, omega)
+        max_omega = max(max_omega, omega)
     s = begin
     while True:
-        G, G_d, G_dd = margin(plant, law, waves, x_r, u_0, slope, side, s)
+        G, G_d, G_dd = break_away_margin(plant, law, waves, x_r, u_0, slope, side, s)
         if G < 0.0:
             return s
         if G > 0.0:
-            step = parabola(G, G_d, bend)
-        elif bend == 0.0:
+            step = concave_parabola_root(G, G_d, curvature)
+        elif curvature == 0.0:
             step = NEVER if G_d >= 0.0 else 0.0
         else:
-            step = first_step(G_d, G_dd, bend, third)
+            step = step_off_zero(G_d, G_dd, curvature, third)
         if s + step > h:
             return NEVER
         if step <= RESOLUTION * s:
-            if G_dd <= 0.0 or -G_d * fastest > TOUCH * G_dd:
+            if G_dd <= 0.0 or -G_d * max_omega > GRAZING_ANGLE * G_dd:
                 return s
             step = -G_d / G_dd
-            if margin(plant, law, waves, x_r, u_0, slope, side, s + step)[0] < 0.0:
+            if break_away_margin(plant, law, waves, x_r, u_0, slope, side, s + step)[0] < 0.0:
                 return s
-            step += first_step(0.0, G_dd, bend, third)
+            step += step_off_zero(0.0, G_dd, curvature, third)
         s += step
 
 
@@ -606,52 +616,52 @@ def is_one_sine(waves, u_0, slope):
 
 
 @inlined
-def leave_one_sine(plant, law, waves, x_r, side, h):
-    """Return what `leave_stick` does where one sine moves the base: its inverse."""
+def one_sine_exit_time(plant, law, waves, x_r, side, h):
+    """Return what `stick_exit_time` does where one sine moves the base: its inverse."""
     values = waves.values
     F_k, force = plant.k_x * x_r, side * plant.m * values[A]
-    level = law.F_fs + ROUNDING * (law.F_fs + abs(F_k)) - side * F_k
+    level = law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(F_k)) - side * F_k
     if force * values[SINE] > level:
         return 0.0
     if abs(force) <= level:
         return NEVER
     theta = values[THETA] if force > 0.0 else values[THETA] + math.pi
-    turn = (math.asin(level / abs(force)) - theta) % (2.0 * math.pi)
+    phase = (math.asin(level / abs(force)) - theta) % (2.0 * math.pi)
     # Rising, and beyond the limit by less than the rounding of an angle.
-    if force * values[COSINE] > 0.0 and turn > math.pi:
-        turn = 0.0
-    s = turn / values[OMEGA]
+    if force * values[COSINE] > 0.0 and phase > math.pi:
+        phase = 0.0
+    s = phase / values[OMEGA]
     return s if s <= h else NEVER
 
 
 @compiled
-def parabola(value, rate, bend):
+def concave_parabola_root(value, rate, curvature):
     """Return the largest h up to which value + rate h - bend h²/2, bend >= 0, is above zero."""
-    root = math.sqrt(rate * rate + 2.0 * bend * value)
-    if root < FAINT and value > 0.0:
-        root = math.hypot(rate, math.sqrt(2.0 * bend) * math.sqrt(value))
+    root = math.sqrt(rate * rate + 2.0 * curvature * value)
+    if root < SQUARE_UNDERFLOW and value > 0.0:
+        root = math.hypot(rate, math.sqrt(2.0 * curvature) * math.sqrt(value))
     if rate <= 0.0:
         return 2.0 * value / (root - rate) if root > rate else NEVER
-    return (rate + root) / bend if bend > 0.0 else NEVER
+    return (rate + root) / curvature if curvature > 0.0 else NEVER
 
 
 @compiled
-def first_step(rate, bend, bend_bound, third_bound):
+def step_off_zero(rate, curvature, curvature_bound, third_bound):
     """Return a step that provably leaves zero upwards; 0 or less where the function falls."""
-    by_rate = rate / bend_bound if rate > 0.0 else 0.0
-    by_bend = 0.0
-    if rate >= 0.0 and bend > 0.0:
-        by_bend = 1.5 * bend / third_bound if third_bound > 0.0 else NEVER
-    return max(by_rate, by_bend)
+    by_rate = rate / curvature_bound if rate > 0.0 else 0.0
+    by_curvature = 0.0
+    if rate >= 0.0 and curvature > 0.0:
+        by_curvature = 1.5 * curvature / third_bound if third_bound > 0.0 else NEVER
+    return max(by_rate, by_curvature)
 
 
 # A fine step over a spring contact: a stop, or the limit.
 
-NEAR = 2e-4
+TAYLOR_RADIUS = 2e-4
 """Radians from a point within which four terms of the series about it are exact: the next is
 below 1e-16."""
 
-ROUNDS = 6
+MAX_REFINE_ROUNDS = 6
 """One round does mostly; what has not settled after some takes the general way."""
 
 
@@ -670,49 +680,49 @@ def next_stop(steps, v, a, r, h):
     stop, way, v_end : float
         Time [s]; distance [m] and velocity [m/s] then, or at the end.
     """
-    y, y_d, _, _ = part_flow(steps, h)
-    way, v_end = moved(steps, v, a, r, h)
+    y, y_d, _, _ = flow_within_step(steps, h)
+    path, v_end = path_and_velocity(steps, v, a, r, h)
     a_end = a * y_d + (r - steps.w * v) * y
     if steps.fine:
         if v_end > 0.0 and (a >= 0.0 or a_end <= 0.0):
-            return NEVER, way, v_end
+            return NEVER, path, v_end
         if v_end <= 0.0:
-            stop, far = turn_of(steps, v, a, r, v_end, a_end, h)
+            stop, far = turning_point(steps, v, a, r, v_end, a_end, h)
             if stop > 0.0:
                 return stop, far, 0.0
     stop = locate_stop(steps.c, steps.w, v, a, r, h)
     if stop == NEVER:
-        return NEVER, way, max(v_end, 0.0)
-    return stop, moved(steps, v, a, r, stop)[0], 0.0
+        return NEVER, path, max(v_end, 0.0)
+    return stop, path_and_velocity(steps, v, a, r, stop)[0], 0.0
 
 
 @inlined
-def turn_of(steps, v, a, r, v_end, a_end, h):
+def turning_point(steps, v, a, r, v_end, a_end, h):
     """Return when a velocity above zero that does not end above it is zero, and the path then.
 
     Parameters as in `next_stop`, of fine steps, with velocity and acceleration at the end. The
     time is negative where the guess was not good.
     """
-    s, way, _ = sharpened(steps, v, a, r, 0.0, False, guess(v, a, v_end, a_end, h))
-    return (s, way) if 0.0 < s <= h else (-1.0, 0.0)
+    s, path, _ = refine_root(steps, v, a, r, 0.0, False, hermite_root(v, a, v_end, a_end, h))
+    return (s, path) if 0.0 < s <= h else (-1.0, 0.0)
 
 
 @inlined
-def next_crossing(steps, v, a, r, gap, way, v_end, h):
+def next_crossing(steps, v, a, r, gap, path, v_end, h):
     """Return when a mass that does not stop before h [s] has moved by `gap` [m], and v then.
 
-    `way` and `v_end` are those at h, and `way` is not less than `gap`.
+    `path` and `v_end` are those at h, and `path` is not less than `gap`.
     """
-    s = guess(gap, -v, gap - way, -v_end, h)
-    s, _, v_s = sharpened(steps, v, a, r, gap, True, s)
+    s = hermite_root(gap, -v, gap - path, -v_end, h)
+    s, _, v_s = refine_root(steps, v, a, r, gap, True, s)
     if not 0.0 < s <= h:
-        s = min(cross(steps.c, steps.w, v, a, r, gap, h), h)
-        v_s = moved(steps, v, a, r, s)[1]
+        s = min(crossing_time(steps.c, steps.w, v, a, r, gap, h), h)
+        v_s = path_and_velocity(steps, v, a, r, s)[1]
     return s, max(v_s, 0.0)
 
 
 @compiled
-def cross(c, w, v, a, r, gap, h):
+def crossing_time(c, w, v, a, r, gap, h):
     """Return the time in (0, h] at which a mass has moved by `gap` [m], or infinity.
 
     The other parameters are as in `locate_stop`; the velocity keeps its sign up to h.
@@ -723,34 +733,34 @@ def cross(c, w, v, a, r, gap, h):
         return NEVER
     low, high = 0.0, h
     s = gap / v if 0.0 < gap < v * h else 0.5 * h
-    for _ in range(BISECTIONS):
+    for _ in range(MAX_BISECTIONS):
         y, y_d, Y, YY = flow(c, w, s)
-        beyond = v * y + p * Y + r * YY - gap
-        low, high = (low, s) if beyond > 0.0 else (s, high)
+        excess = v * y + p * Y + r * YY - gap
+        low, high = (low, s) if excess > 0.0 else (s, high)
         speed = v * y_d + p * y + r * Y
-        step = -beyond / speed if speed > 0.0 else NEVER
+        step = -excess / speed if speed > 0.0 else NEVER
         if abs(step) <= RESOLUTION * s:
             return s
-        s = kept_between(low, high, s + step)
+        s = keep_in_bracket(low, high, s + step)
         if not low < s < high:
             return high
     return s
 
 
 @inlined
-def guess(value, rate, value_end, rate_end, h):
+def hermite_root(value, rate, value_end, rate_end, h):
     """Return where the cubic through both ends of a segment falls to zero from above."""
     per_h = 1.0 / h
-    bend = (value_end - value - rate * h) * per_h * per_h
-    root = math.sqrt(max(rate * rate - 4.0 * bend * value, 0.0))
-    s = 2.0 * value / (root - rate) if rate < 0.0 else -0.5 * (rate + root) / bend
-    twist = (rate_end - rate - 2.0 * bend * h) * per_h * per_h
-    slope = rate + 2.0 * bend * s + twist * s * (3.0 * s - 2.0 * h)
-    return s - twist * s * s * (s - h) / slope if slope < 0.0 else s
+    curvature = (value_end - value - rate * h) * per_h * per_h
+    root = math.sqrt(max(rate * rate - 4.0 * curvature * value, 0.0))
+    s = 2.0 * value / (root - rate) if rate < 0.0 else -0.5 * (rate + root) / curvature
+    third_rate = (rate_end - rate - 2.0 * curvature * h) * per_h * per_h
+    slope = rate + 2.0 * curvature * s + third_rate * s * (3.0 * s - 2.0 * h)
+    return s - third_rate * s * s * (s - h) / slope if slope < 0.0 else s
 
 
 @inlined
-def sharpened(steps, v, a, r, gap, crossing, s):
+def refine_root(steps, v, a, r, gap, crossing, s):
     """Return the time of which s is a good guess, path and velocity; negative where it is not.
 
     What is looked for is the path `gap` [m] if `crossing`, else a stop. Parameters as in
@@ -758,21 +768,28 @@ def sharpened(steps, v, a, r, gap, crossing, s):
     """
     c, w = steps.c, steps.w
     p = a + c * v
-    for _ in range(ROUNDS):
-        y, y_d, Y, YY = part_flow(steps, s)
-        way = v * y + p * Y + r * YY
+    for _ in range(MAX_REFINE_ROUNDS):
+        y, y_d, Y, YY = flow_within_step(steps, s)
+        path = v * y + p * Y + r * YY
         v_s = v * y_d + p * y + r * Y
         a_s = a * y_d + (r - w * v) * y
         j_s = r - c * a_s - w * v_s
         k_s = -(c * j_s + w * a_s)
-        value, rate, bend, twist = v_s, a_s, j_s, k_s
+        value, rate, curvature, third_rate = v_s, a_s, j_s, k_s
         if crossing:
-            value, rate, bend, twist = way - gap, v_s, a_s, j_s
+            value, rate, curvature, third_rate = path - gap, v_s, a_s, j_s
         step = -value / rate
-        step -= step * step * (0.5 * bend + twist * step / 6.0) / (rate + bend * step)
-        if abs(step) * steps.rate <= NEAR and abs(bend * step) <= NEAR * abs(rate):
-            way += step * (v_s + step * (0.5 * a_s + step * j_s / 6.0))
-            return s + step, way, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / 6.0))
+        step -= (
+            step
+            * step
+            * (0.5 * curvature + third_rate * step / 6.0)
+            / (rate + curvature * step)
+        )
+        if abs(step) * steps.rate <= TAYLOR_RADIUS and abs(
+            curvature * step
+        ) <= TAYLOR_RADIUS * abs(rate):
+            path += step * (v_s + step * (0.5 * a_s + step * j_s / 6.0))
+            return s + step, path, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / 6.0))
         s += step
         if not 0.0 < s <= steps.dt:
             break
@@ -780,22 +797,22 @@ def sharpened(steps, v, a, r, gap, crossing, s):
 
 
 @inlined
-def moved(steps, v, a, r, s):
+def path_and_velocity(steps, v, a, r, s):
     """Return path and velocity at time s of a segment."""
-    y, y_d, Y, YY = part_flow(steps, s)
+    y, y_d, Y, YY = flow_within_step(steps, s)
     p = a + steps.c * v
     return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
 
 
 # The root of a power series.
 
-SHORTER = 6
+MAX_SHORTENINGS = 6
 """Times at most that the stretch over which the curvature is bounded is made shorter, before
 the series is moved."""
 
 
 @compiled
-def locate(c, n, h):
+def first_series_root(c, n, h):
     """Return the first time in [0, h] at which a series comes down to zero, or infinity.
 
     A bound on the curvature gives a step that is surely above zero; after it the series is
@@ -811,7 +828,7 @@ def locate(c, n, h):
     h : float
         Length looked at, above 0 [s].
     """
-    n, zeros = lowered(c, n)
+    n, zeros = deflate(c, n)
     if zeros < 0:
         return NEVER
     rest, power = 0.0, h
@@ -823,18 +840,18 @@ def locate(c, n, h):
     while c[0] <= rest:
         if c[0] <= 0.0:
             return s * h
-        step = stride(c, n, 1.0 - s)
+        step = safe_series_step(c, n, 1.0 - s)
         if s + step >= 1.0:
             return NEVER
         if step <= RESOLUTION * s:
             return s * h
         s += step
-        move(c, n, step)
+        taylor_shift(c, n, step)
     return NEVER
 
 
 @inlined
-def lowered(c, n):
+def deflate(c, n):
     """Divide out zeros at the beginning; returns the last term and how many, -1 for all."""
     zeros = 0
     while zeros <= n and c[zeros] == 0.0:
@@ -846,16 +863,16 @@ def lowered(c, n):
 
 
 @inlined
-def stride(c, n, left):
+def safe_series_step(c, n, left):
     """Return a step of a scaled series within which it surely stays above zero."""
     best = 0.0
-    for _ in range(SHORTER):
-        bend = 0.0
+    for _ in range(MAX_SHORTENINGS):
+        curvature = 0.0
         power = 1.0
         for k in range(2, n + 1):
-            bend += k * (k - 1) * abs(c[k]) * power
+            curvature += k * (k - 1) * abs(c[k]) * power
             power *= left
-        step = min(parabola(c[0], c[1] if n > 0 else 0.0, bend), left)
+        step = min(concave_parabola_root(c[0], c[1] if n > 0 else 0.0, curvature), left)
         best = max(best, step)
         if step >= 0.5 * left:
             return best
@@ -865,7 +882,7 @@ def stride(c, n, left):
 
 
 @inlined
-def move(c, n, step):
+def taylor_shift(c, n, step):
     """Move a series to `step` after its beginning."""
     for i in range(n):
         for k in range(n - 1, i - 1, -1):

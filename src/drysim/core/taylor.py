@@ -2,8 +2,8 @@
 
 Stribeck, Dahl, LuGre and Leuven friction have no closed form. Every term of the motion's series
 about one instant follows from those before it by sums of products, so a series costs little,
-tells its own radius, and is the motion between the instants as well. `trace` follows a motion
-from series to series and keeps only where each begins; `read` and `integrate_series` make it
+tells its own radius, and is the motion between the instants as well. `march_taylor` follows a motion
+from series to series and keeps only where each begins; `evaluate_series` and `integrate_series` make it
 anew from there.
 
 Nothing is missed: the velocity's first zero in a step is reached from below, by steps that a
@@ -25,35 +25,50 @@ from typing import Any, NamedTuple
 
 from drysim.core.compile import compiled, inlined
 from drysim.core.dynamic_friction import (
-    EVEN,
-    branch_end,
+    AT_LIMIT,
+    branch_exit,
     dynamic_force,
-    end_branch,
-    excess_start,
     excess_term,
-    flat_from,
+    flat_speed,
     force_term,
-    fractional,
-    head,
+    has_fractional_exponent,
+    negligible_speed,
+    next_branch,
     product_term,
-    set_slope,
-    sliding_limit,
-    slow_speed,
+    set_masing_slope,
+    start_excess,
+    stribeck_curve,
+    update_branch,
 )
-from drysim.core.events import ENOUGH, REVERSAL, ROUNDING, SLIP, limit_force, mark, note, sign
-from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, STRIDE, A, anchor
-from drysim.core.model import LEUVEN, STRIBECK, Law
-from drysim.core.roots import NEVER, RESOLUTION, break_away, parabola
-from drysim.core.trajectory import TWELVE_NODES, TWELVE_WEIGHTS, base_at, piece_at, within
+from drysim.core.events import (
+    FORCE_ROUNDING,
+    LOG_RESERVE,
+    REVERSAL,
+    SLIP,
+    limit_force,
+    record_event,
+    record_segment,
+    sign,
+)
+from drysim.core.forcing import FREQUENCY, OMEGA, PHASE, WAVE_COLUMNS, A, set_phases
+from drysim.core.model import LEUVEN, STRIBECK, CoulombLaw
+from drysim.core.roots import NEVER, RESOLUTION, break_away_time, concave_parabola_root
+from drysim.core.trajectory import (
+    TWELVE_NODES,
+    TWELVE_WEIGHTS,
+    segment_base,
+    segment_index,
+    segment_window,
+)
 
 ORDER = 20
 """Terms of a series at most: near the least work for errors of rounding size."""
 
-BEYOND = 1.05
+FLAT_MARGIN = 1.05
 """A series that begins nearer than this to the edge of the flat part foresees the rise."""
 
 
-class Jet(NamedTuple):
+class TaylorSeries(NamedTuple):
     """Taylor coefficients about one instant as arrays (or lists), shape (ORDER + 2,).
 
     Attributes
@@ -95,23 +110,23 @@ class Jet(NamedTuple):
     share: Any
     scale: Any
     slope: Any
-    turned: Any
+    reversals: Any
     branch: Any
 
 
 # The motion series after series, with every zero of the velocity.
 
 
-SLOW = 3
+CREEPING = 3
 """Besides the sign, the direction in a trail of a mass too slow for friction to have fallen."""
 
-STALL = 100
+MAX_STALLED_STEPS = 100
 """Changes in a row without progress in time that put a scene at the end of double precision."""
 
 
 @compiled
-def trace(
-    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, jet, trail, at, log, count,
+def march_taylor(
+    plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, series, segments, at, log, count,
     capacity,
 ):  # fmt: skip
     """Follow the motion over intervals of ü, or until steps or log are nearly full.
@@ -145,83 +160,116 @@ def trace(
     n, s, x_r, v_r, z, d, at, count
         As given; `count` is -1 where the time no longer moves on.
     """
-    z_least = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
-    wish = NEVER
+    z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
+    requested = NEVER
     stalled = 0
-    calm = min(calm_length(waves), calm_plant(plant))
+    time_scale = min(wave_time_scale(waves), plant_time_scale(plant))
     pause, wait = 0, 0
-    while n <= end and at + ENOUGH < capacity and count + ENOUGH < capacity:
+    while n <= end and at + LOG_RESERVE < capacity and count + LOG_RESERVE < capacity:
         length = h if n == end else dt
         slope = (u_dd[n + 1] - u_dd[n]) / dt
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
         if d == 0 and law.kind != STRIBECK:
             # Whoever rested without a cause to move may have one now, to either side.
-            d = first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z)
+            d = motion_direction_at(plant, law, waves, series, u_0, slope, t, x_r, v_r, z)
             if law.kind == LEUVEN and d != 0:
-                head(law, jet, sign(d), v_r, z)
+                update_branch(law, series, sign(d), v_r, z)
             if d != 0:
-                F_L = limit_force(plant, x_r, jet.u[0])
-                count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
-        at = mark(trail, at, n, s, x_r, v_r, z, d)
+                F_L = limit_force(plant, x_r, series.u[0])
+                count = record_event(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
+        at = record_segment(segments, at, n, s, x_r, v_r, z, d)
         left = length - s
         if d == 0 and law.kind == STRIBECK:
-            looked = min(left, calm_length(waves))
-            stay, side = end_of_stay(plant, law, waves, x_r, u_0, slope, t, looked)
-            s = length if min(stay, looked) >= left else s + min(stay, looked)
+            horizon = min(left, wave_time_scale(waves))
+            stay, side = stribeck_break_away(plant, law, waves, x_r, u_0, slope, t, horizon)
+            s = length if min(stay, horizon) >= left else s + min(stay, horizon)
             if stay != NEVER:
                 d = 2 * side
                 F_L = -side * law.F_fs
-                count = note(log, count, n, s, side * SLIP, x_r, F_L)
+                count = record_event(log, count, n, s, side * SLIP, x_r, F_L)
         else:
-            drive(jet, waves, u_0, slope, t)
+            set_forcing(series, waves, u_0, slope, t)
             if law.kind == LEUVEN:
-                set_slope(law, jet)
-                trail.rise[at - 1], trail.bend[at - 1] = jet.slope[0], jet.slope[1]
-            way = 1 if d >= 0 else -1
-            v_least = law.tolerance * jet.scale[0]
-            slow = slow_speed(law, jet)
-            creeps = slow > 0.0 and way * v_r <= slow
-            last, step, rounds, pause, wait = begin(
-                plant, law, jet, d, x_r, v_r, z, creeps, left, min(left, calm), wish, v_least,
-                z_least, pause, wait,
-            )  # fmt: skip
-            trail.terms[at - 1] = last
-            if rounds > 0:
-                trail.d[at - 1] = way * (SETTLED + rounds)
-            elif creeps and abs(d) != 2:
-                trail.d[at - 1] = way * SLOW
-            step, stop, end_of_branch, what = extent(
-                plant, law, jet, last, way, step, rounds > 0, creeps, slow, v_least
+                set_masing_slope(law, series)
+                segments.rise[at - 1], segments.bend[at - 1] = series.slope[0], series.slope[1]
+            direction = 1 if d >= 0 else -1
+            v_tolerance = law.tolerance * series.scale[0]
+            slow = negligible_speed(law, series)
+            creeping = slow > 0.0 and direction * v_r <= slow
+            last, step, iterations, pause, wait = begin_step(
+                plant,
+                law,
+                series,
+                d,
+                x_r,
+                v_r,
+                z,
+                creeping,
+                left,
+                min(left, time_scale),
+                requested,
+                v_tolerance,
+                z_tolerance,
+                pause,
+                wait,
+            )
+            segments.terms[at - 1] = last
+            if iterations > 0:
+                segments.d[at - 1] = direction * (QUASI_STEADY + iterations)
+            elif creeping and abs(d) != 2:
+                segments.d[at - 1] = direction * CREEPING
+            step, stop, end_of_branch, cause = step_extent(
+                plant,
+                law,
+                series,
+                last,
+                direction,
+                step,
+                iterations > 0,
+                creeping,
+                slow,
+                v_tolerance,
             )
             event = min(stop, end_of_branch)
             if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
                 event = stop = step
-            crawls = min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
-            stalled = stalled + 1 if crawls else 0
-            if stalled > (0 if event == NEVER else STALL):
+            no_progress = (
+                min(event, step) <= RESOLUTION * (t + step) and min(event, step) < left
+            )
+            stalled = stalled + 1 if no_progress else 0
+            if stalled > (0 if event == NEVER else MAX_STALLED_STEPS):
                 return n, s, x_r, v_r, z, d, at, -1
-            wish = 4.0 * step if step < left else NEVER
+            requested = 4.0 * step if step < left else NEVER
             step = min(event, step)
             s = length if step == left else min(s + step, length)
-            x_r, v_r, z = state_at(jet, last, step)
-            jet.scale[0] = max(jet.scale[0], abs(v_r))
-            d = way if d != 0 else 0
+            x_r, v_r, z = series_state(series, last, step)
+            series.scale[0] = max(series.scale[0], abs(v_r))
+            d = direction if d != 0 else 0
             if law.kind == LEUVEN and step > 0.0:
-                jet.branch[EVEN] = 0
+                series.branch[AT_LIMIT] = 0
             if end_of_branch < stop:
-                z = end_branch(law, jet, what, z)
+                z = next_branch(law, series, cause, z)
             if stop <= end_of_branch and stop != NEVER:
                 v_r = 0.0
-                F_L = limit_force(plant, x_r, value(jet.u, ORDER, step))
-                d = first_heading(
-                    plant, law, waves, jet, u_dd[n] + slope * s, slope, n * dt + s, x_r, v_r, z
+                F_L = limit_force(plant, x_r, horner(series.u, ORDER, step))
+                d = motion_direction_at(
+                    plant,
+                    law,
+                    waves,
+                    series,
+                    u_dd[n] + slope * s,
+                    slope,
+                    n * dt + s,
+                    x_r,
+                    v_r,
+                    z,
                 )
                 if law.kind == LEUVEN and d != 0:
-                    head(law, jet, sign(d), 0.0, z)
+                    update_branch(law, series, sign(d), 0.0, z)
                 # Bristles never stick: a mass that rests on them has no event until it moves.
                 if d != 0 or law.kind == STRIBECK:
-                    count = note(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
+                    count = record_event(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
         if s >= length:
             n += 1
             s = 0.0
@@ -229,36 +277,36 @@ def trace(
 
 
 @compiled
-def first_heading(plant, law, waves, jet, u_0, slope, t, x_r, v_r, z):
+def motion_direction_at(plant, law, waves, series, u_0, slope, t, x_r, v_r, z):
     """Return the direction of motion as in `Trail`: 0 for stuck or without a cause to move."""
     if v_r != 0.0:
         return sign(v_r)
     if law.kind == STRIBECK:
-        drive(jet, waves, u_0, slope, t)
-        F_L = limit_force(plant, x_r, jet.u[0])
-        hold = law.F_fs + ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
+        set_forcing(series, waves, u_0, slope, t)
+        F_L = limit_force(plant, x_r, series.u[0])
+        hold = law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
         return 0 if abs(F_L) <= hold else -sign(F_L)
-    return heading(plant, law, waves, jet, u_0, slope, t, x_r, z)
+    return bristle_start_direction(plant, law, waves, series, u_0, slope, t, x_r, z)
 
 
 @compiled
-def heading(plant, law, waves, jet, u_0, slope, t, x_r, z):
+def bristle_start_direction(plant, law, waves, series, u_0, slope, t, x_r, z):
     """Return the direction in which a mass at rest on bristles starts, as in `Trail`.
 
     It is 2 or -2 in equilibrium, from where ü moves the mass, and 0 where no term of ü does.
     """
-    drive(jet, waves, u_0, slope, t)
-    a = jet.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
-    if abs(a) > faint_pull(plant, law, jet, x_r, z):
+    set_forcing(series, waves, u_0, slope, t)
+    a = series.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
+    if abs(a) > equilibrium_tolerance(plant, law, series, x_r, z):
         return -sign(a)
     for n in range(1, ORDER + 1):
-        if jet.u[n] != 0.0:
-            return -2 * sign(jet.u[n])
+        if series.u[n] != 0.0:
+            return -2 * sign(series.u[n])
     return 0
 
 
 @compiled
-def faint_pull(plant, law, jet, x_r, z):
+def equilibrium_tolerance(plant, law, series, x_r, z):
     """Return the acceleration [m/s²] up to which a mass at rest on bristles is in equilibrium.
 
     It is that of rounding; or that of a swing on the bristles whose speed may be neglected.
@@ -266,50 +314,64 @@ def faint_pull(plant, law, jet, x_r, z):
     """
     m, k_x, _ = plant
     pull = law.sigma_0 * abs(z)
-    rounding = ROUNDING * (abs(k_x * x_r) + pull) / m
+    rounding = FORCE_ROUNDING * (abs(k_x * x_r) + pull) / m
     firm = max(1.0 - pull / law.F_fs, 0.0) * (1.0 - law.F_fs / law.F_h)
-    swing = law.tolerance * jet.scale[0] * math.sqrt((k_x + law.sigma_0 * firm) / m)
+    swing = law.tolerance * series.scale[0] * math.sqrt((k_x + law.sigma_0 * firm) / m)
     return max(rounding, swing)
 
 
 @compiled
-def calm_length(waves):
+def wave_time_scale(waves):
     """Give the longest step [s] of a stuck mass, within which a series knows the waves."""
     fastest = 0.0
     for i in range(waves.size):
-        fastest = max(fastest, waves.values[STRIDE * i + OMEGA])
+        fastest = max(fastest, waves.values[WAVE_COLUMNS * i + OMEGA])
     return 1.0 / fastest if fastest > 0.0 else NEVER
 
 
 @compiled
-def calm_plant(plant):
+def plant_time_scale(plant):
     """Give the shortest time of the oscillator itself [s]."""
     rate = max(math.sqrt(plant.k_x / plant.m), plant.b / plant.m)
     return 1.0 / rate if rate > 0.0 else NEVER
 
 
 @compiled
-def end_of_stay(plant, law, waves, x_r, u_0, slope, t, h):
+def stribeck_break_away(plant, law, waves, x_r, u_0, slope, t, h):
     """Give when a stuck mass breaks away within h [s], or infinity, and in which direction."""
-    limits = Law(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
-    anchor(waves, plant, limits, t, 0)
-    return break_away(plant, limits, waves, x_r, u_0, slope, slope, h)
+    limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
+    set_phases(waves, plant, limits, t, 0)
+    return break_away_time(plant, limits, waves, x_r, u_0, slope, slope, h)
 
 
-LONGEST_WAIT = 31
+MAX_QUASI_STEADY_PAUSE = 31
 """Steps at most before bristles that had not settled are asked again."""
 
 
 @inlined
-def begin(
-    plant, law, jet, d, x_r, v_r, z, creeps, left, calm, wish, v_least, z_least, pause, wait
+def begin_step(
+    plant,
+    law,
+    series,
+    d,
+    x_r,
+    v_r,
+    z,
+    creeping,
+    left,
+    time_scale,
+    requested,
+    v_tolerance,
+    z_tolerance,
+    pause,
+    wait,
 ):
     """Set the series of a step: of settled bristles where they have, else of all that moves.
 
     Parameters
     ----------
     plant, law, jet, x_r, v_r, z, v_least, z_least
-        As in `grow`.
+        As in `extend_series`.
     d : int
         Direction as in `Trail`.
     creeps : bool
@@ -325,27 +387,40 @@ def begin(
     last, step, rounds, pause, wait
         Last term, length for which the series holds [s], and rounds of settled bristles.
     """
-    way = 1 if d >= 0 else -1
-    if law.kind != STRIBECK and settling_rate(law, v_r, z) * calm > STIFF:
+    direction = 1 if d >= 0 else -1
+    if law.kind != STRIBECK and relaxation_rate(law, v_r, z) * time_scale > STIFF_RATIO:
         if pause == 0:
-            last, step, rounds = settle(
-                plant, law, jet, way, x_r, v_r, z, left, v_least, z_least
+            last, step, iterations = solve_quasi_steady(
+                plant, law, series, direction, x_r, v_r, z, left, v_tolerance, z_tolerance
             )
-            if rounds > 0:
-                return last, step, rounds, 0, 0
-            wait = min(2 * wait + 1, LONGEST_WAIT)
+            if iterations > 0:
+                return last, step, iterations, 0, 0
+            wait = min(2 * wait + 1, MAX_QUASI_STEADY_PAUSE)
             pause = wait
         else:
             pause -= 1
     poised = d == 0 or abs(d) == 2
-    last, step = grow(
-        plant, law, jet, way, x_r, v_r, z, poised, creeps, min(left, wish), v_least, z_least
+    last, step = extend_series(
+        plant,
+        law,
+        series,
+        direction,
+        x_r,
+        v_r,
+        z,
+        poised,
+        creeping,
+        min(left, requested),
+        v_tolerance,
+        z_tolerance,
     )
     return last, step, 0, pause, wait
 
 
 @inlined
-def extent(plant, law, jet, last, way, step, settled, creeps, slow, v_least):
+def step_extent(
+    plant, law, series, last, direction, step, settled, creeping, slow, v_tolerance
+):
     """Give how far a series is used [s], and what ends it there.
 
     Parameters
@@ -363,38 +438,40 @@ def extent(plant, law, jet, last, way, step, settled, creeps, slow, v_least):
     -------
     step, stop, end, what
         Length [s]; when v_r is zero and when a branch of the bristles ends, or infinity; and
-        what ends it, as in `branch_end`.
+        what ends it, as in `branch_exit`.
     """
-    step = foreseen(law, jet, last, way, step, slow)
-    stop = first_zero(jet.v, last, way, step)
+    step = curve_valid_length(law, series, last, direction, step, slow)
+    stop = first_series_root(series.v, last, direction, step)
     if settled and stop != NEVER:
         step, stop = 0.5 * stop, NEVER
-    end, what = NEVER, 0
+    end, cause = NEVER, 0
     if law.kind == LEUVEN:
-        end, what = branch_end(law, jet, last, way, min(stop, step))
+        end, cause = branch_exit(law, series, last, direction, min(stop, step))
     seen = min(stop, end, step)
-    if not creeps:
-        seen = followed(plant, law, jet, last, way, seen, v_least)
+    if not creeping:
+        seen = curve_checked_length(plant, law, series, last, direction, seen, v_tolerance)
     if seen < min(stop, end):
         return min(seen, step), NEVER, NEVER, 0
-    return step, stop, end, what
+    return step, stop, end, cause
 
 
 # A traced motion between its steps.
 
 
-TINY = 1e-300
+NO_TRUNCATION = 1e-300
 """Nothing that a series has may be neglected where it is read."""
 
 
 @compiled
-def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out, d_out):
+def evaluate_series(
+    plant, law, waves, u_dd, dt, series, segments, t, x_out, v_out, z_out, F_out, d_out
+):
     """Write the motion at ascending times t [s].
 
     Parameters
     ----------
     plant, law, waves, u_dd, dt, jet, trail
-        As in `trace`; `trail` ends with its last step.
+        As in `march_taylor`; `segments` ends with its last step.
     t : array, shape (n,)
         Ascending, not before the first step [s].
     x_out, v_out, z_out, F_out : array, shape (n,)
@@ -406,109 +483,128 @@ def read(plant, law, waves, u_dd, dt, jet, trail, t, x_out, v_out, z_out, F_out,
     known = -1
     last = 0
     for k in range(len(t)):
-        i = piece_at(trail, dt, i, t[k])
+        i = segment_index(segments, dt, i, t[k])
         if known != i:
-            last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
+            last = rebuild_series(plant, law, waves, u_dd, dt, series, segments, i)
             known = i
-        s = t[k] - (trail.n[i] * dt + trail.s[i])
-        d = (trail.d[i] > 0) - (trail.d[i] < 0)
-        x_out[k] = trail.x_r[i]
+        s = t[k] - (segments.n[i] * dt + segments.s[i])
+        d = (segments.d[i] > 0) - (segments.d[i] < 0)
+        x_out[k] = segments.x_r[i]
         v_out[k] = 0.0
-        z_out[k] = trail.z[i]
+        z_out[k] = segments.z[i]
         d_out[k] = d if d != 0 or law.kind == STRIBECK else 1
         if d == 0:
-            F_out[k] = -limit_force(plant, x_out[k], value(jet.u, ORDER, s))
+            F_out[k] = -limit_force(plant, x_out[k], horner(series.u, ORDER, s))
             continue
         if s == 0.0:
-            v_out[k] = trail.v_r[i]
+            v_out[k] = segments.v_r[i]
         else:
-            x_out[k], v_out[k], z_out[k] = state_at(jet, last, s)
+            x_out[k], v_out[k], z_out[k] = series_state(series, last, s)
         F_out[k] = dynamic_force(law, d, v_out[k], z_out[k])
 
 
 @compiled
-def integrate_series(plant, law, waves, u_dd, dt, jet, trail, begin, end):
-    """Integrate a traced motion from `begin` to `end` [s].
+def integrate_series(plant, law, waves, u_dd, dt, series, segments, begin, end):
+    """Integrate a traced motion from `begin_step` to `end` [s].
 
-    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `rub` is the loss in the
+    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `sliding_distance` is the loss in the
     contact over F_fk.
     """
     m, k_x, b = plant
-    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(trail.n)):
-        lo, hi = within(trail, dt, i, begin, end)
+    x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(segments.n)):
+        lo, hi = segment_window(segments, dt, i, begin, end)
         if hi <= lo:
             continue
-        last = revive(plant, law, waves, u_dd, dt, jet, trail, i)
-        d = (trail.d[i] > 0) - (trail.d[i] < 0)
+        last = rebuild_series(plant, law, waves, u_dd, dt, series, segments, i)
+        d = (segments.d[i] > 0) - (segments.d[i] < 0)
         if d == 0:
             stuck += hi - lo if law.kind == STRIBECK else 0.0
-            x2 += trail.x_r[i] ** 2 * (hi - lo)
+            x2 += segments.x_r[i] ** 2 * (hi - lo)
         for k in range(len(TWELVE_NODES)):
             s = lo + (hi - lo) * TWELVE_NODES[k]
             weight = (hi - lo) * TWELVE_WEIGHTS[k]
-            push = value(jet.u, ORDER, s)
+            push = horner(series.u, ORDER, s)
             if d == 0:
                 x_dd2 += weight * push * push
                 continue
-            x, v, z = state_at(jet, last, s)
+            x, v, z = series_state(series, last, s)
             F = dynamic_force(law, d, v, z)
             x_dd = (k_x * x + b * v + F) / m
             x2 += weight * x * x
             v2 += weight * v * v
             x_dd2 += weight * x_dd * x_dd
             power += weight * push * v
-            rub += weight * F * v / law.F_fk
-    return x2, v2, x_dd2, power, rub, stuck
+            sliding_distance += weight * F * v / law.F_fk
+    return x2, v2, x_dd2, power, sliding_distance, stuck
 
 
 @compiled
-def revive(plant, law, waves, u_dd, dt, jet, trail, i):
+def rebuild_series(plant, law, waves, u_dd, dt, series, segments, i):
     """Make the series of step i anew; gives the last term that counts, 0 where nothing moves.
 
     What comes behind it is not the motion: the rise of the Stribeck curve, a step away.
     """
-    t, u_0, slope = base_at(u_dd, dt, trail, i)
-    d = trail.d[i]
-    drive(jet, waves, u_0, slope, t)
+    t, u_0, slope = segment_base(u_dd, dt, segments, i)
+    d = segments.d[i]
+    set_forcing(series, waves, u_0, slope, t)
     if d == 0:
         return 0
-    way = 1 if d > 0 else -1
+    direction = 1 if d > 0 else -1
     if law.kind == LEUVEN:
-        jet.slope[0], jet.slope[1] = trail.rise[i], trail.bend[i]
-    if law.kind != STRIBECK and abs(d) > SETTLED:
-        settle_again(plant, law, jet, way, trail.x_r[i], trail.v_r[i], abs(d) - SETTLED)
-        return trail.terms[i]
-    slow = fractional(law) and abs(d) > 1
-    state = trail.x_r[i], trail.v_r[i], trail.z[i]
-    grow(plant, law, jet, way, *state, abs(d) == 2, slow, 1.0, TINY, TINY)
-    return trail.terms[i]
+        series.slope[0], series.slope[1] = segments.rise[i], segments.bend[i]
+    if law.kind != STRIBECK and abs(d) > QUASI_STEADY:
+        rebuild_quasi_steady(
+            plant,
+            law,
+            series,
+            direction,
+            segments.x_r[i],
+            segments.v_r[i],
+            abs(d) - QUASI_STEADY,
+        )
+        return segments.terms[i]
+    slow = has_fractional_exponent(law) and abs(d) > 1
+    state = segments.x_r[i], segments.v_r[i], segments.z[i]
+    extend_series(
+        plant,
+        law,
+        series,
+        direction,
+        *state,
+        abs(d) == 2,
+        slow,
+        1.0,
+        NO_TRUNCATION,
+        NO_TRUNCATION,
+    )
+    return segments.terms[i]
 
 
 # The series of all that moves.
 
 
 @compiled
-def drive(jet, waves, u_0, slope, t):
+def set_forcing(series, waves, u_0, slope, t):
     """Set the series of ü about time t [s]: u_0 + slope s and waves."""
     for n in range(ORDER + 1):
-        jet.u[n] = 0.0
-    jet.u[0] = u_0
-    jet.u[1] = slope
+        series.u[n] = 0.0
+    series.u[0] = u_0
+    series.u[1] = slope
     for i in range(waves.base):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         amplitude, omega = waves.values[at + A], waves.values[at + OMEGA]
         turns = (waves.values[at + FREQUENCY] * t) % 1.0
         angle = 2.0 * math.pi * turns + waves.values[at + PHASE]
         sine = amplitude * math.sin(angle)
         cosine = amplitude * math.cos(angle)
         for n in range(ORDER + 1):
-            jet.u[n] += sine
+            series.u[n] += sine
             sine, cosine = cosine * omega / (n + 1), -sine * omega / (n + 1)
 
 
 @compiled
-def grow(plant, law, jet, d, x, v, z, poised, slow, h, v_least, z_least):
+def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, z_tolerance):
     """Set the series of the motion from one state on, as far as they are needed.
 
     Parameters
@@ -537,207 +633,215 @@ def grow(plant, law, jet, d, x, v, z, poised, slow, h, v_least, z_least):
     """
     m, k_x, b = plant
     per_m = 1.0 / m
-    jet.x[0] = x
-    jet.v[0] = v
-    jet.z[0] = z
-    falls = start_curve(law, jet, d, v, slow)
-    per_curve = 1.0 / (law.F_fk + jet.g[0])
+    series.x[0] = x
+    series.v[0] = v
+    series.z[0] = z
+    falls = start_stribeck_series(law, series, d, v, slow)
+    per_curve = 1.0 / (law.F_fk + series.g[0])
     power = 1.0
     small = 0
     for n in range(ORDER):
-        force_term(law, jet, d, n, falls, per_curve)
+        force_term(law, series, d, n, falls, per_curve)
         per_n = 1.0 / (n + 1)
-        jet.x[n + 1] = jet.v[n] * per_n
-        a = -(jet.u[n] + (k_x * jet.x[n] + b * jet.v[n] + jet.F[n]) * per_m) * per_n
-        jet.v[n + 1] = 0.0 if poised and n == 0 else a
+        series.x[n + 1] = series.v[n] * per_n
+        a = -(series.u[n] + (k_x * series.x[n] + b * series.v[n] + series.F[n]) * per_m) * per_n
+        series.v[n + 1] = 0.0 if poised and n == 0 else a
         power *= h
-        tiny = abs(jet.v[n + 1]) * power <= v_least
+        tiny = abs(series.v[n + 1]) * power <= v_tolerance
         if law.kind != STRIBECK:
-            tiny = tiny and abs(jet.z[n + 1]) * power <= z_least
+            tiny = tiny and abs(series.z[n + 1]) * power <= z_tolerance
         small = small + 1 if tiny else 0
         # Odd and even terms may vanish in turn, and ü has two terms that the state has not.
         if small == 3:
             return n + 1, h
-    return ORDER, min(h, reach(law, jet, v_least, z_least))
+    return ORDER, min(h, truncation_length(law, series, v_tolerance, z_tolerance))
 
 
 @inlined
-def start_curve(law, jet, d, v, slow):
+def start_stribeck_series(law, series, d, v, slow):
     """Begin the series of the Stribeck curve; tells whether it changes with the speed here."""
-    falls = not slow and law.F_fs != law.F_fk and d * v <= BEYOND * flat_from(law)
+    falls = not slow and law.F_fs != law.F_fk and d * v <= FLAT_MARGIN * flat_speed(law)
     if falls:
-        excess_start(law, jet, d, v)
+        start_excess(law, series, d, v)
     else:
         for n in range(ORDER + 1):
-            jet.g[n] = 0.0
+            series.g[n] = 0.0
         if slow:
-            jet.g[0] = law.F_fs - law.F_fk
+            series.g[0] = law.F_fs - law.F_fk
     return falls
 
 
 @compiled
-def reach(law, jet, v_least, z_least):
+def truncation_length(law, series, v_tolerance, z_tolerance):
     """Give the length [s] at which the last terms of the series are what may be neglected."""
     h = math.inf
     for n in range(ORDER - 1, ORDER + 1):
-        size = abs(jet.v[n]) / v_least
+        size = abs(series.v[n]) / v_tolerance
         if law.kind != STRIBECK:
-            size = max(size, abs(jet.z[n]) / z_least)
+            size = max(size, abs(series.z[n]) / z_tolerance)
         if size > 0.0:
             h = min(h, size ** (-1.0 / n))
     return h
 
 
 @compiled
-def value(series, n, s):
+def horner(coefficients, n, s):
     """Give the value of a series up to term n at s."""
-    total = series[n]
+    total = coefficients[n]
     for k in range(n - 1, -1, -1):
-        total = total * s + series[k]
+        total = total * s + coefficients[k]
     return total
 
 
 @compiled
-def state_at(jet, n, s):
+def series_state(series, n, s):
     """Give x, v and z [m, m/s, m] at s from terms up to n: three at the price of one."""
-    x, v, z = jet.x[n], jet.v[n], jet.z[n]
+    x, v, z = series.x[n], series.v[n], series.z[n]
     for k in range(n - 1, -1, -1):
-        x = x * s + jet.x[k]
-        v = v * s + jet.v[k]
-        z = z * s + jet.z[k]
+        x = x * s + series.x[k]
+        v = v * s + series.v[k]
+        z = z * s + series.z[k]
     return x, v, z
 
 
 # Sliding on stiff bristles that have settled: their deflection follows the speed.
 
 
-SETTLED = 2
+QUASI_STEADY = 2
 """What a direction in a trail has besides the rounds of a series on settled bristles."""
 
-STIFF = 40.0
+STIFF_RATIO = 40.0
 """Times of settling in a step from which on the settled series pays: four steps that resolve
 them cost as much as its rounds."""
 
-MOST_ROUNDS = 12
+MAX_ITERATIONS = 12
 """Rounds after which bristles count as not settled: each takes a power of a small ratio."""
 
-NEAR = 0.1
+QUASI_STEADY_DISTANCE = 0.1
 """Relative distance from the sliding limit beyond which bristles surely have not settled."""
 
 
 @inlined
-def settling_rate(law, v, z):
+def relaxation_rate(law, v, z):
     """Give the rate at which bristles settle [1/s]; 0 where they are far from it."""
-    limit = sliding_limit(law, v)
+    limit = stribeck_curve(law, v)
     pull = law.sigma_0 * abs(z)
-    return law.sigma_0 * abs(v) / limit if abs(pull - limit) < NEAR * limit else 0.0
+    return (
+        law.sigma_0 * abs(v) / limit
+        if abs(pull - limit) < QUASI_STEADY_DISTANCE * limit
+        else 0.0
+    )
 
 
 @compiled
-def settle(plant, law, jet, d, x, v, z, h, v_least, z_least):
-    """Set the series of the motion on settled bristles; parameters as in `grow`.
+def solve_quasi_steady(plant, law, series, d, x, v, z, h, v_tolerance, z_tolerance):
+    """Set the series of the motion on settled bristles; parameters as in `extend_series`.
 
     Returns the last term, the length for which the series holds [s], and the rounds that it
     took; 0 where the bristles at z have not settled.
     """
-    rate = law.sigma_0 * abs(v) / sliding_limit(law, v)
+    rate = law.sigma_0 * abs(v) / stribeck_curve(law, v)
     for n in range(ORDER + 2):
-        jet.w[n] = 0.0
+        series.w[n] = 0.0
     change = 0.0
-    for rounds in range(1, MOST_ROUNDS + 1):
-        last = settled_round(plant, law, jet, d, x, v, h, v_least, z_least)
+    for iterations in range(1, MAX_ITERATIONS + 1):
+        last = quasi_steady_iteration(plant, law, series, d, x, v, h, v_tolerance, z_tolerance)
         if last == ORDER:
-            h = min(h, reach(law, jet, v_least, z_least))
+            h = min(h, truncation_length(law, series, v_tolerance, z_tolerance))
         before = change
-        change = update_rate(plant, law, jet, last, rate, h, v_least, z_least)
-        if rate * h < STIFF or (rounds > 2 and not change < 0.5 * before):
+        change = update_deflection_rate(
+            plant, law, series, last, rate, h, v_tolerance, z_tolerance
+        )
+        if rate * h < STIFF_RATIO or (iterations > 2 and not change < 0.5 * before):
             return 0, h, 0
         if change <= 1.0:
-            settled = abs(jet.z[0] - z) <= z_least
-            return last, h, (rounds if settled else 0)
+            settled = abs(series.z[0] - z) <= z_tolerance
+            return last, h, (iterations if settled else 0)
     return 0, h, 0
 
 
 @compiled
-def settle_again(plant, law, jet, d, x, v, rounds):
+def rebuild_quasi_steady(plant, law, series, d, x, v, iterations):
     """Set the whole series of settled bristles after so many rounds."""
     for n in range(ORDER + 2):
-        jet.w[n] = 0.0
-    for _ in range(rounds):
-        settled_round(plant, law, jet, d, x, v, 1.0, 0.0, 0.0)
-        update_rate(plant, law, jet, ORDER, 1.0, 1.0, 1.0, 1.0)
+        series.w[n] = 0.0
+    for _ in range(iterations):
+        quasi_steady_iteration(plant, law, series, d, x, v, 1.0, 0.0, 0.0)
+        update_deflection_rate(plant, law, series, ORDER, 1.0, 1.0, 1.0, 1.0)
 
 
 @compiled
-def settled_round(plant, law, jet, d, x, v, h, v_least, z_least):
+def quasi_steady_iteration(plant, law, series, d, x, v, h, v_tolerance, z_tolerance):
     """Go once through the equation of settled bristles; gives the last term that counts."""
     m, k_x, b = plant
-    jet.x[0] = x
-    jet.v[0] = v
-    falls = start_curve(law, jet, d, v, False)
+    series.x[0] = x
+    series.v[0] = v
+    falls = start_stribeck_series(law, series, d, v, False)
     power = 1.0
     small = 0
     for n in range(ORDER + 1):
-        deflection = settled_term(law, jet, d, n, falls)
-        jet.z[n] = deflection
-        tiny = abs(deflection) * power <= z_least
-        jet.F[n] = law.sigma_0 * deflection + law.sigma_1 * jet.w[n] + law.sigma_2 * jet.v[n]
-        jet.x[n + 1] = jet.v[n] / (n + 1)
-        pull = (k_x * jet.x[n] + b * jet.v[n] + jet.F[n]) / m
-        jet.v[n + 1] = -(jet.u[n] + pull) / (n + 1)
+        deflection = quasi_steady_term(law, series, d, n, falls)
+        series.z[n] = deflection
+        tiny = abs(deflection) * power <= z_tolerance
+        series.F[n] = (
+            law.sigma_0 * deflection + law.sigma_1 * series.w[n] + law.sigma_2 * series.v[n]
+        )
+        series.x[n + 1] = series.v[n] / (n + 1)
+        pull = (k_x * series.x[n] + b * series.v[n] + series.F[n]) / m
+        series.v[n + 1] = -(series.u[n] + pull) / (n + 1)
         power *= h
-        small = small + 1 if tiny and abs(jet.v[n + 1]) * power <= v_least else 0
+        small = small + 1 if tiny and abs(series.v[n + 1]) * power <= v_tolerance else 0
         if small == 3:
-            jet.z[n + 1] = 0.0
+            series.z[n + 1] = 0.0
             return min(n + 1, ORDER)
     return ORDER
 
 
 @inlined
-def settled_term(law, jet, d, n, falls):
+def quasi_steady_term(law, series, d, n, falls):
     """Give term n of z = d g(v) (1 - w/v)^(1/power)/σ_0 [m]."""
     if falls and n > 0:
-        excess_term(law, jet, d, n)
-    lag = jet.w[n]
+        excess_term(law, series, d, n)
+    lag = series.w[n]
     for k in range(1, n + 1):
-        lag -= jet.v[k] * jet.p[n - k]
-    jet.p[n] = lag / jet.v[0]
-    jet.share[n] = root_term(law, jet, n)
-    limit = law.F_fk * jet.share[n]
+        lag -= series.v[k] * series.p[n - k]
+    series.p[n] = lag / series.v[0]
+    series.share[n] = fractional_root_term(law, series, n)
+    limit = law.F_fk * series.share[n]
     if falls:
-        limit += product_term(jet.g, jet.share, n)
+        limit += product_term(series.g, series.share, n)
     return d * limit / law.sigma_0
 
 
 @inlined
-def root_term(law, jet, n):
+def fractional_root_term(law, series, n):
     """Give term n of (1 - p)^(1/power)."""
-    rest = 1.0 - jet.p[0]
+    rest = 1.0 - series.p[0]
     if n == 0:
         return rest if law.power == 1 else rest ** (1.0 / law.power)
     if law.power == 1:
-        return -jet.p[n]
+        return -series.p[n]
     total = 0.0
     for k in range(1, n + 1):
-        total -= (k / law.power - (n - k)) * jet.p[k] * jet.share[n - k]
+        total -= (k / law.power - (n - k)) * series.p[k] * series.share[n - k]
     return total / (n * rest)
 
 
 @compiled
-def update_rate(plant, law, jet, last, rate, h, v_least, z_least):
+def update_deflection_rate(plant, law, series, last, rate, h, v_tolerance, z_tolerance):
     """Set w from the series of z; gives how far that moves z or v, over what may be."""
     change = 0.0
     power = 1.0
     for n in range(ORDER + 1):
-        fresh = (n + 1) * jet.z[n + 1] if n < last else 0.0
+        fresh = (n + 1) * series.z[n + 1] if n < last else 0.0
         if law.kind == LEUVEN:
             for k in range(n):
-                fresh -= jet.slope[1] * jet.w[k] * jet.z[n - k]
-            fresh /= jet.slope[0] + jet.slope[1] * jet.z[0]
-        off = abs(fresh - jet.w[n]) * power
-        jet.w[n] = fresh
-        push = law.sigma_1 * off * h / (plant.m * v_least)
-        change = max(change, off / (rate * z_least), push)
+                fresh -= series.slope[1] * series.w[k] * series.z[n - k]
+            fresh /= series.slope[0] + series.slope[1] * series.z[0]
+        off = abs(fresh - series.w[n]) * power
+        series.w[n] = fresh
+        push = law.sigma_1 * off * h / (plant.m * v_tolerance)
+        change = max(change, off / (rate * z_tolerance), push)
         power *= h
     return change
 
@@ -745,19 +849,19 @@ def update_rate(plant, law, jet, last, rate, h, v_least, z_least):
 # How far a series may be trusted, and where its velocity is zero first.
 
 
-CURVE_SLACK = 10.0
+CURVE_TOLERANCE = 10.0
 """Tolerances of F_fs that the curve at the end of a series may be off; roundings add up."""
 
 
 @compiled
-def first_zero(series, n, d, h):
+def first_series_root(coefficients, n, d, h):
     """Give the first time in (0, h] at which a velocity in direction d is zero, or infinity.
 
     Steps that a bound on the curvature proves safe lead to the first zero from below, so none
     is missed; a zero at the beginning itself is divided out.
     """
     first = 0
-    while first <= n and series[first] == 0.0:
+    while first <= n and coefficients[first] == 0.0:
         first += 1
     if first >= n:
         return NEVER
@@ -765,11 +869,11 @@ def first_zero(series, n, d, h):
     bend = 0.0
     power_before, power = 0.0, 1.0
     for k in range(1, n - first + 1):
-        size = abs(series[first + k])
+        size = abs(coefficients[first + k])
         rest += size * power * h
         bend += k * (k - 1) * size * power_before
         power_before, power = power, power * h
-    if abs(series[first]) > rest:
+    if abs(coefficients[first]) > rest:
         return NEVER
     s = 0.0
     while True:
@@ -777,10 +881,10 @@ def first_zero(series, n, d, h):
         a = 0.0
         for k in range(n, first - 1, -1):
             a = a * s + v
-            v = v * s + d * series[k]
+            v = v * s + d * coefficients[k]
         if v <= 0.0:
             return s
-        step = parabola(v, a, bend)
+        step = concave_parabola_root(v, a, bend)
         if s + step > h:
             return NEVER
         if step <= RESOLUTION * s:
@@ -789,7 +893,7 @@ def first_zero(series, n, d, h):
 
 
 @compiled
-def foreseen(law, jet, n, d, h, slow):
+def curve_valid_length(law, series, n, d, h, slow):
     """Give the length [s], at most h, over which a series foresees the Stribeck curve.
 
     Where the speed is far above v_s the rise of the curve lies beyond the last term, so a
@@ -798,46 +902,48 @@ def foreseen(law, jet, n, d, h, slow):
     """
     if law.F_fs == law.F_fk:
         return h
-    edge = flat_from(law)
-    v = jet.v[0]
-    if d * v > BEYOND * edge:
-        return min(passes(jet, n, d, edge, h), h)
+    edge = flat_speed(law)
+    v = series.v[0]
+    if d * v > FLAT_MARGIN * edge:
+        return min(speed_crossing_time(series, n, d, edge, h), h)
     if slow > 0.0 and d * v <= slow:
-        return min(passes(jet, n, -d, -2.0 * slow, h), h)
+        return min(speed_crossing_time(series, n, -d, -2.0 * slow, h), h)
     return h
 
 
 @compiled
-def passes(jet, n, d, level, h):
+def speed_crossing_time(series, n, d, level, h):
     """Give when within h [s] the velocity in direction d comes down to a level [m/s]."""
-    v = jet.v[0]
-    jet.v[0] = v - d * level
-    arrives = first_zero(jet.v, n, d, h)
-    jet.v[0] = v
+    v = series.v[0]
+    series.v[0] = v - d * level
+    arrives = first_series_root(series.v, n, d, h)
+    series.v[0] = v
     return arrives
 
 
 @compiled
-def followed(plant, law, jet, n, d, h, v_least):
+def curve_checked_length(plant, law, series, n, d, h, v_tolerance):
     """Give the length [s], at most h, at whose end the series still is the Stribeck curve.
 
     Near rest a curve that is steep there may be off by what changes the speed by
-    `v_least` [m/s].
+    `v_tolerance` [m/s].
 
     Near the edge of the flat part the terms of the rise grow for long before they fall, so
     small terms alone do not tell that a series is complete. One that begins on the flat part
-    is `foreseen` to stay there.
+    is `curve_valid_length` to stay there.
     """
-    if law.F_fs == law.F_fk or d * jet.v[0] > BEYOND * flat_from(law):
+    if law.F_fs == law.F_fk or d * series.v[0] > FLAT_MARGIN * flat_speed(law):
         return h
-    steep = 1.0 if fractional(law) else 0.0
+    steep = 1.0 if has_fractional_exponent(law) else 0.0
     while h > 0.0:
-        slack = max(CURVE_SLACK * law.tolerance * law.F_fs, steep * plant.m * v_least / h)
-        v, excess = jet.v[n], 0.0
+        slack = max(
+            CURVE_TOLERANCE * law.tolerance * law.F_fs, steep * plant.m * v_tolerance / h
+        )
+        v, excess = series.v[n], 0.0
         for k in range(n - 1, -1, -1):
-            v = v * h + jet.v[k]
-            excess = excess * h + jet.g[k]
-        if abs(law.F_fk + excess - sliding_limit(law, v)) <= slack:
+            v = v * h + series.v[k]
+            excess = excess * h + series.g[k]
+        if abs(law.F_fk + excess - stribeck_curve(law, v)) <= slack:
             return h
         h *= 0.5
     return h

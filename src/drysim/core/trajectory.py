@@ -23,70 +23,70 @@ import math
 
 import numpy as np
 
-from drysim.core.compile import compiled, held, inlined
-from drysim.core.events import direction, limit_force, onset, sign
+from drysim.core.compile import as_engine_array, compiled, inlined
+from drysim.core.events import direction_after, limit_force, motion_direction, sign
 from drysim.core.forcing import (
-    ACROSS,
-    ALONG,
     COSINE,
     FREQUENCY,
+    IN_PHASE,
     OMEGA,
     PHASE,
+    QUADRATURE,
     SINE,
     STEADY,
-    STRIDE,
+    STEADY_V,
+    STEADY_X,
     THETA,
     V_R,
-    V_START,
-    X_START,
+    WAVE_COLUMNS,
     A,
-    anchor,
     base_motion,
-    from_rest,
-    normal_force,
-    slide,
-    starting,
-    unpacked,
+    motion_at,
+    relative_normal_force,
+    response_from_rest,
+    set_phases,
+    start_segment,
+    unpack_scene,
 )
-from drysim.core.march import PRESSED_FREE, STUCK, begin_bounded_stretch, heading
+from drysim.core.march import LIFTED_OFF, STUCK, begin_stops_segment, slip_direction
 from drysim.core.modes import (
-    CHATTERS,
+    ARRIVAL,
+    CHATTERING,
     FREE,
-    MEET,
-    begin_stretch,
+    begin_segment,
+    bumper_acts,
     bumper_force,
-    chatter_acceleration,
+    chatter_mean_square,
+    constant_force,
     contact_force,
-    fresh_of,
-    holds,
-    load_within,
-    pressures,
-    pushes,
-    ringing,
-    span_at,
-    spring,
-    stays_within,
-    steady_force,
-    steady_pull,
-    touch_of,
-    wall_of,
-    way_of,
+    decode_beginning,
+    decode_direction,
+    decode_stop_state,
+    effective_plant,
+    is_holding,
+    load_at,
+    load_ramp_at,
+    restoring_force,
+    return_accelerations,
+    rigid_stop_side,
+    safe_until,
+    transient_response,
 )
 from drysim.core.oscillator import (
-    CALM,
-    SHORT,
-    distance,
-    fade,
+    SHORT_SEGMENT,
+    UNDERDAMPED_SHARE,
     flow,
-    longer_series,
-    more_of,
-    rate,
-    series,
-    speed,
-    tail_of,
-    wave,
+    free_response,
+    higher_series_factors,
+    long_velocity_series,
+    series_acceleration,
+    series_distance,
+    series_factors,
+    series_velocity,
+    sine_response,
+    velocity_series,
 )
-from drysim.core.roots import BISECTIONS, NEVER, RESOLUTION, leave_slip, next_stop
+from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, next_stop, slip_exit_time
 
 # Gauss and Legendre's rules on a panel of length 1: to import them takes longer.
 
@@ -123,27 +123,27 @@ TWELVE_WEIGHTS = (
 
 
 @compiled
-def state_within(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
+def segment_state(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
     """Give x_r and v_r at time s of a stretch that starts at time t with this state."""
     if d == 0:
         return x_r, 0.0
-    anchor(waves, plant, law, t, d)
+    set_phases(waves, plant, law, t, d)
     c = plant.b / plant.m
     w = plant.k_x / plant.m
-    return slide(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]
+    return motion_at(c, w, waves, x_r, v_r, -u_0 - d * law.F_fk / plant.m, -slope, s)[:2]
 
 
 @compiled
 def state_at(plant, law, waves, t, kind, x_r, v_first, at):
     """Give x_r and v_r at a time [s] by events; the first is the start at `v_first` [m/s]."""
-    i = latest(t, at)
+    i = last_event_index(t, at)
     v_r = v_first if i == 0 else 0.0
-    d = direction(kind[i])
-    return state_within(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, at - t[i])
+    d = direction_after(kind[i])
+    return segment_state(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, at - t[i])
 
 
 @inlined
-def latest(t, at):
+def last_event_index(t, at):
     """Give the number of the last event that is not after a time [s]; the first is not."""
     low, high = 0, len(t)
     while high - low > 1:
@@ -158,27 +158,27 @@ def latest(t, at):
 # States on a grid under sines: sums of columns of a table.
 
 
-ROWS = 128
+TABLE_ROWS = 128
 """Numbers of steps in the table: a few kilobytes for one wave, made once for a whole grid."""
 
-FLOW = 3
+FLOW_COLUMNS = 3
 """Columns of the free motion: y, y_d and Y of `flow`."""
 
-ANGLES = 3
+ANGLE_COLUMN = 3
 """First of the columns of a wave's angle."""
 
-WAVE = 5
-"""Columns of a wave: R, P and P_d of `wave`, or where the response to it is steady
+RESPONSE_COLUMNS = 5
+"""Columns of a wave: R, P and P_d of `sine_response`, or where the response to it is steady
 sin(omega s)/omega, cos(omega s) and the slope of that; and sine and cosine of its angle."""
 
 
-def room(size: int) -> int:
+def table_size(size: int) -> int:
     """Give the length of the table for so many waves."""
-    return ROWS * (FLOW + WAVE * size)
+    return TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * size)
 
 
 @compiled
-def sample_leaps(scene, t, kind, x_r, first, dt, table, out, d_out):
+def sample_coulomb_grid(scene, t, kind, x_r, first, dt, table, out, d_out):
     """Write a solution under waves on the grid n·dt, from point `first` on.
 
     Parameters
@@ -191,30 +191,30 @@ def sample_leaps(scene, t, kind, x_r, first, dt, table, out, d_out):
         Number of the first point.
     dt : float
         Distance of the grid points [s].
-    table : array, shape (`room`,)
+    table : array, shape (`table_size`,)
         Room for what the oscillator and the waves do in whole numbers of steps.
     out, d_out : array, shape (2, n) and (n,)
         Written: x_r and v_r, and the direction of sliding.
 
     Notes
     -----
-    The sums begin anew at the first of every `ROWS` points behind an event: always the same
+    The sums begin anew at the first of every `TABLE_ROWS` points behind an event: always the same
     ones, so that blocks change no number.
     """
-    plant, law, waves = unpacked(scene)
+    plant, law, waves = unpack_scene(scene)
     x_out, v_out = out[0], out[1]
     last = first + len(d_out)
     filled = 0
-    event = latest(t, first * dt)
+    event = last_event_index(t, first * dt)
     n = first
-    anchor(waves, plant, law, t[0], 0)
+    set_phases(waves, plant, law, t[0], 0)
     while n < last:
         while event + 1 < len(t) and t[event + 1] <= n * dt:
             event += 1
-        d = direction(kind[event])
+        d = direction_after(kind[event])
         until = last
         if event + 1 < len(t):
-            until = min(until, point_before(t[event + 1], dt) + 1)
+            until = min(until, grid_index_before(t[event + 1], dt) + 1)
         if d == 0:
             for k in range(n - first, until - first):
                 x_out[k] = x_r[event]
@@ -222,13 +222,13 @@ def sample_leaps(scene, t, kind, x_r, first, dt, table, out, d_out):
                 d_out[k] = 0
             n = until
             continue
-        begin = point_before(t[event], dt) + 1
+        begin = grid_index_before(t[event], dt) + 1
         v_r = scene[V_R] if event == 0 else 0.0
         while n < until:
-            start = n - (n - begin) % ROWS
-            end = min(until, start + ROWS)
-            filled = fill(plant, waves, dt, table, filled, end - start)
-            sample_stretch(
+            start = n - (n - begin) % TABLE_ROWS
+            end = min(until, start + TABLE_ROWS)
+            filled = fill_table(plant, waves, dt, table, filled, end - start)
+            sample_slip(
                 plant, law, waves, table, t[event], x_r[event], v_r, d, start, n, end, first,
                 dt, x_out, v_out, d_out,
             )  # fmt: skip
@@ -236,25 +236,25 @@ def sample_leaps(scene, t, kind, x_r, first, dt, table, out, d_out):
 
 
 @inlined
-def sample_stretch(
+def sample_slip(
     plant, law, waves, table, t, x_r, v_r, d, start, n, end, first, dt, x_out, v_out, d_out
 ):
     """Write a slip from point n to the one before `end`, its mode included."""
     g, at = -d * law.F_fk / plant.m, n - first
-    write_stretch(
+    write_segment(
         plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
     )
-    if set_mode(d, at, end - n, v_out, d_out):
+    if write_direction(d, at, end - n, v_out, d_out):
         return
     for k in range(at, end - first):
         if v_out[k] * d <= 0.0:
             # Rounding has the last word where the velocity is next to nothing.
             s = (first + k) * dt - t
-            x_out[k], v_out[k] = state_within(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
+            x_out[k], v_out[k] = segment_state(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
 
 
 @inlined
-def set_mode(d, at, rows, v_out, d_out):
+def write_direction(d, at, rows, v_out, d_out):
     """Write the direction of sliding; tells whether every velocity has it."""
     if at < 0:
         # Never so; but the compiler is told that no index counts from the end.
@@ -268,8 +268,8 @@ def set_mode(d, at, rows, v_out, d_out):
 
 
 @compiled
-def sample_contact(
-    plant, law, waves, trail, first, dt, bare, sprung, x_out, v_out, F_out, d_out
+def sample_elastic_grid(
+    plant, law, waves, segments, first, dt, bare, sprung, x_out, v_out, F_out, d_out
 ):
     """Write a solution under waves on the grid n·dt, from point `first` on.
 
@@ -278,50 +278,66 @@ def sample_contact(
     trail : Trail
         Where each piece begins; the first one is before the first point.
     first, dt
-        As in `sample_leaps`.
-    bare, sprung : array, shape (`room`,)
+        As in `sample_coulomb_grid`.
+    bare, sprung : array, shape (`table_size`,)
         Room for the tables of the oscillator without and with the spring of the contact.
     x_out, v_out, F_out, d_out : array, shape (n,)
         Written: x_r, v_r, the contact force [N] and the direction of motion.
     """
     last = first + len(x_out)
     n, filled, filled_sprung = first, 0, 0
-    for i in range(len(trail.s)):
+    for i in range(len(segments.s)):
         until = last
-        if i + 1 < len(trail.s):
-            until = min(last, point_before(trail.s[i + 1], dt) + 1)
-        t, mode, x_0 = trail.s[i], trail.d[i], trail.z[i]
+        if i + 1 < len(segments.s):
+            until = min(last, grid_index_before(segments.s[i + 1], dt) + 1)
+        t, mode, x_0 = segments.s[i], segments.d[i], segments.z[i]
         d = mode if abs(mode) == 1 else 0
-        effective = spring(plant, law, mode)
-        g = -steady_force(law, mode, x_0) / plant.m
-        begin = point_before(t, dt) + 1 if until > n else n
+        effective = effective_plant(plant, law, mode)
+        g = -constant_force(law, mode, x_0) / plant.m
+        begin = grid_index_before(t, dt) + 1 if until > n else n
         while n < until:
-            start = n - (n - begin) % ROWS
-            end = min(until, start + ROWS)
+            start = n - (n - begin) % TABLE_ROWS
+            end = min(until, start + TABLE_ROWS)
             # Which waves have a steady response hangs on the spring.
-            anchor(waves, effective, law, t, d)
-            if holds(mode):
+            set_phases(waves, effective, law, t, d)
+            if is_holding(mode):
                 table = sprung
-                filled_sprung = fill(effective, waves, dt, sprung, filled_sprung, end - start)
+                filled_sprung = fill_table(
+                    effective, waves, dt, sprung, filled_sprung, end - start
+                )
             else:
                 table = bare
-                filled = fill(effective, waves, dt, bare, filled, end - start)
-            write_stretch(
-                effective, law, waves, table, t, trail.x_r[i], trail.v_r[i], d, g, start, n,
-                end, first, dt, x_out, v_out,
-            )  # fmt: skip
+                filled = fill_table(effective, waves, dt, bare, filled, end - start)
+            write_segment(
+                effective,
+                law,
+                waves,
+                table,
+                t,
+                segments.x_r[i],
+                segments.v_r[i],
+                d,
+                g,
+                start,
+                n,
+                end,
+                first,
+                dt,
+                x_out,
+                v_out,
+            )
             for k in range(n, end):
                 at = k - first
                 load = 1.0
                 if d != 0 and law.variation > 0.0:
-                    load = max(normal_force(law, waves, (k - start) * dt)[0], 0.0)
+                    load = max(relative_normal_force(law, waves, (k - start) * dt)[0], 0.0)
                 F_out[at] = contact_force(law, mode, x_out[at], x_0, load)
                 d_out[at] = -1 if v_out[at] < 0.0 else 1
             n = end
 
 
 @inlined
-def write_stretch(
+def write_segment(
     plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
 ):
     """Write a stretch from point n to the one before `end`, by its state at point `start`.
@@ -330,43 +346,43 @@ def write_stretch(
     steady response to the waves fades from there.
     """
     w = plant.k_x / plant.m
-    anchor(waves, plant, law, t, d)
-    x, v = lack(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
-    anchor(waves, plant, law, start * dt, d)
+    set_phases(waves, plant, law, t, d)
+    x, v = transient_state(plant.b / plant.m, w, waves, x_r, v_r, g, start * dt - t)
+    set_phases(waves, plant, law, start * dt, d)
     row, at = n - start, n - first
-    from_sine, from_cosine = wave_parts(waves, 0) if waves.size > 0 else (0.0, 0.0)
+    from_sine, from_cosine = wave_coefficients(waves, 0) if waves.size > 0 else (0.0, 0.0)
     write_motion(table, row, end - n, x, v, g - w * x, from_sine, from_cosine, at, x_out, v_out)
     for i in range(1, waves.size):
-        from_sine, from_cosine = wave_parts(waves, i)
-        add_wave(table, i, row, end - n, from_sine, from_cosine, at, x_out, v_out)
+        from_sine, from_cosine = wave_coefficients(waves, i)
+        add_wave_response(table, i, row, end - n, from_sine, from_cosine, at, x_out, v_out)
 
 
 @inlined
-def wave_parts(waves, i):
+def wave_coefficients(waves, i):
     """Give by how much each column of a wave counts from where it is anchored."""
-    values, wave = waves.values, STRIDE * i
+    values, wave = waves.values, WAVE_COLUMNS * i
     if values[wave + STEADY] > 0.0:
-        return values[wave + V_START], values[wave + X_START]
+        return values[wave + STEADY_V], values[wave + STEADY_X]
     push = -values[wave + A]
     return push * values[wave + COSINE] * values[wave + OMEGA], push * values[wave + SINE]
 
 
 @inlined
-def lack(c, w, waves, x_r, v_r, g, s):
+def transient_state(c, w, waves, x_r, v_r, g, s):
     """Give x_r and v_r at time s of a slip, less the steady response to the waves.
 
-    A wave that has none counts with what it has made from rest. Parameters as in `slide`.
+    A wave that has none counts with what it has made from rest. Parameters as in `motion_at`.
     """
     values = waves.values
-    y, y_d, Y = fade(c, w, s)
+    y, y_d, Y = free_response(c, w, s)
     x, v = 0.0, 0.0
     for i in range(waves.size):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         if values[at + STEADY] > 0.0:
-            x_r -= values[at + X_START]
-            v_r -= values[at + V_START]
+            x_r -= values[at + STEADY_X]
+            v_r -= values[at + STEADY_V]
         else:
-            swing, rate, _, _, _ = from_rest(c, w, values, at, s, y, y_d)
+            swing, rate, _, _, _ = response_from_rest(c, w, values, at, s, y, y_d)
             x += swing
             v += rate
     push = g - w * x_r
@@ -377,16 +393,16 @@ def lack(c, w, waves, x_r, v_r, g, s):
 def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x_out, v_out):
     """Write the motion from a state [m, m/s] under a steady force per mass [m/s²].
 
-    What the first wave adds is in it, by its parts as in `add_wave`: 0 where there is none.
+    What the first wave adds is in it, by its parts as in `add_wave_response`: 0 where there is none.
     """
     if row < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
         return
     # Added up here, not in the loop, or neighbours would not be loaded side by side.
-    second, third = row + ROWS, row + 2 * ROWS
+    second, third = row + TABLE_ROWS, row + 2 * TABLE_ROWS
     # Without a wave there are no columns of it: nothing times any others is nothing.
-    wave = row + FLOW * ROWS if from_sine != 0.0 or from_cosine != 0.0 else row
-    wave_second, wave_third = wave + ROWS, wave + 2 * ROWS
+    wave = row + FLOW_COLUMNS * TABLE_ROWS if from_sine != 0.0 or from_cosine != 0.0 else row
+    wave_second, wave_third = wave + TABLE_ROWS, wave + 2 * TABLE_ROWS
     for k in range(rows):
         y, y_d, Y = table[row + k], table[second + k], table[third + k]
         R, P, P_d = table[wave + k], table[wave_second + k], table[wave_third + k]
@@ -395,13 +411,13 @@ def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x
 
 
 @inlined
-def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
+def add_wave_response(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
     """Add what wave i has done since row 0, or its steady response, of such parts there."""
-    begin = row + ROWS * (FLOW + WAVE * i)
+    begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i)
     if begin < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
         return
-    second, third = begin + ROWS, begin + 2 * ROWS
+    second, third = begin + TABLE_ROWS, begin + 2 * TABLE_ROWS
     for k in range(rows):
         R, P, P_d = table[begin + k], table[second + k], table[third + k]
         x_out[at + k] += from_sine * R + from_cosine * P
@@ -409,7 +425,7 @@ def add_wave(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
 
 
 @compiled
-def fill(plant, waves, dt, table, begin, end):
+def fill_table(plant, waves, dt, table, begin, end):
     """Write the motion from row `begin` to the one before `end`; gives the rows written.
 
     The waves are anchored, wherever that may be: it tells which of them have a steady response.
@@ -417,26 +433,26 @@ def fill(plant, waves, dt, table, begin, end):
     c, w = plant.b / plant.m, plant.k_x / plant.m
     for k in range(begin, end):
         s = k * dt
-        y, y_d, Y = fade(c, w, s)
+        y, y_d, Y = free_response(c, w, s)
         table[k] = y
-        table[ROWS + k] = y_d
-        table[2 * ROWS + k] = Y
+        table[TABLE_ROWS + k] = y_d
+        table[2 * TABLE_ROWS + k] = Y
         for i in range(waves.size):
-            at = ROWS * (FLOW + WAVE * i) + k
-            omega = waves.values[STRIDE * i + OMEGA]
-            if waves.values[STRIDE * i + STEADY] > 0.0:
+            at = TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i) + k
+            omega = waves.values[WAVE_COLUMNS * i + OMEGA]
+            if waves.values[WAVE_COLUMNS * i + STEADY] > 0.0:
                 R, P = math.sin(omega * s) / omega if omega > 0.0 else s, math.cos(omega * s)
                 P_d = -omega * omega * R
             else:
-                R, P, P_d, _, _ = wave(c, w, omega, s, y, y_d)
+                R, P, P_d, _, _ = sine_response(c, w, omega, s, y, y_d)
             table[at] = R
-            table[at + ROWS] = P
-            table[at + 2 * ROWS] = P_d
+            table[at + TABLE_ROWS] = P
+            table[at + 2 * TABLE_ROWS] = P_d
     return max(begin, end)
 
 
 @inlined
-def point_before(t, dt):
+def grid_index_before(t, dt):
     """Give the number of the last grid point before time t [s]; -1 for none."""
     n = int(t / dt)
     while n * dt >= t:
@@ -447,28 +463,31 @@ def point_before(t, dt):
 
 
 @compiled
-def sample_base(waves, first, dt, table, u_out):
+def sample_base_grid(waves, first, dt, table, u_out):
     """Write ü of the base [m/s²] on the grid n·dt, from point `first` on.
 
     Each wave is the sum of its sine and cosine after whole steps, with the parts that it has at
-    the first of every `ROWS` points.
+    the first of every `TABLE_ROWS` points.
     """
     values = waves.values
     last = first + len(u_out)
     for k in range(len(u_out)):
         u_out[k] = 0.0
     for i in range(waves.base):
-        wave, at = STRIDE * i, ROWS * (FLOW + WAVE * i + ANGLES)
+        wave, at = (
+            WAVE_COLUMNS * i,
+            TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i + ANGLE_COLUMN),
+        )
         omega = values[wave + OMEGA]
-        for k in range(ROWS):
+        for k in range(TABLE_ROWS):
             table[at + k] = math.sin(omega * (k * dt))
-            table[at + ROWS + k] = math.cos(omega * (k * dt))
+            table[at + TABLE_ROWS + k] = math.cos(omega * (k * dt))
         f, phase, A_i = values[wave + FREQUENCY], values[wave + PHASE], values[wave + A]
-        start = first - first % ROWS
+        start = first - first % TABLE_ROWS
         while start < last:
             theta = 2.0 * math.pi * ((f * (start * dt)) % 1.0) + phase
-            n, end = max(first, start), min(last, start + ROWS)
-            add_angles(
+            n, end = max(first, start), min(last, start + TABLE_ROWS)
+            add_wave_acceleration(
                 table, i, n - start, end - n, A_i * math.sin(theta), A_i * math.cos(theta),
                 n - first, u_out,
             )  # fmt: skip
@@ -476,13 +495,13 @@ def sample_base(waves, first, dt, table, u_out):
 
 
 @compiled
-def add_angles(table, i, row, rows, sine, cosine, at, u_out):
+def add_wave_acceleration(table, i, row, rows, sine, cosine, at, u_out):
     """Add a wave itself, of which it began with these parts [m/s²]."""
-    begin = row + ROWS * (FLOW + WAVE * i + ANGLES)
+    begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i + ANGLE_COLUMN)
     if begin < 0 or at < 0:
         # Never so; but the compiler is told that no index counts from the end.
         return
-    second = begin + ROWS
+    second = begin + TABLE_ROWS
     for k in range(rows):
         u_out[at + k] += sine * table[second + k] + cosine * table[begin + k]
 
@@ -490,10 +509,10 @@ def add_angles(table, i, row, rows, sine, cosine, at, u_out):
 # Integrals over the stretches of Coulomb friction, in panels.
 
 
-PANEL = 4.0
+PANEL_RADIANS = 4.0
 """Radians (or decays) a panel may hold: 12 nodes integrate exp(±2i·4) to 4e-17."""
 
-FADED = 90.0
+NEGLIGIBLE_DECAYS = 90.0
 """What decays with rate c/2 is below double precision after 90/c."""
 
 
@@ -502,21 +521,21 @@ def panel_length(c, w, waves, s):
     """Give the length of the panel that may start at time s of a stretch [s]."""
     rate = 0.0
     for i in range(waves.size):
-        rate = max(rate, waves.values[STRIDE * i + OMEGA])
-    rate = max(rate, own_rate(c, w, s))
-    return PANEL / rate if rate > 0.0 else math.inf
+        rate = max(rate, waves.values[WAVE_COLUMNS * i + OMEGA])
+    rate = max(rate, fastest_rate(c, w, s))
+    return PANEL_RADIANS / rate if rate > 0.0 else math.inf
 
 
 @compiled
-def own_rate(c, w, s):
+def fastest_rate(c, w, s):
     """Give the fastest rate of the oscillator that is still alive at time s of a stretch."""
-    if c * s < FADED:
+    if c * s < NEGLIGIBLE_DECAYS:
         return c + math.sqrt(w)
     return w / (0.5 * c + math.sqrt(0.25 * c * c - w)) if 0.25 * c * c > w else 0.0
 
 
 @compiled
-def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
+def integrate_coulomb_events(plant, law, waves, t, kind, x_r, v_first, begin, end):
     """Integrate a solution under waves from `begin` to `end` [s].
 
     It is given by its events as in `state_at`. Returns x2, v2, x_dd2, power, rub and stuck, as
@@ -527,18 +546,22 @@ def integrate_leaps(plant, law, waves, t, kind, x_r, v_first, begin, end):
         until = min(t[i + 1], end) if i + 1 < len(t) else end
         if until <= begin or until <= t[i]:
             continue
-        d = direction(kind[i])
+        d = direction_after(kind[i])
         v_r = v_first if i == 0 else 0.0
         lo = max(begin - t[i], 0.0)
-        part = integrate(plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i])
-        sums = plus(sums, part)
+        part = integrate_segment(
+            plant, law, waves, 0.0, 0.0, t[i], x_r[i], v_r, d, lo, until - t[i]
+        )
+        sums = add_sums(sums, part)
         if d == 0:
             stuck += until - t[i] - lo
     return *sums, stuck
 
 
 @compiled
-def integrate_steps(plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log, begin, end):
+def integrate_coulomb_steps(
+    plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log, begin, end
+):
     """Integrate the named steps of a march; each may hold events or an end of the window.
 
     Parameters
@@ -578,28 +601,34 @@ def integrate_steps(plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log,
             lo = max(begin - t - start, 0.0)
             hi = min(end - t, stop) - start
             if hi > lo:
-                part = integrate(
+                part = integrate_segment(
                     plant, law, waves, u_dd[n] + slope * start, slope, t + start,
                     x, v, mode, lo, hi,
                 )  # fmt: skip
-                sums = plus(sums, part)
+                sums = add_sums(sums, part)
                 if mode == 0:
                     stuck += hi - lo
             if going:
-                start, x, v, mode = stop, log.x_r[event], 0.0, direction(log.kind[event])
+                start, x, v, mode = stop, log.x_r[event], 0.0, direction_after(log.kind[event])
                 event += 1
     return *sums, stuck
 
 
 @inlined
-def plus(sums, more):
+def add_sums(sums, more):
     """Give the sums of x2, v2, x_dd2, power and rub of two stretches."""
-    x2, v2, x_dd2, power, rub = sums
-    return x2 + more[0], v2 + more[1], x_dd2 + more[2], power + more[3], rub + more[4]
+    x2, v2, x_dd2, power, sliding_distance = sums
+    return (
+        x2 + more[0],
+        v2 + more[1],
+        x_dd2 + more[2],
+        power + more[3],
+        sliding_distance + more[4],
+    )
 
 
 @compiled
-def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
+def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     """Integrate one stretch.
 
     Parameters
@@ -620,12 +649,19 @@ def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     c = b / m
     w = k_x / m
     f = d * law.F_fk / m
-    if d != 0 and lo == 0.0 and waves.size == 0 and (c + math.sqrt(w)) * hi <= FADED:
+    if (
+        d != 0
+        and lo == 0.0
+        and waves.size == 0
+        and (c + math.sqrt(w)) * hi <= NEGLIGIBLE_DECAYS
+    ):
         # Without waves a panel by series takes half the time, until what decays is gone.
-        tail = tail_of(c, w)
-        return slid(c, w, f, tail, more_of(tail, c, w), u_0, slope, x_r, v_r, d, hi)
-    anchor(waves, plant, law, t, d)
-    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
+        factors = series_factors(c, w)
+        return integrate_slip_series(
+            c, w, f, factors, higher_series_factors(factors, c, w), u_0, slope, x_r, v_r, d, hi
+        )
+    set_phases(waves, plant, law, t, d)
+    x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
     s = lo
     while s < hi:
         own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck oscillator has no rate of its own
@@ -637,25 +673,25 @@ def integrate(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
             if d == 0:
                 x_dd2 += weight * u_dd * u_dd
                 continue
-            load = normal_force(law, waves, at)[0]
-            x, v, _, _ = slide(c, w, waves, x_r, v_r, -u_0 - f, -slope, at)
+            load = relative_normal_force(law, waves, at)[0]
+            x, v, _, _ = motion_at(c, w, waves, x_r, v_r, -u_0 - f, -slope, at)
             x_dd = -(w * x + c * v + f * load)
             x2 += weight * x * x
             v2 += weight * v * v
             x_dd2 += weight * x_dd * x_dd
             power += weight * u_dd * v
-            rub += weight * load * abs(v)
+            sliding_distance += weight * load * abs(v)
         s = s + length if length < hi - s else hi
     if d == 0:
         x2 = x_r * x_r * (hi - lo)
-    return x2, v2, x_dd2, power, rub
+    return x2, v2, x_dd2, power, sliding_distance
 
 
 # Integrals of sliding without waves: the velocity as a series, and whole steps at once.
 
 
 @inlined
-def stretch(steps, u_0, slope, x_r, v_r, d, h):
+def integrate_linear_segment(steps, u_0, slope, x_r, v_r, d, h):
     """Give x2, v2, x_dd2, power and rub of one stretch between events, as in `Totals`."""
     if d == 0:
         u_1 = u_0 + slope * h
@@ -663,44 +699,50 @@ def stretch(steps, u_0, slope, x_r, v_r, d, h):
         return x_r * x_r * h, 0.0, u2, 0.0, 0.0
     c, w, f = steps.c, steps.w, d * steps.f
     if not steps.brief:
-        return slid(c, w, f, steps.tail, steps.more, u_0, slope, x_r, v_r, d, h)
+        return integrate_slip_series(
+            c, w, f, steps.factors, steps.more, u_0, slope, x_r, v_r, d, h
+        )
     a = -(u_0 + c * v_r + w * x_r + f)
-    q = series(steps.tail, v_r, a, -slope - c * a - w * v_r)
-    # Four exhaust double precision where `series` serves: the error is below (2·0.1)⁸/10⁹.
-    sums = summed(q, FOUR_NODES, FOUR_WEIGHTS, c, w, f, u_0, slope, x_r, h)
-    return *sums, d * distance(q, h)
+    q = velocity_series(steps.factors, v_r, a, -slope - c * a - w * v_r)
+    # Four exhaust double precision where `velocity_series` serves: the error is below (2·0.1)⁸/10⁹.
+    sums = gauss_sums(q, FOUR_NODES, FOUR_WEIGHTS, c, w, f, u_0, slope, x_r, h)
+    return *sums, d * series_distance(q, h)
 
 
 @compiled
-def slid(c, w, f, tail, more, u_0, slope, x_r, v_r, d, h):
-    """Give what `stretch` gives of sliding for any length, in panels that a series serves.
+def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
+    """Give what `integrate_linear_segment` gives of sliding for any length, in panels that a series serves.
 
     `f` is the friction force per mass, with its sign [m/s²].
     """
     radians = c + math.sqrt(w)
-    longest = SHORT / radians if radians > 0.0 else math.inf
+    longest = SHORT_SEGMENT / radians if radians > 0.0 else math.inf
     a = -(u_0 + c * v_r + w * x_r + f)
     x2, v2, x_dd2, power, x, s = 0.0, 0.0, 0.0, 0.0, x_r, 0.0
     while s < h:
         length = min(longest, h - s)
-        q = longer_series(tail, more, v_r, a, -slope - c * a - w * v_r)
+        q = long_velocity_series(factors, more, v_r, a, -slope - c * a - w * v_r)
         u = u_0 + slope * s
-        # Six do where `longer_series` serves: (2·0.5)¹²/10¹⁵.
-        sums = summed(q, SIX_NODES, SIX_WEIGHTS, c, w, f, u, slope, x, length)
+        # Six do where `long_velocity_series` serves: (2·0.5)¹²/10¹⁵.
+        sums = gauss_sums(q, SIX_NODES, SIX_WEIGHTS, c, w, f, u, slope, x, length)
         x2, v2 = x2 + sums[0], v2 + sums[1]
         x_dd2, power = x_dd2 + sums[2], power + sums[3]
-        x, v_r, a = x + distance(q, length), speed(q, length), rate(q, length)
+        x, v_r, a = (
+            x + series_distance(q, length),
+            series_velocity(q, length),
+            series_acceleration(q, length),
+        )
         s += length
     return x2, v2, x_dd2, power, d * (x - x_r)
 
 
 @inlined
-def summed(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
+def gauss_sums(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
     """Give x2, v2, x_dd2 and power of a motion whose velocity is a series."""
     x2, v2, x_dd2, power = 0.0, 0.0, 0.0, 0.0
     for i in range(len(nodes)):
         s = h * nodes[i]
-        x, v = x_r + distance(q, s), speed(q, s)
+        x, v = x_r + series_distance(q, s), series_velocity(q, s)
         x_dd = w * x + c * v + f
         x2 += weights[i] * x * x
         v2 += weights[i] * v * v
@@ -709,14 +751,14 @@ def summed(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
     return h * x2, h * v2, h * x_dd2, h * power
 
 
-PAIRS = (
+PRODUCT_PAIRS = (
     (0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3), (1, 4),
     (1, 5), (3, 4), (3, 5), (4, 4), (4, 5), (5, 5), (2, 4),
 )  # fmt: skip
-"""Two of the `step_rows` of every product that a form asks for."""
+"""Two of the `step_variables` of every product that a form asks for."""
 
 
-def step_rows(c, w, f, x_r, v_r, u_0, u_1):
+def step_variables(c, w, f, x_r, v_r, u_0, u_1):
     """Give what a step of sliding is made of, such that no integral is a small difference.
 
     Parameters
@@ -753,8 +795,8 @@ def step_rows(c, w, f, x_r, v_r, u_0, u_1):
     return rows
 
 
-def step_forms(c, w, dt):
-    """Give the forms that integrate a whole step of sliding, in its `step_rows`.
+def step_quadratic_forms(c, w, dt):
+    """Give the forms that integrate a whole step of sliding, in its `step_variables`.
 
     Parameters
     ----------
@@ -771,8 +813,8 @@ def step_forms(c, w, dt):
     squares = np.zeros((4, 6, 6))
     begin = 0.0
     while begin < dt:
-        rate = own_rate(c, w, begin)
-        length = min(PANEL / rate, dt - begin) if rate > 0.0 else dt - begin
+        rate = fastest_rate(c, w, begin)
+        length = min(PANEL_RADIANS / rate, dt - begin) if rate > 0.0 else dt - begin
         for node, weight in zip(TWELVE_NODES, TWELVE_WEIGHTS, strict=True):
             s = begin + length * node
             y, y_d, Y, YY = flow(c, w, s)
@@ -789,15 +831,15 @@ def step_forms(c, w, dt):
     return squares, np.array([0.0, y, -Y, -YY / dt, 0.0, 0.0])
 
 
-def integrals(forms, products, way):
+def integrals_from_products(forms, products, direction):
     """Give the integrals over steps of sliding from sums over these steps.
 
     Parameters
     ----------
     forms : tuple
-        As `step_forms` gives them.
+        As `step_quadratic_forms` gives them.
     products : sequence of float, or of arrays of one shape
-        Sums of the products of two `step_rows`, in the order of `PAIRS`.
+        Sums of the products of two `step_variables`, in the order of `PRODUCT_PAIRS`.
     way : sequence likewise
         Sums of rows 1 to 3 times the direction of sliding.
 
@@ -811,13 +853,13 @@ def integrals(forms, products, way):
     Term by term: what a column comes to does not depend on the others.
     """
     squares, distance = forms
-    sums = np.zeros((6, *np.shape(way[0])))
-    for (i, j), product in zip(PAIRS, products, strict=True):
+    sums = np.zeros((6, *np.shape(direction[0])))
+    for (i, j), product in zip(PRODUCT_PAIRS, products, strict=True):
         terms = squares[:, i, j] + (squares[:, j, i] if i != j else 0.0)
         for k in np.flatnonzero(terms):
             sums[k] += terms[k] * product
     sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
-    for i, part in enumerate(way, 1):
+    for i, part in enumerate(direction, 1):
         sums[4] += distance[i] * part
     return sums
 
@@ -826,43 +868,45 @@ def integrals(forms, products, way):
 
 
 @inlined
-def base_at(u_dd, dt, trail, i):
+def segment_base(u_dd, dt, segments, i):
     """Give when piece i begins [s], and ü and its rate besides the waves there."""
-    n, s = trail.n[i], trail.s[i]
+    n, s = segments.n[i], segments.s[i]
     slope = (u_dd[n + 1] - u_dd[n]) / dt
     return n * dt + s, u_dd[n] + slope * s, slope
 
 
 @inlined
-def piece_at(trail, dt, i, t):
+def segment_index(segments, dt, i, t):
     """Give the number of the piece that holds time t [s], from number i on."""
-    while i + 1 < len(trail.n) and trail.n[i + 1] * dt + trail.s[i + 1] <= t:
+    while i + 1 < len(segments.n) and segments.n[i + 1] * dt + segments.s[i + 1] <= t:
         i += 1
     return i
 
 
 @inlined
-def within(trail, dt, i, begin, end):
+def segment_window(segments, dt, i, begin, end):
     """Give from when to when piece i is in a window, counted from its beginning [s]."""
-    t = trail.n[i] * dt + trail.s[i]
+    t = segments.n[i] * dt + segments.s[i]
     hi = end - t
-    if i + 1 < len(trail.n):
-        hi = min(hi, trail.n[i + 1] * dt + trail.s[i + 1] - t)
+    if i + 1 < len(segments.n):
+        hi = min(hi, segments.n[i + 1] * dt + segments.s[i + 1] - t)
     return max(begin - t, 0.0), hi
 
 
 # A motion over a spring contact between its steps.
 
 
-SIX_SUFFICE = 0.125
+SIX_NODE_PANELS = 0.125
 """Panels up to which six nodes serve: half a radian, where they err by 2e-16 of a product."""
 
-LONG = 2.0
+LONG_HOLD_PANELS = 2.0
 """Panels from which on a hold is integrated in closed form: more than a swing of its own."""
 
 
 @compiled
-def read_contact(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_out, d_out):
+def evaluate_elastic(
+    plant, law, waves, u_dd, dt, segments, t, x_out, v_out, z_out, F_out, d_out
+):
     """Write the motion at ascending times t [s].
 
     `x_out`, `v_out` and `F_out` are state [m, m/s] and friction force [N], `z_out` is where the
@@ -872,191 +916,206 @@ def read_contact(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_o
     known = -1
     c, w, g, r = 0.0, 0.0, 0.0, 0.0
     for k in range(len(t)):
-        i = piece_at(trail, dt, i, t[k])
+        i = segment_index(segments, dt, i, t[k])
         if known != i:
-            c, w, g, r, _, _ = resume_contact(plant, law, waves, u_dd, dt, trail, i)
+            c, w, g, r, _, _ = resume_elastic(plant, law, waves, u_dd, dt, segments, i)
             known = i
-        s = t[k] - (trail.n[i] * dt + trail.s[i])
-        x, v = trail.x_r[i], trail.v_r[i]
+        s = t[k] - (segments.n[i] * dt + segments.s[i])
+        x, v = segments.x_r[i], segments.v_r[i]
         if s != 0.0:
-            x, v, _, _ = slide(c, w, waves, x, v, g, r, s)
-        load = max(normal_force(law, waves, s)[0], 0.0) if trail.d[i] != FREE else 0.0
+            x, v, _, _ = motion_at(c, w, waves, x, v, g, r, s)
+        load = (
+            max(relative_normal_force(law, waves, s)[0], 0.0) if segments.d[i] != FREE else 0.0
+        )
         x_out[k] = x
         v_out[k] = v
-        F_out[k] = contact_force(law, trail.d[i], x, trail.z[i], load)
+        F_out[k] = contact_force(law, segments.d[i], x, segments.z[i], load)
         z_out[k] = x - F_out[k] / law.k_t
         d_out[k] = -1 if v < 0.0 else 1
 
 
 @compiled
-def resume_contact(plant, law, waves, u_dd, dt, trail, i):
+def resume_elastic(plant, law, waves, u_dd, dt, segments, i):
     """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
-    t, u_0, slope = base_at(u_dd, dt, trail, i)
-    c, w, f = begin_stretch(plant, law, waves, trail.d[i], trail.z[i], t)
+    t, u_0, slope = segment_base(u_dd, dt, segments, i)
+    c, w, f = begin_segment(plant, law, waves, segments.d[i], segments.z[i], t)
     return c, w, -u_0 - f, -slope, u_0, slope
 
 
-def integrate_contact(plant, law, waves, u_dd, dt, trail, begin, end):
+def integrate_elastic(plant, law, waves, u_dd, dt, segments, begin, end):
     """Integrate a motion over a spring contact from `begin` to `end` [s].
 
-    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `rub` is the work that the
+    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `sliding_distance` is the work that the
     contact took over F_fk.
     """
-    n, s = np.asarray(trail.n), np.asarray(trail.s)
+    n, s = np.asarray(segments.n), np.asarray(segments.s)
     lengths = np.append(np.diff(n) * dt + np.diff(s), math.inf)
-    sums = integrate_pieces(plant, law, waves, u_dd, dt, trail, held(lengths), begin, end)
+    sums = integrate_elastic_segments(
+        plant, law, waves, u_dd, dt, segments, as_engine_array(lengths), begin, end
+    )
     return *sums, 0.0
 
 
 @compiled
-def integrate_pieces(plant, law, waves, u_dd, dt, trail, lengths, begin, end):
+def integrate_elastic_segments(plant, law, waves, u_dd, dt, segments, lengths, begin, end):
     """Integrate pieces of some lengths [s] as far as they lie between `begin` and `end` [s].
 
-    Returns as in `integrate_contact`, without the last.
+    Returns as in `integrate_elastic`, without the last.
     """
     sums = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(trail.n)):
-        t = trail.n[i] * dt + trail.s[i]
+    for i in range(len(segments.n)):
+        t = segments.n[i] * dt + segments.s[i]
         s = max(begin - t, 0.0)
         hi = min(end - t, lengths[i])
         if hi <= s:
             continue
-        c, w, g, r, u_0, slope = resume_contact(plant, law, waves, u_dd, dt, trail, i)
-        mode, x_0, x_r, v_r = trail.d[i], trail.z[i], trail.x_r[i], trail.v_r[i]
-        long = hi - s > LONG * panel_length(c, w, waves, s)
-        if long and holds(mode) and u_0 == 0.0 == slope and settles(c, w, waves):
-            part = integrate_hold(law, waves, c, w, g, x_r, v_r, x_0, s, hi)
+        c, w, g, r, u_0, slope = resume_elastic(plant, law, waves, u_dd, dt, segments, i)
+        mode, x_0, x_r, v_r = segments.d[i], segments.z[i], segments.x_r[i], segments.v_r[i]
+        long = hi - s > LONG_HOLD_PANELS * panel_length(c, w, waves, s)
+        if (
+            long
+            and is_holding(mode)
+            and u_0 == 0.0 == slope
+            and is_sum_of_exponentials(c, w, waves)
+        ):
+            part = integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, s, hi)
         else:
-            part = integrate_panels(
+            part = integrate_elastic_panels(
                 plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, s, hi
             )
-        sums = plus(sums, part)
+        sums = add_sums(sums, part)
     return sums
 
 
 @compiled
-def integrate_panels(plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, lo, hi):
-    """Integrate a piece from lo to hi [s] by panels; returns as `integrate_pieces`."""
+def integrate_elastic_panels(
+    plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, lo, hi
+):
+    """Integrate a piece from lo to hi [s] by panels; returns as `integrate_elastic_segments`."""
     scene = plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0
     longest = panel_length(c, w, waves, lo)
-    if hi - lo <= SIX_SUFFICE * longest:
-        return integrate_panel(SIX_NODES, SIX_WEIGHTS, *scene, lo, hi - lo)
+    if hi - lo <= SIX_NODE_PANELS * longest:
+        return integrate_elastic_panel(SIX_NODES, SIX_WEIGHTS, *scene, lo, hi - lo)
     sums, s = (0.0, 0.0, 0.0, 0.0, 0.0), lo
     while s < hi:
         length = min(panel_length(c, w, waves, s), hi - s)
-        part = integrate_panel(TWELVE_NODES, TWELVE_WEIGHTS, *scene, s, length)
-        sums = plus(sums, part)
+        part = integrate_elastic_panel(TWELVE_NODES, TWELVE_WEIGHTS, *scene, s, length)
+        sums = add_sums(sums, part)
         s = s + length if length < hi - s else hi
     return sums
 
 
 @inlined
-def integrate_panel(
+def integrate_elastic_panel(
     nodes, weights, plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, s, length
 ):  # fmt: skip
-    """Integrate one panel that begins at time s [s]; returns as `integrate_pieces`."""
+    """Integrate one panel that begins at time s [s]; returns as `integrate_elastic_segments`."""
     m, k_x, b = plant
-    x2, v2, x_dd2, power, rub = 0.0, 0.0, 0.0, 0.0, 0.0
+    x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(nodes)):
         at = s + length * nodes[k]
         weight = length * weights[k]
-        x, v, _, _ = slide(c, w, waves, x_r, v_r, g, r, at)
-        F = contact_force(law, mode, x, x_0, normal_force(law, waves, at)[0])
+        x, v, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, at)
+        F = contact_force(law, mode, x, x_0, relative_normal_force(law, waves, at)[0])
         x_dd = (k_x * x + b * v + F) / m
         x2 += weight * x * x
         v2 += weight * v * v
         x_dd2 += weight * x_dd * x_dd
         power += weight * base_motion(waves, u_0, slope, at)[0] * v
-        rub += weight * F * v / law.F_fk
-    return x2, v2, x_dd2, power, rub
+        sliding_distance += weight * F * v / law.F_fk
+    return x2, v2, x_dd2, power, sliding_distance
 
 
 @compiled
-def settles(c, w, waves):
+def is_sum_of_exponentials(c, w, waves):
     """Tell whether the motion is one that fades while it swings, and steady responses."""
-    steady = w > 0.0 and w - 0.25 * c * c >= CALM * w
+    steady = w > 0.0 and w - 0.25 * c * c >= UNDERDAMPED_SHARE * w
     for i in range(waves.base):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         steady = steady and (waves.values[at + STEADY] > 0.0 or waves.values[at + A] == 0.0)
     return steady
 
 
 @compiled
-def integrate_hold(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
-    """Integrate a hold that `settles` from lo to hi [s]: sums of exponentials.
+def integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
+    """Integrate a hold that `is_sum_of_exponentials` from lo to hi [s]: sums of exponentials.
 
     Not for short ones: there the parts of the motion all but cancel, and so would the sums.
-    Returns as `integrate_pieces`.
+    Returns as `integrate_elastic_segments`.
     """
     middle = g / w  # where the mass would rest without waves
-    lag, rate = x_r - middle, v_r
+    x_transient, rate = x_r - middle, v_r
     for i in range(waves.base):
-        at = STRIDE * i
+        at = WAVE_COLUMNS * i
         if waves.values[at + A] != 0.0:
-            lag -= waves.values[at + X_START]
-            rate -= waves.values[at + V_START]
+            x_transient -= waves.values[at + STEADY_X]
+            rate -= waves.values[at + STEADY_V]
     length = hi - lo
     x2, v2, x_dd2, power = middle * middle * length, 0.0, 0.0, 0.0
     for i in range(waves.base + 1):
-        root, x, u_dd = part(c, w, waves, lag, rate, i, lo)
+        root, x, u_dd = exponential_term(c, w, waves, x_transient, rate, i, lo)
         turn = cmath.exp(root * length)
         v, x_dd = root * x, -(w + c * root) * x
-        x2 += 2.0 * middle * (x * over(root, turn, length)).real
+        x2 += 2.0 * middle * (x * integral_of_exponential(root, turn, length)).real
         for k in range(i + 1):
             twice, other, x_k, u_k, turn_k = 1.0, root, x, u_dd, turn
             if k < i:
-                other, x_k, u_k = part(c, w, waves, lag, rate, k, lo)
+                other, x_k, u_k = exponential_term(c, w, waves, x_transient, rate, k, lo)
                 twice, turn_k = 2.0, cmath.exp(other * length)
             v_k, x_dd_k = other * x_k, -(w + c * other) * x_k
-            both = 0.5 * over(root + other, turn * turn_k, length)
-            against = 0.5 * over(root + other.conjugate(), turn * turn_k.conjugate(), length)
+            both = 0.5 * integral_of_exponential(root + other, turn * turn_k, length)
+            against = 0.5 * integral_of_exponential(
+                root + other.conjugate(), turn * turn_k.conjugate(), length
+            )
             x2 += twice * (x * x_k * both + x * x_k.conjugate() * against).real
             v2 += twice * (v * v_k * both + v * v_k.conjugate() * against).real
             x_dd2 += twice * (x_dd * x_dd_k * both + x_dd * x_dd_k.conjugate() * against).real
             power += (u_dd * (v_k * both + v_k.conjugate() * against)).real
             if k < i:
                 power += (v * (u_k * both + u_k.conjugate() * against)).real
-    x_lo = slide(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
-    x_hi = slide(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
+    x_lo = motion_at(c, w, waves, x_r, v_r, g, 0.0, lo)[0]
+    x_hi = motion_at(c, w, waves, x_r, v_r, g, 0.0, hi)[0]
     work = law.k_t * (x_hi - x_lo) * (0.5 * (x_lo + x_hi) - x_0)
     return x2, v2, x_dd2, power, work / law.F_fk
 
 
 @inlined
-def part(c, w, waves, lag, rate, i, s):
+def exponential_term(c, w, waves, x_transient, rate, i, s):
     """Give one part of the motion at time s: the waves in turn, then what fades.
 
-    At first x_r and v_r lacked `lag` and `rate` of the steady response [m, m/s]. Returns root,
+    At first x_r and v_r lacked `x_transient` and `series_acceleration` of the steady response [m, m/s]. Returns root,
     x and u_dd: the part of x_r is the real part of x exp(root·time), that of ü likewise.
     """
     if i == waves.base:
         omega_d = math.sqrt(w - 0.25 * c * c)
         root = complex(-0.5 * c, omega_d)
-        x = complex(lag, -(rate + 0.5 * c * lag) / omega_d) * cmath.exp(root * s)
+        x = complex(x_transient, -(rate + 0.5 * c * x_transient) / omega_d) * cmath.exp(
+            root * s
+        )
         return root, x, complex(0.0, 0.0)
-    at = STRIDE * i
+    at = WAVE_COLUMNS * i
     omega = waves.values[at + OMEGA]
     angle = omega * s + waves.values[at + THETA]
     turn = complex(math.cos(angle), math.sin(angle))
     u_dd = complex(0.0, -waves.values[at + A]) * turn
     x = complex(0.0, 0.0)
     if waves.values[at + A] != 0.0:
-        x = complex(waves.values[at + ACROSS], -waves.values[at + ALONG]) * turn
+        x = complex(waves.values[at + QUADRATURE], -waves.values[at + IN_PHASE]) * turn
     return complex(0.0, omega), x, u_dd
 
 
-TERMS = 16
-"""Terms that exhaust double precision where z·length is below `SHORT`."""
+EXPONENTIAL_TERMS = 16
+"""Terms that exhaust double precision where z·length is below `SHORT_SEGMENT`."""
 
 
 @inlined
-def over(z, turned, length):
-    """Give the integral of exp(z s) from 0 to a length, where it is `turned` at the end."""
+def integral_of_exponential(z, end_value, length):
+    """Give the integral of exp(z s) from 0 to a length, where it is `end_value` at the end."""
     q = z * length
-    if abs(q) > SHORT:
-        return (turned - 1.0) / z
+    if abs(q) > SHORT_SEGMENT:
+        return (end_value - 1.0) / z
     total = complex(0.0, 0.0)
-    for n in range(TERMS, 0, -1):
+    for n in range(EXPONENTIAL_TERMS, 0, -1):
         total = (1.0 + total) * q / (n + 1)
     return length * (1.0 + total)
 
@@ -1065,8 +1124,10 @@ def over(z, turned, length):
 
 
 @compiled
-def read_bounded(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, stop_out, F_out, d_out):
-    """Write the motion at ascending times t [s], as `read_contact` does.
+def evaluate_stops(
+    plant, law, waves, u_dd, dt, segments, t, x_out, v_out, stop_out, F_out, d_out
+):
+    """Write the motion at ascending times t [s], as `evaluate_elastic` does.
 
     `stop_out` is the force of a stop [N], and `d_out` the direction of sliding, 0 where stuck.
     """
@@ -1074,46 +1135,46 @@ def read_bounded(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, stop_out, 
     known = -1
     c, w, g, r, u_0, slope = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(t)):
-        i = piece_at(trail, dt, i, t[k])
+        i = segment_index(segments, dt, i, t[k])
         if known != i:
-            c, w, g, r, u_0, slope = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
+            c, w, g, r, u_0, slope = resume_stops(plant, law, waves, u_dd, dt, segments, i)
             known = i
-        s = t[k] - (trail.n[i] * dt + trail.s[i])
-        z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
-        if way_of(mode) == 0:
+        s = t[k] - (segments.n[i] * dt + segments.s[i])
+        z, xi, v, mode = segments.z[i], segments.x_r[i], segments.v_r[i], segments.d[i]
+        if decode_direction(mode) == 0:
             v = 0.0
         elif s != 0.0:
-            xi, v, _, _ = slide(c, w, waves, xi, v, g, r, s)
+            xi, v, _, _ = motion_at(c, w, waves, xi, v, g, r, s)
         u = base_motion(waves, u_0, slope, s)[0]
-        load = normal_force(law, waves, s)[0]
+        load = relative_normal_force(law, waves, s)[0]
         x_out[k] = z + xi
         v_out[k] = v
-        F_out[k], stop_out[k] = forces(plant, law, mode, z, xi, v, u, load)
-        d_out[k] = way_of(mode)
+        F_out[k], stop_out[k] = friction_and_stop_forces(plant, law, mode, z, xi, v, u, load)
+        d_out[k] = decode_direction(mode)
 
 
 @compiled
-def integrate_bounded(plant, law, waves, u_dd, dt, trail, begin, end):
+def integrate_stops(plant, law, waves, u_dd, dt, segments, begin, end):
     """Integrate a motion between end stops from `begin` to `end` [s].
 
     Returns x2, v2, x_dd2, power, rub, stuck and hits, as in `Totals`; `hits` without what rigid
     stops take, which is at instants.
     """
     m, k_x, b = plant
-    x2, v2, x_dd2, power, rub, stuck, hits = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(trail.n)):
-        s, hi = within(trail, dt, i, begin, end)
-        if hi <= s or trail.d[i] == MEET:
+    x2, v2, x_dd2, power, sliding_distance, stuck, hits = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(segments.n)):
+        s, hi = segment_window(segments, dt, i, begin, end)
+        if hi <= s or segments.d[i] == ARRIVAL:
             continue
-        c, w, g, r, u_0, slope = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
-        z, xi, v, mode = trail.z[i], trail.x_r[i], trail.v_r[i], trail.d[i]
-        d = way_of(mode)
-        if fresh_of(mode) == CHATTERS:
-            load = normal_force(law, waves, 0.0)[0]
+        c, w, g, r, u_0, slope = resume_stops(plant, law, waves, u_dd, dt, segments, i)
+        z, xi, v, mode = segments.z[i], segments.x_r[i], segments.v_r[i], segments.d[i]
+        d = decode_direction(mode)
+        if decode_beginning(mode) == CHATTERING:
+            load = relative_normal_force(law, waves, 0.0)[0]
             F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + k_x * z
-            p, q = pressures(plant, law, 1 if z > 0.0 else -1, F_L, load)
+            p, q = return_accelerations(plant, law, 1 if z > 0.0 else -1, F_L, load)
             x2 += z * z * (hi - s)
-            x_dd2 += chatter_acceleration(plant, law, p, q, z, load) * (hi - s)
+            x_dd2 += chatter_mean_square(plant, law, p, q, z, load) * (hi - s)
             continue
         if d == 0:
             stuck += hi - s
@@ -1128,146 +1189,152 @@ def integrate_bounded(plant, law, waves, u_dd, dt, trail, begin, end):
                 if d == 0:
                     x_dd2 += weight * u * u
                     continue
-                xi, v, _, _ = slide(c, w, waves, trail.x_r[i], trail.v_r[i], g, r, at)
-                load = normal_force(law, waves, at)[0]
-                F_f, F = forces(plant, law, mode, z, xi, v, u, load)
+                xi, v, _, _ = motion_at(c, w, waves, segments.x_r[i], segments.v_r[i], g, r, at)
+                load = relative_normal_force(law, waves, at)[0]
+                F_f, F = friction_and_stop_forces(plant, law, mode, z, xi, v, u, load)
                 x = z + xi
                 x_dd = (k_x * x + b * v + F_f + F) / m
                 x2 += weight * x * x
                 v2 += weight * v * v
                 x_dd2 += weight * x_dd * x_dd
                 power += weight * u * v
-                rub += weight * load * abs(v)
+                sliding_distance += weight * load * abs(v)
                 hits += weight * F * v
             s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, rub, stuck, hits
+    return x2, v2, x_dd2, power, sliding_distance, stuck, hits
 
 
 @compiled
-def resume_bounded(plant, law, waves, u_dd, dt, trail, i):
+def resume_stops(plant, law, waves, u_dd, dt, segments, i):
     """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
-    t, u_0, slope = base_at(u_dd, dt, trail, i)
-    c, w, g = begin_bounded_stretch(plant, law, waves, trail.d[i], trail.z[i], u_0, t)
+    t, u_0, slope = segment_base(u_dd, dt, segments, i)
+    c, w, g = begin_stops_segment(plant, law, waves, segments.d[i], segments.z[i], u_0, t)
     return c, w, g, -slope, u_0, slope
 
 
 @compiled
-def forces(plant, law, mode, z, xi, v_r, u_dd, load):
+def friction_and_stop_forces(plant, law, mode, z, xi, v_r, u_dd, load):
     """Give friction force and force of a stop [N]; what neither shows is decided so.
 
     At rest against a rigid stop friction bears what it can and the stop the rest.
     """
-    touch, d = touch_of(mode), way_of(mode)
+    touch, d = decode_stop_state(mode), decode_direction(mode)
     if d != 0:
         return d * law.F_fk * load, bumper_force(law, touch, xi, v_r)
-    F_L = plant.m * u_dd + steady_pull(plant, law, touch, z, xi)
-    if wall_of(law, z, xi) != 0:
+    F_L = plant.m * u_dd + restoring_force(plant, law, touch, z, xi)
+    if rigid_stop_side(law, z, xi) != 0:
         hold = law.F_fs * load
         F_f = min(max(-F_L, -hold), hold)
         return F_f, -F_L - F_f
     return -F_L, bumper_force(law, touch, xi, 0.0)
 
 
-FINELY = 40.0
+PEAK_SUBDIVISIONS = 40.0
 """Parts of a panel that a force has one extremum in at most: a tenth of a radian each."""
 
 
 @compiled
-def hardest_push(plant, law, waves, u_dd, dt, trail, begin, end):
+def peak_bumper_force(plant, law, waves, u_dd, dt, segments, begin, end):
     """Give the greatest force of a bumper between `begin` and `end` [N]."""
     greatest = 0.0
-    for i in range(len(trail.n)):
-        s, hi = within(trail, dt, i, begin, end)
-        mode = trail.d[i]
-        if hi < s or mode == MEET or not pushes(law, touch_of(mode)):
+    for i in range(len(segments.n)):
+        s, hi = segment_window(segments, dt, i, begin, end)
+        mode = segments.d[i]
+        if hi < s or mode == ARRIVAL or not bumper_acts(law, decode_stop_state(mode)):
             continue
-        xi, v = trail.x_r[i], trail.v_r[i]
-        if way_of(mode) == 0:
+        xi, v = segments.x_r[i], segments.v_r[i]
+        if decode_direction(mode) == 0:
             greatest = max(greatest, abs(law.k_s * xi))
             continue
-        c, w, g, r, _, _ = resume_bounded(plant, law, waves, u_dd, dt, trail, i)
-        side = 1.0 if touch_of(mode) > 0 else -1.0
-        push, rate = push_at(c, w, waves, law, xi, v, g, r, side, s)
+        c, w, g, r, _, _ = resume_stops(plant, law, waves, u_dd, dt, segments, i)
+        side = 1.0 if decode_stop_state(mode) > 0 else -1.0
+        push, rate = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, s)
         greatest = max(greatest, push)
         while s < hi:
-            length = min(panel_length(c, w, waves, s) / FINELY, hi - s)
+            length = min(panel_length(c, w, waves, s) / PEAK_SUBDIVISIONS, hi - s)
             until = s + length if length < hi - s else hi
-            push, after = push_at(c, w, waves, law, xi, v, g, r, side, until)
+            push, after = bumper_force_and_rate(c, w, waves, law, xi, v, g, r, side, until)
             greatest = max(greatest, push)
             if rate > 0.0 and after < 0.0:
-                push = summit(c, w, waves, law, xi, v, g, r, side, s, until)
+                push = local_force_peak(c, w, waves, law, xi, v, g, r, side, s, until)
                 greatest = max(greatest, push)
             s, rate = until, after
     return greatest
 
 
 @compiled
-def push_at(c, w, waves, law, xi, v_r, g, r, side, s):
+def bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s):
     """Give the force of a bumper [N] and its rate [N/s] at time s of a stretch."""
-    x, v, a, _ = slide(c, w, waves, xi, v_r, g, r, s)
+    x, v, a, _ = motion_at(c, w, waves, xi, v_r, g, r, s)
     return side * (law.k_s * x + law.b_s * v), side * (law.k_s * v + law.b_s * a)
 
 
 @compiled
-def summit(c, w, waves, law, xi, v_r, g, r, side, low, high):
+def local_force_peak(c, w, waves, law, xi, v_r, g, r, side, low, high):
     """Give the greatest force of a bumper between two times at which it rises and falls [N]."""
     s = 0.5 * (low + high)
-    for _ in range(BISECTIONS):
-        rate = push_at(c, w, waves, law, xi, v_r, g, r, side, s)[1]
+    for _ in range(MAX_BISECTIONS):
+        rate = bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s)[1]
         low, high = (s, high) if rate > 0.0 else (low, s)
         if high - low <= RESOLUTION * high:
             break
         s = 0.5 * (low + high)
-    return push_at(c, w, waves, law, xi, v_r, g, r, side, s)[0]
+    return bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s)[0]
 
 
 # A motion under a normal force that varies, between its steps.
 
 
 @compiled
-def read_pressed(plant, law, waves, u_dd, dt, trail, t, x_out, v_out, z_out, F_out, d_out):
-    """Write the motion at ascending times t [s], as `read_bounded` does; z is 0."""
+def evaluate_normal_force(
+    plant, law, waves, u_dd, dt, segments, t, x_out, v_out, z_out, F_out, d_out
+):
+    """Write the motion at ascending times t [s], as `evaluate_stops` does; z is 0."""
     c, w = plant.b / plant.m, plant.k_x / plant.m
     i = 0
     known = -1
-    span, g, r, u_0, slope = span_at(law, 0.0), 0.0, 0.0, 0.0, 0.0
+    span, g, r, u_0, slope = load_ramp_at(law, 0.0), 0.0, 0.0, 0.0, 0.0
     for k in range(len(t)):
-        i = piece_at(trail, dt, i, t[k])
+        i = segment_index(segments, dt, i, t[k])
         if known != i:
-            span, g, r, u_0, slope = resume_pressed(plant, law, waves, u_dd, dt, trail, i)
+            span, g, r, u_0, slope = resume_normal_force(
+                plant, law, waves, u_dd, dt, segments, i
+            )
             known = i
-        s = t[k] - (trail.n[i] * dt + trail.s[i])
-        mode, x, v = trail.d[i], trail.x_r[i], trail.v_r[i]
+        s = t[k] - (segments.n[i] * dt + segments.s[i])
+        mode, x, v = segments.d[i], segments.x_r[i], segments.v_r[i]
         z_out[k] = 0.0
         if mode == STUCK:
             x_out[k], v_out[k], d_out[k] = x, 0.0, 0
             F_out[k] = -limit_force(plant, x, base_motion(waves, u_0, slope, s)[0])
             continue
         if s != 0.0:
-            x, v, _, _ = slide(c, w, waves, x, v, g, r, s)
+            x, v, _, _ = motion_at(c, w, waves, x, v, g, r, s)
         x_out[k], v_out[k] = x, v
-        F_out[k] = law.F_fk * rub_of(law, waves, span, mode, s)
-        d_out[k] = heading(mode)
-        if mode == PRESSED_FREE:
+        F_out[k] = law.F_fk * relative_friction(law, waves, span, mode, s)
+        d_out[k] = slip_direction(mode)
+        if mode == LIFTED_OFF:
             d_out[k] = -1 if v < 0.0 else 1
 
 
 @compiled
-def integrate_pressed(plant, law, waves, u_dd, dt, trail, begin, end):
-    """Integrate such a motion from `begin` to `end` [s]; returns as `integrate_contact`."""
+def integrate_normal_force(plant, law, waves, u_dd, dt, segments, begin, end):
+    """Integrate such a motion from `begin` to `end` [s]; returns as `integrate_elastic`."""
     c, w = plant.b / plant.m, plant.k_x / plant.m
-    x2, v2, x_dd2, power, rub, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(trail.n)):
-        t = trail.n[i] * dt + trail.s[i]
+    x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(segments.n)):
+        t = segments.n[i] * dt + segments.s[i]
         s = max(begin - t, 0.0)
         hi = end - t
-        if i + 1 < len(trail.n):
-            between = trail.s[i + 1] - trail.s[i] + (trail.n[i + 1] - trail.n[i]) * dt
+        if i + 1 < len(segments.n):
+            between = (
+                segments.s[i + 1] - segments.s[i] + (segments.n[i + 1] - segments.n[i]) * dt
+            )
             hi = min(hi, between)
         if hi <= s:
             continue
-        span, g, r, u_0, slope = resume_pressed(plant, law, waves, u_dd, dt, trail, i)
-        mode, x_r, v_r = trail.d[i], trail.x_r[i], trail.v_r[i]
+        span, g, r, u_0, slope = resume_normal_force(plant, law, waves, u_dd, dt, segments, i)
+        mode, x_r, v_r = segments.d[i], segments.x_r[i], segments.v_r[i]
         if mode == STUCK:
             stuck += hi - s
             x2 += x_r * x_r * (hi - s)
@@ -1282,46 +1349,46 @@ def integrate_pressed(plant, law, waves, u_dd, dt, trail, begin, end):
                 if mode == STUCK:
                     x_dd2 += weight * u_now * u_now
                     continue
-                x, v, _, _ = slide(c, w, waves, x_r, v_r, g, r, at)
-                share = rub_of(law, waves, span, mode, at)
+                x, v, _, _ = motion_at(c, w, waves, x_r, v_r, g, r, at)
+                share = relative_friction(law, waves, span, mode, at)
                 x_dd = -(w * x + c * v + law.F_fk / plant.m * share)
                 x2 += weight * x * x
                 v2 += weight * v * v
                 x_dd2 += weight * x_dd * x_dd
                 power += weight * u_now * v
-                rub += weight * share * v
+                sliding_distance += weight * share * v
             s = s + length if length < hi - s else hi
-    return x2, v2, x_dd2, power, rub, stuck
+    return x2, v2, x_dd2, power, sliding_distance, stuck
 
 
 @compiled
-def resume_pressed(plant, law, waves, u_dd, dt, trail, i):
+def resume_normal_force(plant, law, waves, u_dd, dt, segments, i):
     """Set the waves for step i; gives the span of the force, g, r, ü and its rate."""
-    t, u_0, slope = base_at(u_dd, dt, trail, i)
-    d = heading(trail.d[i])
-    anchor(waves, plant, law, t, d)
-    span = span_at(law, t)
+    t, u_0, slope = segment_base(u_dd, dt, segments, i)
+    d = slip_direction(segments.d[i])
+    set_phases(waves, plant, law, t, d)
+    span = load_ramp_at(law, t)
     f = d * law.F_fk / plant.m
     return span, -u_0 - f * span.load, -slope - f * span.rate, u_0, slope
 
 
 @compiled
-def rub_of(law, waves, span, mode, s):
+def relative_friction(law, waves, span, mode, s):
     """Give the friction force of sliding relative to F_fk [-] at time s of a stretch."""
-    if mode == PRESSED_FREE:
+    if mode == LIFTED_OFF:
         return 0.0
-    return heading(mode) * max(load_within(law, waves, span, s)[0], 0.0)
+    return slip_direction(mode) * max(load_at(law, waves, span, s)[0], 0.0)
 
 
 # What follows from the turning points of a solution.
 
 
-NEWTON_CAP = 100
+MAX_NEWTON_STEPS = 100
 """Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
 
 
 @compiled
-def passages(t, x_r, x_begin, x_end, end, x_rM):
+def peak_and_crossings(t, x_r, x_begin, x_end, end, x_rM):
     """Count what x_r does on its way from turn to turn, from 0 to the end of a window.
 
     Parameters
@@ -1393,9 +1460,9 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repea
         if now == side:
             continue
         if side != 0:
-            left += reach(*scene, side * x_rM, t[i], until)
+            left += level_crossing_time(*scene, side * x_rM, t[i], until)
         if now != 0:
-            at = reach(*scene, now * x_rM, t[i], until)
+            at = level_crossing_time(*scene, now * x_rM, t[i], until)
             entered += at
             first = at if times == 0 else first
             times += 1
@@ -1408,12 +1475,12 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repea
 
 
 @compiled
-def reach(plant, law, waves, t, kind, x_r, v_first, level, lo, hi):
+def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi):
     """Give the time at which x_r, monotone from lo to hi, is at a level [m] in between."""
     scene = (plant, law, waves, t, kind, x_r, v_first)
     rising = state_at(*scene, hi)[0] > state_at(*scene, lo)[0]
     at = 0.5 * (lo + hi)
-    for _ in range(NEWTON_CAP):
+    for _ in range(MAX_NEWTON_STEPS):
         x, v = state_at(*scene, at)
         if x == level:
             return at
@@ -1437,13 +1504,15 @@ def reach(plant, law, waves, t, kind, x_r, v_first, level, lo, hi):
 
 
 @compiled
-def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_out):
+def write_turning_points(
+    plant, law, waves, u_dd, dt, segments, lengths, whole, x_rM, at, t_out, x_out
+):
     """Write the beginning of each piece and its turns, until all is told or no room is left.
 
     Parameters
     ----------
     plant, law, waves, u_dd, dt, trail, lengths
-        The solution, as in `integrate_pieces`.
+        The solution, as in `integrate_elastic_segments`.
     whole : array, shape (pieces,)
         Whether every turn of a piece is wanted, as of the last one, or only what tells.
     x_rM : float
@@ -1461,41 +1530,57 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
     """
     i, s, x_r, v_r, far = at
     count = 0
-    while i < len(trail.n) and count + 2 <= len(t_out):
-        mode, t, only = trail.d[i], trail.n[i] * dt + trail.s[i], not whole[i]
+    while i < len(segments.n) and count + 2 <= len(t_out):
+        mode, t, only = segments.d[i], segments.n[i] * dt + segments.s[i], not whole[i]
         if s == 0.0:
-            x_r, v_r = trail.x_r[i], trail.v_r[i]
+            x_r, v_r = segments.x_r[i], segments.v_r[i]
             t_out[count], x_out[count] = t, x_r
             # What was told before a piece that a window cuts may lie outside the window.
-            far = x_r if i > 0 and whole[i - 1] else farthest(far, x_r)
+            far = x_r if i > 0 and whole[i - 1] else half_cycle_extreme(far, x_r)
             count += 1
             yields = abs(mode) == 1 and law.variation == 0.0
-            if yields or (only and holds(mode) and holds_unseen(law, trail, i, x_rM)):
+            if yields or (
+                only and is_holding(mode) and is_hold_uneventful(law, segments, i, x_rM)
+            ):
                 i += 1
                 continue
-        n = trail.n[i]
+        n = segments.n[i]
         slope = (u_dd[n + 1] - u_dd[n]) / dt
-        u_0 = u_dd[n] + slope * (trail.s[i] + s)
-        c, w, f = begin_stretch(plant, law, waves, mode, trail.z[i], t + s)
-        stretch = starting(c, w, waves, x_r, v_r, -u_0 - f, -slope)
+        u_0 = u_dd[n] + slope * (segments.s[i] + s)
+        c, w, f = begin_segment(plant, law, waves, mode, segments.z[i], t + s)
+        segment = start_segment(c, w, waves, x_r, v_r, -u_0 - f, -slope)
         left = lengths[i] - s
-        way, turn, x_turn = onset(stretch.v_r, stretch.a, stretch.j), NEVER, x_r
-        if way != 0:
-            turn, x_turn = leave_slip(
-                c, w, waves, x_r, v_r, stretch.a, stretch.j, stretch.g, stretch.r, way, left
+        direction, turn, x_turn = (
+            motion_direction(segment.v_r, segment.a, segment.j),
+            NEVER,
+            x_r,
+        )
+        if direction != 0:
+            turn, x_turn = slip_exit_time(
+                c,
+                w,
+                waves,
+                x_r,
+                v_r,
+                segment.a,
+                segment.j,
+                segment.g,
+                segment.r,
+                direction,
+                left,
             )
         if turn >= left or not t + s + turn > t + s:
             i, s = i + 1, 0.0
             continue
         t_out[count], x_out[count] = t + s + turn, x_turn
-        far = farthest(far, x_turn)
+        far = half_cycle_extreme(far, x_turn)
         count += 1
         until = turn
-        if only and holds(mode):
-            x_end = trail.x_r[i + 1]
-            until = goes_unseen(law, waves, stretch, x_turn, far, x_end, x_rM, turn, left)
+        if only and is_holding(mode):
+            x_end = segments.x_r[i + 1]
+            until = uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, left)
         if until > turn:
-            x_r, v_r, _, _ = slide(c, w, waves, x_r, v_r, stretch.g, -slope, until)
+            x_r, v_r, _, _ = motion_at(c, w, waves, x_r, v_r, segment.g, -slope, until)
         else:
             x_r, v_r = x_turn, 0.0
         s += until
@@ -1503,15 +1588,15 @@ def tell(plant, law, waves, u_dd, dt, trail, lengths, whole, x_rM, at, t_out, x_
 
 
 @compiled
-def tell_steps(
-    plant, law, sprung, u_dd, x_out, v_out, trail, whole, x_rM, at, t_told, x_told
+def write_sampled_turning_points(
+    plant, law, sprung, u_dd, x_out, v_out, segments, whole, x_rM, at, t_out, x_turning
 ):  # fmt: skip
-    """Write what `tell` does, of a march over samples; a contact of constant limit.
+    """Write what `write_turning_points` does, of a march over samples; a contact of constant limit.
 
     Parameters
     ----------
     plant, law, trail, whole, x_rM
-        As in `tell`.
+        As in `write_turning_points`.
     sprung : Whole
         The steps of a contact that holds.
     u_dd, x_out, v_out : array, shape (samples,)
@@ -1525,29 +1610,33 @@ def tell_steps(
     i, n, s, x, v = at
     c, w, dt, stiffness = sprung.c, sprung.w, sprung.dt, law.k_t / plant.m
     count = 0
-    while i < len(trail.n) and count + 2 <= len(t_told):
+    while i < len(segments.n) and count + 2 <= len(t_out):
         if n < 0:
-            n, s, x, v = trail.n[i], trail.s[i], trail.x_r[i], trail.v_r[i]
-            t_told[count], x_told[count] = n * dt + s, x
+            n, s, x, v = segments.n[i], segments.s[i], segments.x_r[i], segments.v_r[i]
+            t_out[count], x_turning[count] = n * dt + s, x
             count += 1
-            if not holds(trail.d[i]) or not (whole[i] or not holds_unseen(law, trail, i, x_rM)):
+            if not is_holding(segments.d[i]) or not (
+                whole[i] or not is_hold_uneventful(law, segments, i, x_rM)
+            ):
                 i, n = i + 1, -1
                 continue
         last, end = len(u_dd) - 1, 0.0
-        if i + 1 < len(trail.n):
-            last, end = trail.n[i + 1], trail.s[i + 1]
-        f = -stiffness * trail.z[i]
-        while (n < last or (n == last and s < end)) and count + 2 <= len(t_told):
+        if i + 1 < len(segments.n):
+            last, end = segments.n[i + 1], segments.s[i + 1]
+        f = -stiffness * segments.z[i]
+        while (n < last or (n == last and s < end)) and count + 2 <= len(t_out):
             slope = (u_dd[n + 1] - u_dd[n]) * sprung.per_dt
             a = -(u_dd[n] + slope * s + c * v + w * x + f)
-            way = onset(v, a, -slope)
+            direction = motion_direction(v, a, -slope)
             h = (end if n == last else dt) - s
             stop, far = NEVER, 0.0
-            if way != 0:
-                stop, far, _ = next_stop(sprung, way * v, way * a, -way * slope, h)
+            if direction != 0:
+                stop, far, _ = next_stop(
+                    sprung, direction * v, direction * a, -direction * slope, h
+                )
             if stop < h and s + stop > s:
-                x, v, s = x + way * far, 0.0, s + stop
-                t_told[count], x_told[count] = n * dt + s, x
+                x, v, s = x + direction * far, 0.0, s + stop
+                t_out[count], x_turning[count] = n * dt + s, x
                 count += 1
             else:
                 n, s = n + 1, 0.0
@@ -1557,12 +1646,12 @@ def tell_steps(
     return (i, n, s, x, v), count
 
 
-SLACK = 1e-14
+EXTREME_TOLERANCE = 1e-14
 """Relative distance by which what is as far as something else may seem to be farther."""
 
 
 @compiled
-def unseen(x_r, far, x_rM):
+def uneventful_range(x_r, far, x_rM):
     """Give between which displacements around x_r [m] nothing is told of a way.
 
     Zero, the limit of the stroke x_rM and how far the mass is known to go on this side of zero
@@ -1570,21 +1659,21 @@ def unseen(x_r, far, x_rM):
     """
     size = abs(x_r)
     low, high = (0.0, x_rM) if size < x_rM else (x_rM, math.inf)
-    high = min(high, max(far, size) * (1.0 + SLACK))
+    high = min(high, max(far, size) * (1.0 + EXTREME_TOLERANCE))
     return (low, high) if x_r > 0.0 else (-high, -low)
 
 
 @compiled
-def holds_unseen(law, trail, i, x_rM):
+def is_hold_uneventful(law, segments, i, x_rM):
     """Tell whether the limits of a holding contact alone keep it where nothing is told."""
-    side = sign(trail.x_r[i])
-    low, high = unseen(trail.x_r[i], side * trail.x_r[i + 1], x_rM)
+    side = sign(segments.x_r[i])
+    low, high = uneventful_range(segments.x_r[i], side * segments.x_r[i + 1], x_rM)
     reach = law.F_fk / law.k_t * (1.0 + law.variation)
-    return low <= trail.z[i] - reach and trail.z[i] + reach <= high
+    return low <= segments.z[i] - reach and segments.z[i] + reach <= high
 
 
 @compiled
-def goes_unseen(law, waves, stretch, x_turn, far, x_end, x_rM, turn, h):
+def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, h):
     """Give until when the motion after a turn tells nothing, by its envelope [s].
 
     Parameters
@@ -1599,23 +1688,23 @@ def goes_unseen(law, waves, stretch, x_turn, far, x_end, x_rM, turn, h):
     turn, h : float
         Time of the turn, and length of what is left of the piece [s].
     """
-    if stretch.w * (h - turn) * (h - turn) < math.pi * math.pi:
+    if segment.w * (h - turn) * (h - turn) < math.pi * math.pi:
         return turn
-    own = ringing(stretch, waves)
+    own = transient_response(segment, waves)
     if own.side == 0:
         return turn
     side = sign(x_turn)
     until = turn
     for known in (max(side * far, side * x_end), side * far):
-        low, high = unseen(x_turn, known, x_rM)
+        low, high = uneventful_range(x_turn, known, x_rM)
         middle, reach = 0.5 * (low + high), 0.5 * (high - low)
-        until = stays_within(own, stretch, waves, law, middle, reach, False, turn, h)
+        until = safe_until(own, segment, waves, law, middle, reach, False, turn, h)
         if until >= h or side * x_end <= side * far:
             return until
     return until
 
 
 @compiled
-def farthest(far, x_r):
+def half_cycle_extreme(far, x_r):
     """Give the farthest of a half cycle [m], of what it was and where the mass is told next."""
     return far if far * x_r > 0.0 and abs(far) > abs(x_r) else x_r

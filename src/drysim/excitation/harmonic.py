@@ -14,14 +14,21 @@ import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from drysim.core.model import Samples, Sines
-from drysim.errors import Caution
-from drysim.excitation.base import WHOLE, Ending, Floats, Generated, Member, Span
-from drysim.excitation.random import coarse
-from drysim.units import Acceleration, Angle, Block, Frequency, Misfit, Quantity
-from drysim.wording import number
+from drysim.errors import WarningMessage
+from drysim.excitation.base import (
+    STEP_TOLERANCE,
+    Duration,
+    ExcitationBase,
+    FiniteMotion,
+    Floats,
+    GeneratedMotion,
+)
+from drysim.excitation.random import coarse_step_warnings
+from drysim.units import Acceleration, Angle, Block, Frequency, InvalidValue, Quantity
+from drysim.wording import format_number
 
 
-class Rest(Member):
+class Rest(ExcitationBase):
     """A base that stands still: the free motion from `start`.
 
     Not to be confused with a mass at rest: it may be let go from anywhere, at any speed.
@@ -35,9 +42,9 @@ class Rest(Member):
         return Sines((), (), ())
 
 
-Level = Annotated[float, Quantity("m/s²", at_least=0)]
+RmsOrAmplitude = Annotated[float, Quantity("m/s²", at_least=0)]
 
-ROUNDING = 4.0 * 2.0**-52
+CANCELLATION_TOLERANCE = 4.0 * 2.0**-52
 """Of a sum of sines, relative to their amplitudes."""
 
 
@@ -46,9 +53,9 @@ class Component(Block):
 
     frequency: Frequency
     """Frequency f [Hz], above 0."""
-    rms: Level | None = None
+    rms: RmsOrAmplitude | None = None
     """RMS value a_u of the base acceleration [m/s²]."""
-    amplitude: Level | None = None
+    amplitude: RmsOrAmplitude | None = None
     """Amplitude A of the base acceleration [m/s²], in place of `rms` and √2 times it."""
     phase: Angle = 0.0
     """Phase at t = 0 [rad]."""
@@ -64,7 +71,7 @@ class Component(Block):
         return sqrt(2) * self.rms
 
 
-class Harmonic(Component, Member):
+class Harmonic(Component, ExcitationBase):
     """A shaker table that moves as one sine, given by its acceleration.
 
     Not to be confused with a sine of given displacement: a_u stays when the frequency changes.
@@ -88,7 +95,7 @@ class Harmonic(Component, Member):
         return Sines((self.A,), (self.frequency,), (self.phase,))
 
 
-class SineSum(Member):
+class SineSum(ExcitationBase):
     """A base that moves as a sum of sines, each given by its acceleration.
 
     Not to be confused with a sine sweep, whose frequency changes with time.
@@ -110,22 +117,26 @@ class SineSum(Member):
         """Give the base acceleration, used analytically; sines of one frequency are one."""
         alike: list[list[Component]] = []
         for sine in self.components:
-            others = (some for some in alike if same(some[0].frequency, sine.frequency))
+            others = (
+                some for some in alike if is_same_frequency(some[0].frequency, sine.frequency)
+            )
             if (some := next(others, None)) is None:
                 alike.append([sine])
             else:
                 some.append(sine)
-        waves = [(one.A, one.phase) if not more else sum_of(one, *more) for one, *more in alike]
+        waves = [
+            (one.A, one.phase) if not more else sum_sines(one, *more) for one, *more in alike
+        ]
         A, phases = zip(*waves, strict=True)
         return Sines(A, tuple(some[0].frequency for some in alike), phases)
 
 
-def same(one: object, other: object) -> bool:
+def is_same_frequency(one: object, other: object) -> bool:
     """Tell whether two frequencies are one; those of many cases at once are columns."""
     return isinstance(one, float) and one == other
 
 
-def sum_of(*sines: Component) -> tuple[Any, Any]:
+def sum_sines(*sines: Component) -> tuple[Any, Any]:
     """Give amplitude [m/s²] and phase [rad] of the sum of sines of one frequency.
 
     What the rounding of their phases leaves of sines that cancel is nothing: the base stands
@@ -135,7 +146,7 @@ def sum_of(*sines: Component) -> tuple[Any, Any]:
 
     along = sum(sine.A * np.cos(sine.phase) for sine in sines)
     across = sum(sine.A * np.sin(sine.phase) for sine in sines)
-    A, noise = np.hypot(along, across), ROUNDING * sum(sine.A for sine in sines)
+    A, noise = np.hypot(along, across), CANCELLATION_TOLERANCE * sum(sine.A for sine in sines)
     return np.where(noise < A, A, 0.0)[()], np.arctan2(across, along)[()]
 
 
@@ -145,7 +156,7 @@ def sum_of(*sines: Component) -> tuple[Any, Any]:
 # samples make something else of them.
 
 
-class Chirp(Ending):
+class Chirp(FiniteMotion):
     """A shaker table on a sine sweep: a sine of constant acceleration and moving frequency.
 
     Not to be confused with the `sweep` block, which runs a scenario once for every value: this
@@ -162,9 +173,9 @@ class Chirp(Ending):
     scale: Literal["linear", "log"] = "linear"
     """How the frequency changes: `linear`, by equal steps, or `log`, by equal ratios, in equal
     times."""
-    rms: Level | None = None
+    rms: RmsOrAmplitude | None = None
     """RMS value of the sine [m/s²]."""
-    amplitude: Level | None = None
+    amplitude: RmsOrAmplitude | None = None
     """Amplitude of the sine [m/s²], in place of `rms` and √2 times it."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rms", "amplitude"),)
@@ -175,13 +186,13 @@ class Chirp(Ending):
         return sqrt(2) * (self.rms or 0.0) if self.amplitude is None else self.amplitude
 
     @property
-    def highest(self) -> float:
+    def highest_frequency(self) -> float:
         """Highest frequency [Hz]."""
         return max(self.first, self.last)
 
-    def told(self, varied: Collection[str] = ()) -> str:
+    def description(self, varied: Collection[str] = ()) -> str:
         """Give between which frequencies it goes, and how."""
-        band = f"{number(self.first)} to {number(self.last, 'Hz')}, "
+        band = f"{format_number(self.first)} to {format_number(self.last, 'Hz')}, "
         return ("" if {"from", "to"} & {*varied} else band) + self.scale
 
     def cycles(self, share: Floats) -> Floats:
@@ -198,7 +209,7 @@ class Chirp(Ending):
             return share * (f_0 * T + 0.5 * (f_1 - f_0) * T * share)
         return np.asarray(f_0 * T / octaves * np.expm1(octaves * share))
 
-    def drawn(self, step: float) -> Samples:
+    def sample(self, step: float) -> Samples:
         """Sample the sweep, which begins at zero; its phase is exact at every sample."""
         n = round(self.duration / step)
         cycles = self.cycles(np.arange(n + 1) / n)
@@ -211,36 +222,40 @@ class Chirp(Ending):
             "cycles": float(cycles[-1]),
         }
         # A sine of frequency f loses sinc² of f times the step to the straight lines.
-        kept = float(np.sinc(self.highest * step) ** 2)
-        told = tuple(coarse(kept, step, f"amplitude at {self.highest:g} Hz than asked for"))
-        return Samples(u_dd, step, None, (), told, realised)
+        kept = float(np.sinc(self.highest_frequency * step) ** 2)
+        description = tuple(
+            coarse_step_warnings(
+                kept, step, f"amplitude at {self.highest_frequency:g} Hz than asked for"
+            )
+        )
+        return Samples(u_dd, step, None, (), description, realised)
 
 
 # Shock.
 
 
-PULSES = ("half-sine", "haversine", "sawtooth", "trapezoid")
+PULSE_SHAPES = ("half-sine", "haversine", "sawtooth", "trapezoid")
 
-BULGE = {"half-sine": pi**2 / 8, "haversine": pi**2 / 4}
+CHORD_ERROR = {"half-sine": pi**2 / 8, "haversine": pi**2 / 4}
 """How far, in amplitudes, straight lines over 1/N of a pulse leave it; times 1/N²."""
 
-OFF = 0.01
+MAX_GRID_ERROR = 0.01
 """Share of the amplitude, or of the velocity change, that a grid may lose unsaid [-]."""
 
 
-def _short(given: object) -> object:
+def _strip_terminal_peak(given: object) -> object:
     """Give `terminal-peak sawtooth` as `sawtooth`: there is no other here."""
     return given.removeprefix("terminal-peak").strip(" -") if isinstance(given, str) else given
 
 
 Pulse = Annotated[
     Literal["half-sine", "haversine", "sawtooth", "trapezoid"],
-    BeforeValidator(_short),
-    WithJsonSchema({"enum": [*PULSES, "terminal-peak sawtooth"]}),
+    BeforeValidator(_strip_terminal_peak),
+    WithJsonSchema({"enum": [*PULSE_SHAPES, "terminal-peak sawtooth"]}),
 ]
 
 
-class Shock(Generated):
+class Shock(GeneratedMotion):
     """A base that is hit once, as by a drop table, and keeps the velocity that this leaves.
 
     Not to be confused with a force on the mass: the pulse is the acceleration of the base. The
@@ -254,33 +269,39 @@ class Shock(Generated):
     end) or trapezoid."""
     amplitude: Acceleration
     """Peak acceleration [m/s²]."""
-    duration: Span
+    duration: Duration
     """Length of the pulse [s], a whole number of steps; that of the run is measure.duration."""
     start: Annotated[float, Quantity("s", at_least=0)] = 0.0
     """Time at which the pulse begins [s], a whole number of steps."""
-    rise: Span | None = None
+    rise: Duration | None = None
     """Of a trapezoid: time of its rise, and of its fall [s]; default: a tenth of `duration`."""
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
         if self.rise is not None and self.pulse != "trapezoid":
-            raise Misfit(f"has no use for a {self.pulse}; only a trapezoid has a rise", "rise")
-        if 2 * (self.rise or 0.0) > self.duration * (1 + WHOLE):
-            raise Misfit(
+            raise InvalidValue(
+                f"has no use for a {self.pulse}; only a trapezoid has a rise", "rise"
+            )
+        if 2 * (self.rise or 0.0) > self.duration * (1 + STEP_TOLERANCE):
+            raise InvalidValue(
                 f"must be at most half of duration, {self.duration:g} s; not {self.rise:g} s",
                 "rise",
             )
         return self
 
-    def told(self, varied: Collection[str] = ()) -> str:
+    def description(self, varied: Collection[str] = ()) -> str:
         """Give shape, height and length of the pulse."""
         words: str = self.pulse
         if "amplitude" not in varied:
-            words += f" of {number(self.amplitude, 'm/s²')}"
-        return words if "duration" in varied else f"{words} for {number(self.duration, 's')}"
+            words += f" of {format_number(self.amplitude, 'm/s²')}"
+        return (
+            words
+            if "duration" in varied
+            else f"{words} for {format_number(self.duration, 's')}"
+        )
 
     @property
-    def spans(self) -> dict[str, float]:
+    def grid_times(self) -> dict[str, float]:
         """Where the corners of the pulse are [s]."""
         corners = {"start": self.start, "duration": self.duration}
         if self.pulse == "trapezoid":
@@ -307,20 +328,20 @@ class Shock(Generated):
         """
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)
-        values = self._values(round(self.duration / step), round(self._rise / step))
+        values = self._pulse_values(round(self.duration / step), round(self._rise / step))
         first = round(self.start / step)
         over = first + len(values)
-        last = over if end is None else max(1, ceil(end / step * (1 - WHOLE)))
+        last = over if end is None else max(1, ceil(end / step * (1 - STEP_TOLERANCE)))
         u_dd = np.zeros(max(last, over) + 1)
         u_dd[first:over] = values
         realised = {
             "velocity_change_asked": self.velocity_change,
             "velocity_change": float(values.sum() * step),
         }
-        cautions = (*self._coarse(step), *self._cut(last * step))
-        return Samples(u_dd[: last + 1], step, None, (), cautions, realised)
+        warnings = (*self._grid_warnings(step), *self._cut_warnings(last * step))
+        return Samples(u_dd[: last + 1], step, None, (), warnings, realised)
 
-    def _values(self, n: int, rise: int) -> Floats:
+    def _pulse_values(self, n: int, rise: int) -> Floats:
         """Give the pulse at 0, 1 to n steps after its start."""
         i = np.arange(n + 1)
         middle = np.minimum(i, n - i)  # a pulse that is to be symmetric is so to the bit
@@ -335,24 +356,24 @@ class Shock(Generated):
                 shape = np.minimum(middle / rise, 1.0)
         return np.asarray(self.amplitude * shape, dtype=np.float64)
 
-    def _coarse(self, step: float) -> Iterator[Caution]:
+    def _grid_warnings(self, step: float) -> Iterator[WarningMessage]:
         """Say when the grid makes another pulse of it."""
         share = step / self.duration
         if self.pulse == "sawtooth":
             off, power, what = share, 1.0, "its fall adds {} to the velocity change"
         else:
-            off, power = BULGE.get(self.pulse, 0.0) * share**2, 0.5
+            off, power = CHORD_ERROR.get(self.pulse, 0.0) * share**2, 0.5
             what = "straight lines between its points leave it by {} of its amplitude"
-        if off > OFF:
+        if off > MAX_GRID_ERROR:
             sentence = (
                 f"solver.step is coarse for the {self.pulse}: {what.format(f'{off:.2%}')}; "
-                f"{step * (OFF / off) ** power:.2g} s would keep that to {OFF:.0%}"
+                f"{step * (MAX_GRID_ERROR / off) ** power:.2g} s would keep that to {MAX_GRID_ERROR:.0%}"
             )
-            yield Caution("coarse-step", sentence, {"solver.step": step, "off": off})
+            yield WarningMessage("coarse-step", sentence, {"solver.step": step, "off": off})
 
-    def _cut(self, end: float) -> Iterator[Caution]:
+    def _cut_warnings(self, end: float) -> Iterator[WarningMessage]:
         """Say when the run ends before the pulse does."""
         over = self.start + self.duration
-        if end < over * (1 - WHOLE):
+        if end < over * (1 - STEP_TOLERANCE):
             sentence = f"the run ends at {end:g} s, before the pulse is over at {over:g} s"
-            yield Caution("pulse-cut", sentence, {"end": end, "over": over})
+            yield WarningMessage("pulse-cut", sentence, {"end": end, "over": over})

@@ -2,8 +2,8 @@
 
 All three are sums of lines at whole multiples of 1/duration, whose amplitudes are those of the
 spectrum and whose phases alone are random, by the seed. So the signal repeats after its
-duration, has exactly the spectrum that was asked for, and a displacement without drift. `lines`
-and `noise` make it and know no scenario; `Drawn` and its kinds below say what it is made of.
+duration, has exactly the spectrum that was asked for, and a displacement without drift. `spectral_lines`
+and `random_signal` make it and know no scenario; `RandomMotion` and its kinds below say what it is made of.
 """
 
 from __future__ import annotations
@@ -18,35 +18,43 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from drysim.core.model import BLOCK, Samples
-from drysim.errors import Caution
+from drysim.core.model import BLOCK_SIZE, Samples
+from drysim.errors import WarningMessage
 from drysim.excitation.base import (
-    MOST_SEEDS,
-    WHOLE,
-    Ending,
+    DEFAULT_MAX_SEEDS,
+    STEP_TOLERANCE,
+    FiniteMotion,
     Floats,
     Until,
-    Whole,
-    periods,
-    share,
+    WholeNumber,
+    map_in_threads,
+    periodic_signals,
 )
-from drysim.units import Block, Frequency, Misfit, Quantity, meant, near, shown
-from drysim.wording import number
+from drysim.units import (
+    Block,
+    Frequency,
+    InvalidValue,
+    Quantity,
+    closest_match,
+    did_you_mean,
+    format_value,
+)
+from drysim.wording import format_number
 
 Density = Callable[[Floats], Floats]
 
-PHASES = 1 << 16
+N_PHASES = 1 << 16
 """Phases that a line may have, evenly spread: a table in place of a sine and cosine a line."""
 
-FEW = 30
+MIN_LINES = 30
 """Sums of fewer equal lines than this [-] are seen to be no Gaussian noise: the excess
 kurtosis is -1.5 over their number."""
 
-LOST = 0.01
+MAX_RMS_LOSS = 0.01
 """Share of the RMS that straight lines between samples may take before it is said [-]."""
 
 
-class Lines(NamedTuple):
+class SpectralLines(NamedTuple):
     """Lines at k/T of a signal with period T: number of the first, mean squares [m²/s⁴]."""
 
     first: int
@@ -54,31 +62,35 @@ class Lines(NamedTuple):
     T: float
 
 
-def numbers(low: float, high: float, T: float) -> tuple[int, int]:
+def line_range(low: float, high: float, T: float) -> tuple[int, int]:
     """Give the first and the last line k/T within a band [Hz]; none if the first is above.
 
     A corner of the spectrum that is as good as on a line lies on it.
     """
-    return ceil(low * T * (1 - WHOLE)), floor(high * T * (1 + WHOLE))
+    return ceil(low * T * (1 - STEP_TOLERANCE)), floor(high * T * (1 + STEP_TOLERANCE))
 
 
-def lines(G: Density, band: tuple[float, float], square: float, T: float) -> Lines:
+def spectral_lines(
+    G: Density, band: tuple[float, float], square: float, T: float
+) -> SpectralLines:
     """Give the lines of a one-sided PSD [(m/s²)²/Hz] in a band [Hz]; it is zero outside.
 
     They share `square`, its integral over the band [m²/s⁴]; `T` is the period [s].
     """
-    first, last = numbers(*band, T)
+    first, last = line_range(*band, T)
     squares = np.empty(last + 1 - first)
 
     def fill(part: slice) -> None:
         squares[part] = G(np.clip(np.arange(first + part.start, first + part.stop) / T, *band))
 
-    share(fill, _parts(len(squares)), len(squares))
+    map_in_threads(fill, _cache_sized_slices(len(squares)), len(squares))
     squares *= square / squares.sum()
-    return Lines(first, squares, T)
+    return SpectralLines(first, squares, T)
 
 
-def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Samples:
+def random_signal(
+    wanted: SpectralLines, step: float, seed: int, rms: float | None = None
+) -> Samples:
     """Give samples of one signal with these lines, over exactly one period.
 
     Parameters
@@ -102,24 +114,24 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
     n, turn, weights = round(T / step), pi / T * step, np.empty(len(squares))
 
     def weigh(part: slice) -> None:
-        weights[part] = 1 - 2 / 3 * _bend(turn, first, part)
+        weights[part] = 1 - 2 / 3 * _sin2_half_angle(turn, first, part)
 
-    share(weigh, _parts(len(squares)), n)
+    map_in_threads(weigh, _cache_sized_slices(len(squares)), n)
     kept = float(squares @ weights)  # mean square, straight lines between samples
     scale = 1.0 if rms is None else rms / sqrt(kept)
     random = np.random.Generator(np.random.PCG64(seed))
-    codes = random.integers(PHASES, size=first + len(squares), dtype=np.uint16)[first:]
-    table = _turns()
+    codes = random.integers(N_PHASES, size=first + len(squares), dtype=np.uint16)[first:]
+    table = _phase_factors()
     spectra = np.zeros((2, n // 2 + 1), dtype=complex)
 
     def fill(part: slice) -> None:
         u_dd, u = spectra[:, first + part.start : first + part.stop]
         np.multiply(np.sqrt(squares[part] / 2) * scale, table[codes[part]], out=u_dd)
-        bend = _bend(turn, first, part)
+        bend = _sin2_half_angle(turn, first, part)
         np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² for no step
 
-    share(fill, _parts(len(squares)), n)
-    u_dd, u = periods(spectra, n)
+    map_in_threads(fill, _cache_sized_slices(len(squares)), n)
+    u_dd, u = periodic_signals(spectra, n)
     asked = float(squares.sum())
     realised: dict[str, object] = {
         "rms_asked": sqrt(asked) if rms is None else rms,
@@ -127,63 +139,66 @@ def noise(wanted: Lines, step: float, seed: int, rms: float | None = None) -> Sa
         "scale": scale,
         "lines": len(squares),
     }
-    cautions = (*_few(squares), *coarse(sqrt(kept / asked), step, "RMS than its spectrum"))
-    return Samples(u_dd, step, u, (), cautions, realised)
+    warnings = (
+        *_few_lines_warnings(squares),
+        *coarse_step_warnings(sqrt(kept / asked), step, "RMS than its spectrum"),
+    )
+    return Samples(u_dd, step, u, (), warnings, realised)
 
 
-def _parts(count: int) -> Iterator[slice]:
+def _cache_sized_slices(count: int) -> Iterator[slice]:
     """Cut so many lines into parts that stay near the processor."""
-    return (slice(at, min(at + BLOCK, count)) for at in range(0, count, BLOCK))
+    return (slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE))
 
 
-def _bend(turn: float, first: int, part: slice) -> Floats:
+def _sin2_half_angle(turn: float, first: int, part: slice) -> Floats:
     """Give sin² of half the turn that some lines make in a step."""
     return np.square(np.sin(turn * np.arange(first + part.start, first + part.stop)))
 
 
 @cache
-def _turns() -> NDArray[np.complex128]:
+def _phase_factors() -> NDArray[np.complex128]:
     """Give e^(jφ) of every phase that a line may have, made once: each seed wants it."""
-    turns: NDArray[np.complex128] = np.exp(2j * pi / PHASES * np.arange(PHASES))
+    turns: NDArray[np.complex128] = np.exp(2j * pi / N_PHASES * np.arange(N_PHASES))
     turns.flags.writeable = False
     return turns
 
 
-def _few(squares: Floats) -> Iterator[Caution]:
+def _few_lines_warnings(squares: Floats) -> Iterator[WarningMessage]:
     """Say when so few lines are no noise."""
     effective = float(squares.sum() ** 2 / (squares @ squares))
-    if effective < FEW:
+    if effective < MIN_LINES:
         sentence = (
             f"the random signal is a sum of {effective:.3g} lines in effect, too few for "
-            f"Gaussian noise; {FEW / effective:.2g} times its duration would give {FEW}"
+            f"Gaussian noise; {MIN_LINES / effective:.2g} times its duration would give {MIN_LINES}"
         )
-        yield Caution("few-lines", sentence, {"lines": effective})
+        yield WarningMessage("few-lines", sentence, {"lines": effective})
 
 
-def coarse(kept: float, step: float, what: str) -> Iterator[Caution]:
+def coarse_step_warnings(kept: float, step: float, what: str) -> Iterator[WarningMessage]:
     """Say when the samples are too far apart to be joined by straight lines.
 
     `kept` is the share of `what` that is left; the loss goes with the step squared.
     """
-    if kept < 1 - LOST:
-        fine = 0.9 * step * sqrt(LOST / (1 - kept))
+    if kept < 1 - MAX_RMS_LOSS:
+        fine = 0.9 * step * sqrt(MAX_RMS_LOSS / (1 - kept))
         sentence = (
             f"solver.step is coarse: joined by straight lines, the samples of the base have "
             f"{(1 - kept) * 100:.2g} % less {what}; {fine:.2g} s would be fine"
         )
-        yield Caution("coarse-step", sentence, {"solver.step": step, "kept": kept})
+        yield WarningMessage("coarse-step", sentence, {"solver.step": step, "kept": kept})
 
 
-class Drawn(Ending):
+class RandomMotion(FiniteMotion):
     """Random base motion: the same seed gives the same motion, whose last sample is the first.
 
     With `seeds` or `until` it stands for many motions, one for each seed from `seed` on.
     """
 
-    seed: Annotated[Whole, Field(ge=0)] = 1
+    seed: Annotated[WholeNumber, Field(ge=0)] = 1
     """Seed of the random numbers [-], a whole number; another seed, another signal. The first
     one where there are many."""
-    seeds: Annotated[Whole, Field(le=1_000_000_000)] | None = None
+    seeds: Annotated[WholeNumber, Field(le=1_000_000_000)] | None = None
     """How many seeds [-], 2 or more: `seed`, `seed` + 1 and so on, each a run of its own. The
     metrics are means over them, with confidence intervals. Beside `until` the most there may
     be; 400 when it is not given."""
@@ -194,11 +209,11 @@ class Drawn(Ending):
     any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("seed", "seeds", "until"),)
 
     @property
-    def most_seeds(self) -> int:
+    def max_seeds(self) -> int:
         """How many seeds it stands for at most [-]; 1 where neither key asks for more."""
-        return (self.seeds or MOST_SEEDS) if self.until else (self.seeds or 1)
+        return (self.seeds or DEFAULT_MAX_SEEDS) if self.until else (self.seeds or 1)
 
-    def of_seed(self, seed: int) -> Self:
+    def with_seed(self, seed: int) -> Self:
         """Give the motion of one seed alone."""
         return self.model_copy(update={"seed": seed, "seeds": None, "until": None})
 
@@ -207,7 +222,7 @@ class Drawn(Ending):
     def _several(cls, seeds: int | None) -> int | None:
         if seeds is not None and seeds < 2:
             sentence = "must be at least 2, as one seed has no confidence interval"
-            raise ValueError(f"{sentence}; not {shown(seeds)}")
+            raise ValueError(f"{sentence}; not {format_value(seeds)}")
         return seeds
 
     @property
@@ -216,16 +231,16 @@ class Drawn(Ending):
         raise NotImplementedError
 
     @property
-    def highest(self) -> float:
+    def highest_frequency(self) -> float:
         """Last frequency of the spectrum [Hz]."""
         return self.band[1]
 
     @model_validator(mode="after")
     def _long_enough(self) -> Self:
         low, high = self.band
-        first, last = numbers(low, high, self.duration)
+        first, last = line_range(low, high, self.duration)
         if first > last:
-            raise Misfit(
+            raise InvalidValue(
                 f"must be at least {1 / (high - low):.4g} s: the lines of the spectrum are "
                 f"1/duration apart, and none would be from {low:g} to {high:g} Hz",
                 "duration",
@@ -236,19 +251,20 @@ class Drawn(Ending):
 # A given power spectral density, joined log-log.
 
 
-def _pair(given: object) -> object:
+def _validate_pair(given: object) -> object:
     if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError(f"must be a pair [frequency, PSD], not {shown(given)}")
+        raise ValueError(f"must be a pair [frequency, PSD], not {format_value(given)}")
     return given
 
 
 Point = Annotated[
-    tuple[Frequency, Annotated[float, Quantity("(m/s²)²/Hz", above=0)]], BeforeValidator(_pair)
+    tuple[Frequency, Annotated[float, Quantity("(m/s²)²/Hz", above=0)]],
+    BeforeValidator(_validate_pair),
 ]
 """A corner of a spectrum: frequency [Hz] and one-sided PSD [(m/s²)²/Hz]."""
 
 
-class Psd(Drawn):
+class Psd(RandomMotion):
     """A shaker table that follows a random profile, given by the PSD of its acceleration.
 
     Not to be confused with a record: the signal is drawn, by its seed, as a sum of lines at
@@ -273,7 +289,7 @@ class Psd(Drawn):
         for i, ((low, _), (high, _)) in enumerate(pairwise(points)):
             if not low < high:
                 sentence = f"must be above the frequency before it, {low:g} Hz; not {high:g}"
-                raise Misfit(sentence, i + 1, 0)
+                raise InvalidValue(sentence, i + 1, 0)
         return points
 
     @property
@@ -281,26 +297,28 @@ class Psd(Drawn):
         """First and last frequency of the PSD [Hz]."""
         return self.points[0][0], self.points[-1][0]
 
-    def told(self, varied: Collection[str] = ()) -> str:
+    def description(self, varied: Collection[str] = ()) -> str:
         """Give its band."""
         if any(key.startswith("points") for key in varied):
             return ""
         low, high = self.band
-        return f"{number(low)} to {number(high, 'Hz')}"
+        return f"{format_number(low)} to {format_number(high, 'Hz')}"
 
-    def drawn(self, step: float) -> Samples:
+    def sample(self, step: float) -> Samples:
         """Draw the base acceleration on a grid, and the displacement that goes with it."""
-        return noise(lines_of(self.points, self.duration), step, self.seed, self.rms)
+        return random_signal(
+            polygon_lines(self.points, self.duration), step, self.seed, self.rms
+        )
 
 
-def lines_of(points: tuple[tuple[float, float], ...], T: float) -> Lines:
+def polygon_lines(points: tuple[tuple[float, float], ...], T: float) -> SpectralLines:
     """Give the lines of a log-log polygon in a signal with period T [s]."""
     f, G = (np.array(column) for column in zip(*points, strict=True))
     band = points[0][0], points[-1][0]
-    return lines(lambda at: density(f, G, at), band, area(points), T)
+    return spectral_lines(lambda at: loglog_density(f, G, at), band, loglog_integral(points), T)
 
 
-def density(f: Floats, G: Floats, at: Floats) -> Floats:
+def loglog_density(f: Floats, G: Floats, at: Floats) -> Floats:
     """Give the PSD at ascending frequencies within a log-log polygon of corners f, G."""
     found = np.empty(len(at))
     edges = np.searchsorted(at, f)
@@ -312,7 +330,7 @@ def density(f: Floats, G: Floats, at: Floats) -> Floats:
     return found
 
 
-def area(points: tuple[tuple[float, float], ...]) -> float:
+def loglog_integral(points: tuple[tuple[float, float], ...]) -> float:
     """Give the integral of a log-log polygon, the mean square of the signal [m²/s⁴].
 
     Notes
@@ -330,18 +348,18 @@ def area(points: tuple[tuple[float, float], ...]) -> float:
 # The input spectra of laboratory tests of vehicle seats, by their class.
 
 
-FINE = 100_000
+MIDPOINTS = 100_000
 """Points of the midpoint rule for the integral of a spectrum: nine digits."""
 
-RESOLUTION = 0.5
+CHECK_BANDWIDTH = 0.5
 """Width [Hz] of the bands over which the realised PSD is told."""
 
-A = (0.89, 11.22)
-B = (0.89, 17.78)
+BAND_A = (0.89, 11.22)
+BAND_B = (0.89, 17.78)
 """The bands of the stated RMS values [Hz]: third octaves from 1 Hz to 10 and to 16 Hz."""
 
 
-class Spectrum(NamedTuple):
+class SeatSpectrum(NamedTuple):
     """G0 |HP|² |LP|² of Butterworth filters: order and corner [Hz], G0, stated RMS [m/s²]."""
 
     high_pass: tuple[int, float]
@@ -361,33 +379,33 @@ class Spectrum(NamedTuple):
     def square(self) -> float:
         """Give the integral of the PSD over the band [m²/s⁴]."""
         low, high = self.band
-        share = (np.arange(FINE, dtype=np.float64) + 0.5) / FINE
+        share = (np.arange(MIDPOINTS, dtype=np.float64) + 0.5) / MIDPOINTS
         return float(self.density(low + share * (high - low)).mean() * (high - low))
 
 
 MACHINE_CLASSES = {
-    "EM1": Spectrum((4, 1.5), (4, 2.5), 2.82, 1.71, A),
-    "EM2": Spectrum((4, 1.5), (4, 3.0), 2.72, 2.05, A),
-    "EM3": Spectrum((4, 1.5), (4, 3.0), 1.93, 1.73, A),
-    "EM4": Spectrum((4, 1.5), (4, 3.0), 0.60, 0.96, A),
-    "EM5": Spectrum((4, 1.5), (1, 3.5), 1.11, 1.94, B),
-    "EM6": Spectrum((2, 6.5), (2, 9.0), 0.79, 1.65, B),
-    "EM7": Spectrum((8, 3.0), (8, 3.5), 9.25, 2.25, A, recalled=True),
-    "EM8": Spectrum((4, 3.0), (2, 3.0), 1.45, 1.05, B),
-    "EM9": Spectrum((4, 3.5), (2, 4.0), 2.10, 1.63, B),
-    "IT1": Spectrum((4, 4.5), (2, 5.0), 1.66, 1.58, B),
-    "IT2": Spectrum((4, 3.0), (2, 3.0), 1.45, 1.05, B),
-    "IT3": Spectrum((4, 1.5), (4, 3.0), 0.60, 0.96, A),
-    "IT4": Spectrum((4, 1.5), (4, 3.0), 1.64, 1.59, B),
-    "AG1": Spectrum((8, 3.0), (8, 3.5), 9.25, 2.26, A),
-    "AG2": Spectrum((8, 2.1), (8, 2.6), 7.22, 1.94, A),
-    "AG3": Spectrum((8, 1.95), (8, 2.45), 5.85, 1.74, A),
+    "EM1": SeatSpectrum((4, 1.5), (4, 2.5), 2.82, 1.71, BAND_A),
+    "EM2": SeatSpectrum((4, 1.5), (4, 3.0), 2.72, 2.05, BAND_A),
+    "EM3": SeatSpectrum((4, 1.5), (4, 3.0), 1.93, 1.73, BAND_A),
+    "EM4": SeatSpectrum((4, 1.5), (4, 3.0), 0.60, 0.96, BAND_A),
+    "EM5": SeatSpectrum((4, 1.5), (1, 3.5), 1.11, 1.94, BAND_B),
+    "EM6": SeatSpectrum((2, 6.5), (2, 9.0), 0.79, 1.65, BAND_B),
+    "EM7": SeatSpectrum((8, 3.0), (8, 3.5), 9.25, 2.25, BAND_A, recalled=True),
+    "EM8": SeatSpectrum((4, 3.0), (2, 3.0), 1.45, 1.05, BAND_B),
+    "EM9": SeatSpectrum((4, 3.5), (2, 4.0), 2.10, 1.63, BAND_B),
+    "IT1": SeatSpectrum((4, 4.5), (2, 5.0), 1.66, 1.58, BAND_B),
+    "IT2": SeatSpectrum((4, 3.0), (2, 3.0), 1.45, 1.05, BAND_B),
+    "IT3": SeatSpectrum((4, 1.5), (4, 3.0), 0.60, 0.96, BAND_A),
+    "IT4": SeatSpectrum((4, 1.5), (4, 3.0), 1.64, 1.59, BAND_B),
+    "AG1": SeatSpectrum((8, 3.0), (8, 3.5), 9.25, 2.26, BAND_A),
+    "AG2": SeatSpectrum((8, 2.1), (8, 2.6), 7.22, 1.94, BAND_A),
+    "AG3": SeatSpectrum((8, 1.95), (8, 2.45), 5.85, 1.74, BAND_A),
 }
 """EM: earth-moving machines, EN ISO 7096. IT: industrial trucks, EN 13490. AG: agricultural
 tractors, ISO 5007."""
 
 
-class Standard(Drawn):
+class Standard(RandomMotion):
     """The vertical base motion of a seat test, by the class of its machine.
 
     Not to be confused with a record of the machine: the spectrum is the standard's, and the
@@ -409,13 +427,13 @@ class Standard(Drawn):
     @classmethod
     def _known(cls, name: str) -> str:
         if name not in MACHINE_CLASSES:
-            hint = meant(near(name, MACHINE_CLASSES))
+            hint = did_you_mean(closest_match(name, MACHINE_CLASSES))
             raise ValueError(
-                f"must be EM1 to EM9, IT1 to IT4 or AG1 to AG3, not {shown(name)}{hint}"
+                f"must be EM1 to EM9, IT1 to IT4 or AG1 to AG3, not {format_value(name)}{hint}"
             )
         return name
 
-    def told(self, varied: Collection[str] = ()) -> str:
+    def description(self, varied: Collection[str] = ()) -> str:
         """Give its class."""
         return self.machine
 
@@ -423,15 +441,17 @@ class Standard(Drawn):
     def band(self) -> tuple[float, float]:
         """The band of the stated RMS [Hz]."""
         spectrum = MACHINE_CLASSES.get(self.machine)
-        return spectrum.band if spectrum else A
+        return spectrum.band if spectrum else BAND_A
 
-    def drawn(self, step: float) -> Samples:
+    def sample(self, step: float) -> Samples:
         """Draw the base acceleration on a grid, and prove it against its definition."""
         spectrum = MACHINE_CLASSES[self.machine]
-        wanted = lines(spectrum.density, spectrum.band, spectrum.square(), self.duration)
+        wanted = spectral_lines(
+            spectrum.density, spectrum.band, spectrum.square(), self.duration
+        )
         scaled = self.scale == "to definition"
-        motion = noise(wanted, step, self.seed, spectrum.rms if scaled else None)
-        bands = proof(spectrum, motion)
+        motion = random_signal(wanted, step, self.seed, spectrum.rms if scaled else None)
+        bands = compare_psd(spectrum, motion)
         worst = max(abs(band["found"] - band["asked"]) for band in bands)
         peak = float(spectrum.density(np.linspace(*spectrum.band, 1000)).max())
         realised: dict[str, object] = {"class": self.machine, "rms_asked": spectrum.rms}
@@ -442,13 +462,13 @@ class Standard(Drawn):
             f"the RMS that the standard states for {self.machine}, {spectrum.rms:g} m/s², is "
             "recalled and was not checked against its text; `scale: nothing` does without it"
         )
-        told = Caution("recalled", sentence, {"rms": spectrum.rms})
+        description = WarningMessage("recalled", sentence, {"rms": spectrum.rms})
         return motion._replace(
-            realised={**motion.realised, **realised}, cautions=(*motion.cautions, told)
+            realised={**motion.realised, **realised}, warnings=(*motion.warnings, description)
         )
 
 
-def proof(spectrum: Spectrum, motion: Samples) -> tuple[dict[str, float], ...]:
+def compare_psd(spectrum: SeatSpectrum, motion: Samples) -> tuple[dict[str, float], ...]:
     """Give the PSD of the samples beside its definition, in bands.
 
     `from` and `to` of a band [Hz]; `asked` and `found`, the means of both PSDs at the lines in
@@ -459,7 +479,7 @@ def proof(spectrum: Spectrum, motion: Samples) -> tuple[dict[str, float], ...]:
     found = 2 * n * motion.dt * np.square(np.abs(np.fft.rfft(motion.u_dd[:-1], norm="forward")))
     asked = spectrum.density(f)
     low, high = spectrum.band
-    edges = np.linspace(low, high, round((high - low) / RESOLUTION) + 1)
+    edges = np.linspace(low, high, round((high - low) / CHECK_BANDWIDTH) + 1)
     bands = []
     for left, right in pairwise(edges.tolist()):
         at = (f >= left) & (f < right)
@@ -478,7 +498,7 @@ N_0, OMEGA_0 = 0.1, 1.0
 ROAD_CLASSES = {name: 16e-6 * 4.0**i for i, name in enumerate("ABCDEFGH")}
 """Geometric means G_d(n0) of the classes [m³]; their limits are half and twice that."""
 
-RECALLED = "EFGH"
+UNVERIFIED_CLASSES = "EFGH"
 """Classes whose value is recalled, not checked against the text of the standard."""
 
 WaveNumber = Annotated[float, Quantity("1/m", above=0)]
@@ -495,11 +515,13 @@ class Band(Block):
     @model_validator(mode="after")
     def _upwards(self) -> Self:
         if not self.low < self.high:
-            raise Misfit(f"must be above `from`, {self.low:g} 1/m; not {self.high:g} 1/m", "to")
+            raise InvalidValue(
+                f"must be above `from`, {self.low:g} 1/m; not {self.high:g} 1/m", "to"
+            )
         return self
 
 
-class Road(Drawn):
+class Road(RandomMotion):
     """A wheel that follows a rough road at constant speed, without losing contact.
 
     Not to be confused with the floor of a vehicle: nothing of tyre and suspension is in it. Of
@@ -537,12 +559,12 @@ class Road(Drawn):
             )
         return roughness
 
-    def told(self, varied: Collection[str] = ()) -> str:
+    def description(self, varied: Collection[str] = ()) -> str:
         """Give how rough it is, and the speed."""
         words: str = self.grade or ""
         if self.roughness is not None and "roughness" not in varied:
-            words = f"of {number(self.roughness, 'm³')} ({self.reference})"
-        speed = "" if "speed" in varied else f"at {number(self.speed, 'm/s')}"
+            words = f"of {format_number(self.roughness, 'm³')} ({self.reference})"
+        speed = "" if "speed" in varied else f"at {format_number(self.speed, 'm/s')}"
         return f"{words} {speed}".strip()
 
     @property
@@ -565,14 +587,14 @@ class Road(Drawn):
         rise = 16 * pi**4 * N_0**2 * self.G_d * self.speed
         return tuple((f, rise * f**2) for f in self.band)
 
-    def drawn(self, step: float) -> Samples:
+    def sample(self, step: float) -> Samples:
         """Draw the base acceleration on a grid, and the height of the road at its points."""
-        motion = noise(lines_of(self.corners(), self.duration), step, self.seed)
-        if not self.grade or self.grade not in RECALLED:
+        motion = random_signal(polygon_lines(self.corners(), self.duration), step, self.seed)
+        if not self.grade or self.grade not in UNVERIFIED_CLASSES:
             return motion
         sentence = (
             f"the roughness of class {self.grade}, {self.G_d:g} m³ at 0.1 cycle/m, is recalled "
             "and was not checked against the text of ISO 8608; `roughness` takes another value"
         )
-        told = Caution("recalled", sentence, {"roughness": self.G_d})
-        return motion._replace(cautions=(*motion.cautions, told))
+        description = WarningMessage("recalled", sentence, {"roughness": self.G_d})
+        return motion._replace(warnings=(*motion.warnings, description))

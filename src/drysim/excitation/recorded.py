@@ -6,27 +6,27 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from drysim.core.model import Samples
-from drysim.excitation.base import Member
+from drysim.excitation.base import ExcitationBase
 from drysim.records import SI
 from drysim.records.options import RecordedMotion
 
 
-class Motion(Member):
+class RecordKind(ExcitationBase):
     """The kind of base motion that is a record."""
 
     kind: Literal["record"]
     """Measured base motion."""
 
 
-class Record(RecordedMotion, Motion):
+class Record(RecordedMotion, RecordKind):
     """Base motion as it was measured: evenly spaced samples in a column or channel of a file.
 
     Not to be confused with a random excitation made from a spectrum: nothing is drawn here, and
     the motion ends at the record's last sample.
     """
 
-    own_step: ClassVar[bool] = True
-    own_end: ClassVar[bool] = True
+    has_own_step: ClassVar[bool] = True
+    has_own_end: ClassVar[bool] = True
 
     @property
     def measured(self) -> str:
@@ -52,6 +52,6 @@ class Record(RecordedMotion, Motion):
         RecordError
             When the record cannot be used; names the file, the row and the column.
         """
-        from drysim.records.record import motion_of
+        from drysim.records.record import read_motion
 
-        return motion_of(self)
+        return read_motion(self)

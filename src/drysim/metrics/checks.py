@@ -17,9 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.metrics.table import SHARES, SIGNED, UNITS, Metrics
-from drysim.units import convert, factor, meant, meant_or_known, near, shown, unit_behind
-from drysim.wording import around, number, pretty
+from drysim.metrics.table import SHARE_METRICS, SIGNED_METRICS, UNITS, Metrics
+from drysim.units import (
+    closest_match,
+    conversion_factor,
+    convert,
+    did_you_mean,
+    format_value,
+    name_hint,
+    unit_suffix,
+)
+from drysim.wording import format_interval, format_number, format_unit
 
 Point = Mapping[str, float]
 Column = NDArray[Any]
@@ -31,19 +39,19 @@ COMPARISONS: dict[str, Callable[[Any, float], Any]] = {
     ">=": operator.ge,
     "==": operator.eq,
 }
-BOUND = r"\s*+(?P<op>[<>=!]{1,2}+)\s*+(?P<limit>\S.*+)\s*"
+COMPARISON_PATTERN = r"\s*+(?P<op>[<>=!]{1,2}+)\s*+(?P<limit>\S.*+)\s*"
 """A comparison and what is compared with; possessive, lest a megabyte of blanks take hours."""
 
-AT = re.compile(r"\sat(?=\s|$)")
+AT_PATTERN = re.compile(r"\sat(?=\s|$)")
 """What parts a promise from where it applies."""
 
-_KEY_FORM = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){BOUND}")
-_FORM = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){BOUND}")
+_CONDITION_PATTERN = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){COMPARISON_PATTERN}")
+_CHECK_PATTERN = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){COMPARISON_PATTERN}")
 
 STATUS, OK = "status", "ok"
 """What a condition names to leave out cases without metrics: `at status == ok`."""
 
-_WITH_METRICS = re.compile(rf"\s*+{STATUS}\s*+==\s*+{OK}\s*+")
+_STATUS_OK_PATTERN = re.compile(rf"\s*+{STATUS}\s*+==\s*+{OK}\s*+")
 
 
 @dataclass(frozen=True)
@@ -79,26 +87,32 @@ class Check:
         ValueError
             With a sentence, when it means none.
         """
-        where = AT.split(text, maxsplit=1)[1:]
-        promise = cls.promise(text)
-        return replace(promise, conditions=conditions(where[0], units)) if where else promise
+        where = AT_PATTERN.split(text, maxsplit=1)[1:]
+        comparison = cls.comparison(text)
+        return (
+            replace(comparison, conditions=parse_conditions(where[0], units))
+            if where
+            else comparison
+        )
 
     @classmethod
-    def promise(cls, text: str) -> Check:
+    def comparison(cls, text: str) -> Check:
         """Give a check without its conditions; errors as in `parse`."""
-        promise = AT.split(text, maxsplit=1)[0]
-        form = _FORM.fullmatch(promise)
+        comparison = AT_PATTERN.split(text, maxsplit=1)[0]
+        form = _CHECK_PATTERN.fullmatch(comparison)
         if form is None:
-            raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(text)}")
+            raise ValueError(
+                f"write `metric < value`, such as `T_a < 1.5`, not {format_value(text)}"
+            )
         metric, op = form["metric"], form["op"]
         if metric not in UNITS:
-            hint = meant_or_known(metric, UNITS)
-            raise ValueError(f"unknown metric {shown(metric)}{hint}")
-        refuse_unknown(op)
-        bound, unit = limit(form["limit"], UNITS[metric]), unit_behind(form["limit"])
+            hint = name_hint(metric, UNITS)
+            raise ValueError(f"unknown metric {format_value(metric)}{hint}")
+        check_operator(op)
+        bound, unit = parse_limit(form["limit"], UNITS[metric]), unit_suffix(form["limit"])
         return cls(text, metric, op, bound, unit=unit)
 
-    def based_on(self, here: Mapping[str, float | None]) -> Check:
+    def with_values(self, here: Mapping[str, float | None]) -> Check:
         """Give the check of a scenario in which some keys have these values."""
         known = (replace(one, here=here.get(one.key, one.here)) for one in self.conditions)
         return replace(self, conditions=tuple(known))
@@ -112,7 +126,7 @@ class Check:
             return Verdict(self, None, None, reason="this case lies elsewhere")
         return self.verdict(metrics.get(self.metric), None)
 
-    def reach(self, points: Mapping[str, Column], count: int) -> Column:
+    def applicable(self, points: Mapping[str, Column], count: int) -> Column:
         """Give which of so many cases the check applies to, as truth values of shape (count,).
 
         Parameters
@@ -141,10 +155,10 @@ class Check:
         """
         if not judged.any():
             return None
-        bad = np.where(np.isnan(values), np.inf, self.off(values))
+        bad = np.where(np.isnan(values), np.inf, self.excess(values))
         return int(np.argmax(np.where(judged, bad, -np.inf)))
 
-    def off(self, value: Any) -> Any:
+    def excess(self, value: Any) -> Any:
         """Give how far a value, or a column, is from what was promised; below 0 it holds."""
         away = value - self.limit
         return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
@@ -154,27 +168,29 @@ class Check:
         return bool(COMPARISONS[self.op](value, self.limit))
 
     @property
-    def foregone(self) -> bool | None:
+    def constant_result(self) -> bool | None:
         """Whether every value that the metric may have holds (True) or fails (False), if so."""
-        low = -math.inf if self.metric in SIGNED else 0.0
-        high = 1.0 if self.metric in SHARES else math.inf
+        low = -math.inf if self.metric in SIGNED_METRICS else 0.0
+        high = 1.0 if self.metric in SHARE_METRICS else math.inf
         answers = {
-            self.holds(value) for value in (low, high, *self._edge) if low <= value <= high
+            self.holds(value)
+            for value in (low, high, *self._values_at_limit)
+            if low <= value <= high
         }
         return answers.pop() if len(answers) == 1 else None
 
     def contradicts(self, other: Check) -> bool:
         """Whether no value of the metric, which both are about, is as both promise."""
-        values = (*self._edge, *other._edge)
+        values = (*self._values_at_limit, *other._values_at_limit)
         return not any(self.holds(value) and other.holds(value) for value in values)
 
     @property
-    def _edge(self) -> tuple[float, float, float]:
+    def _values_at_limit(self) -> tuple[float, float, float]:
         """The limit and its neighbours: between two limits at least one of them lies."""
         limit = self.limit
         return math.nextafter(limit, -math.inf), limit, math.nextafter(limit, math.inf)
 
-    def missed(self) -> Verdict:
+    def no_case_verdict(self) -> Verdict:
         """Return the verdict where the check applies to none of many cases: it fails."""
         return Verdict(self, False, None, reason="no case lies there")
 
@@ -236,43 +252,47 @@ class Verdict:
         if self.value is None:
             return self.reason
         check, unit = self.check, UNITS[self.check.metric]
-        scale = factor(check.unit, unit) if check.unit else 1.0
-        value, limit, unit = self.value / scale, check.limit / scale, pretty(check.unit or unit)
+        scale = conversion_factor(check.unit, unit) if check.unit else 1.0
+        value, limit, unit = (
+            self.value / scale,
+            check.limit / scale,
+            format_unit(check.unit or unit),
+        )
         if self.half_width:
-            words = around(value, self.half_width / scale, unit)
+            words = format_interval(value, self.half_width / scale, unit)
         else:
-            words = number(value, unit, _digits(value, limit))
+            words = format_number(value, unit, _distinguishing_digits(value, limit))
         return f"with {words}{f', mean of {self.seeds} seeds' if self.seeds > 1 else ''}"
 
     @property
     def place(self) -> str:
         """The deciding case in words, such as ` at excitation.frequency = 8`."""
         point = self.where or {}
-        values = [f"{key} = {number(value, digits=6)}" for key, value in point.items()]
+        values = [f"{key} = {format_number(value, digits=6)}" for key, value in point.items()]
         return f" at {', '.join(values)}" if values else ""
 
 
-FINE, FINEST = 6, 17
+USUAL_DIGITS, MAX_DIGITS = 6, 17
 """Digits of a value beside the bound of its check; and all that it takes to tell them apart."""
 
 
-def _digits(value: float, limit: float) -> int:
+def _distinguishing_digits(value: float, limit: float) -> int:
     """Give how many digits of a value tell it from a limit that it does not equal."""
-    digits = FINE
+    digits = USUAL_DIGITS
     while (
         value != limit
-        and digits < FINEST
-        and number(value, digits=digits) == number(limit, digits=digits)
+        and digits < MAX_DIGITS
+        and format_number(value, digits=digits) == format_number(limit, digits=digits)
     ):
         digits += 1
     return digits
 
 
-def badness(verdict: Verdict) -> float:
+def violation(verdict: Verdict) -> float:
     """Give how far a case is from what was promised; what is not known is the worst."""
     if verdict.value is None or math.isnan(verdict.value):
         return math.inf
-    return float(verdict.check.off(verdict.value))
+    return float(verdict.check.excess(verdict.value))
 
 
 @dataclass(frozen=True)
@@ -294,49 +314,55 @@ class Condition:
         return value is not None and bool(COMPARISONS[self.op](value, self.limit))
 
 
-def conditional(text: object) -> bool:
+def has_condition(text: object) -> bool:
     """Whether a text is that of a check with an `at`."""
-    return isinstance(text, str) and AT.search(text) is not None
+    return isinstance(text, str) and AT_PATTERN.search(text) is not None
 
 
-def conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:
+def parse_conditions(text: str, units: Mapping[str, str] | None) -> tuple[Condition, ...]:
     """Give the conditions in the text behind `at`, which `and` joins; `units` as in `parse`."""
-    return tuple(_condition(part, units) for part in re.split(r"\sand(?=\s|$)", text))
+    return tuple(_parse_condition(part, units) for part in re.split(r"\sand(?=\s|$)", text))
 
 
-def _condition(text: str, units: Mapping[str, str] | None) -> Condition:
+def _parse_condition(text: str, units: Mapping[str, str] | None) -> Condition:
     """Give one condition."""
-    if _WITH_METRICS.fullmatch(text):
+    if _STATUS_OK_PATTERN.fullmatch(text):
         # Cases are told apart by the number of their status, of which that of `ok` is 0.
         return Condition(STATUS, "==", 0.0, here=0.0)
-    form = _KEY_FORM.fullmatch(text)
+    form = _CONDITION_PATTERN.fullmatch(text)
     if form is None:
         found = f"at{text}" if text.strip() else "at"
         example = "at excitation.frequency >= 8"
-        raise ValueError(f"write `at key >= value`, such as `{example}`, not {shown(found)}")
+        raise ValueError(
+            f"write `at key >= value`, such as `{example}`, not {format_value(found)}"
+        )
     key, op = form["key"], form["op"]
     if units is not None and key not in units:
-        hint = meant(next((other for other in units if _similar_key(key, other)), None))
-        raise ValueError(f"{shown(key)} behind `at` is no numeric key of this scenario{hint}")
-    refuse_unknown(op)
-    return Condition(key, op, limit(form["limit"], units[key] if units else ""))
+        hint = did_you_mean(
+            next((other for other in units if _is_similar_key(key, other)), None)
+        )
+        raise ValueError(
+            f"{format_value(key)} behind `at` is no numeric key of this scenario{hint}"
+        )
+    check_operator(op)
+    return Condition(key, op, parse_limit(form["limit"], units[key] if units else ""))
 
 
-def _similar_key(key: str, other: str) -> bool:
+def _is_similar_key(key: str, other: str) -> bool:
     """Whether one dotted key may have been meant by another, step by step."""
     pairs = list(zip_longest(key.split("."), other.split("."), fillvalue=""))
-    return all(a == b or near(a, [b]) for a, b in pairs)
+    return all(a == b or closest_match(a, [b]) for a, b in pairs)
 
 
-def refuse_unknown(op: str) -> None:
+def check_operator(op: str) -> None:
     """Make sure that there is such a comparison."""
     if op not in COMPARISONS:
         raise ValueError(f"unknown comparison `{op}`; use one of {' '.join(COMPARISONS)}")
 
 
-def limit(text: str, unit: str) -> float:
+def parse_limit(text: str, unit: str) -> float:
     """Give the number [unit] that a text compares with; a ValueError says why it has none."""
     value = convert(text, unit)
     if not math.isfinite(value):
-        raise ValueError(f"must compare with a finite number, not {shown(text)}")
+        raise ValueError(f"must compare with a finite number, not {format_value(text)}")
     return value

@@ -18,21 +18,21 @@ from drysim.metrics.stroke import Values
 
 Complexes = NDArray[np.complex128]
 
-ON_GRID = 1e-6
+STEP_TOLERANCE = 1e-6
 """A time this close to a grid point, in steps, is on it."""
 
-FADE = 20.0
+PADDING_TIME = 20.0
 """Time [s] after which the weightings have forgotten: their slowest pole, in the high-pass,
 decays by exp(-1.78/s t), to 4e-16."""
 
-TAU = 1.0
+RUNNING_RMS_TIME = 1.0
 """Integration time of the running RMS [s]."""
 
 HIGH_PASS, LOW_PASS = 0.4, 100.0
 """Corners of the band limits that all weightings share, both Butterworth of order two [Hz]."""
 
 
-class Filter(NamedTuple):
+class WeightingFilter(NamedTuple):
     """A weighting inside its band limits.
 
     Attributes
@@ -49,20 +49,20 @@ class Filter(NamedTuple):
 
 
 WEIGHTINGS = {
-    "Wk": Filter(12.5, 0.63, (2.37, 0.91, 3.35, 0.91)),
-    "Wd": Filter(2.0, 0.63),
-    "Wc": Filter(8.0, 0.63),
+    "Wk": WeightingFilter(12.5, 0.63, (2.37, 0.91, 3.35, 0.91)),
+    "Wd": WeightingFilter(2.0, 0.63),
+    "Wc": WeightingFilter(8.0, 0.63),
 }
 """Wk: a seat, vertical. Wd: a seat, horizontal. Wc: a backrest, fore and aft."""
 
 DIRECTIONS = {"vertical": ("Wk", 1.0), "horizontal": ("Wd", 1.4)}
 """Weighting and multiplying factor k [-] of a seat's directions."""
 
-RECALLED = ("horizontal",)
+UNVERIFIED_DIRECTIONS = ("horizontal",)
 """Directions whose k is recalled and was not checked against the text of ISO 2631-1."""
 
 
-def comfort(
+def comfort_metrics(
     response: Response, window: tuple[float, float], name: str, k: float, periodic: bool
 ) -> Values:
     """Give a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor of a response; None where unknown.
@@ -91,13 +91,15 @@ def comfort(
     A motion that is not periodic is weighted as an instrument would that is switched on at
     t = 0, before which nothing moved: `settle` passes over the transients of both.
     """
-    part, dt = steps_within(response, window), response.dt
-    base, mass = (weighted(series, dt, name, periodic)[part] for series in step_means(response))
+    part, dt = steps_in_window(response, window), response.dt
+    base, mass = (
+        apply_weighting(series, dt, name, periodic)[part] for series in step_means(response)
+    )
     if not len(mass):
         return {}
     a_u, a_w = k * rms(base), k * rms(mass)
-    dose_u, dose = k * _dose(base, dt), k * _dose(mass, dt)
-    running = greatest_running(mass, dt, periodic)
+    dose_u, dose = k * _vibration_dose(base, dt), k * _vibration_dose(mass, dt)
+    running = max_running_rms(mass, dt, periodic)
     return {
         "a_w": a_w,
         "SEAT": a_w / a_u if a_u else None,
@@ -108,7 +110,7 @@ def comfort(
     }
 
 
-def weighted(means: Floats, dt: float, name: str, periodic: bool = False) -> Floats:
+def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False) -> Floats:
     """Give the weighted series of an acceleration, in the middles of the steps.
 
     Parameters
@@ -125,15 +127,15 @@ def weighted(means: Floats, dt: float, name: str, periodic: bool = False) -> Flo
     Notes
     -----
     By FFT, with the exact gain at every line: a periodic series needs no padding, any other
-    is followed by `FADE` of nothing, so that its end does not reach round to its beginning.
+    is followed by `PADDING_TIME` of nothing, so that its end does not reach round to its beginning.
     """
     from scipy import fft
 
     n = len(means)
-    length = n if periodic else fft.next_fast_len(n + math.ceil(FADE / dt), real=True)
+    length = n if periodic else fft.next_fast_len(n + math.ceil(PADDING_TIME / dt), real=True)
     f: Floats = np.fft.rfftfreq(length, dt).astype(np.float64)
     spectrum = fft.rfft(means, length)
-    spectrum *= gain(name, f) / faded(f, dt)
+    spectrum *= weighting_gain(name, f) / averaging_gain(f, dt)
     return np.asarray(fft.irfft(spectrum, length)[:n], dtype=np.float64)
 
 
@@ -142,14 +144,14 @@ def rms(series: Floats) -> float:
     return math.sqrt(float(np.mean(np.square(series))))
 
 
-def _dose(series: Floats, dt: float) -> float:
+def _vibration_dose(series: Floats, dt: float) -> float:
     """Give the fourth root of the integral of the fourth power."""
     return math.sqrt(math.sqrt(float(np.sum(np.square(np.square(series)))) * dt))
 
 
-def greatest_running(series: Floats, dt: float, periodic: bool = False) -> float | None:
+def max_running_rms(series: Floats, dt: float, periodic: bool = False) -> float | None:
     """Give the greatest RMS over 1 s of a series; None for one that is shorter and ends."""
-    span = TAU / dt
+    span = RUNNING_RMS_TIME / dt
     if periodic:
         series = np.tile(series, 1 + math.ceil(span / len(series)))
     if len(series) < span:
@@ -162,7 +164,7 @@ def greatest_running(series: Floats, dt: float, periodic: bool = False) -> float
     return math.sqrt(max(float(squares.max()), 0.0))
 
 
-def gain(name: str, f: Floats) -> Complexes:
+def weighting_gain(name: str, f: Floats) -> Complexes:
     """Give the complex gain W of a weighting at frequencies.
 
     Parameters
@@ -215,7 +217,7 @@ def step_means(response: Response) -> tuple[Floats, Floats]:
     ẍ = ü + dv_r/dt, so the mean over a step follows exactly from v_r at its ends, wherever in
     it ẍ jumps. A point sample would miss up to half a step of each jump by 2 F_fk/m; what
     remains here is aliasing, which a mean over the step keeps small. A mean has the gain
-    sin(π f dt)/(π f dt), which `faded` gives so that it can be taken back.
+    sin(π f dt)/(π f dt), which `averaging_gain` gives so that it can be taken back.
     """
     dt, motion = response.dt, response.motion
     if isinstance(motion, Samples):
@@ -227,13 +229,13 @@ def step_means(response: Response) -> tuple[Floats, Floats]:
     return u_dd, u_dd + np.diff(response.v_r) / dt
 
 
-def faded(f: Floats, dt: float) -> Floats:
+def averaging_gain(f: Floats, dt: float) -> Floats:
     """Give the gain of a mean over a step [s] at frequencies [Hz]: sin(π f dt)/(π f dt)."""
     return np.asarray(np.sinc(f * dt), dtype=np.float64)
 
 
-def steps_within(response: Response, window: tuple[float, float]) -> slice:
+def steps_in_window(response: Response, window: tuple[float, float]) -> slice:
     """Give the steps that lie in a window [s] as a whole."""
-    first = int(np.ceil(window[0] / response.dt - ON_GRID))
-    last = int(np.floor(window[1] / response.dt + ON_GRID))
+    first = int(np.ceil(window[0] / response.dt - STEP_TOLERANCE))
+    last = int(np.floor(window[1] / response.dt + STEP_TOLERANCE))
     return slice(first, max(first, min(last, len(response) - 1)))

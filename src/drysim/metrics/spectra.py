@@ -8,18 +8,18 @@ import numpy as np
 
 from drysim.approach.solution import Floats, Response
 from drysim.core.model import Plant
-from drysim.metrics.comfort import Complexes, faded, step_means, steps_within
+from drysim.metrics.comfort import Complexes, averaging_gain, step_means, steps_in_window
 
-SEGMENTS = 8
+MIN_SEGMENTS = 8
 """Fewest segments end to end in a window unless the scenario says otherwise."""
 
-PERIODS, SHORTEST = 8.0, 5.0
+PERIODS_PER_SEGMENT, MIN_SEGMENT_TIME = 8.0, 5.0
 """Natural periods in a segment of a long window, and the least length of one [s]."""
 
-FEWEST_STEPS = 16
+MIN_SEGMENT_STEPS = 16
 """Steps of the shortest segment: eight lines are no spectrum."""
 
-WIDTH = 1.5
+HANN_BANDWIDTH = 1.5
 """Noise bandwidth of the Hann window [lines]."""
 
 
@@ -70,20 +70,20 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
     the steps, and their fading towards half of the sampling rate is taken back. So G_u is that
     of straight lines between the samples, less than that of the samples by (2/3) (π f dt)².
     """
-    dt, part = response.dt, steps_within(response, window)
+    dt, part = response.dt, steps_in_window(response, window)
     u_dd, x_dd = (series[part] - series[part].mean() for series in step_means(response))
     n = max(1, round(segment / dt))
     f: Floats = np.arange(1, n // 2 + 1) / (n * dt)
-    G_u, G_x = (_cross(series, series, n, dt).real for series in (u_dd, x_dd))
-    G_ux = _cross(u_dd, x_dd, n, dt)
+    G_u, G_x = (_cross_spectrum(series, series, n, dt).real for series in (u_dd, x_dd))
+    G_ux = _cross_spectrum(u_dd, x_dd, n, dt)
     with np.errstate(invalid="ignore", divide="ignore"):
         H1, coherence = G_ux / G_u, np.square(np.abs(G_ux)) / (G_u * G_x)
-    fading = np.square(faded(f, dt))
+    fading = np.square(averaging_gain(f, dt))
     count = 1 + (len(u_dd) - n) // (n - n // 2)
     return Spectra(f, G_u / fading, G_x / fading, H1, coherence, n * dt, count)
 
 
-def _cross(a: Floats, b: Floats, n: int, dt: float) -> Complexes:
+def _cross_spectrum(a: Floats, b: Floats, n: int, dt: float) -> Complexes:
     """Give the one-sided cross spectrum of two series above 0 Hz, by segments of n steps."""
     from scipy import signal
 

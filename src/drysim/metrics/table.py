@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drysim.approach.solution import Path, Track
-from drysim.core.model import AnyState, Plant, Stopped, Totals
+from drysim.approach.solution import Path, Trajectory
+from drysim.core.model import AnyState, EndStopLaw, Plant, Totals
 from drysim.metrics.stroke import (
     Values,
-    bounces,
+    bumper_energy,
     excursions,
-    path_of,
-    sprung,
+    impact_metrics,
+    path_in_window,
     stroke_statistics,
 )
 
@@ -98,28 +98,40 @@ METRICS = (
 UNITS = {metric.name: metric.unit for metric in METRICS}
 """Unit of every metric, by name."""
 
-SHARES = ("stuck_share", "chatter_share")
+SHARE_METRICS = ("stuck_share", "chatter_share")
 """Those that are shares of the window, from 0 to 1."""
 
-SIGNED = ("energy_input", "energy_stored", "energy_friction", "energy_residual")
+SIGNED_METRICS = ("energy_input", "energy_stored", "energy_friction", "energy_residual")
 """Those that may be below zero: bristles and spring contacts give energy back."""
 
-COMFORT = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
+COMFORT_METRICS = ("a_w", "SEAT", "VDV", "SEAT_VDV", "MTVV", "crest_factor")
 """Those that only a weighting gives."""
 
-BOUNDED = ("contacts", "impact_speed", "stop_force_peak", "impulse_peak", "energy_stops")
+END_STOP_METRICS = (
+    "contacts",
+    "impact_speed",
+    "stop_force_peak",
+    "impulse_peak",
+    "energy_stops",
+)
 """Those that only end stops give."""
 
-LIMITED = ("stroke_used", "violations", "t_first_violation", "t_beyond", "limit_rate")
+STROKE_LIMIT_METRICS = (
+    "stroke_used",
+    "violations",
+    "t_first_violation",
+    "t_beyond",
+    "limit_rate",
+)
 """Those that only a stroke limit gives."""
 
 
 def measure(
-    track: Track,
+    trajectory: Trajectory,
     window: tuple[float, float],
     x_rM: float | None,
     closure: float | None = None,
-    goes_on: bool = False,
+    stationary: bool = False,
 ) -> Values:
     """Give every metric of `METRICS` by name; None where it is not known.
 
@@ -138,51 +150,55 @@ def measure(
     goes_on : bool
         Whether the motion may be taken to go on as in the window, as noise and records are.
     """
-    totals = track.totals(*window)
-    path = track.path(window, x_rM)
-    peak = greatest_stroke(track, path, window)
+    totals = trajectory.totals(*window)
+    path = trajectory.path(window, x_rM)
+    peak = peak_displacement(trajectory, path, window)
     length = window[1] - window[0]
-    values = means(totals, length)
+    values = mean_metrics(totals, length)
     values |= {"x_r_peak": peak, "closure": closure}
-    values["chatter_share"] = track.chatter(*window)
+    values["chatter_share"] = trajectory.chatter(*window)
     values["stroke_suffices"] = (
-        greatest_stroke(track, path, (0.0, window[1])) if window[0] else peak
+        peak_displacement(trajectory, path, (0.0, window[1])) if window[0] else peak
     )
-    values |= stroke_statistics(path_of(track, path, window), length, x_rM, goes_on)
-    ends = track.state(window[0]), track.state(window[1])
-    held = sprung(track.law, ends[0]), sprung(track.law, ends[1])
-    values |= energies(track.plant, track.law.F_fk, totals, *ends, held)
-    if isinstance(track.law, Stopped):
-        values |= bounces(track, window, repeats=closure is not None)
+    values |= stroke_statistics(
+        path_in_window(trajectory, path, window), length, x_rM, stationary
+    )
+    ends = trajectory.state(window[0]), trajectory.state(window[1])
+    held = bumper_energy(trajectory.law, ends[0]), bumper_energy(trajectory.law, ends[1])
+    values |= energy_metrics(trajectory.plant, trajectory.law.F_fk, totals, *ends, held)
+    if isinstance(trajectory.law, EndStopLaw):
+        values |= impact_metrics(trajectory, window, repeats=closure is not None)
         values["energy_stops"] = totals.hits - (held[1] - held[0])
         hourly = values.get("stroke_once_an_hour")
-        if track.law.rigid and hourly is not None:  # its tail is cut off there
-            values["stroke_once_an_hour"] = min(hourly, track.law.x_rM)
+        if trajectory.law.rigid and hourly is not None:  # its tail is cut off there
+            values["stroke_once_an_hour"] = min(hourly, trajectory.law.x_rM)
     if x_rM is not None:
-        times, t_first, t_beyond = excursions(track, path, x_rM, repeats=closure is not None)
+        times, t_first, t_beyond = excursions(
+            trajectory, path, x_rM, repeats=closure is not None
+        )
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return {metric.name: values.get(metric.name) for metric in METRICS}
 
 
-def greatest_stroke(track: Track, path: Path, window: tuple[float, float]) -> float:
+def peak_displacement(trajectory: Trajectory, path: Path, window: tuple[float, float]) -> float:
     """Give the greatest |x_r| in a window [m]: where its path comes by or at an end."""
     begin, end = window
     inside = (path.t >= begin) & (path.t <= end)
     turning = np.abs(path.x_r[inside]).max(initial=0.0)
-    return float(max(turning, abs(track.state(begin).x_r), abs(track.state(end).x_r)))
+    return float(max(turning, abs(trajectory.state(begin).x_r), abs(trajectory.state(end).x_r)))
 
 
 # Means and energies from integrals over a window: of one case, or of columns of many.
 
-NOTHING = 1e-9
+ENERGY_FLOOR_SHARE = 1e-9
 """Share of force times displacement that counts as no energy: rounding comes to 1e-15."""
 
-FAINT = 1e-292
+ENERGY_FLOOR = 1e-292
 """What is less counts as no energy [J]: rounding of it is below the least normal number."""
 
 
-def means(totals: Totals, length: Any) -> dict[str, Any]:
+def mean_metrics(totals: Totals, length: Any) -> dict[str, Any]:
     """Give RMS values, their ratios and the stuck share from the integrals over a window.
 
     Parameters
@@ -192,24 +208,24 @@ def means(totals: Totals, length: Any) -> dict[str, Any]:
     length : float or ndarray
         Of the window [s].
     """
-    a_u = root(totals.u_dd2 / length)
+    a_u = sqrt(totals.u_dd2 / length)
     # A mass that never moves has the base's motion to the last bit, not to rounding.
-    a_x = chosen(totals.stuck >= length, a_u, root(totals.x_dd2 / length))
-    x_r = root(totals.x2 / length)
-    u = None if totals.u2 is None else root(totals.u2 / length)
+    a_x = where(totals.stuck >= length, a_u, sqrt(totals.x_dd2 / length))
+    x_r = sqrt(totals.x2 / length)
+    u = None if totals.u2 is None else sqrt(totals.u2 / length)
     return {
         "a_u": a_u,
         "a_x": a_x,
         "T_a": ratio(a_x, a_u),
         "T_x": ratio(x_r, u),
         "x_r_rms": x_r,
-        "v_r_rms": root(totals.v2 / length),
+        "v_r_rms": sqrt(totals.v2 / length),
         "u_rms": u,
         "stuck_share": totals.stuck / length,
     }
 
 
-def energies(
+def energy_metrics(
     plant: Plant,
     F_fk: Any,
     totals: Totals,
@@ -217,7 +233,7 @@ def energies(
     last: AnyState,
     bumpers: tuple[float, float] = (0.0, 0.0),
 ) -> dict[str, Any]:
-    """Give the energy balance of a window, audited; numbers or arrays as in `means`.
+    """Give the energy balance of a window, audited; numbers or arrays as in `mean_metrics`.
 
     `bumpers` is what end stops hold as springs at both ends [J].
 
@@ -225,18 +241,20 @@ def energies(
     -----
     Each term is integrated on its own, so what the balance leaves certifies the solution. It is
     relative to the largest term, or to m·RMS{ü}·RMS{v_r}·t: what base and mass may exchange;
-    at least to the share `NOTHING` of F_fk |x_r|, lest rounding be held against a contact that
-    rests away from the middle, and at least to `FAINT`.
+    at least to the share `ENERGY_FLOOR_SHARE` of F_fk |x_r|, lest rounding be held against a contact that
+    rests away from the middle, and at least to `ENERGY_FLOOR`.
     """
     work = -plant.m * totals.power
-    begin = held_energy(plant, first) + bumpers[0]
-    stored = held_energy(plant, last) + bumpers[1] - begin
+    begin = mechanical_energy(plant, first) + bumpers[0]
+    stored = mechanical_energy(plant, last) + bumpers[1] - begin
     stops = totals.hits - (bumpers[1] - bumpers[0])
     viscous = plant.b * totals.v2
-    friction = F_fk * totals.rub
-    exchanged = plant.m * root(totals.u_dd2 * totals.v2)
-    least = NOTHING * F_fk * greatest(abs(first.x_r), abs(last.x_r))
-    scale = greatest(exchanged, abs(stored), viscous, friction, begin, abs(stops), least, FAINT)
+    friction = F_fk * totals.sliding_distance
+    exchanged = plant.m * sqrt(totals.u_dd2 * totals.v2)
+    least = ENERGY_FLOOR_SHARE * F_fk * maximum(abs(first.x_r), abs(last.x_r))
+    scale = maximum(
+        exchanged, abs(stored), viscous, friction, begin, abs(stops), least, ENERGY_FLOOR
+    )
     return {
         "energy_input": work,
         "energy_stored": stored,
@@ -246,7 +264,7 @@ def energies(
     }
 
 
-def held_energy(plant: Plant, state: AnyState) -> Any:
+def mechanical_energy(plant: Plant, state: AnyState) -> Any:
     """Give the spring and kinetic energy of a state of relative motion [J]."""
     v_r, x_r = state.v_r, state.x_r
     return 0.5 * (plant.m * (v_r * v_r) + plant.k_x * (x_r * x_r))
@@ -255,7 +273,7 @@ def held_energy(plant: Plant, state: AnyState) -> Any:
 # Arithmetic on numbers, or on columns of them, where both are not written alike.
 
 
-def root(value: Any) -> Any:
+def sqrt(value: Any) -> Any:
     """Give the square root; numpy alone would give that of a number ten times slower."""
     return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
 
@@ -267,14 +285,14 @@ def ratio(a: Any, b: Any) -> Any:
     return np.divide(a, b, out=np.full(b.shape, np.nan), where=b != 0.0)
 
 
-def chosen(which: Any, one: Any, other: Any) -> Any:
+def where(which: Any, one: Any, other: Any) -> Any:
     """Give one of two by a condition."""
     if isinstance(which, np.ndarray):
         return np.where(which, one, other)
     return one if which else other
 
 
-def greatest(*values: Any) -> Any:
+def maximum(*values: Any) -> Any:
     """Give the greatest of several."""
     if any(isinstance(value, np.ndarray) for value in values):
         return np.maximum.reduce(np.broadcast_arrays(*values))

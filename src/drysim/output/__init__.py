@@ -1,9 +1,9 @@
 """Files: what finished work leaves on the disk. Computes nothing and shows nothing.
 
-`write` and its like choose the writers of what was made, `tables`, `many`, `speed_error` and
-`drysim.plots` among them. `folder.put` lets them write into `<name>.partial`, adds drysim.json
-last (`sidecar`), and puts the folder in its place; whether it may is for `check` and
-`claim_partial` to say, before any work.
+`write_run` and its like choose the writers of what was made, `tables`, `many`, `speed_error` and
+`drysim.plots` among them. `folder.write_folder` lets them write into `<name>.partial`, adds drysim.json
+last (`sidecar`), and puts the folder in its place; whether it may is for `check_writable` and
+`lock_partial` to say, before any work.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output import sidecar, tables
-from drysim.output.folder import SCENARIO, Claim, put
-from drysim.output.folder import check as check
-from drysim.output.folder import claim_partial as claim_partial
-from drysim.output.folder import resumable as resumable
+from drysim.output.folder import SCENARIO_FILE, LockedFolder, write_folder
+from drysim.output.folder import check_writable as check_writable
+from drysim.output.folder import is_resumable as is_resumable
+from drysim.output.folder import lock_partial as lock_partial
 from drysim.output.sidecar import json_text as json_text
-from drysim.output.sidecar import of_run
+from drysim.output.sidecar import run_fields
 from drysim.yaml_document import dump
 
 if TYPE_CHECKING:
-    from drysim.bench.hard_cases import Ordeals
+    from drysim.bench.hard_cases import HardCases
     from drysim.bench.score import Bench
     from drysim.scenario.model import Scenario
     from drysim.study.compare import Comparison
@@ -32,43 +32,45 @@ if TYPE_CHECKING:
     from drysim.study.table import Table
 
 
-def own(made: Outcome | Ensemble | Table, folder: Path) -> None:
+def write_scenario_yaml(result: Outcome | Ensemble | Table, folder: Path) -> None:
     """Write scenario.yaml: resolved, defaults spelled out, it runs again as it is."""
-    _write(made.scenario, folder, SCENARIO)
+    _write_yaml(result.scenario, folder, SCENARIO_FILE)
 
 
-def compared(made: Comparison, folder: Path) -> None:
+def write_shared_yaml(result: Comparison, folder: Path) -> None:
     """Write scenario.yaml: what all approaches share."""
-    _write(made.table.scenario, folder, SCENARIO)
+    _write_yaml(result.table.scenario, folder, SCENARIO_FILE)
 
 
-def benched(made: Bench, folder: Path) -> None:
+def write_bench_yaml(result: Bench, folder: Path) -> None:
     """Write scenario.yaml; of several scenes each under its own name."""
-    alone = len(made.panels) == 1
-    for panel in made.panels:
-        _write(panel.scenario, folder, SCENARIO if alone else f"{panel.scenario.name}.yaml")
+    alone = len(result.cases) == 1
+    for panel in result.cases:
+        _write_yaml(
+            panel.scenario, folder, SCENARIO_FILE if alone else f"{panel.scenario.name}.yaml"
+        )
 
 
-def _write(scenario: Scenario, folder: Path, name: str) -> None:
+def _write_yaml(scenario: Scenario, folder: Path, name: str) -> None:
     """Write a scenario as plain words."""
     words = dump(scenario.resolved(relative_to=folder))
     (folder / name).write_text(words, encoding="utf-8", newline="\n")
 
 
-WRITERS = (
-    own,
-    tables.response,
-    tables.events,
-    tables.stroke_violations,
-    sidecar.spectra,
+RUN_WRITERS = (
+    write_scenario_yaml,
+    tables.write_response_csv,
+    tables.write_events_csv,
+    tables.write_violations_csv,
+    sidecar.write_spectra_csv,
 )
 """Each takes an outcome and a folder, and writes its file when there is anything to write."""
 
-PAINTERS = ("response", "spectra")
+RUN_PLOTS = ("response", "spectra")
 """The same in `drysim.plots`, for files that `--no-plots` leaves out."""
 
 
-def write(
+def write_run(
     outcome: Outcome, folder: Path, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
     """Write the output folder of a run, completely or not at all.
@@ -95,39 +97,47 @@ def write(
     OutputError
         The folder is not ours to replace, or cannot be written.
     """
-    writers = WRITERS + _painters(PAINTERS * plots)
-    return put(outcome, folder, writers, of_run, command, exit_code)
+    writers = RUN_WRITERS + _plot_writers(RUN_PLOTS * plots)
+    return write_folder(outcome, folder, writers, run_fields, command, exit_code)
 
 
 def write_ensemble(
-    ensemble: Ensemble, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
+    ensemble: Ensemble,
+    folder: Path | LockedFolder,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
 ) -> dict[str, Any]:
     """Write the output folder of many seeds; parameters and errors are as in `write_table`."""
     from drysim.output import many
 
     writers = (
-        own,
-        many.ensemble,
-        _of_shown(tables.response),
-        _of_shown(tables.events),
-        many.stroke_violations,
-        _of_shown(sidecar.spectra),
+        write_scenario_yaml,
+        many.write_ensemble_csv,
+        _for_shown_seed(tables.write_response_csv),
+        _for_shown_seed(tables.write_events_csv),
+        many.write_seed_violations_csv,
+        _for_shown_seed(sidecar.write_spectra_csv),
     )
     if plots and exit_code != EXIT_INTERRUPTED:
-        writers += (*_painters(("ensemble",)), *map(_of_shown, _painters(PAINTERS)))
-    return put(ensemble, folder, writers, many.of_ensemble, command, exit_code)
+        writers += (
+            *_plot_writers(("ensemble",)),
+            *map(_for_shown_seed, _plot_writers(RUN_PLOTS)),
+        )
+    return write_folder(ensemble, folder, writers, many.ensemble_fields, command, exit_code)
 
 
 def write_table(
     table: Table,
-    folder: Path | Claim,
+    folder: Path | LockedFolder,
     *,
     plots: bool,
     command: str,
     exit_code: int,
     form: str = "csv",
 ) -> dict[str, Any]:
-    """Write the output folder of a sweep; parameters and errors are those of `write`.
+    """Write the output folder of a sweep; parameters and errors are those of `write_run`.
 
     Parameters
     ----------
@@ -139,46 +149,70 @@ def write_table(
     """
     from drysim.output import many
 
-    cases = tables.transmissibility if form == "csv" else tables.transmissibility_parquet
-    drawn = ("transmissibility", "stroke") * (plots and exit_code != EXIT_INTERRUPTED)
-    writers = (own, cases, tables.stroke_violations_of_cases, *_painters(drawn))
-    return put(table, folder, writers, many.of_table, command, exit_code)
+    cases = (
+        tables.write_transmissibility_csv
+        if form == "csv"
+        else tables.write_transmissibility_parquet
+    )
+    plot_names = ("transmissibility", "stroke") * (plots and exit_code != EXIT_INTERRUPTED)
+    writers = (
+        write_scenario_yaml,
+        cases,
+        tables.write_case_violations_csv,
+        *_plot_writers(plot_names),
+    )
+    return write_folder(table, folder, writers, many.table_fields, command, exit_code)
 
 
 def write_comparison(
-    comparison: Comparison, folder: Path | Claim, *, plots: bool, command: str, exit_code: int
+    comparison: Comparison,
+    folder: Path | LockedFolder,
+    *,
+    plots: bool,
+    command: str,
+    exit_code: int,
 ) -> dict[str, Any]:
-    """Write the output folder of a comparison; parameters and errors are those of `write`."""
+    """Write the output folder of a comparison; parameters and errors are those of `write_run`."""
     from drysim.output import many
 
-    writers = (compared, tables.comparison, *_painters(("comparison",) * plots))
-    return put(comparison, folder, writers, many.of_comparison, command, exit_code)
+    writers = (
+        write_shared_yaml,
+        tables.write_comparison_csv,
+        *_plot_writers(("comparison",) * plots),
+    )
+    return write_folder(comparison, folder, writers, many.comparison_fields, command, exit_code)
 
 
 def write_bench(
     bench: Bench, folder: Path, *, plots: bool, command: str, exit_code: int
 ) -> dict[str, Any]:
-    """Write the output folder of a bench; parameters and errors are those of `write`."""
+    """Write the output folder of a bench; parameters and errors are those of `write_run`."""
     from drysim.output import many
 
-    writers = (benched, many.speed_error, *_painters(("speed_error",) * plots))
-    return put(bench, folder, writers, many.of_bench, command, exit_code)
+    writers = (
+        write_bench_yaml,
+        many.write_speed_error_csv,
+        *_plot_writers(("speed_error",) * plots),
+    )
+    return write_folder(bench, folder, writers, many.bench_fields, command, exit_code)
 
 
-def write_hard(hard: Ordeals, folder: Path, *, command: str, exit_code: int) -> dict[str, Any]:
-    """Write the output folder of the hard cases; parameters and errors are those of `write`."""
+def write_hard_cases(
+    result: HardCases, folder: Path, *, command: str, exit_code: int
+) -> dict[str, Any]:
+    """Write the output folder of the hard cases; parameters and errors are those of `write_run`."""
     from drysim.output import many
 
-    writers = (many.hard_cases,)
-    return put(hard, folder, writers, many.of_ordeals, command, exit_code)
+    writers = (many.write_hard_cases_csv,)
+    return write_folder(result, folder, writers, many.hard_case_fields, command, exit_code)
 
 
-def _of_shown(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
+def _for_shown_seed(write: Callable[[Outcome, Path], None]) -> Callable[[Ensemble, Path], None]:
     """Give a writer that writes the file of the seed that an ensemble shows."""
-    return lambda made, folder: write(made.shown, folder)
+    return lambda result, folder: write(result.shown, folder)
 
 
-def _painters(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:
+def _plot_writers(names: tuple[str, ...]) -> tuple[Callable[[Any, Path], None], ...]:
     """Give the functions that draw; they are loaded for pictures alone."""
     if not names:
         return ()

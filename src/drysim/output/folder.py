@@ -5,7 +5,7 @@ ours by a lock for as long as the work lasts, and one rename puts it in the plac
 folder. drysim.json comes into `<name>.partial` first, to mark it as ours, and is written anew
 when all other files are there, since it names and hashes them. By it drysim knows a folder
 again: what it did not write itself, or what somebody has edited since, is never replaced, and
-`check` tells so before any work. A kill leaves `<name>.partial` with the finished cases, for
+`check_writable` tells so before any work. A kill leaves `<name>.partial` with the finished cases, for
 `--resume`; one between two renames leaves the old folder aside, and the next run puts it back.
 """
 
@@ -25,44 +25,44 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from drysim.errors import EXIT_INTERRUPTED, OutputError
-from drysim.output.sidecar import Ending, json_text
-from drysim.system import removed
+from drysim.output.sidecar import Provenance, json_text
+from drysim.system import removed_error
 
 MARKER = "drysim.json"
 """The file by which drysim knows a folder again: the first one in it and the last to leave."""
 
-DRAFT = "drysim.json.new"
+MARKER_DRAFT = "drysim.json.new"
 """A marker that is being written; it becomes `MARKER` by rename, so that none is ever torn."""
 
 JOURNAL = "cases.jsonl"
 """Finished seeds of a run under way, kept in `<name>.partial`: one line says what is run, each
 further one is a seed."""
 
-CASES = "cases"
+CASES_FOLDER = "cases"
 """The same for a sweep: a folder with a file for every finished block of cases."""
 
-KEPT = re.compile(r"cases\.(jsonl|new)|cases/(sweep\.(json|new)|[-0-9a-f]+\.cases)")
+RESUMABLE_FILES = re.compile(r"cases\.(jsonl|new)|cases/(sweep\.(json|new)|[-0-9a-f]+\.cases)")
 """What is kept there until the work is done."""
 
-RESULTS = re.compile(
+RESULT_FILES = re.compile(
     r"(response|spectra|transmissibility|stroke|ensemble|comparison|speed_error)\.(csv|png)"
     r"|(events|stroke_violations|hard_cases)\.csv|transmissibility/approach=[^/]+/\d+\.parquet"
     r"|(scenario|paper-(high|low)-friction|paper-random)\.yaml"
 )
 """Every file of a result: a kill may leave some in `<name>.partial` before they are listed."""
 
-SCENARIO = "scenario.yaml"
+SCENARIO_FILE = "scenario.yaml"
 """The resolved scenario of a result: the one file in it that people edit."""
 
-STRAY = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
+IGNORED_FILES = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 """What file managers leave behind without being asked; it may go with the folder."""
 
-SIZES = {"GB": 1e9, "MB": 1e6, "kB": 1e3}
+BYTE_UNITS = {"GB": 1e9, "MB": 1e6, "kB": 1e3}
 """Units that sizes are told in [B]."""
 
-ELSEWHERE = "choose another folder with --out"
-HINTS = {
-    errno.ENOSPC: f"make room on the disk, or {ELSEWHERE}",
+OTHER_FOLDER_HINT = "choose another folder with --out"
+ERRNO_HINTS = {
+    errno.ENOSPC: f"make room on the disk, or {OTHER_FOLDER_HINT}",
     errno.ENAMETOOLONG: "choose a shorter name with --out",
     errno.EBUSY: "name a folder inside it with --out",
     errno.EMFILE: "let a process open more files, by `ulimit -n 1024`",
@@ -72,39 +72,43 @@ HINTS = {
 Made = TypeVar("Made")
 
 
-def put(
-    made: Made,
-    folder: Path | Claim,
+def write_folder(
+    result: Made,
+    folder: Path | LockedFolder,
     writers: Sequence[Callable[[Made, Path], None]],
-    tell: Callable[[Made, Ending], dict[str, Any]],
+    to_fields: Callable[[Made, Provenance], dict[str, Any]],
     command: str,
     exit_code: int,
 ) -> dict[str, Any]:
     """Let all writers write, tell what made their files, and put the folder in its place."""
-    held = nullcontext(folder) if isinstance(folder, Claim) else claim_partial(folder)
-    with held as claim:
-        require(claim)
-        refuse_foreign(named(claim.folder))  # what somebody has put there meanwhile stays
+    held = nullcontext(folder) if isinstance(folder, LockedFolder) else lock_partial(folder)
+    with held as locked:
+        check_lock(locked)
+        check_ownership(
+            resolve_name(locked.folder)
+        )  # what somebody has put there meanwhile stays
         for writer in writers:
-            writer(made, claim.partial)
+            writer(result, locked.partial)
         files = {
-            path.relative_to(claim.partial).as_posix(): _sha256(path)
-            for path in written(claim.partial)
+            path.relative_to(locked.partial).as_posix(): _sha256(path)
+            for path in result_files(locked.partial)
         }
-        told = tell(made, Ending(command, exit_code, files))
-        mark(claim.partial, json_text(told))
+        fields = to_fields(result, Provenance(command, exit_code, files))
+        write_marker(locked.partial, json_text(fields))
         if exit_code == EXIT_INTERRUPTED:
-            leave(claim.partial)
+            release_partial(locked.partial)
         else:
-            finish(claim)
-    return told
+            install_partial(locked)
+    return fields
 
 
-def written(partial: Path) -> list[Path]:
+def result_files(partial: Path) -> list[Path]:
     """Give every file of a result, those in folders of its own included."""
-    every = (path for path in partial.rglob("*") if path.is_file())
+    candidates = (path for path in partial.rglob("*") if path.is_file())
     return sorted(
-        path for path in every if RESULTS.fullmatch(path.relative_to(partial).as_posix())
+        path
+        for path in candidates
+        if RESULT_FILES.fullmatch(path.relative_to(partial).as_posix())
     )
 
 
@@ -116,7 +120,7 @@ def _sha256(file: Path) -> str:
 # Our hold on a folder, from before the work until its result is in place.
 
 
-class Claim(NamedTuple):
+class LockedFolder(NamedTuple):
     """Our hold on an output folder: its name, and `<name>.partial`, where the work is done."""
 
     folder: Path
@@ -131,11 +135,11 @@ class Claim(NamedTuple):
     @property
     def cases(self) -> Path:
         """Where finished blocks of cases are kept."""
-        return self.partial / CASES
+        return self.partial / CASES_FOLDER
 
 
 @contextmanager
-def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
+def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
     """Take `<name>.partial` for ourselves, marked as ours and locked, for as long as the block.
 
     Parameters
@@ -156,44 +160,46 @@ def claim_partial(folder: Path, resume: bool = False) -> Iterator[Claim]:
     OutputError
         The folder is not ours to replace, or cannot be written.
     """
-    check(folder)
-    with sentences(folder):
-        place = named(folder)
-        partial = beside(place, "partial")
+    check_writable(folder)
+    with translate_os_errors(folder):
+        target = resolve_name(folder)
+        partial = sibling(target, "partial")
         partial.mkdir(parents=True, exist_ok=True)
         try:
-            with alone(partial, folder):
-                yield from _held(folder, place, partial, resume)
+            with exclusive_lock(partial, folder):
+                yield from _mark_partial(folder, target, partial, resume)
         except OSError:
             with suppress(OSError):
                 partial.rmdir()  # an empty one, even where no more files can be opened
             raise
 
 
-def _held(folder: Path, place: Path, partial: Path, resume: bool) -> Iterator[Claim]:
+def _mark_partial(
+    folder: Path, target: Path, partial: Path, resume: bool
+) -> Iterator[LockedFolder]:
     """Mark `<name>.partial` as ours and give it; when that fails, leave what can be resumed.
 
     Some files are held open for the time after a failure: to remove a folder, it is opened.
     """
-    with ExitStack() as spare:
+    with ExitStack() as reserve:
         try:
             for end in (*os.pipe(), *os.pipe()):  # each is as good as a file held open
-                spare.callback(os.close, end)
-            recover(place, beside(place, "replaced"))
+                reserve.callback(os.close, end)
+            recover(target, sibling(target, "replaced"))
             # Without its marker the journal would be a stranger to the next drysim.
-            empty(partial, {CASES, JOURNAL, MARKER} if resume else set())
-            mark(partial, '{"format": 1, "complete": false}\n')
-            yield Claim(folder, partial, partial.stat())
+            remove_contents(partial, {CASES_FOLDER, JOURNAL, MARKER} if resume else set())
+            write_marker(partial, '{"format": 1, "complete": false}\n')
+            yield LockedFolder(folder, partial, partial.stat())
         except BaseException as fault:
-            spare.close()
+            reserve.close()
             gone = isinstance(fault, FileNotFoundError) and not partial.exists()
-            leave(partial)
+            release_partial(partial)
             if gone:
-                raise removed(partial) from fault
+                raise removed_error(partial) from fault
             raise
 
 
-def require(claim: Claim) -> None:
+def check_lock(locked: LockedFolder) -> None:
     """Make sure that `<name>.partial` is still the folder that we hold.
 
     Raises
@@ -202,42 +208,44 @@ def require(claim: Claim) -> None:
         When somebody has removed it, or has put another in its place.
     """
     try:
-        same = os.path.samestat(claim.partial.stat(), claim.held)
+        same = os.path.samestat(locked.partial.stat(), locked.held)
     except FileNotFoundError:
         same = False
     if not same:
-        raise removed(claim.partial)
+        raise removed_error(locked.partial)
 
 
-def mark(folder: Path, text: str) -> None:
+def write_marker(folder: Path, text: str) -> None:
     """Give a folder its drysim.json, in one piece or not at all.
 
     It is on the disk before it has its name: without it, after a power cut, the folder would be
     a stranger to the next drysim.
     """
-    (folder / DRAFT).write_text(text, encoding="utf-8", newline="\n")
-    sync(folder / DRAFT)
-    os.replace(folder / DRAFT, folder / MARKER)
+    (folder / MARKER_DRAFT).write_text(text, encoding="utf-8", newline="\n")
+    flush_to_disk(folder / MARKER_DRAFT)
+    os.replace(folder / MARKER_DRAFT, folder / MARKER)
 
 
-def finish(claim: Claim) -> None:
+def install_partial(locked: LockedFolder) -> None:
     """Put `<name>.partial` in the place of the output folder, without its finished cases."""
-    place = named(claim.folder)
-    require(claim)
-    kept = [path for path in claim.partial.iterdir() if path.name not in (JOURNAL, CASES)]
-    for path in [*kept, claim.partial]:
-        sync(path)
-    claim.journal.unlink(missing_ok=True)
-    if not any(path.startswith(f"{CASES}/") for path in strangers(claim.partial)):
-        shutil.rmtree(claim.cases, ignore_errors=True)
-    swap(claim.partial, place, beside(place, "replaced"))
+    target = resolve_name(locked.folder)
+    check_lock(locked)
+    kept = [
+        path for path in locked.partial.iterdir() if path.name not in (JOURNAL, CASES_FOLDER)
+    ]
+    for path in [*kept, locked.partial]:
+        flush_to_disk(path)
+    locked.journal.unlink(missing_ok=True)
+    if not any(path.startswith(f"{CASES_FOLDER}/") for path in foreign_files(locked.partial)):
+        shutil.rmtree(locked.cases, ignore_errors=True)
+    replace_folder(locked.partial, target, sibling(target, "replaced"))
 
 
-def leave(partial: Path) -> None:
+def release_partial(partial: Path) -> None:
     """Leave `<name>.partial` for a later time, or remove it when it holds no finished case."""
     with suppress(OSError):
-        if not _resumable(partial) and not strangers(partial):
-            empty(partial)
+        if not _has_finished_work(partial) and not foreign_files(partial):
+            remove_contents(partial)
             partial.rmdir()
 
 
@@ -247,14 +255,14 @@ def holds_sweep(folder: Path) -> bool:
     return any((folder / name).exists() for name in names)
 
 
-def resumable(folder: Path) -> bool:
+def is_resumable(folder: Path) -> bool:
     """Tell whether an interrupted sweep has left finished cases beside an output folder."""
-    return _resumable(beside(named(folder), "partial"))
+    return _has_finished_work(sibling(resolve_name(folder), "partial"))
 
 
-def _resumable(partial: Path) -> bool:
+def _has_finished_work(partial: Path) -> bool:
     """Whether a folder holds finished cases."""
-    if any(file.stat().st_size for file in (partial / CASES).glob("*.cases")):
+    if any(file.stat().st_size for file in (partial / CASES_FOLDER).glob("*.cases")):
         return True
     try:
         with (partial / JOURNAL).open("rb") as lines:
@@ -266,7 +274,7 @@ def _resumable(partial: Path) -> bool:
 # Whose folder is it? Tells before any work whether drysim may write or replace one.
 
 
-def check(folder: Path) -> None:
+def check_writable(folder: Path) -> None:
     """Find out, before any computation, whether a folder may be written; it need not exist.
 
     Raises
@@ -274,21 +282,21 @@ def check(folder: Path) -> None:
     OutputError
         The folder is not ours to replace, or cannot be written; nothing was touched.
     """
-    with sentences(folder):
-        place = named(folder)
-        refuse_foreign(place)
+    with translate_os_errors(folder):
+        target = resolve_name(folder)
+        check_ownership(target)
         for suffix in ("partial", "replaced"):
-            refuse_foreign(beside(place, suffix), leftover=True)
-        parent = _there(place)
+            check_ownership(sibling(target, suffix), leftover=True)
+        parent = _existing_parent(target)
         if not parent.is_dir():
             raise OutputError(
-                f"cannot write {folder}: {parent.name} is not a folder", ELSEWHERE
+                f"cannot write {folder}: {parent.name} is not a folder", OTHER_FOLDER_HINT
             )
         if not os.access(parent, os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
-def require_room(folder: Path, volume: float) -> None:
+def check_disk_space(folder: Path, volume: float) -> None:
     """Find out, before any computation, whether a disk has room for so many bytes.
 
     Raises
@@ -296,34 +304,34 @@ def require_room(folder: Path, volume: float) -> None:
     OutputError
         When it has not: what is free, and what is needed at least.
     """
-    with sentences(folder):
-        free = float(shutil.disk_usage(_there(named(folder))).free)
+    with translate_os_errors(folder):
+        free = float(shutil.disk_usage(_existing_parent(resolve_name(folder))).free)
     if volume > free:
-        needed, has = spoken(volume), spoken(free)
+        needed, has = format_bytes(volume), format_bytes(free)
         sentence = f"cannot write {folder}: it takes {needed} at least, and {has} are free"
-        raise OutputError(sentence, HINTS[errno.ENOSPC])
+        raise OutputError(sentence, ERRNO_HINTS[errno.ENOSPC])
 
 
-def spoken(size: float) -> str:
+def format_bytes(size: float) -> str:
     """Give a number of bytes in words."""
-    for unit, one in SIZES.items():
+    for unit, one in BYTE_UNITS.items():
         if size >= one:
             return f"{size / one:.3g} {unit}"
     return f"{size:.0f} bytes"
 
 
-def named(folder: Path) -> Path:
+def resolve_name(folder: Path) -> Path:
     """Give a folder that the user calls `.` or `..` by its own name."""
     return folder if folder.name not in ("", "..") else Path(os.path.realpath(folder))
 
 
-def beside(place: Path, suffix: str) -> Path:
+def sibling(target: Path, suffix: str) -> Path:
     """Give the sibling `<name>.<suffix>`."""
-    return place.with_name(f"{place.name}.{suffix}")
+    return target.with_name(f"{target.name}.{suffix}")
 
 
 @contextmanager
-def sentences(folder: Path) -> Iterator[None]:
+def translate_os_errors(folder: Path) -> Iterator[None]:
     """Turn what the system says into what, where and what to do.
 
     Raises
@@ -335,57 +343,61 @@ def sentences(folder: Path) -> Iterator[None]:
         yield
     except OSError as fault:
         reason = (fault.strerror or str(fault)).lower()
-        hint = HINTS.get(fault.errno or 0, ELSEWHERE)
+        hint = ERRNO_HINTS.get(fault.errno or 0, OTHER_FOLDER_HINT)
         raise OutputError(f"cannot write {folder}: {reason}", hint) from fault
 
 
-def refuse_foreign(place: Path, leftover: bool = False) -> None:
+def check_ownership(target: Path, leftover: bool = False) -> None:
     """Raise when something is in the way that drysim did not write."""
-    if not _exists(place):
+    if not _exists(target):
         return
-    away = f"move it away, or {ELSEWHERE}"
-    if place.is_symlink():
+    hint = f"move it away, or {OTHER_FOLDER_HINT}"
+    if target.is_symlink():
         raise OutputError(
-            f"{place} is a symbolic link", f"name the folder itself, or {ELSEWHERE}"
+            f"{target} is a symbolic link", f"name the folder itself, or {OTHER_FOLDER_HINT}"
         )
-    if not place.is_dir():
-        raise OutputError(f"{place} is a file, not a folder", away)
-    held = set(os.listdir(place)) - STRAY - {DRAFT}
-    marker = _marker(place)
+    if not target.is_dir():
+        raise OutputError(f"{target} is a file, not a folder", hint)
+    held = set(os.listdir(target)) - IGNORED_FILES - {MARKER_DRAFT}
+    marker = _read_marker(target)
     if held and marker is None:
-        raise OutputError(f"{place} was not written by drysim; it stays as it is", away)
+        raise OutputError(f"{target} was not written by drysim; it stays as it is", hint)
     if leftover:
-        if foreign := strangers(place):
-            raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
+        if foreign := foreign_files(target):
+            raise OutputError(f"{target} holds {foreign[0]}, which drysim did not write", hint)
         return
     if marker is None:
         return
-    ours = _listed(marker)
+    ours = _listed_files(marker)
     folders = {name.partition("/")[0] for name in ours if "/" in name}
-    inner = {f"{name}/{path}" for name in held & folders for path in _inside(place / name)}
+    inner = {
+        f"{name}/{path}" for name in held & folders for path in _files_within(target / name)
+    }
     foreign = sorted((held - {MARKER} - folders) - ours | inner - ours)
     if foreign:
-        raise OutputError(f"{place} holds {foreign[0]}, which drysim did not write", away)
-    if _edited(place / SCENARIO, marker):
+        raise OutputError(f"{target} holds {foreign[0]}, which drysim did not write", hint)
+    if _is_edited(target / SCENARIO_FILE, marker):
         raise OutputError(
-            f"{place / SCENARIO} was edited since drysim wrote it, and would be replaced",
-            f"save it elsewhere, or {ELSEWHERE}",
+            f"{target / SCENARIO_FILE} was edited since drysim wrote it, and would be replaced",
+            f"save it elsewhere, or {OTHER_FOLDER_HINT}",
         )
 
 
-def strangers(partial: Path) -> list[str]:
+def foreign_files(partial: Path) -> list[str]:
     """Return the files in a `<name>.partial` that drysim neither keeps nor writes there."""
-    ours = _listed(_marker(partial)) | {MARKER, DRAFT}
+    ours = _listed_files(_read_marker(partial)) | {MARKER, MARKER_DRAFT}
     return sorted(
         path
-        for path in _inside(partial)
-        if path not in ours and not KEPT.fullmatch(path) and not RESULTS.fullmatch(path)
+        for path in _files_within(partial)
+        if path not in ours
+        and not RESUMABLE_FILES.fullmatch(path)
+        and not RESULT_FILES.fullmatch(path)
     )
 
 
-def _marker(place: Path) -> dict[str, Any] | None:
+def _read_marker(target: Path) -> dict[str, Any] | None:
     """Give the marker of a folder that drysim wrote, None for any other folder."""
-    file = place / MARKER
+    file = target / MARKER
     try:
         marker = json.loads(file.read_bytes()) if file.is_file() else None
     except (OSError, ValueError, RecursionError):
@@ -395,29 +407,29 @@ def _marker(place: Path) -> dict[str, Any] | None:
     )
 
 
-def _listed(marker: dict[str, Any] | None) -> set[str]:
+def _listed_files(marker: dict[str, Any] | None) -> set[str]:
     """Return the files that a marker names."""
     files = marker.get("files") if marker else None
     return set(files if isinstance(files, dict) else ())
 
 
-def _inside(folder: Path) -> Iterator[str]:
+def _files_within(folder: Path) -> Iterator[str]:
     """Give the files within a folder of a result, by their path from it."""
     for path in folder.rglob("*"):
-        if not path.is_dir() and path.name not in STRAY:
+        if not path.is_dir() and path.name not in IGNORED_FILES:
             yield path.relative_to(folder).as_posix()
 
 
-def _edited(file: Path, marker: dict[str, Any]) -> bool:
+def _is_edited(file: Path, marker: dict[str, Any]) -> bool:
     """Whether the scenario of a result, which runs again as it is, is somebody's own by now."""
     files = marker.get("files")
     written = files.get(file.name) if isinstance(files, dict) else None
     return written is not None and file.is_file() and str(written) != _sha256(file)
 
 
-def _there(place: Path) -> Path:
+def _existing_parent(target: Path) -> Path:
     """Give the nearest folder above a place that is there."""
-    parent = place.absolute().parent
+    parent = target.absolute().parent
     while not _exists(parent):
         parent = parent.parent
     return parent
@@ -430,34 +442,36 @@ def _exists(path: Path) -> bool:
     except (FileNotFoundError, NotADirectoryError):
         return False
     except ValueError:
-        raise OutputError(f"{str(path)!r} cannot be the name of a folder", ELSEWHERE) from None
+        raise OutputError(
+            f"{str(path)!r} cannot be the name of a folder", OTHER_FOLDER_HINT
+        ) from None
     return True
 
 
 # One folder in the place of another at one instant, locks, and what a kill leaves behind.
 
 
-def swap(partial: Path, place: Path, aside: Path) -> None:
+def replace_folder(partial: Path, target: Path, backup: Path) -> None:
     """Put the new folder in place of the old one, and remove that."""
-    if place.exists() and not any(place.iterdir()):
-        place.rmdir()
-    if not place.exists():
-        partial.rename(place)
-        sync(place.parent)
+    if target.exists() and not any(target.iterdir()):
+        target.rmdir()
+    if not target.exists():
+        partial.rename(target)
+        flush_to_disk(target.parent)
         return
-    with alone(place, place):
-        if _exchange(partial, place):
-            aside = partial
+    with exclusive_lock(target, target):
+        if _exchange(partial, target):
+            backup = partial
         else:
             # A kill between these two leaves the old folder aside: see recover().
-            place.rename(aside)
+            target.rename(backup)
             try:
-                partial.rename(place)
+                partial.rename(target)
             except OSError:
-                aside.rename(place)
+                backup.rename(target)
                 raise
-        sync(place.parent)
-        remove(aside)
+        flush_to_disk(target.parent)
+        remove_folder(backup)
 
 
 def _exchange(one: Path, other: Path) -> bool:
@@ -468,20 +482,20 @@ def _exchange(one: Path, other: Path) -> bool:
         rename = ctypes.CDLL(None).renameat2
     except (AttributeError, OSError, TypeError):
         return False
-    here, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
-    return bool(rename(here, os.fsencode(one), here, os.fsencode(other), swap) == 0)
+    at_fdcwd, swap = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of <linux/fs.h>
+    return bool(rename(at_fdcwd, os.fsencode(one), at_fdcwd, os.fsencode(other), swap) == 0)
 
 
-def recover(place: Path, aside: Path) -> None:
+def recover(target: Path, backup: Path) -> None:
     """Finish what a kill between two renames left behind."""
-    if aside.exists() and place.exists():
-        remove(aside)
-    elif aside.exists():
-        aside.rename(place)
+    if backup.exists() and target.exists():
+        remove_folder(backup)
+    elif backup.exists():
+        backup.rename(target)
 
 
 @contextmanager
-def alone(place: Path, folder: Path) -> Iterator[None]:
+def exclusive_lock(target: Path, folder: Path) -> Iterator[None]:
     """Hold a folder against other drysims; the lock dies with the process, even by kill -9.
 
     Raises
@@ -494,25 +508,25 @@ def alone(place: Path, folder: Path) -> Iterator[None]:
         return
     import fcntl
 
-    taken = OutputError(
-        f"another drysim is writing {folder} right now", f"wait for it, or {ELSEWHERE}"
+    busy = OutputError(
+        f"another drysim is writing {folder} right now", f"wait for it, or {OTHER_FOLDER_HINT}"
     )
-    handle = os.open(place, os.O_RDONLY)
+    handle = os.open(target, os.O_RDONLY)
     try:
         # Some network disks know no locks: any other OSError means to go on without.
         with suppress(OSError):
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                raise taken from None
-        if not os.path.samestat(os.fstat(handle), os.stat(place)):
-            raise taken
+                raise busy from None
+        if not os.path.samestat(os.fstat(handle), os.stat(target)):
+            raise busy
         yield
     finally:
         os.close(handle)
 
 
-def empty(folder: Path, keep: Collection[str] = ()) -> None:
+def remove_contents(folder: Path, keep: Collection[str] = ()) -> None:
     """Remove what a folder holds, the marker last, so that the rest stays known as ours."""
     for path in (folder, *folder.rglob("*")):
         if path.is_dir() and not path.is_symlink():
@@ -526,15 +540,15 @@ def empty(folder: Path, keep: Collection[str] = ()) -> None:
             path.unlink()
 
 
-def remove(folder: Path) -> None:
+def remove_folder(folder: Path) -> None:
     """Remove a folder of ours; what cannot be removed now goes with the next run."""
     with suppress(OSError):
-        empty(folder)
+        remove_contents(folder)
     with suppress(OSError):
         folder.rmdir()  # an empty one even where no more files can be opened to see it
 
 
-def sync(path: Path) -> None:
+def flush_to_disk(path: Path) -> None:
     """Wait until a file or folder is on the disk."""
     if os.name == "nt" and path.is_dir():  # Folders cannot be opened there.
         return

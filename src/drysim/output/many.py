@@ -12,33 +12,41 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drysim.metrics.table import BOUNDED, COMFORT, METRICS, UNITS
+from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, METRICS, UNITS
 from drysim.output.sidecar import (
-    Ending,
     Fields,
-    excitation,
-    framed,
-    head,
-    origin,
-    plain,
-    software,
+    Provenance,
+    excitation_fields,
+    header_fields,
+    origin_fields,
+    sanitise,
+    sidecar_fields,
+    software_versions,
 )
-from drysim.output.tables import STROKE, VIOLATION, heading, joined, known, text, write
-from drysim.scenario.blocks import SEED
+from drysim.output.tables import (
+    VIOLATION_COLUMNS,
+    VIOLATION_METRICS,
+    column_header,
+    format_cell,
+    join_columns,
+    metric_columns,
+    write_csv,
+)
+from drysim.scenario.blocks import SEED_KEY
 from drysim.study import compare
-from drysim.study.case import sha256_together
-from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, until_of
+from drysim.study.case import combined_sha256
+from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, stopping_rule
 
 if TYPE_CHECKING:
-    from drysim.bench.hard_cases import Ordeals
-    from drysim.bench.score import Bench, Panel
+    from drysim.bench.hard_cases import HardCases
+    from drysim.bench.score import Bench, BenchCase
     from drysim.study.compare import Comparison
     from drysim.study.ensemble import Ensemble
     from drysim.study.statistics import Statistic
     from drysim.study.table import Extreme, Table, Tally
 
 
-def of_table(table: Table, ending: Ending) -> Fields:
+def table_fields(table: Table, provenance: Provenance) -> Fields:
     """Give everything that made the numbers of a sweep, ready for JSON.
 
     The metrics are extremes over the approach that was asked for, its reference left aside.
@@ -48,34 +56,36 @@ def of_table(table: Table, ending: Ending) -> Fields:
     numerics = {
         "approach": approach,
         "reference": next(iter(references), None),
-        **_numerics(table, own),
+        **_numerics_fields(table, own),
     }
-    return framed(table, table.motion, numerics, _metrics(own), ending)
+    return sidecar_fields(table, table.motion, numerics, _metric_fields(own), provenance)
 
 
-def of_comparison(comparison: Comparison, ending: Ending) -> Fields:
+def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
     """Give the same for a comparison: extremes for each approach, deviations, the verdict."""
     table, yardstick = comparison.table, comparison.yardstick
     numerics = {
         "approaches": table.approaches,
         "yardstick": yardstick,
         "laws": comparison.laws,
-        **_numerics(table, table.tallies.get(yardstick)),
+        **_numerics_fields(table, table.tallies.get(yardstick)),
     }
     metrics = {
-        name: {**_metrics(tally), **_deviation(comparison, name)}
+        name: {**_metric_fields(tally), **_deviation_fields(comparison, name)}
         for name, tally in table.tallies.items()
     }
     response = comparison.responses.get(yardstick)
     motion = table.motion if response is None else response.motion
-    return framed(table, motion, numerics, metrics, ending, verdict=comparison.verdict)
+    return sidecar_fields(
+        table, motion, numerics, metrics, provenance, verdict=comparison.verdict
+    )
 
 
-def _numerics(table: Table, own: Tally | None) -> Fields:
+def _numerics_fields(table: Table, own: Tally | None) -> Fields:
     """Give how the numbers were made, and how well the worst of them closes."""
     return {
         "cases": len(table.rows),
-        "statuses": _statuses(table.tallies.values()),
+        "statuses": _count_statuses(table.tallies.values()),
         "swept": [
             {"key": axis.key, "unit": axis.unit, "values": len(axis.values)}
             for axis in table.axes
@@ -84,10 +94,10 @@ def _numerics(table: Table, own: Tally | None) -> Fields:
         **table.numerics,
         "energy_residual": own and own.greatest("energy_residual"),
         "closure": own and own.greatest("closure"),
-    } | _seeds(own)
+    } | _seed_fields(own)
 
 
-def _seeds(own: Tally | None) -> Fields:
+def _seed_fields(own: Tally | None) -> Fields:
     """Give how many seeds the cases are means over; where all share them, their hash."""
     if own is None or own.seeds is None:
         return {}
@@ -96,7 +106,7 @@ def _seeds(own: Tally | None) -> Fields:
     return {"seeds": {"least": found.least, "greatest": found.most}} | shared
 
 
-def _statuses(tallies: Collection[Tally]) -> dict[str, int]:
+def _count_statuses(tallies: Collection[Tally]) -> dict[str, int]:
     """Count what became of the cases of all approaches."""
     lost: Counter[str] = Counter()
     for tally in tallies:
@@ -105,34 +115,37 @@ def _statuses(tallies: Collection[Tally]) -> dict[str, int]:
     return {OK: good, **lost} if good else dict(lost)
 
 
-def _metrics(tally: Tally | None) -> Fields:
+def _metric_fields(tally: Tally | None) -> Fields:
     """Give the extremes of every metric that is known anywhere."""
     if tally is None:
         return {}
     return {
-        name: {"least": _where(ends[0], name), "greatest": _where(ends[1], name)}
-        | _quantiles(tally, name)
+        name: {
+            "least": _extreme_fields(ends[0], name),
+            "greatest": _extreme_fields(ends[1], name),
+        }
+        | _quantile_fields(tally, name)
         for metric in METRICS
         if (ends := tally.extremes.get(name := metric.name)) is not None
     }
 
 
-def _quantiles(tally: Tally, name: str) -> Fields:
+def _quantile_fields(tally: Tally, name: str) -> Fields:
     """Give the quantiles of a metric, where they were gathered."""
-    told = tally.quantiles[name].told() if name in tally.quantiles else {}
-    return {"quantiles": told} if told else {}
+    summary = tally.quantiles[name].summary() if name in tally.quantiles else {}
+    return {"quantiles": summary} if summary else {}
 
 
-def _where(extreme: Extreme, metric: str) -> Fields:
+def _extreme_fields(extreme: Extreme, metric: str) -> Fields:
     """Give an extreme and where it is; of a mean over many seeds how well it is known."""
     row = extreme.row
     mean = {"half_width": row.half_widths.get(metric), "seeds": row.seeds}
     return {"value": extreme.value, "where": dict(row.point)} | (mean if row.over else {})
 
 
-def _deviation(comparison: Comparison, approach: str) -> Fields:
+def _deviation_fields(comparison: Comparison, approach: str) -> Fields:
     """Give the greatest deviation from the yardstick, with where it is."""
-    worst = compare.worst_of(compare.deviations(comparison, approach))
+    worst = compare.largest_deviation(compare.deviations(comparison, approach))
     if worst is None or approach == comparison.yardstick:
         return {}
     found = {"value": worst.value, "where": dict(worst.row.point)}
@@ -143,77 +156,77 @@ def _deviation(comparison: Comparison, approach: str) -> Fields:
 # Many seeds.
 
 
-HEADING = f"{SEED} [-]"
+SEED_HEADER = f"{SEED_KEY} [-]"
 
 
-def ensemble(made: Ensemble, folder: Path) -> None:
+def write_ensemble_csv(result: Ensemble, folder: Path) -> None:
     """Write ensemble.csv: every metric of every seed, and the hash of its base motion."""
     left_out = {"closure"}
-    left_out |= set() if made.scenario.measure.weights else {*COMFORT}
-    left_out |= set() if made.scenario.stops else {*BOUNDED}
+    left_out |= set() if result.scenario.measure.weights else {*COMFORT_METRICS}
+    left_out |= set() if result.scenario.stops else {*END_STOP_METRICS}
     names = [name for name in UNITS if name not in left_out]
-    headings = [HEADING, *map(heading, names), "status", "sha256"]
+    headings = [SEED_HEADER, *map(column_header, names), "status", "sha256"]
     columns = [
-        map(str, made.seeds),
-        *known(made.rows, names),
-        [row.status for row in made.rows],
-        [row.sha256 for row in made.rows],
+        map(str, result.seeds),
+        *metric_columns(result.rows, names),
+        [row.status for row in result.rows],
+        [row.sha256 for row in result.rows],
     ]
-    write(folder / "ensemble.csv", headings, [joined(columns)])
+    write_csv(folder / "ensemble.csv", headings, [join_columns(columns)])
 
 
-def stroke_violations(made: Ensemble, folder: Path) -> None:
+def write_seed_violations_csv(result: Ensemble, folder: Path) -> None:
     """Write stroke_violations.csv: the seeds with which the stroke limit was met, if any."""
-    rows = [row for row in made.rows if row.metrics.get("violations")]
+    rows = [row for row in result.rows if row.metrics.get("violations")]
     if rows:
         seeds = [str(row.seed) for row in rows]
-        columns = [seeds, *known(rows, VIOLATION)]
-        headings = [HEADING, *map(heading, STROKE)]
-        write(folder / "stroke_violations.csv", headings, [joined(columns)])
+        columns = [seeds, *metric_columns(rows, VIOLATION_METRICS)]
+        headings = [SEED_HEADER, *map(column_header, VIOLATION_COLUMNS)]
+        write_csv(folder / "stroke_violations.csv", headings, [join_columns(columns)])
 
 
-def of_ensemble(made: Ensemble, ending: Ending) -> Fields:
+def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
     """Give everything that made the numbers of an ensemble, ready for JSON.
 
     The metrics are means.
     """
-    residual = made.statistics["energy_residual"]
+    residual = result.statistics["energy_residual"]
     numerics = {
-        **asdict(made.shown.response.numerics),
-        "step": made.response.dt,
-        "cases": len(made.rows),
+        **asdict(result.shown.response.numerics),
+        "step": result.response.dt,
+        "cases": len(result.rows),
         "energy_residual": residual and residual.greatest[0],
     }
-    motion = made.response.motion
+    motion = result.response.motion
     drawn = {
-        **excitation(made.scenario, motion),
-        "sha256": sha256_together(row.sha256 for row in made.rows),
-        "seeds": len(made.rows),
+        **excitation_fields(result.scenario, motion),
+        "sha256": combined_sha256(row.sha256 for row in result.rows),
+        "seeds": len(result.rows),
         "sha256_of": "sha256 of every seed, one a line",
     }
-    more = {"excitation": drawn, "ensemble": _ensemble(made)}
-    return framed(made, motion, numerics, made.metrics, ending, **more)
+    more = {"excitation": drawn, "ensemble": _statistics_fields(result)}
+    return sidecar_fields(result, motion, numerics, result.metrics, provenance, **more)
 
 
-def _ensemble(made: Ensemble) -> Fields:
+def _statistics_fields(result: Ensemble) -> Fields:
     """Give the statistics of every metric that is known."""
-    until = until_of(made.scenario)
+    until = stopping_rule(result.scenario)
     return {
-        "seeds": len(made.rows),
-        "first": made.seeds[0],
-        "last": made.seeds[-1],
-        "failed": sum(row.status != OK for row in made.rows),
+        "seeds": len(result.rows),
+        "first": result.seeds[0],
+        "last": result.seeds[-1],
+        "failed": sum(row.status != OK for row in result.rows),
         "until": until and until.model_dump(),
         "confidence": CONFIDENCE,
         "metrics": {
-            name: _statistic(found)
-            for name, found in made.statistics.items()
+            name: _statistic_fields(found)
+            for name, found in result.statistics.items()
             if found is not None
         },
     }
 
 
-def _statistic(found: Statistic) -> dict[str, Any]:
+def _statistic_fields(found: Statistic) -> dict[str, Any]:
     """Give one statistic in words and numbers."""
     (least, at_least), (greatest, at_greatest) = found.least, found.greatest
     quantiles = {
@@ -234,46 +247,55 @@ def _statistic(found: Statistic) -> dict[str, Any]:
 # Benches: speed_error.csv, hard_cases.csv, and what drysim.json says of them.
 
 
-NUMBERS = ("step", "time_per_sample", "error_x_r", "error_T_a", "energy_residual")
-FURTHER = ("time_over_lfilter", "samples", "repeats")
+BENCH_COLUMNS = ("step", "time_per_sample", "error_x_r", "error_T_a", "energy_residual")
+LAST_BENCH_COLUMNS = ("time_over_lfilter", "samples", "repeats")
 """Columns of numbers, before and behind the verdict."""
 
-OF_A_CASE = ("scenario", "inputs", "excitation")
+CASE_KEYS = ("scenario", "inputs", "excitation")
 """What drysim.json says of every case of a bench."""
 
 
-def speed_error(bench: Bench, folder: Path) -> None:
+def write_speed_error_csv(bench: Bench, folder: Path) -> None:
     """Write speed_error.csv: a row for every entry on every case."""
     headings = [
-        "approach", "setting", *map(heading, NUMBERS), "verdict",
-        "case", *map(heading, FURTHER),
+        "approach", "setting", *map(column_header, BENCH_COLUMNS), "verdict",
+        "case", *map(column_header, LAST_BENCH_COLUMNS),
     ]  # fmt: skip
     rows = []
-    for panel in bench.panels:
+    for panel in bench.cases:
         for one in panel.scores:
             before = (one.step, one.time, one.error_x_r, one.error_T_a, one.energy_residual)
-            rows.append([
-                one.approach, quoted(one.setting), *map(text, before), quoted(one.verdict),
-                panel.scenario.name, *map(text, (one.ratio, one.samples, one.repeats)),
-            ])  # fmt: skip
-    write(folder / "speed_error.csv", headings, [joined(zip(*rows, strict=True))])
+            rows.append(
+                [
+                    one.approach,
+                    quote_cell(one.setting),
+                    *map(format_cell, before),
+                    quote_cell(one.verdict),
+                    panel.scenario.name,
+                    *map(format_cell, (one.ratio, one.samples, one.repeats)),
+                ]
+            )
+    write_csv(folder / "speed_error.csv", headings, [join_columns(zip(*rows, strict=True))])
 
 
-def of_bench(bench: Bench, ending: Ending) -> Fields:
+def bench_fields(bench: Bench, provenance: Provenance) -> Fields:
     """Give everything that made the numbers of a bench, ready for JSON."""
-    numerics = {"engine": bench.engine, "cases": len(bench.panels)}
-    metrics = {panel.scenario.name: _found(panel) for panel in bench.panels}
-    frames = [framed(panel, panel.motion, numerics, metrics, ending) for panel in bench.panels]
-    cases = [
-        {key: frame[key] for key in OF_A_CASE}
-        | {"lfilter": panel.lfilter, "scores": [asdict(one) for one in panel.scores]}
-        for panel, frame in zip(bench.panels, frames, strict=True)
+    numerics = {"engine": bench.engine, "cases": len(bench.cases)}
+    metrics = {panel.scenario.name: _exact_fields(panel) for panel in bench.cases}
+    frames = [
+        sidecar_fields(panel, panel.motion, numerics, metrics, provenance)
+        for panel in bench.cases
     ]
-    told = {key: value for key, value in frames[0].items() if key not in OF_A_CASE}
-    return told | {"cases": cases, "warnings": [asdict(one) for one in bench.warnings]}
+    cases = [
+        {key: frame[key] for key in CASE_KEYS}
+        | {"lfilter": panel.lfilter, "scores": [asdict(one) for one in panel.scores]}
+        for panel, frame in zip(bench.cases, frames, strict=True)
+    ]
+    summary = {key: value for key, value in frames[0].items() if key not in CASE_KEYS}
+    return summary | {"cases": cases, "warnings": [asdict(one) for one in bench.warnings]}
 
 
-def _found(panel: Panel) -> Fields:
+def _exact_fields(panel: BenchCase) -> Fields:
     """Give what came out for the exact approach."""
     exact = panel.scores[0]
     return {
@@ -285,51 +307,51 @@ def _found(panel: Panel) -> Fields:
     }
 
 
-def hard_cases(ordeals: Ordeals, folder: Path) -> None:
+def write_hard_cases_csv(result: HardCases, folder: Path) -> None:
     """Write hard_cases.csv: a row for every approach on every case."""
-    from drysim.bench.hard_cases import COMPARED
+    from drysim.bench.hard_cases import COMPARED_METRICS
 
-    deviations = [f"{metric}_deviation" for metric in COMPARED]
+    deviations = [f"{metric}_deviation" for metric in COMPARED_METRICS]
     numbers = [*deviations, "checks", "passed", "time"]
-    headings = ["case", "approach", "verdict", "how", *map(heading, numbers)]
+    headings = ["case", "approach", "verdict", "how", *map(column_header, numbers)]
     rows = []
-    for case in ordeals.cases:
-        for one in case.trials:
-            off = [text(one.deviations.get(metric)) for metric in COMPARED]
+    for case in result.cases:
+        for one in case.results:
+            off = [format_cell(one.deviations.get(metric)) for metric in COMPARED_METRICS]
             counts = [str(one.checks), str(one.passed), str(one.time)]
-            words = [case.scenario.name, one.approach, one.word, quoted(one.how)]
+            words = [case.scenario.name, one.approach, one.word, quote_cell(one.how)]
             rows.append([*words, *off, *counts])
-    write(folder / "hard_cases.csv", headings, [joined(zip(*rows, strict=True))])
+    write_csv(folder / "hard_cases.csv", headings, [join_columns(zip(*rows, strict=True))])
 
 
-def of_ordeals(ordeals: Ordeals, ending: Ending) -> Fields:
+def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
     """Give everything that made the verdicts, ready for JSON."""
-    trials = [one for case in ordeals.cases for one in case.trials]
+    results = [one for case in result.cases for one in case.results]
     metrics: Fields = {
-        name: dict(Counter(one.word for one in trials if one.approach == name))
-        for name in dict.fromkeys(one.approach for one in trials)
+        name: dict(Counter(one.word for one in results if one.approach == name))
+        for name in dict.fromkeys(one.approach for one in results)
     }
     cases: list[Fields] = [
         {
-            "scenario": {"name": case.scenario.name, **origin(case.scenario.origin)},
-            "trials": [one._asdict() for one in case.trials],
+            "scenario": {"name": case.scenario.name, **origin_fields(case.scenario.origin)},
+            "trials": [one._asdict() for one in case.results],
         }
-        for case in ordeals.cases
+        for case in result.cases
     ]
     fields: Fields = {
-        **head(ending),
-        "numerics": {"engine": ordeals.engine, "cases": len(cases)},
-        "software": software(),
+        **header_fields(provenance),
+        "numerics": {"engine": result.engine, "cases": len(cases)},
+        "software": software_versions(),
         "metrics": metrics,
         "cases": cases,
         "checks": [],
         "warnings": [],
-        "files": ending.files,
+        "files": provenance.files,
     }
-    return {key: plain(value) for key, value in fields.items()}
+    return {key: sanitise(value) for key, value in fields.items()}
 
 
-def quoted(words: str) -> str:
+def quote_cell(words: str) -> str:
     """Give words as a cell: in quotes where they hold a comma, a quote or a line end."""
     words = " ".join(words.split())
     return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words

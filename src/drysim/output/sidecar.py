@@ -1,7 +1,7 @@
 """drysim.json: what made these numbers; of a run also spectra.csv.
 
 It holds no absolute path, no user and no host, and nothing but JSON: what every such file says
-is `framed`, and values and words leave the machine as `plain` and its like make them.
+is `sidecar_fields`, and values and words leave the machine as `sanitise` and its like make them.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import drysim
-from drysim.core.model import Pressed, Samples, Sines
+from drysim.core.model import NormalForceLaw, Samples, Sines
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
-from drysim.output.tables import joined, texts, write
-from drysim.study.case import sha256_of
+from drysim.output.tables import format_floats, join_columns, write_csv
+from drysim.study.case import signal_sha256
 
 if TYPE_CHECKING:
-    from drysim.bench.score import Panel
+    from drysim.bench.score import BenchCase
     from drysim.metrics.checks import Verdict
     from drysim.metrics.spectra import Spectra
     from drysim.scenario.model import Scenario
@@ -37,16 +37,16 @@ if TYPE_CHECKING:
     from drysim.study.table import Table
 
 
-FORMAT = 1
+FORMAT_VERSION = 1
 """Version of the layout of drysim.json."""
 
-SOFTWARE = ("numpy", "scipy", "numba", "pydantic", "yaml", "matplotlib")
+SOFTWARE_PACKAGES = ("numpy", "scipy", "numba", "pydantic", "yaml", "matplotlib")
 """Packages that take part in the numbers and pictures; named when they were loaded."""
 
 Fields = dict[str, Any]
 
 
-class Ending(NamedTuple):
+class Provenance(NamedTuple):
     """What every command that writes files ends with.
 
     Attributes
@@ -63,7 +63,7 @@ class Ending(NamedTuple):
     files: Mapping[str, str]
 
 
-def of_run(outcome: Outcome, ending: Ending) -> Fields:
+def run_fields(outcome: Outcome, provenance: Provenance) -> Fields:
     """Give everything that made the numbers of an outcome, ready for JSON.
 
     Values that are not finite are None.
@@ -75,11 +75,13 @@ def of_run(outcome: Outcome, ending: Ending) -> Fields:
         "energy_residual": outcome.metrics["energy_residual"],
     }
     if outcome.spectra is not None:
-        numerics["spectra"] = _spectra(outcome.spectra)
-    return framed(outcome, outcome.response.motion, numerics, outcome.metrics, ending)
+        numerics["spectra"] = _spectra_fields(outcome.spectra)
+    return sidecar_fields(
+        outcome, outcome.response.motion, numerics, outcome.metrics, provenance
+    )
 
 
-def _spectra(found: Spectra) -> Fields:
+def _spectra_fields(found: Spectra) -> Fields:
     """Give how spectra were made."""
     return {
         "method": "Welch, Hann window, half overlapping, mean of the window removed",
@@ -90,7 +92,7 @@ def _spectra(found: Spectra) -> Fields:
     }
 
 
-def spectra(outcome: Outcome, folder: Path) -> None:
+def write_spectra_csv(outcome: Outcome, folder: Path) -> None:
     """Write spectra.csv, but only when spectra were asked for."""
     found = outcome.spectra
     if found is None:
@@ -104,17 +106,18 @@ def spectra(outcome: Outcome, folder: Path) -> None:
         "coherence [-]": found.coherence,
     }
     cells = [
-        [text if text != "nan" else "" for text in texts(column)] for column in columns.values()
+        [text if text != "nan" else "" for text in format_floats(column)]
+        for column in columns.values()
     ]
-    write(folder / "spectra.csv", list(columns), [joined(cells)])
+    write_csv(folder / "spectra.csv", list(columns), [join_columns(cells)])
 
 
-def framed(
-    made: Outcome | Ensemble | Table | Panel,
+def sidecar_fields(
+    result: Outcome | Ensemble | Table | BenchCase,
     motion: Sines | Samples | None,
     numerics: Mapping[str, Any],
     metrics: Mapping[str, Any],
-    ending: Ending,
+    provenance: Provenance,
     **further: Any,
 ) -> Fields:
     """Give what was found with all that every drysim.json says.
@@ -131,58 +134,58 @@ def framed(
     **further
         What else is told, behind the metrics.
     """
-    scenario, law = made.scenario, made.scenario.law()
-    pressure = law.pressure if isinstance(law, Pressed) else None
-    inputs = (*getattr(motion, "inputs", ()), *(pressure.inputs if pressure else ()))
+    scenario, law = result.scenario, result.scenario.law()
+    force_record = law.force_record if isinstance(law, NormalForceLaw) else None
+    inputs = (*getattr(motion, "inputs", ()), *(force_record.inputs if force_record else ()))
     fields = {
-        **head(ending, getattr(made, "complete", True)),
-        "scenario": {"name": scenario.name, **origin(scenario.origin)},
+        **header_fields(provenance, getattr(result, "complete", True)),
+        "scenario": {"name": scenario.name, **origin_fields(scenario.origin)},
         "inputs": [
-            {"file": bare_name(file), "sha256": sha256, "size": size}
+            {"file": sanitise_file(file), "sha256": sha256, "size": size}
             for file, sha256, size in inputs
         ],
-        "excitation": excitation(scenario, motion),
+        "excitation": excitation_fields(scenario, motion),
         "numerics": numerics,
-        "software": software(),
+        "software": software_versions(),
         "metrics": metrics,
         **further,
-        "checks": [_check(verdict) for verdict in made.checks],
-        "warnings": [asdict(caution) for caution in made.warnings],
-        "files": ending.files,
+        "checks": [_check_fields(verdict) for verdict in result.checks],
+        "warnings": [asdict(warning) for warning in result.warnings],
+        "files": provenance.files,
     }
-    return {key: plain(value) for key, value in fields.items()}
+    return {key: sanitise(value) for key, value in fields.items()}
 
 
-def head(ending: Ending, complete: bool = True) -> Fields:
+def header_fields(provenance: Provenance, complete: bool = True) -> Fields:
     """Give what every drysim.json begins with."""
-    exit_code = ending.exit_code
+    exit_code = provenance.exit_code
     return {
-        "format": FORMAT,
+        "format": FORMAT_VERSION,
         "version": drysim.__version__,
-        "command": bare_command(ending.command),
-        "created": created(),
+        "command": sanitise_command(provenance.command),
+        "created": creation_time(),
         "complete": complete and exit_code not in (EXIT_NUMERICS_FAILED, EXIT_INTERRUPTED),
         "exit_code": exit_code,
     }
 
 
-def origin(known: Mapping[str, Any]) -> Fields:
+def origin_fields(known: Mapping[str, Any]) -> Fields:
     """Give where a scenario came from: its file by its bare name, its hash, overrides."""
-    return {**known, "file": bare_name(str(known.get("file", "")))}
+    return {**known, "file": sanitise_file(str(known.get("file", "")))}
 
 
-def excitation(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
+def excitation_fields(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
     """Give the kind of base motion and, where it is a series, its hash."""
-    asked = scenario.excitation
-    fields: Fields = {"kind": asked.kind, "seed": getattr(asked, "seed", None)}
+    block = scenario.excitation
+    fields: Fields = {"kind": block.kind, "seed": getattr(block, "seed", None)}
     if isinstance(motion, Samples):
-        fields["sha256"] = sha256_of(motion.u_dd)
+        fields["sha256"] = signal_sha256(motion.u_dd)
         if motion.realised:
             fields["realised"] = motion.realised
     return fields
 
 
-def _check(verdict: Verdict) -> Fields:
+def _check_fields(verdict: Verdict) -> Fields:
     """Give a verdict; over many cases also where it was decided, of a mean how sure it is.
 
     One that was not judged has neither passed nor failed. Where there is no value the reason is
@@ -196,20 +199,20 @@ def _check(verdict: Verdict) -> Fields:
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
 
 
-def created() -> str:
+def creation_time() -> str:
     """Give the time of day in UTC, or what SOURCE_DATE_EPOCH says it is."""
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
     try:
-        moment = datetime.fromtimestamp(int(epoch), UTC)
+        time_utc = datetime.fromtimestamp(int(epoch), UTC)
     except (ValueError, OverflowError, OSError):
-        moment = datetime.fromtimestamp(int(time.time()), UTC)
-    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+        time_utc = datetime.fromtimestamp(int(time.time()), UTC)
+    return time_utc.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def software() -> dict[str, str]:
+def software_versions() -> dict[str, str]:
     """Give the versions of Python and of what was loaded; nothing is loaded for its version."""
     versions = {"python": ".".join(map(str, sys.version_info[:3]))}
-    for name in SOFTWARE:
+    for name in SOFTWARE_PACKAGES:
         if name in sys.modules:
             versions[name] = str(getattr(sys.modules[name], "__version__", ""))
     return versions
@@ -223,39 +226,39 @@ def json_text(fields: Mapping[str, Any]) -> str:
 # Values and words as they may leave the machine.
 
 
-ABSOLUTE = re.compile(
+ABSOLUTE_FOLDERS = re.compile(
     r"(?<![\w.)\]/~:-])(?:~\w*|[A-Za-z]:)?[\\/](?:[^\\/\s'\"`:;,=]+[\\/])*(?=\w)"
 )
 """The folders of an absolute path within a sentence."""
 
-LEADING = re.compile(r"(^|=)(?:~\w*|[A-Za-z]:)?[\\/](?:.*[\\/])?(?=.)")
+LEADING_FOLDERS = re.compile(r"(^|=)(?:~\w*|[A-Za-z]:)?[\\/](?:.*[\\/])?(?=.)")
 """The folders of an absolute path that is a word of a command, spaces and all."""
 
 
-def plain(value: Any) -> Any:
+def sanitise(value: Any) -> Any:
     """Give a value as JSON knows it: finite numbers, no absolute path, nothing of numpy."""
     if isinstance(value, Mapping):
-        return {str(key): plain(inner) for key, inner in value.items()}
+        return {str(key): sanitise(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(inner) for inner in value]
+        return [sanitise(inner) for inner in value]
     if isinstance(value, np.generic):
-        return plain(value.item())
+        return sanitise(value.item())
     if isinstance(value, float):
         return value if isfinite(value) else None
     if isinstance(value, str):
-        return ABSOLUTE.sub("", value).encode(errors="replace").decode()
+        return ABSOLUTE_FOLDERS.sub("", value).encode(errors="replace").decode()
     return str(value) if isinstance(value, PurePath) else value
 
 
-def bare_name(file: str) -> str:
+def sanitise_file(file: str) -> str:
     """Give the name of a file as it was given, but without the folders of an absolute one."""
-    return LEADING.sub("", file, count=1)
+    return LEADING_FOLDERS.sub("", file, count=1)
 
 
-def bare_command(command: str) -> str:
+def sanitise_command(command: str) -> str:
     """Give a command line, without the folders of absolute paths."""
     try:
         words = shlex.split(command)
     except ValueError:
         return command
-    return shlex.join(LEADING.sub(r"\1", word) for word in words)
+    return shlex.join(LEADING_FOLDERS.sub(r"\1", word) for word in words)

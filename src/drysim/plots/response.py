@@ -17,7 +17,15 @@ import numpy as np
 
 from drysim import wording
 from drysim.approach.solution import Floats, Response
-from drysim.core.model import AnyLaw, Dynamic, Law, Pressed, Slider, Stopped, acceleration_at
+from drysim.core.model import (
+    AnyLaw,
+    CoulombLaw,
+    DynamicLaw,
+    ElasticContactLaw,
+    EndStopLaw,
+    NormalForceLaw,
+    acceleration_at,
+)
 from drysim.plots import style
 from drysim.plots.style import Style
 from drysim.study.outcome import Outcome
@@ -28,85 +36,91 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpec
 
-    from drysim.approach.end_stops import Bounded
+    from drysim.approach.end_stops import EndStopTrajectory
 
 
-LONG = 20_000
+MAX_LINE_POINTS = 20_000
 """Grid points above which the whole response is drawn as bands."""
 
-BUSY = 60
+MAX_EVENTS_WITHOUT_ZOOM = 60
 """Events above which a zoomed view stands below the whole response."""
 
-FAR, NEAR = 3.0, 1.3
+MAX_LIMIT_RATIO, MAX_LIMIT_RATIO_ZOOMED = 3.0, 1.3
 """How many times the peak a stroke limit may be away to be drawn, in all and when zoomed."""
 
 
 def response(outcome: Outcome, folder: Path) -> None:
     """Write response.png: the motion over time and the friction loop."""
-    style.paint(lambda: draw(outcome), folder / "response.png")
+    style.save_png(lambda: draw(outcome), folder / "response.png")
 
 
 def draw(outcome: Outcome) -> Figure:
     """Give the picture of a response, not yet rendered."""
     motion = outcome.response
-    zoomed = len(motion) > LONG or len(motion.events) > BUSY
-    head = style.lines(outcome)
-    figure = style.blank((8.05 if zoomed else 5.15) + style.height(head))
-    style.write(figure, head)
+    zoomed = len(motion) > MAX_LINE_POINTS or len(motion.events) > MAX_EVENTS_WITHOUT_ZOOM
+    heading = style.response_heading(outcome)
+    figure = style.new_figure((8.05 if zoomed else 5.15) + style.heading_height(heading))
+    style.write_heading(figure, heading)
     if zoomed:
-        _zoomed(figure, outcome)
+        _draw_zoomed(figure, outcome)
     else:
-        _stretch(figure, _grid(figure, 0.9, 4.9, 2), slice(None), outcome, FAR)
-    known = style.entries(figure.axes[-3:] + figure.axes[:-3])
-    style.legend(figure, known, columns=7, length=1.8)
+        _draw_interval(
+            figure, _panel_grid(figure, 0.9, 4.9, 2), slice(None), outcome, MAX_LIMIT_RATIO
+        )
+    known = style.legend_entries(figure.axes[-3:] + figure.axes[:-3])
+    style.add_legend(figure, known, columns=7, length=1.8)
     return figure
 
 
-def _zoomed(figure: Figure, outcome: Outcome) -> None:
+def _draw_zoomed(figure: Figure, outcome: Outcome) -> None:
     """Draw a long response as it goes, and a stretch of it so that it can be read."""
     motion, stroke = outcome.response, outcome.scenario.stroke
-    part, unit = zoom(motion, _settle(outcome)), _unit(outcome)
-    ends = ends_of(motion, slice(None))
-    above, below = pair(figure, _grid(figure, 5.05, 7.8, 1), *ends, unit)
-    if len(motion) > 2 * BINS:
-        bands(above, below, motion, unit)
+    part, unit = zoom_slice(motion, _settling_time(outcome)), _stroke_unit(outcome)
+    ends = time_bounds(motion, slice(None))
+    above, below = response_panels(figure, _panel_grid(figure, 5.05, 7.8, 1), *ends, unit)
+    if len(motion) > 2 * ENVELOPE_BINS:
+        draw_bands(above, below, motion, unit)
     else:
-        lines(above, below, curve(motion, slice(None)), unit)
+        draw_lines(above, below, curve_with_events(motion, slice(None)), unit)
     if stroke:
-        draw_limit(below, motion, stroke.limit, FAR, unit)
-    settled(above, below, _settle(outcome))
+        draw_limit(below, motion, stroke.limit, MAX_LIMIT_RATIO, unit)
+    mark_settling_end(above, below, _settling_time(outcome))
     for axes in (above, below):
-        axes.axvspan(*ends_of(motion, part), **FRAME)
-    _stretch(figure, _grid(figure, 0.9, 4.15, 2), part, outcome, NEAR)
+        axes.axvspan(*time_bounds(motion, part), **FRAME_STYLE)
+    _draw_interval(
+        figure, _panel_grid(figure, 0.9, 4.15, 2), part, outcome, MAX_LIMIT_RATIO_ZOOMED
+    )
     figure.axes[-2].set_xlabel("time $t$ [s], framed stretch")
 
 
-def _stretch(figure: Figure, grid: GridSpec, part: slice, outcome: Outcome, far: float) -> None:
+def _draw_interval(
+    figure: Figure, grid: GridSpec, part: slice, outcome: Outcome, max_ratio: float
+) -> None:
     """Draw a stretch of the response: its curves, what sticks, its friction loop."""
-    motion, stroke, unit = outcome.response, outcome.scenario.stroke, _unit(outcome)
-    shown, (begin, end) = curve(motion, part), ends_of(motion, part)
-    above, below = pair(figure, grid, begin, end, unit)
-    lines(above, below, shown, unit)
-    stuck(above, below, part, motion)
+    motion, stroke, unit = outcome.response, outcome.scenario.stroke, _stroke_unit(outcome)
+    shown, (begin, end) = curve_with_events(motion, part), time_bounds(motion, part)
+    above, below = response_panels(figure, grid, begin, end, unit)
+    draw_lines(above, below, shown, unit)
+    shade_stuck(above, below, part, motion)
     if stroke:
-        draw_limit(below, motion, stroke.limit, far, unit)
-    if begin < _settle(outcome) < end:
-        settled(above, below, _settle(outcome))
-    loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
+        draw_limit(below, motion, stroke.limit, max_ratio, unit)
+    if begin < _settling_time(outcome) < end:
+        mark_settling_end(above, below, _settling_time(outcome))
+    draw_loop(figure.add_subplot(grid[:, 1]), shown, motion, unit)
 
 
-def _unit(outcome: Outcome) -> LengthUnit:
+def _stroke_unit(outcome: Outcome) -> LengthUnit:
     """Give the unit in which x_r is drawn: that in which its peak is told."""
     return wording.length_unit(outcome.metrics["x_r_peak"] or 0.0)
 
 
-def _settle(outcome: Outcome) -> float:
+def _settling_time(outcome: Outcome) -> float:
     """Give the time before the window of the metrics [s]; a steady orbit has none."""
     steady = outcome.response.numerics.period_multiple is not None
     return 0.0 if steady else outcome.scenario.measure.settle
 
 
-def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
+def _panel_grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
     """Give room for two rows of panels between two heights [inch]."""
     height = figure.get_figheight()
     return figure.add_gridspec(
@@ -118,31 +132,31 @@ def _grid(figure: Figure, bottom: float, top: float, columns: int) -> GridSpec:
 # The panels: accelerations, relative displacement, friction loop.
 
 
-CROWDED = 40
+CROWDED_MARKERS = 40
 """Crosses above which they are small, lest they hide the peaks that they mark."""
 
-DENSE, THIN = 300, 0.6
+DENSE_TURNING_POINTS, THIN_LINEWIDTH = 300, 0.6
 """Turning points above which a line would fill its panel, and its width then [pt]."""
 
-VISIBLE = 500
+VISIBLE_LEVELS = 500
 """Steps of height that can be told apart in a panel."""
 
-FEW = 12
+MARKED_POINTS = 12
 """Points below which each is marked: a line alone might be too short to be seen."""
 
 # Told apart in grey as well: by lightness, width and dashes. The base lies below the mass.
-BASE: Style = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 1.9}
-MASS: Style = {"color": "#0b3c6f", "linewidth": 1.4}
-LIMIT: Style = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
-STATIC: Style = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
-BEYOND: Style = {"color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3}
-STUCK: Style = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
-FRAME: Style = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
-SETTLED: Style = {"color": "black", "linewidth": 1.0, "linestyle": (0, (7, 2, 1, 2))}
-BAND = "#bdbdbd"
+BASE_STYLE: Style = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 1.9}
+MASS_STYLE: Style = {"color": "#0b3c6f", "linewidth": 1.4}
+LIMIT_STYLE: Style = {"color": "#b3261e", "linewidth": 1.2, "linestyle": (0, (6, 3))}
+STATIC_LIMIT_STYLE: Style = {"color": "#444444", "linewidth": 1.0, "linestyle": (0, (1, 2))}
+VIOLATION_STYLE: Style = {"color": "#b3261e", "marker": "x", "markersize": 6, "zorder": 3}
+STUCK_STYLE: Style = {"facecolor": "#f0e2c0", "edgecolor": "none", "zorder": 0}
+FRAME_STYLE: Style = {"facecolor": "#0000000c", "edgecolor": "black", "linewidth": 0.8}
+SETTLING_STYLE: Style = {"color": "black", "linewidth": 1.0, "linestyle": (0, (7, 2, 1, 2))}
+BASE_BAND_COLOR = "#bdbdbd"
 
 
-def pair(
+def response_panels(
     figure: Figure, grid: GridSpec, begin: float, end: float, unit: LengthUnit
 ) -> tuple[Axes, Axes]:
     """Give empty panels of accelerations and relative displacement, one above the other."""
@@ -159,98 +173,117 @@ def pair(
     return above, below
 
 
-def lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None:
+def draw_lines(above: Axes, below: Axes, shown: Curve, unit: LengthUnit) -> None:
     """Draw accelerations and relative displacement over time."""
-    mark = "." if len(shown.t) < FEW else ""
-    above.plot(shown.t, shown.x_dd, **of_mass(shown.x_dd), marker=mark, label="mass ẍ")
-    above.plot(shown.t, shown.u_dd, **BASE, label="base ü")
-    x_r = shown.x_r * unit.per_metre
-    below.plot(shown.t, x_r, **MASS, marker=mark)
-    below.set_ylim(*_room(x_r))
+    mark = "." if len(shown.t) < MARKED_POINTS else ""
+    above.plot(shown.t, shown.x_dd, **mass_style(shown.x_dd), marker=mark, label="mass ẍ")
+    above.plot(shown.t, shown.u_dd, **BASE_STYLE, label="base ü")
+    x_r = shown.x_r * unit.units_per_metre
+    below.plot(shown.t, x_r, **MASS_STYLE, marker=mark)
+    below.set_ylim(*_axis_limits(x_r))
 
 
-def of_mass(series: Floats) -> Style:
+def mass_style(series: Floats) -> Style:
     """Return the style of a line of the mass: thin where it has many turning points.
 
     Those that no eye sees, as rounding makes them on a level line, do not count.
     """
     known = series[np.isfinite(series)]
     scale = float(np.ptp(known)) if len(known) else 0.0
-    steps = np.diff(np.round(VISIBLE * (known - known.min()) / scale)) if scale else known[:0]
+    steps = (
+        np.diff(np.round(VISIBLE_LEVELS * (known - known.min()) / scale))
+        if scale
+        else known[:0]
+    )
     turns = np.count_nonzero(np.diff(np.signbit(steps[steps != 0])))
-    return {**MASS, "linewidth": THIN} if turns > DENSE else MASS
+    return (
+        {**MASS_STYLE, "linewidth": THIN_LINEWIDTH}
+        if turns > DENSE_TURNING_POINTS
+        else MASS_STYLE
+    )
 
 
-def bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
+def draw_bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> None:
     """Draw the bands that a long response fills, that of the mass above that of the base."""
     filled: tuple[tuple[Axes, Callable[[slice], Floats], str], ...] = (
-        (above, motion.base, BAND),
-        (above, motion.acceleration, MASS["color"]),
-        (below, lambda part: motion.points(part).x_r * unit.per_metre, MASS["color"]),
+        (above, motion.base, BASE_BAND_COLOR),
+        (above, motion.acceleration, MASS_STYLE["color"]),
+        (
+            below,
+            lambda part: motion.points(part).x_r * unit.units_per_metre,
+            MASS_STYLE["color"],
+        ),
     )
     for axes, series, color in filled:
         at, low, high = envelope(series, len(motion))
         axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
 
 
-def stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
+def shade_stuck(above: Axes, below: Axes, part: slice, motion: Response) -> None:
     """Shade the stretches in which the mass sticks, or holds on to a contact that yields."""
-    word = label_held(motion.law)
-    for begin, length in stuck_stretches(motion, *ends_of(motion, part)):
+    word = stuck_label(motion.law)
+    for begin, length in stuck_intervals(motion, *time_bounds(motion, part)):
         for axes in (above, below):
-            axes.axvspan(begin, begin + length, **STUCK, label=word)
+            axes.axvspan(begin, begin + length, **STUCK_STYLE, label=word)
 
 
-def label_held(law: AnyLaw) -> str:
+def stuck_label(law: AnyLaw) -> str:
     """Name what is shaded: a contact that is a spring holds while the mass goes on moving."""
-    return "contact holds" if isinstance(law, Slider) else "stuck"
+    return "contact holds" if isinstance(law, ElasticContactLaw) else "stuck"
 
 
-def settled(above: Axes, below: Axes, begin: float) -> None:
+def mark_settling_end(above: Axes, below: Axes, begin: float) -> None:
     """Draw where the settling time ends, if there is any."""
     if begin > 0:
         for axes in (above, below):
-            axes.axvline(begin, **SETTLED, label="metrics begin")
+            axes.axvline(begin, **SETTLING_STYLE, label="metrics begin")
 
 
 def draw_limit(
-    axes: Axes, motion: Response, limit: float, far: float, unit: LengthUnit
+    axes: Axes, motion: Response, limit: float, max_ratio: float, unit: LengthUnit
 ) -> None:
     """Draw the stroke limit [m] and mark where it is met.
 
-    One more than `far` times the peak would flatten the curve and is left out.
+    One more than `max_ratio` times the peak would flatten the curve and is left out.
     """
-    peak = greatest(motion, "x_r").value
-    if limit > far * peak > 0:
+    peak = largest_magnitude(motion, "x_r").value
+    if limit > max_ratio * peak > 0:
         return
-    hits = stops_met(motion)
+    hits = stop_impacts(motion)
     axes.autoscale(axis="y")
     for side in (-1, 1):
         what = "end stops" if hits else "stroke limit"
-        label = f"{what} ±{wording.number(limit * unit.per_metre, unit.sign)}"
-        axes.axhline(side * limit * unit.per_metre, **LIMIT, label=label)
+        label = f"{what} ±{wording.format_number(limit * unit.units_per_metre, unit.sign)}"
+        axes.axhline(side * limit * unit.units_per_metre, **LIMIT_STYLE, label=label)
     begin, end = axes.get_xlim()
-    met = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
-    met = met[(met[:, 0] >= begin) & (met[:, 0] <= end)] * (1.0, unit.per_metre)
-    if len(met):
+    marked = np.array(hits or excursions(motion, limit), dtype=float).reshape(-1, 2)
+    marked = marked[(marked[:, 0] >= begin) & (marked[:, 0] <= end)] * (
+        1.0,
+        unit.units_per_metre,
+    )
+    if len(marked):
         label = "stop met" if hits else "limit met"
-        style = {**BEYOND, "markersize": 3.5} if len(met) > CROWDED else BEYOND
-        axes.plot(*met.T, **style, linestyle="none", clip_on=False, label=label)
+        style = (
+            {**VIOLATION_STYLE, "markersize": 3.5}
+            if len(marked) > CROWDED_MARKERS
+            else VIOLATION_STYLE
+        )
+        axes.plot(*marked.T, **style, linestyle="none", clip_on=False, label=label)
 
 
-def stops_met(response: Response) -> list[tuple[float, float]]:
+def stop_impacts(response: Response) -> list[tuple[float, float]]:
     """Give time [s] and x_r [m] of every hit of an end stop."""
-    law, track = response.law, cast("Bounded", response.track)
-    if not isinstance(law, Stopped):
+    law, trajectory = response.law, cast("EndStopTrajectory", response.trajectory)
+    if not isinstance(law, EndStopLaw):
         return []
-    t, v_r = track.hits()
+    t, v_r = trajectory.hits()
     return list(zip(t.tolist(), np.copysign(law.x_rM, v_r).tolist(), strict=True))
 
 
 def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
     """Give time [s] and x_r [m] at the largest |x_r| of every excursion to a limit [m]."""
     found: list[tuple[float, float]] = []
-    goes_on = False
+    continues = False
     for part in response.parts():
         x_r = response.points(part).x_r
         size = np.abs(x_r)
@@ -258,15 +291,15 @@ def excursions(response: Response, limit: float) -> list[tuple[float, float]]:
         for a, b in zip(steps[::2].tolist(), steps[1::2].tolist(), strict=True):
             at = a + int(size[a:b].argmax())
             peak = (part.start + at) * response.dt, float(x_r[at])
-            if not (goes_on and a == 0):
+            if not (continues and a == 0):
                 found.append(peak)
             elif size[at] > abs(found[-1][1]):
                 found[-1] = peak
-        goes_on = bool(size[-1] >= limit)
+        continues = bool(size[-1] >= limit)
     return found
 
 
-def loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
+def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
     """Draw the friction force over the relative displacement; what it encloses is its loss.
 
     A repetition of a steady orbit ends where it began, wherever its last grid point is.
@@ -274,28 +307,28 @@ def loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
     whole = shown.t[0] == 0.0 and shown.t[-1] >= (len(motion) - 1) * motion.dt
     if whole and motion.numerics.period_multiple:
         shown = Curve(*(np.append(series, series[0]) for series in shown))
-    x_r = shown.x_r * unit.per_metre
+    x_r = shown.x_r * unit.units_per_metre
     axes.set_xlabel(f"relative displacement $x_r$ [{unit.sign}]", loc="left")
     axes.locator_params(axis="x", nbins=5)
     axes.yaxis.set_offset_position("right")
     if motion.law.F_fs == 0:
         axes.set_title("damping force $b\\,v_r$ [N]", loc="left")
         force = motion.plant.b * shown.v_r
-        axes.plot(x_r, force, **of_mass(force))
+        axes.plot(x_r, force, **mass_style(force))
         return
     axes.set_title("friction force $F_f$ [N]", loc="left")
-    mark = "." if len(shown.t) < FEW else ""
-    axes.plot(x_r, shown.F_f, **of_mass(shown.F_f), marker=mark)
-    axes.set_xlim(*_room(x_r))
-    if not (motion.law.variation or isinstance(motion.law, Pressed)):
+    mark = "." if len(shown.t) < MARKED_POINTS else ""
+    axes.plot(x_r, shown.F_f, **mass_style(shown.F_f), marker=mark)
+    axes.set_xlim(*_axis_limits(x_r))
+    if not (motion.law.variation or isinstance(motion.law, NormalForceLaw)):
         # What yields, and grips as it drags, is never static.
-        static = motion.law.sticks or motion.law.F_fs > motion.law.F_fk
+        static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
         words = "static limit ±$F_{fs}$" if static else "friction limit ±$F_{fk}$"
         for side in (-1, 1):
-            axes.axhline(side * motion.law.F_fs, **STATIC, label=words)
+            axes.axhline(side * motion.law.F_fs, **STATIC_LIMIT_STYLE, label=words)
 
 
-def _room(x_r: Floats) -> tuple[float | None, float | None]:
+def _axis_limits(x_r: Floats) -> tuple[float | None, float | None]:
     """Give the range of a mass that does not move; otherwise the curve has its own."""
     low, high = float(x_r.min()), float(x_r.max())
     return (low - 1, high + 1) if low == high else (None, None)
@@ -304,19 +337,19 @@ def _room(x_r: Floats) -> tuple[float | None, float | None]:
 # The curves of a response as a picture needs them.
 
 
-BINS = 1200
+ENVELOPE_BINS = 1200
 """Bins of an envelope: about as many as the picture has dots across."""
 
-WINDOW = 8.0
+ZOOM_PERIODS = 8.0
 """Natural periods in a zoomed view."""
 
-PARTED = 1e-9
+SEPARATION_TOLERANCE = 1e-9
 """Share of the mean normal force that is none: what rounding leaves where surfaces part."""
 
-SHARE = 0.4
+MAX_ZOOM_SHARE = 0.4
 """Share of a response that a zoomed view shows at most: more of it is no closer look."""
 
-POINTS = (150, 4000)
+ZOOM_POINTS = (150, 4000)
 """Fewest and most grid points in a zoomed view."""
 
 
@@ -338,16 +371,16 @@ class Peak(NamedTuple):
     point: int
 
 
-def curve(response: Response, part: slice) -> Curve:
+def curve_with_events(response: Response, part: slice) -> Curve:
     """Give a part of the grid and its events: jumps of force and acceleration stand upright."""
-    points = grid(response, part)
-    sides = _event_sides(response, *ends_of(response, part))
+    points = grid_curve(response, part)
+    sides = _event_sides(response, *time_bounds(response, part))
     merged = [np.concatenate(series) for series in zip(*sides, points, strict=True)]
     order = np.argsort(merged[0], kind="stable")
     return Curve(*(series[order] for series in merged))
 
 
-def grid(response: Response, part: slice) -> Curve:
+def grid_curve(response: Response, part: slice) -> Curve:
     """Give the grid points of a stretch alone."""
     first, last, _ = part.indices(len(response))
     t = np.arange(first, last) * np.float64(response.dt)
@@ -356,32 +389,32 @@ def grid(response: Response, part: slice) -> Curve:
     return Curve(t, u_dd, x_dd, x_r, v_r, response.friction(part))
 
 
-def ends_of(response: Response, part: slice) -> tuple[float, float]:
+def time_bounds(response: Response, part: slice) -> tuple[float, float]:
     """Give begin and end [s] of a stretch; the motion may end behind the last grid point."""
     first, last, _ = part.indices(len(response))
-    begin, track = first * response.dt, response.track
-    if track is None or last < len(response):
+    begin, trajectory = first * response.dt, response.trajectory
+    if trajectory is None or last < len(response):
         return begin, (last - 1) * response.dt
-    return begin, track.end
+    return begin, trajectory.end
 
 
 def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
     """Give the events of a stretch twice: as they were met and as they were left."""
     if response.points(slice(0, 1)).stop is not None:
-        return _sides_of_track(response, begin, end)
+        return _event_sides_at_stops(response, begin, end)
     events = response.events
     directions = np.sign(events.kind)
     # The first event is the state at t = 0: nothing jumps there.
     inside = np.flatnonzero((events.t >= begin) & (events.t <= end))
-    inside = inside[(inside > 0) & response.law.sticks]
+    inside = inside[(inside > 0) & response.law.can_stick]
     t, x_r, F_L = events.t[inside], events.x_r[inside], events.F_L[inside]
     plant, law = response.plant, response.law
-    if isinstance(law, Pressed):
+    if isinstance(law, NormalForceLaw):
         limit = law.F_fk * law.load(t)
         # Where the surfaces part, meet or are apart, no force jumps, and v_r need not be 0.
-        rubs = limit > PARTED * law.F_fk
-        inside, t, x_r, F_L, limit = (each[rubs] for each in (inside, t, x_r, F_L, limit))
-    elif isinstance(law, Law | Stopped):
+        in_contact = limit > SEPARATION_TOLERANCE * law.F_fk
+        inside, t, x_r, F_L, limit = (each[in_contact] for each in (inside, t, x_r, F_L, limit))
+    elif isinstance(law, CoulombLaw | EndStopLaw):
         limit = law.F_fk * (1 + law.variation * np.sin(law.omega * t + law.phase))
     else:
         limit = np.full_like(t, law.F_fs)
@@ -395,15 +428,15 @@ def _event_sides(response: Response, begin: float, end: float) -> tuple[Curve, C
     return side(directions[inside - 1]), side(directions[inside])
 
 
-def _sides_of_track(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
+def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple[Curve, Curve]:
     """Give what `_event_sides` does where the mass may be moving at an event: at end stops."""
-    track = cast("Bounded", response.track)
-    t = track.events.t[1:]
+    trajectory = cast("EndStopTrajectory", response.trajectory)
+    t = trajectory.events.t[1:]
     t = t[(t >= begin) & (t <= end)]
     m, k_x, b = response.plant
 
     def side(at: Floats) -> Curve:
-        x_r, v_r, F_stop, F_f, d = track.at(at)
+        x_r, v_r, F_stop, F_f, d = trajectory.at(at)
         u_dd = acceleration_at(response.motion, at)
         x_dd = np.where(d == 0, u_dd, -(k_x * x_r + b * v_r + F_f + F_stop) / m)
         return Curve(t, u_dd, x_dd, x_r, v_r, F_f)
@@ -419,10 +452,10 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
     series : callable
         Gives the values of a part of the grid, so that they need not be held whole.
     length : int
-        Grid points, at least `BINS`.
+        Grid points, at least `ENVELOPE_BINS`.
     """
-    edges = np.linspace(0, length, BINS + 1).astype(np.int64)
-    low, high = np.empty(BINS), np.empty(BINS)
+    edges = np.linspace(0, length, ENVELOPE_BINS + 1).astype(np.int64)
+    low, high = np.empty(ENVELOPE_BINS), np.empty(ENVELOPE_BINS)
     for at, (begin, end) in enumerate(
         zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)
     ):
@@ -431,7 +464,7 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
     return (edges[:-1] + edges[1:]) / 2, low, high
 
 
-def greatest(response: Response, name: str, begin: int = 0) -> Peak:
+def largest_magnitude(response: Response, name: str, begin: int = 0) -> Peak:
     """Give the greatest |value| of ü or a series of `Points` from some grid point on."""
     found = Peak(-1.0, begin)
     for part in response.parts():
@@ -442,7 +475,7 @@ def greatest(response: Response, name: str, begin: int = 0) -> Peak:
     return found
 
 
-def zoom(response: Response, begin: float) -> slice:
+def zoom_slice(response: Response, begin: float) -> slice:
     """Give the part of the grid around the largest stroke; around the largest ü when stuck.
 
     It is looked for from `begin` on, the end of the settling time [s].
@@ -450,22 +483,22 @@ def zoom(response: Response, begin: float) -> slice:
     length, settled = len(response), min(round(begin / response.dt), len(response) - 1)
     x_r = response.points(slice(0, 1)).x_r
     moves = any((response.points(part).x_r != x_r).any() for part in response.parts())
-    peak = greatest(response, "x_r" if moves else "u_dd", settled).point
+    peak = largest_magnitude(response, "x_r" if moves else "u_dd", settled).point
     m, k_x, _ = response.plant
     period = 2 * np.pi * np.sqrt(m / k_x) if k_x > 0 else np.inf
-    points = min(max(WINDOW * period / response.dt, POINTS[0]), POINTS[1])
-    points = min(points, max(SHARE * length, 2.0))
+    points = min(max(ZOOM_PERIODS * period / response.dt, ZOOM_POINTS[0]), ZOOM_POINTS[1])
+    points = min(points, max(MAX_ZOOM_SHARE * length, 2.0))
     first = int(min(max(peak - points / 2, 0), length - points))
     return slice(first, first + int(points))
 
 
-def stuck_stretches(response: Response, begin: float, end: float) -> list[tuple[float, float]]:
+def stuck_intervals(response: Response, begin: float, end: float) -> list[tuple[float, float]]:
     """Give begin and length [s] of every stuck stretch: stick to next slip."""
-    yields = isinstance(response.law, Dynamic) and not response.law.sticks
-    if response.law.F_fs == 0 or yields:
+    never_sticks = isinstance(response.law, DynamicLaw) and not response.law.can_stick
+    if response.law.F_fs == 0 or never_sticks:
         return []
     events = response.events
-    until = np.append(events.t[1:], ends_of(response, slice(None))[1])
+    until = np.append(events.t[1:], time_bounds(response, slice(None))[1])
     stuck = events.kind == 0
     first = np.maximum(events.t[stuck], begin)
     last = np.minimum(until[stuck], end)

@@ -21,35 +21,40 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from drysim.bench.score import Bench, Panel, Score
+    from drysim.bench.score import Bench, BenchCase, Score
 
 
-LEAST = 1e-16
+MIN_ERROR = 1e-16
 """Errors below rounding are drawn at rounding [-]."""
 
-BELOW = 0.1
+EXACT_OFFSET = 0.1
 """Where the exact entry stands, over the least error of all others [-]: its own is none."""
 
-ALIKE = 1e-11
+REFERENCE_ACCURACY = 1e-11
 """Errors below this [-] are alike: the reference itself knows no better."""
 
-GAP = 0.85
+ROW_GAP = 0.85
 """How far rows of panels are apart [inch]: each has its axis."""
 
-EXACT: Style = {"color": "#0b3c6f", "marker": "*", "markersize": 15, "zorder": 5}
-OWN: dict[str, Style] = {
+EXACT_STYLE: Style = {"color": "#0b3c6f", "marker": "*", "markersize": 15, "zorder": 5}
+OWN_STYLES: dict[str, Style] = {
     "switch": {"color": "#1b7837", "marker": "s"},
     "moreau": {"color": "#5a8fc7", "marker": "D"},
     "signum": {"color": "#b3261e", "marker": "^"},
     "smooth": {"color": "#e08214", "marker": "o"},
     "viscous": {"color": "#404040", "marker": "X"},
 }
-PEER: Style = {"color": "#6b6b6b", "fillstyle": "none"}
-PEER_MARKS = "svoDP^<>"
-FRONT: Style = {"color": "#0b3c6f", "linewidth": 5.0, "alpha": 0.18, "zorder": 1}
-LFILTER: Style = {"color": "#404040", "linewidth": 1.0, "linestyle": (0, (1, 2)), "zorder": 1}
+PEER_STYLE: Style = {"color": "#6b6b6b", "fillstyle": "none"}
+PEER_MARKERS = "svoDP^<>"
+FRONT_STYLE: Style = {"color": "#0b3c6f", "linewidth": 5.0, "alpha": 0.18, "zorder": 1}
+LFILTER_STYLE: Style = {
+    "color": "#404040",
+    "linewidth": 1.0,
+    "linestyle": (0, (1, 2)),
+    "zorder": 1,
+}
 
-MEANING = (
+CAPTION = (
     "filled: approaches of drysim; hollow: other programs; broad line: what no other beats"
 )
 
@@ -64,48 +69,50 @@ ERRORS: tuple[tuple[str, Callable[[Score], float | None]], ...] = (
 
 def speed_error(bench: Bench, folder: Path) -> None:
     """Write speed_error.png: error of x_r and of T_a over the time a sample."""
-    style.paint(lambda: draw(bench), folder / "speed_error.png")
+    style.save_png(lambda: draw(bench), folder / "speed_error.png")
 
 
 def draw(bench: Bench) -> Figure:
     """Give the picture of a bench, not yet rendered."""
-    figure, grid = style.sheet(len(bench.panels), 2, gap=GAP)
-    alone = len(bench.panels) == 1
+    figure, grid = style.panel_grid(len(bench.cases), 2, gap=ROW_GAP)
+    alone = len(bench.cases) == 1
     drawn = []
-    for row, panel in enumerate(bench.panels):
+    for row, panel in enumerate(bench.cases):
         for column, (words, error) in enumerate(ERRORS):
             axes = figure.add_subplot(grid[row, column])
-            known = _panel(axes, panel, error)
-            sweep.name(axes, words if alone else f"{panel.scenario.name}: {words}")
+            known = _draw_panel(axes, panel, error)
+            sweep.set_title(axes, words if alone else f"{panel.scenario.name}: {words}")
             drawn.append((axes, known))
-    title = bench.panels[0].scenario.name if alone else "speed against error"
-    style.complete(figure, grid, (title, [MEANING], []))
+    title = bench.cases[0].scenario.name if alone else "speed against error"
+    style.finish_figure(figure, grid, (title, [CAPTION], []))
     for axes, known in drawn:
-        label(axes, known)
+        place_labels(axes, known)
     return figure
 
 
-def _panel(axes: Axes, panel: Panel, error: Callable[[Score], float | None]) -> list[Curve]:
+def _draw_panel(
+    axes: Axes, panel: BenchCase, error: Callable[[Score], float | None]
+) -> list[LabelledCurve]:
     """Draw the entries of one scene; gives what is to be labelled."""
     axes.set(xscale="log", yscale="log")
-    known: dict[str, Curve] = {}
+    known: dict[str, LabelledCurve] = {}
     errors = [value for one in panel.scores if (value := error(one)) and isfinite(value)]
-    floor = max(BELOW * min(errors, default=1.0), LEAST)
-    for scores, look in styled(panel.scores):
+    floor = max(EXACT_OFFSET * min(errors, default=1.0), MIN_ERROR)
+    for scores, line_style in group_by_style(panel.scores):
         shown = sorted(
-            (one.time, floor if value is None else max(value, LEAST))
+            (one.time, floor if value is None else max(value, MIN_ERROR))
             for one in scores
-            if one.time and ((value := error(one)) is None) is _exact(one)
+            if one.time and ((value := error(one)) is None) is _is_exact(one)
             if value is None or isfinite(value)
         )
         if shown:
             t, y = zip(*shown, strict=True)
-            axes.plot(t, y, linewidth=0.9, **{"markersize": 5, **look})
+            axes.plot(t, y, linewidth=0.9, **{"markersize": 5, **line_style})
             name = scores[0].approach
             before = known[name].lines if name in known else ()
-            label = f"{name}: exact, no error" if any(map(_exact, scores)) else name
-            known[name] = Curve(label, (*before, tuple(shown)), look["color"])
-    axes.axvline(panel.lfilter, **LFILTER)
+            label = f"{name}: exact, no error" if any(map(_is_exact, scores)) else name
+            known[name] = LabelledCurve(label, (*before, tuple(shown)), line_style["color"])
+    axes.axvline(panel.lfilter, **LFILTER_STYLE)
     axes.text(
         panel.lfilter, 0.98, "lfilter ", transform=axes.get_xaxis_transform(), size=7.5,
         rotation=90, ha="right", va="top",
@@ -114,20 +121,22 @@ def _panel(axes: Axes, panel: Panel, error: Callable[[Score], float | None]) -> 
     axes.margins(x=0.1, y=0.15)
     axes.autoscale_view()
     axes.autoscale(False)
-    _front(axes, [at for curve in known.values() for line in curve.lines for at in line])
+    _draw_pareto_front(
+        axes, [at for curve in known.values() for line in curve.lines for at in line]
+    )
     return list(known.values())
 
 
-def _exact(score: Score) -> bool:
+def _is_exact(score: Score) -> bool:
     """Tell whether an entry is what the others are held to, and has no error to be drawn."""
     return score.own and score.error_x_r is None and score.verdict.startswith("exact")
 
 
-def _front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
+def _draw_pareto_front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
     """Draw the front: for every time the least error that is to be had in it."""
     best, t, y = float("inf"), [], []
     for time, error in sorted(points):
-        if max(error, ALIKE) < best:
+        if max(error, REFERENCE_ACCURACY) < best:
             best = error
             t.append(time)
             y.append(error)
@@ -135,50 +144,53 @@ def _front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
         # From the top down to the quickest, and on to the right from the most exact.
         (_, right), (_, top) = axes.get_xlim(), axes.get_ylim()
         t, y = [t[0], *t, right], [top, *y, best]
-        axes.plot(t, y, drawstyle="steps-post", solid_joinstyle="round", **FRONT)
+        axes.plot(t, y, drawstyle="steps-post", solid_joinstyle="round", **FRONT_STYLE)
 
 
-def styled(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style]]:
+def group_by_style(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style]]:
     """Give the entries of every line, which share all but step, sharpness and tolerance."""
     grouped: dict[tuple[str, ...], list[Score]] = {}
     for one in scores:
         word, _, rest = one.setting.partition(", ")
-        kin = (one.approach, *((word, rest.partition(", ")[2]) if one.own else ()))
-        grouped.setdefault(kin, []).append(one)
-    peers = [kin for kin, members in grouped.items() if not members[0].own]
-    for kin, members in grouped.items():
+        group = (one.approach, *((word, rest.partition(", ")[2]) if one.own else ()))
+        grouped.setdefault(group, []).append(one)
+    peers = [group for group, members in grouped.items() if not members[0].own]
+    for group, members in grouped.items():
         if members[0].own:
-            yield members, OWN.get(kin[0], EXACT)
+            yield members, OWN_STYLES.get(group[0], EXACT_STYLE)
         else:
-            yield members, {**PEER, "marker": PEER_MARKS[peers.index(kin) % len(PEER_MARKS)]}
+            yield (
+                members,
+                {**PEER_STYLE, "marker": PEER_MARKERS[peers.index(group) % len(PEER_MARKERS)]},
+            )
 
 
 # Where labels go in a crowded picture: beside a point of their curve, clear of all else.
 
 
-SIZE = 7.5
+LABEL_SIZE = 7.5
 """Size of the letters [pt]."""
 
-WIDE, TALL = 0.53, 1.15
+LETTER_WIDTH, LETTER_HEIGHT = 0.53, 1.15
 """Width and height of a letter over its size [-]."""
 
-AWAY = (7.0, 14.0, 24.0, 36.0, 50.0)
+LABEL_DISTANCES = (7.0, 14.0, 24.0, 36.0, 50.0)
 """Distances from the point at which a place is tried [pt]."""
 
-WAYS = 16
+LABEL_DIRECTIONS = 16
 """Directions in which a place is tried."""
 
-ROOM = 3.0
+LABEL_MARGIN = 3.0
 """Room around a label [pt]."""
 
-CLOSE = 4.0
+POINT_SPACING = 4.0
 """Distance of the points that stand for a line [pt]."""
 
-CLASH, FAR, OUTSIDE = 10.0, 0.02, 100.0
+OVERLAP_COST, DISTANCE_COST, OUTSIDE_COST = 10.0, 0.02, 100.0
 """What covering something costs, a point of distance, and leaving the panel."""
 
 
-class Curve(NamedTuple):
+class LabelledCurve(NamedTuple):
     """A curve that wants a label.
 
     Attributes
@@ -203,7 +215,7 @@ class Box(NamedTuple):
     top: float
 
 
-def label(axes: Axes, curves: Sequence[Curve]) -> None:
+def place_labels(axes: Axes, curves: Sequence[LabelledCurve]) -> None:
     """Write the name of every curve into its axes, whose limits and place must be settled."""
     scale = 72.0 / axes.figure.dpi
     lines = [
@@ -213,19 +225,19 @@ def label(axes: Axes, curves: Sequence[Curve]) -> None:
     if not lines:
         return
     shown = [np.concatenate(own) for own in lines]
-    taken = np.concatenate([filled(line) for own in lines for line in own])
+    occupied = np.concatenate([densify(line) for own in lines for line in own])
     frame = axes.get_window_extent()
     panel = Box(*(scale * end for end in (frame.x0, frame.x1, frame.y0, frame.y1)))
     placed: list[Box] = []
     for curve, points in sorted(zip(curves, shown, strict=True), key=lambda pair: len(pair[1])):
         box, point = min(
-            candidates(curve.label, points),
-            key=lambda one: cost(one[0], one[1], taken, placed, panel),
+            candidate_boxes(curve.label, points),
+            key=lambda one: placement_cost(one[0], one[1], occupied, placed, panel),
         )
         placed.append(box)
         middle = (0.5 * (box.left + box.right) / scale, 0.5 * (box.bottom + box.top) / scale)
         axes.annotate(
-            curve.label, tuple(point / scale), middle, size=SIZE,
+            curve.label, tuple(point / scale), middle, size=LABEL_SIZE,
             xycoords="figure pixels", textcoords="figure pixels", ha="center", va="center",
             color=curve.color, zorder=6,
             arrowprops={"arrowstyle": "-", "color": curve.color, "linewidth": 0.4,
@@ -233,52 +245,52 @@ def label(axes: Axes, curves: Sequence[Curve]) -> None:
         )  # fmt: skip
 
 
-def filled(line: NDArray[np.float64]) -> NDArray[np.float64]:
+def densify(line: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give the points of a line, and what lies between them closely enough to be covered."""
-    between = []
-    for begin, way in zip(line[:-1], np.diff(line, axis=0), strict=True):
-        shares = np.linspace(0.0, 1.0, int(np.abs(way).max() / CLOSE) + 2)
-        between.append(begin + shares[:, None] * way)
-    return np.concatenate([line, *between])
+    samples = []
+    for begin, step in zip(line[:-1], np.diff(line, axis=0), strict=True):
+        shares = np.linspace(0.0, 1.0, int(np.abs(step).max() / POINT_SPACING) + 2)
+        samples.append(begin + shares[:, None] * step)
+    return np.concatenate([line, *samples])
 
 
-def candidates(
+def candidate_boxes(
     words: str, points: NDArray[np.float64]
 ) -> Iterator[tuple[Box, NDArray[np.float64]]]:
     """Give places beside every point of a curve."""
-    half = 0.5 * WIDE * SIZE * len(words), 0.5 * TALL * SIZE
+    half = 0.5 * LETTER_WIDTH * LABEL_SIZE * len(words), 0.5 * LETTER_HEIGHT * LABEL_SIZE
     for point in points:
-        for away in AWAY:
-            for angle in np.arange(WAYS) * 2.0 * np.pi / WAYS:
-                x = point[0] + np.cos(angle) * (away + half[0])
-                y = point[1] + np.sin(angle) * (away + half[1])
+        for distance in LABEL_DISTANCES:
+            for angle in np.arange(LABEL_DIRECTIONS) * 2.0 * np.pi / LABEL_DIRECTIONS:
+                x = point[0] + np.cos(angle) * (distance + half[0])
+                y = point[1] + np.sin(angle) * (distance + half[1])
                 yield Box(x - half[0], x + half[0], y - half[1], y + half[1]), point
 
 
-def cost(
+def placement_cost(
     box: Box,
     point: NDArray[np.float64],
-    taken: NDArray[np.float64],
+    occupied: NDArray[np.float64],
     placed: Sequence[Box],
     panel: Box,
 ) -> float:
     """Give how bad a place is."""
-    x, y = taken[:, 0], taken[:, 1]
-    covered = (x > box.left - ROOM) & (x < box.right + ROOM)
-    covered &= (y > box.bottom - ROOM) & (y < box.top + ROOM)
-    clashes = int(covered.sum()) + 2 * sum(overlap(box, other) for other in placed)
+    x, y = occupied[:, 0], occupied[:, 1]
+    covered = (x > box.left - LABEL_MARGIN) & (x < box.right + LABEL_MARGIN)
+    covered &= (y > box.bottom - LABEL_MARGIN) & (y < box.top + LABEL_MARGIN)
+    overlap_count = int(covered.sum()) + 2 * sum(overlaps(box, other) for other in placed)
     outside = (
         box.left < panel.left or box.right > panel.right
         or box.bottom < panel.bottom or box.top > panel.top
     )  # fmt: skip
     middle = np.array([0.5 * (box.left + box.right), 0.5 * (box.bottom + box.top)])
-    far = float(np.abs(middle - point).max())
-    return CLASH * clashes + OUTSIDE * outside + FAR * far
+    distance = float(np.abs(middle - point).max())
+    return OVERLAP_COST * overlap_count + OUTSIDE_COST * outside + DISTANCE_COST * distance
 
 
-def overlap(one: Box, other: Box) -> bool:
+def overlaps(one: Box, other: Box) -> bool:
     """Tell whether two boxes share a point."""
     return (
-        one.left < other.right + ROOM and other.left < one.right + ROOM
+        one.left < other.right + LABEL_MARGIN and other.left < one.right + LABEL_MARGIN
         and one.bottom < other.top and other.bottom < one.top
     )  # fmt: skip

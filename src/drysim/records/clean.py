@@ -1,11 +1,11 @@
 """From the numbers of a record as a file gives them to ü on an even grid, cleaned on request.
 
-In the order in which a record goes through them: `grid_of` finds from printed times where the
-samples lie, on an even grid, with holes in it, or unevenly; `closed` fills gaps; `target` and
-`onto` put the samples onto another grid, between them by a stated way and never folded;
-`without` takes away a trend and what is outside a band, by filters without phase shift;
-`SPLINES` make acceleration of velocity and displacement, `displacements` the reverse; `span`
-and `cut` keep a window. Each step that was asked for leaves a `Report`, words and numbers that
+In the order in which a record goes through them: `fit_grid` finds from printed times where the
+samples lie, on an even grid, with holes in it, or unevenly; `fill_gaps` fills gaps; `resampling_grid` and
+`resample_onto` put the samples onto another grid, between them by a stated way and never folded;
+`remove` takes away a trend and what is outside a band, by filters without phase shift;
+`TO_ACCELERATION` make acceleration of velocity and displacement, `displacements` the reverse; `window_range`
+and `cut_window` keep a window. Each step that was asked for leaves a `CleaningReport`, words and numbers that
 every summary tells. Without a request nothing is changed: a gap or an uneven step is a fault.
 """
 
@@ -17,41 +17,50 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from drysim.core.model import Samples, Signal, moments
+from drysim.core.model import Samples, Signal, mean_and_std
 from drysim.errors import RecordError
-from drysim.records.columns import Columns, Floats, fault, fit, gap, stretch
+from drysim.records.columns import (
+    Columns,
+    Floats,
+    gap_hint,
+    record_error,
+    require_memory_to_load,
+    slice_signal,
+)
 from drysim.records.options import Gaps, Removal, Resample, Window
-from drysim.wording import listed, several
+from drysim.wording import format_count, join_words
 
-SAME = 1e-9
+STEP_TOLERANCE = 1e-9
 """Two times or two steps this close, relative to them, are one: rounding of times."""
 
 # The grid.
 
 
-JITTER = 1e-3
+MAX_JITTER = 1e-3
 """Share of a step by which any sample may leave the even grid: ü hardly changes within it."""
 
-LARGEST_SLACK = 0.02
+MAX_ROUNDING = 0.02
 """Share of a step that the rounding of printed times may take: enough for 256 Hz to 1e-4 s."""
 
-LAST_DIGIT = 0.6
+LAST_DIGIT_ERROR = 0.6
 """Units of the last printed digit: rounding takes a half, the rest is binary."""
 
-SINGLE = 2.0**-23
+SINGLE_PRECISION = 2.0**-23
 """Relative rounding of times that once were single precision."""
 
-SHORTEST = 1e-300
+MIN_STEP = 1e-300
 """Below this step [s] its rate would overflow."""
 
-HOLE = 1.5
+MIN_GAP_STEPS = 1.5
 """From this many usual steps on, a step is a hole in which samples are missing."""
 
-POOR = "give `rate` or `step` in place of `time` where only the printed times are poor"
+POOR_TIMES_HINT = (
+    "give `rate` or `step` in place of `time` where only the printed times are poor"
+)
 """What to say of times that samples cannot have had."""
 
 
-class Grid(NamedTuple):
+class TimeGrid(NamedTuple):
     """Where samples lie."""
 
     dt: float
@@ -72,9 +81,9 @@ class Series(NamedTuple):
     first: float
 
 
-def grid_of(
+def fit_grid(
     t: Floats, second: float, columns: Columns, index: int, may_jitter: bool = False
-) -> Grid:
+) -> TimeGrid:
     """Give where the samples of printed times lie.
 
     `second` is the unit of the times [s], `index` their 0-based column. Uneven times may stand
@@ -96,61 +105,65 @@ def grid_of(
         row = int(halt[0]) + 1
         what = "runs backwards" if steps[row - 1] < 0 else "stands still"
         sentence = f"time {what}: from {t[row - 1]:.12g} to {t[row]:.12g}"
-        raise columns.at(row, index, sentence + ("" if steps[row - 1] < 0 else f"; {POOR}"))
-    digit, first = columns.last_digit(index), float(t[0]) * second
-    dt = _even(t, np.arange(float(len(t))), digit, second)
+        raise columns.at(
+            row, index, sentence + ("" if steps[row - 1] < 0 else f"; {POOR_TIMES_HINT}")
+        )
+    digit, first = columns.printed_resolution(index), float(t[0]) * second
+    dt = _even_step(t, np.arange(float(len(t))), digit, second)
     if dt is not None:
-        return Grid(dt, first)
+        return TimeGrid(dt, first)
     usual = float(np.median(steps))
     at = np.concatenate(([0.0], np.cumsum(np.rint(steps / usual))))
-    dt = _even(t, at, digit, second) if at[-1] >= len(t) else None
+    dt = _even_step(t, at, digit, second) if at[-1] >= len(t) else None
     if dt is not None:
-        return Grid(dt, first, at)
+        return TimeGrid(dt, first, at)
     if not may_jitter:
-        raise _uneven(steps, usual, columns, index)
-    short = steps[steps <= HOLE * usual]
+        raise _uneven_error(steps, usual, columns, index)
+    short = steps[steps <= MIN_GAP_STEPS * usual]
     # Of uneven steps the mean tells the rate, where the median may lie off it by chance.
     mean, spread = float(short.mean()), (float(short.min()), float(short.max()))
-    return Grid(
+    return TimeGrid(
         mean * second, first, (t - t[0]) / mean, (spread[0] * second, spread[1] * second)
     )
 
 
-def _even(t: Floats, at: Floats, digit: float, second: float) -> float | None:
+def _even_step(t: Floats, at: Floats, digit: float, second: float) -> float | None:
     """Give the step [s] of times that lie at whole numbers of it; None where they do not.
 
     `digit` is the unit of the last one that they are printed with.
     """
     dt = float(t[-1] - t[0]) / float(at[-1])
     largest = float(np.abs(t[[0, -1]]).max())
-    rounding = LAST_DIGIT * digit + 4 * np.spacing(largest)
-    slack = max(rounding, JITTER * dt, SINGLE * largest)
-    rate = round(1 / max(dt * second, SHORTEST))
-    if rate and _leaves(t, at, 1 / rate / second) <= min(rounding, LARGEST_SLACK * dt):
+    rounding = LAST_DIGIT_ERROR * digit + 4 * np.spacing(largest)
+    slack = max(rounding, MAX_JITTER * dt, SINGLE_PRECISION * largest)
+    rate = round(1 / max(dt * second, MIN_STEP))
+    if rate and _grid_deviation(t, at, 1 / rate / second) <= min(rounding, MAX_ROUNDING * dt):
         return 1 / rate
     # The step has 12 digits where the last time cannot tell the difference.
     neat = float(f"{dt:.12g}")
     if not abs(neat - dt) * (at[-1] + 1) <= 4 * np.spacing(abs(t[-1])):
         neat = dt
-    return neat * second if _leaves(t, at, neat) <= min(slack, LARGEST_SLACK * dt) else None
+    return (
+        neat * second if _grid_deviation(t, at, neat) <= min(slack, MAX_ROUNDING * dt) else None
+    )
 
 
-def _leaves(t: Floats, at: Floats, dt: float) -> float:
+def _grid_deviation(t: Floats, at: Floats, dt: float) -> float:
     """Half the width of the band around the even grid that holds all times."""
     off = at * -dt
     off += t
     return float(off.max() - off.min()) / 2
 
 
-def _uneven(steps: Floats, usual: float, columns: Columns, index: int) -> RecordError:
+def _uneven_error(steps: Floats, usual: float, columns: Columns, index: int) -> RecordError:
     """Give the error for steps that differ, at the first that does so visibly."""
-    row = int(np.argmax(np.abs(steps - usual) > LARGEST_SLACK * usual)) + 1
-    if abs(steps[row - 1] - usual) <= LARGEST_SLACK * usual:
+    row = int(np.argmax(np.abs(steps - usual) > MAX_ROUNDING * usual)) + 1
+    if abs(steps[row - 1] - usual) <= MAX_ROUNDING * usual:
         row = int(np.argmax(np.abs(steps - usual))) + 1
     sentence = (
         f"the time steps are uneven: {steps[row - 1]:.6g} to this row, {usual:.6g} as a rule, "
         f"{steps.min():.6g} to {steps.max():.6g} in all; `resample` puts the record onto an "
-        f"even grid; or {POOR}"
+        f"even grid; or {POOR_TIMES_HINT}"
     )
     return columns.at(row, index, sentence)
 
@@ -158,11 +171,11 @@ def _uneven(steps: Floats, usual: float, columns: Columns, index: int) -> Record
 # Reports.
 
 
-LITTLE = 1e-12
+NEGLIGIBLE_MEAN = 1e-12
 """A mean below this share of the RMS is what rounding leaves of none."""
 
 
-class Report(NamedTuple):
+class CleaningReport(NamedTuple):
     """One step of a clean-up: RMS and mean of the samples, in SI, the RMS about that mean."""
 
     step: str
@@ -176,40 +189,40 @@ class Report(NamedTuple):
     numbers: Mapping[str, float]
     """What else describes the step, in SI."""
 
-    def told(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, object]:
         """Give the report as drysim.json holds it."""
         return {**self._asdict(), "numbers": dict(self.numbers)}
 
 
-def report(
+def make_report(
     step: str,
     sentence: str,
     before: Floats,
     after: Floats,
     unit: str,
     numbers: Mapping[str, float],
-) -> Report:
+) -> CleaningReport:
     """Give the report of a step from its samples; the RMS values are added to its sentence."""
-    (mean, rms), (mean_after, rms_after) = _moments(before), _moments(after)
-    said = (
+    (mean, rms), (mean_after, rms_after) = _mean_and_rms(before), _mean_and_rms(after)
+    full_sentence = (
         f"{sentence}; RMS {rms:.4g} before, {rms_after:.4g} {unit} after, of the samples about "
         f"means of {mean:.4g} and {mean_after:.4g} {unit}"
     )
-    return Report(step, said, rms, rms_after, mean, mean_after, numbers)
+    return CleaningReport(step, full_sentence, rms, rms_after, mean, mean_after, numbers)
 
 
-def _moments(values: Floats) -> tuple[float, float]:
+def _mean_and_rms(values: Floats) -> tuple[float, float]:
     """Return mean and RMS about it; a mean that is rounding of the samples counts as 0."""
-    mean, rms = moments(values)
-    return (0.0 if abs(mean) < LITTLE * rms else mean), rms
+    mean, rms = mean_and_std(values)
+    return (0.0 if abs(mean) < NEGLIGIBLE_MEAN * rms else mean), rms
 
 
 # Gaps.
 
 
-def closed(
-    values: Floats, grid: Grid, gaps: Gaps | None, columns: Columns, index: int, unit: str
-) -> tuple[Floats, Grid, Report | None]:
+def fill_gaps(
+    values: Floats, grid: TimeGrid, gaps: Gaps | None, columns: Columns, index: int, unit: str
+) -> tuple[Floats, TimeGrid, CleaningReport | None]:
     """Give samples without gaps, where they are, and the report of what was filled.
 
     The samples are in SI, NaN where one is missing; where nothing is said of gaps, each is a
@@ -226,33 +239,33 @@ def closed(
     at = (np.arange(float(len(values))) if grid.at is None else grid.at)[there]
     rows, known = np.flatnonzero(there), values[there]
     steps = np.diff(at)
-    holes = np.flatnonzero(steps > HOLE)
+    holes = np.flatnonzero(steps > MIN_GAP_STEPS)
     if len(known) < 2 or not (there[0] and there[-1]):
         row = 0 if not there[0] else len(values) - 1
         raise columns.at(row, index, "the record begins or ends with a gap; cut that away")
     if not len(holes):
         return known, grid._replace(at=at), None
-    allowed = 0.0 if gaps is None else gaps.at_most * (1 + SAME)
+    allowed = 0.0 if gaps is None else gaps.at_most * (1 + STEP_TOLERANCE)
     long = holes[steps[holes] * grid.dt > allowed]
     longest = float(steps[holes].max()) * grid.dt
     if gaps is None or len(long):
         width, row = float(steps[long[0]]), int(rows[long[0] + 1])
-        raise columns.at(row, index, _refusal(width, grid.dt, gaps, len(holes), longest))
+        raise columns.at(row, index, _gap_message(width, grid.dt, gaps, len(holes), longest))
     missing = np.rint(steps[holes]).astype(int) - 1
     after = np.repeat(holes, missing)
     share = np.concatenate([np.arange(1, n + 1) / (n + 1) for n in missing.tolist()])
     new = at[after] + share * steps[after]
-    filled = np.insert(known, after + 1, between(at, known, new, gaps.fill))
+    filled = np.insert(known, after + 1, interpolate(at, known, new, gaps.fill))
     numbers = {"gaps": len(holes), "samples": int(missing.sum()), "longest": longest}
     sentence = (
-        f"{several(len(holes), 'gap')} of {numbers['samples']} samples in all filled by "
+        f"{format_count(len(holes), 'gap')} of {numbers['samples']} samples in all filled by "
         f"{gaps.fill}s, the longest of {longest:.4g} s"
     )
-    told = report("gaps", sentence, known, filled, unit, numbers)
-    return filled, grid._replace(at=np.insert(at, after + 1, new)), told
+    report = make_report("gaps", sentence, known, filled, unit, numbers)
+    return filled, grid._replace(at=np.insert(at, after + 1, new)), report
 
 
-def between(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
+def interpolate(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
     """Give values between samples: on the `line` or the C² cubic `spline` through them."""
     if by == "line":
         return np.interp(wanted, at, values)
@@ -261,17 +274,19 @@ def between(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
     return np.asarray(CubicSpline(at, values)(wanted), dtype=np.float64)
 
 
-def _refusal(width: float, dt: float, gaps: Gaps | None, number: int, longest: float) -> str:
+def _gap_message(
+    width: float, dt: float, gaps: Gaps | None, number: int, longest: float
+) -> str:
     """Say what is missing in a gap of so many steps, and what can be done about it."""
     missing = round(width) - 1
-    count = f"{several(missing, 'sample')} {'is' if missing == 1 else 'are'}"
-    more = f" ({several(number, 'gap')} in all)" if number > 1 else ""
+    count = f"{format_count(missing, 'sample')} {'is' if missing == 1 else 'are'}"
+    more = f" ({format_count(number, 'gap')} in all)" if number > 1 else ""
     if gaps is None:
         # The `gaps.at_most` of three digits, rounded up, that the longest gap needs.
         digit = 10.0 ** (floor(log10(longest)) - 2)
-        needed = ceil(longest / digit * (1 - SAME)) * digit
+        needed = ceil(longest / digit * (1 - STEP_TOLERANCE)) * digit
         at_most = f"{needed:.3g} s" if needed >= 1.0 else f"{needed * 1e3:.3g} ms"
-        way = gap(at_most, "it" if number == 1 else "them all")
+        way = gap_hint(at_most, "it" if number == 1 else "them all")
     else:
         way = f"`gaps.at_most` allows {gaps.at_most:.6g} s"
     return (
@@ -283,24 +298,26 @@ def _refusal(width: float, dt: float, gaps: Gaps | None, number: int, longest: f
 # Another grid.
 
 
-ALIAS = 0.1
+MAX_ALIAS_GAIN = 0.1
 """What a low-pass may leave of an amplitude at half the new rate: a tenth, 20 dB down."""
 
-SAME_UNEVEN = 1e-2
-"""As `SAME`, against the mean of uneven steps: their half rate is no sharper than that."""
+UNEVEN_STEP_TOLERANCE = 1e-2
+"""As `STEP_TOLERANCE`, against the mean of uneven steps: their half rate is no sharper than that."""
 
 
-class Onto(NamedTuple):
-    """A grid that is `times` as fine as the one that was asked for, and that one's step [s].
+class ResamplingGrid(NamedTuple):
+    """A grid that is `refinement` as fine as the one that was asked for, and that one's step [s].
 
     A record that loses rate is filtered in between, on the finer grid.
     """
 
     step: float
-    times: int
+    refinement: int
 
 
-def target(wanted: Resample, removal: Removal, grid: Grid, shown: str) -> Onto:
+def resampling_grid(
+    wanted: Resample, removal: Removal, grid: TimeGrid, display_path: str
+) -> ResamplingGrid:
     """Give the grid to go by: as fine as the record's own, or finer.
 
     Raises
@@ -309,75 +326,92 @@ def target(wanted: Resample, removal: Removal, grid: Grid, shown: str) -> Onto:
         When frequencies would fold, because no low-pass is stated that keeps them out.
     """
     step = wanted.step or 1 / (wanted.rate or 1.0)
-    same = SAME if grid.spread is None else SAME_UNEVEN
-    times = max(1, ceil(step / grid.dt * (1 - same)))
-    if times > 1:
+    same = STEP_TOLERANCE if grid.spread is None else UNEVEN_STEP_TOLERANCE
+    refinement = max(1, ceil(step / grid.dt * (1 - same)))
+    if refinement > 1:
         half, order = 1 / (2 * step), removal.order
-        if removal.above is None or gain(half, removal.above, order) > ALIAS * (1 + SAME):
-            most = half * (1 / ALIAS - 1) ** (-1 / (2 * order))
+        if removal.above is None or low_pass_gain(
+            half, removal.above, order
+        ) > MAX_ALIAS_GAIN * (1 + STEP_TOLERANCE):
+            most = half * (1 / MAX_ALIAS_GAIN - 1) ** (-1 / (2 * order))
             # A hundredth less is clear of it in few digits, too.
             sentence = (
                 f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz would fold what is "
                 f"above {half:.6g} Hz; state a low-pass that leaves a tenth of it or less "
                 f"there, `remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
             )
-            raise fault(shown, sentence)
-    return Onto(step, times)
+            raise record_error(display_path, sentence)
+    return ResamplingGrid(step, refinement)
 
 
-def onto(values: Floats, grid: Grid, wanted: Resample, goal: Onto, shown: str) -> Series:
+def resample_onto(
+    values: Floats,
+    grid: TimeGrid,
+    wanted: Resample,
+    target_grid: ResamplingGrid,
+    display_path: str,
+) -> Series:
     """Give samples on the grid to go by, which ends where the record does."""
-    at, fine = grid.at, goal.step / goal.times
+    at, fine = grid.at, target_grid.step / target_grid.refinement
     n = len(values)
     length = (n - 1.0 if at is None else float(at[-1])) * grid.dt
-    count = floor(length / fine * (1 + SAME)) + 1
-    if at is None and abs(fine / grid.dt - 1) <= SAME:
+    count = floor(length / fine * (1 + STEP_TOLERANCE)) + 1
+    if at is None and abs(fine / grid.dt - 1) <= STEP_TOLERANCE:
         return Series(values, fine, grid.first)
-    fit(shown, 8 * count)
+    require_memory_to_load(display_path, 8 * count)
     if count < 2:
-        raise fault(shown, f"the record lasts {length:.6g} s, less than `resample` asks for")
+        raise record_error(
+            display_path, f"the record lasts {length:.6g} s, less than `resample` asks for"
+        )
     places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
     own = np.arange(float(n)) if at is None else at
-    return Series(between(own, values, places, wanted.by), fine, grid.first)
+    return Series(interpolate(own, values, places, wanted.by), fine, grid.first)
 
 
-def thinned(series: Series, goal: Onto) -> Series:
+def decimate(series: Series, target_grid: ResamplingGrid) -> Series:
     """Give every sample that lies on the grid that was asked for."""
-    return series._replace(values=series.values[:: goal.times].copy(), dt=goal.step)
+    return series._replace(
+        values=series.values[:: target_grid.refinement].copy(), dt=target_grid.step
+    )
 
 
-def told(
-    before: Floats, grid: Grid, after: Series, goal: Onto, wanted: Resample, unit: str
-) -> Report:
+def resampling_report(
+    before: Floats,
+    grid: TimeGrid,
+    after: Series,
+    target_grid: ResamplingGrid,
+    wanted: Resample,
+    unit: str,
+) -> CleaningReport:
     """Give the report of a resampling: samples as they were, and between them."""
-    numbers = {"step_before": grid.dt, "step_after": goal.step}
+    numbers = {"step_before": grid.dt, "step_after": target_grid.step}
     was = f"{1 / grid.dt:.6g} Hz"
     if grid.spread is not None:
         least, most = grid.spread
         numbers |= {"least_step": least, "greatest_step": most}
         was = f"uneven steps of {least:.4g} to {most:.4g} s, {grid.dt:.4g} s in the mean,"
-    sentence = f"resampled from {was} to {1 / goal.step:.6g} Hz by {wanted.by}s"
-    return report("resample", sentence, before, after.values[:], unit, numbers)
+    sentence = f"resampled from {was} to {1 / target_grid.step:.6g} Hz by {wanted.by}s"
+    return make_report("resample", sentence, before, after.values[:], unit, numbers)
 
 
 # What is removed: trends, and what is outside a band.
 
 
-Ends = Literal["even", "odd"]
+Extension = Literal["even", "odd"]
 """How a filter continues the ends of samples: mirrored, without or with a change of sign."""
 
 
-class Rest(NamedTuple):
-    """What a removal leaves; `slow` is that before a high-pass, None where there is none."""
+class Filtered(NamedTuple):
+    """What a removal leaves; `before_high_pass` is that before a high-pass, None where there is none."""
 
     series: Series
-    slow: Series | None
-    told: Report
+    before_high_pass: Series | None
+    report: CleaningReport
 
 
-def without(
-    series: Series, wanted: Removal, unit: str, shown: str, ends: Ends = "even"
-) -> Rest:
+def remove(
+    series: Series, wanted: Removal, unit: str, display_path: str, ends: Extension = "even"
+) -> Filtered:
     """Give a series without its trend and what is outside a band, and the report of that.
 
     `unit` is the SI unit of the samples; `ends` is that of `high_pass`.
@@ -387,43 +421,43 @@ def without(
     RecordError
         When a frequency has less than one period in the record, or is above half its rate.
     """
-    rest, slow, words = series.values[:], None, []
+    remaining, before_high_pass, words = series.values[:], None, []
     if wanted.trend != "nothing":
-        rest = rest - trend(rest, wanted.trend)
+        remaining = remaining - fit_trend(remaining, wanted.trend)
         words.append(f"the {wanted.trend}")
     if wanted.above is not None:
-        _check(wanted.above, "above", series, shown)
-        rest = low_pass(rest, series.dt, wanted.above, wanted.order)
+        _check_corner(wanted.above, "above", series, display_path)
+        remaining = low_pass(remaining, series.dt, wanted.above, wanted.order)
         words.append(f"what is above {wanted.above:g} Hz")
     if wanted.below is not None:
-        _check(wanted.below, "below", series, shown)
-        slow = series._replace(values=rest)
-        rest = high_pass(rest, series.dt, wanted.below, wanted.order, ends)
+        _check_corner(wanted.below, "below", series, display_path)
+        before_high_pass = series._replace(values=remaining)
+        remaining = high_pass(remaining, series.dt, wanted.below, wanted.order, ends)
         words.append(f"what is below {wanted.below:g} Hz")
-    by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.filters else ""
-    taken = series.values[:] - rest
-    mean, drift = float(taken.mean()), float(taken[-1] - taken[0])
+    by = f" (Butterworth of order {wanted.order}, both ways)" if wanted.has_filters else ""
+    removed = series.values[:] - remaining
+    mean, drift = float(removed.mean()), float(removed[-1] - removed[0])
     sentence = (
-        f"{listed(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
+        f"{join_words(words)} removed{by}: mean {mean:.4g} {unit}, from first to last sample "
         f"{drift:+.4g} {unit}"
     )
     if wanted.below is not None:
         sentence += f"; the first and the last {1 / wanted.below:.3g} s hang on its ends"
     numbers = {"mean": mean, "drift": drift}
-    told = report("remove", sentence, series.values[:], rest, unit, numbers)
-    return Rest(series._replace(values=rest), slow, told)
+    report = make_report("remove", sentence, series.values[:], remaining, unit, numbers)
+    return Filtered(series._replace(values=remaining), before_high_pass, report)
 
 
-def _check(frequency: float, side: str, series: Series, shown: str) -> None:
+def _check_corner(frequency: float, side: str, series: Series, display_path: str) -> None:
     """Make sure that a filter has something to work on."""
     low, high = 1 / ((len(series.values) - 1) * series.dt), 1 / (2 * series.dt)
     if not low <= frequency < high:
         bounds = f"at least {low:.6g} Hz, one period in the record, and below {high:.6g} Hz"
         sentence = f"`remove.{side}` must be {bounds}, half its rate; not {frequency:.6g} Hz"
-        raise fault(shown, sentence)
+        raise record_error(display_path, sentence)
 
 
-def trend(values: Floats, what: str) -> Floats:
+def fit_trend(values: Floats, what: str) -> Floats:
     """Give the `mean` or the `line` (least squares) of samples, as many values."""
     n = len(values)
     if what == "mean":
@@ -434,16 +468,16 @@ def trend(values: Floats, what: str) -> Floats:
 
 def low_pass(values: Floats, dt: float, frequency: float, order: int) -> Floats:
     """Give what is slower than a frequency [Hz]; see `high_pass`."""
-    return _both_ways(values, dt, frequency, order, "lowpass", "odd")
+    return _filter_zero_phase(values, dt, frequency, order, "lowpass", "odd")
 
 
-def gain(frequency: float, corner: float, order: int) -> float:
+def low_pass_gain(frequency: float, corner: float, order: int) -> float:
     """Give what `low_pass` leaves of an amplitude at a frequency [-]."""
     return 1 / (1 + (frequency / corner) ** (2 * order))
 
 
 def high_pass(
-    values: Floats, dt: float, frequency: float, order: int, ends: Ends = "even"
+    values: Floats, dt: float, frequency: float, order: int, ends: Extension = "even"
 ) -> Floats:
     """Give what is faster than a frequency, by a Butterworth filter run forwards and backwards.
 
@@ -465,17 +499,17 @@ def high_pass(
     The line of least squares goes first: it is slow. Ends that are mirrored as they are leave
     the least of slow parts behind.
     """
-    level = values - trend(values, "line")
-    return _both_ways(level, dt, frequency, order, "highpass", ends)
+    level = values - fit_trend(values, "line")
+    return _filter_zero_phase(level, dt, frequency, order, "highpass", ends)
 
 
-def _both_ways(
+def _filter_zero_phase(
     values: Floats,
     dt: float,
     frequency: float,
     order: int,
     kind: Literal["highpass", "lowpass"],
-    ends: Ends,
+    ends: Extension,
 ) -> Floats:
     from scipy.signal import butter, sosfiltfilt
 
@@ -488,14 +522,14 @@ def _both_ways(
 # The window; splines from samples to ü, and displacements from it.
 
 
-EDGE = 1e-6
+EDGE_TOLERANCE = 1e-6
 """Share of a step by which the edge of a window may miss a sample: rounding of its time."""
 
-EXACT = ".15g"
+TIME_FORMAT = ".15g"
 """Format of a time: seconds since 1970 have ten digits before the point."""
 
 
-def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
+def window_range(series: Series, window: Window | None, display_path: str) -> tuple[int, int]:
     """Give the first and the last sample of a window, 0-based.
 
     Raises
@@ -507,10 +541,10 @@ def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
     if window is None:
         return first, last
     if window.start is not None:
-        first = ceil(_steps(window.start, series) - EDGE)
+        first = ceil(_sample_number(window.start, series) - EDGE_TOLERANCE)
     if window.to is not None:
         # A record of 60 s has its last sample one step before 60 s.
-        end = floor(_steps(window.to, series) + EDGE)
+        end = floor(_sample_number(window.to, series) + EDGE_TOLERANCE)
         last = last if end == last + 1 else end
     if 0 <= first < last < len(series.values):
         return first, last
@@ -518,25 +552,25 @@ def span(series: Series, window: Window | None, shown: str) -> tuple[int, int]:
     for key, t, at in (("from", window.start, first), ("to", window.to, last)):
         if not wrong and not 0 <= at < len(series.values):
             side = "before the beginning" if at < 0 else "behind the end"
-            wrong = f"`window.{key}`, {t:{EXACT}} s, is {side} of"
+            wrong = f"`window.{key}`, {t:{TIME_FORMAT}} s, is {side} of"
     sentence = (
         f"{wrong or 'the window must hold two samples of'} the record, which runs from "
-        f"{series.first:{EXACT}} s to {until:{EXACT}} s in steps of {series.dt:.6g} s"
+        f"{series.first:{TIME_FORMAT}} s to {until:{TIME_FORMAT}} s in steps of {series.dt:.6g} s"
     )
-    raise fault(shown, sentence)
+    raise record_error(display_path, sentence)
 
 
-def _steps(t: float, series: Series) -> float:
+def _sample_number(t: float, series: Series) -> float:
     """Steps from the first sample to a time, within what a whole number can be made of."""
     return max(-1e18, min(1e18, (t - series.first) / series.dt))
 
 
-def cut(motion: Samples, first: int, last: int, n: int) -> Samples:
+def cut_window(motion: Samples, first: int, last: int, n: int) -> Samples:
     """Give the motion from the first to the last of n samples of the record."""
     finer = (len(motion.u_dd) - 1) // (n - 1)
     part = first * finer, last * finer + 1
     u = None if motion.u is None else motion.u[slice(*part)]
-    return motion._replace(u_dd=stretch(motion.u_dd, *part), u=u)
+    return motion._replace(u_dd=slice_signal(motion.u_dd, *part), u=u)
 
 
 def from_acceleration(series: Series) -> Samples:
@@ -575,7 +609,7 @@ def from_displacement(series: Series) -> Samples:
     return Samples(u_dd, series.dt, u)
 
 
-SPLINES = {
+TO_ACCELERATION = {
     "acceleration": from_acceleration,
     "velocity": from_velocity,
     "displacement": from_displacement,
@@ -608,7 +642,7 @@ def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats
     seat-test signal without any. What a continuation leaves of slow parts adds to u, so the
     one with the smaller RMS is u.
     """
-    u_dd, dt = motion.u_dd[:] - trend(motion.u_dd[:], "line"), motion.dt
+    u_dd, dt = motion.u_dd[:] - fit_trend(motion.u_dd[:], "line"), motion.dt
     u_d = np.zeros_like(u_dd)
     np.cumsum((u_dd[1:] + u_dd[:-1]) * (dt / 2), out=u_d[1:])
     u_d -= u_d.mean()
@@ -617,7 +651,9 @@ def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats
     span = np.linspace(-1.0, 1.0, len(u))
     # An acceleration that is off by a line drifts by a cubic.
     u -= np.polynomial.Legendre.fit(span, u, min(3, len(u) - 1), domain=[-1, 1])(span)
-    ways: tuple[Ends, ...] = "odd", "even"
-    found = [_both_ways(u, dt, frequency, order, "highpass", ends) for ends in ways]
+    extensions: tuple[Extension, ...] = "odd", "even"
+    found = [
+        _filter_zero_phase(u, dt, frequency, order, "highpass", ends) for ends in extensions
+    ]
     least, most = sorted(found, key=lambda values: float(values @ values))
     return least, most

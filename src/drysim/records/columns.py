@@ -19,21 +19,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import system
-from drysim.core.model import KEPT, Signal, blocks
+from drysim.core.model import MAX_KEPT, Signal, blocks
 from drysim.errors import Problem, RecordError
 from drysim.records import SI
-from drysim.units import convert, factor, meant, near, shown, usual
+from drysim.units import (
+    closest_match,
+    conversion_factor,
+    convert,
+    did_you_mean,
+    format_value,
+    is_common_unit,
+)
 
-WINDOW = 1 << 20
+READ_SIZE = 1 << 20
 """Bytes read at a time: small beside the numbers, large beside the cost of a call."""
 
-LEAST = 0.25
+MEMORY_PER_FILE_BYTE = 0.25
 """Bytes held for a byte of any file, at least: a number of 8 for 32 characters."""
 
-LONGEST_QUOTE = 40
+MAX_QUOTE_LENGTH = 40
 """Characters of a cell that a message may quote, so that no message retells a file."""
 
-LOOKED_AT = 1000
+MAX_FILES_EXAMINED = 1000
 """Files of a folder among which a near name is looked for."""
 
 
@@ -49,8 +56,8 @@ class Reader:
 
     path: Path
     size: int
-    stamp: system.Stamp
-    latest: dict[int, bytes] = field(default_factory=dict)
+    signature: system.FileSignature
+    cached: dict[int, bytes] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Give how many there are."""
@@ -59,33 +66,33 @@ class Reader:
     def __getitem__(self, part: slice) -> bytes:
         """Give some neighbouring bytes."""
         first, last, _ = part.indices(self.size)
-        for at, kept in self.latest.items():
+        for at, kept in self.cached.items():
             if at <= first and last <= at + len(kept):
                 return kept[first - at : last - at]
-        if last - first > WINDOW:
+        if last - first > READ_SIZE:
             return self._read(first, last - first)
-        self.latest.clear()
-        kept = self._read(first, WINDOW)
-        self.latest[first] = kept
+        self.cached.clear()
+        kept = self._read(first, READ_SIZE)
+        self.cached[first] = kept
         return kept[: max(last - first, 0)]
 
     def find(self, wanted: bytes, first: int = 0) -> int:
         """Give where one byte stands from a place on, -1 for nowhere."""
-        for at in range(first, self.size, WINDOW // 4):
-            found = self[at : at + WINDOW // 4].find(wanted)
+        for at in range(first, self.size, READ_SIZE // 4):
+            found = self[at : at + READ_SIZE // 4].find(wanted)
             if found >= 0:
                 return at + found
         return -1
 
     def _read(self, at: int, count: int) -> bytes:
         try:
-            with system.opened(self.path) as stream:
+            with system.open_regular_file(self.path) as stream:
                 stream.seek(at)
-                found, stamp = stream.read(count), system.stamp_of(stream.fileno())
-        except (OSError, system.Irregular):
-            raise changed(self.path) from None
-        if stamp != self.stamp:
-            raise changed(self.path)
+                found, signature = stream.read(count), system.file_signature(stream.fileno())
+        except (OSError, system.NotARegularFile):
+            raise changed_error(self.path) from None
+        if signature != self.signature:
+            raise changed_error(self.path)
         return found
 
 
@@ -99,7 +106,7 @@ class Cell(NamedTuple):
     def quote(self) -> str:
         """The text as messages quote it, shortened."""
         text = printable(self.text)
-        return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 1] + "…"
+        return text if len(text) <= MAX_QUOTE_LENGTH else text[: MAX_QUOTE_LENGTH - 1] + "…"
 
 
 def printable(text: str) -> str:
@@ -108,13 +115,13 @@ def printable(text: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class File:
-    """A record as it was read first: its SHA-256; `shown` is the path as messages name it.
+class RecordFile:
+    """A record as it was read first: its SHA-256; `format_value` is the path as messages name it.
 
     `skip` is the number of rows at its top that do not count.
     """
 
-    shown: str
+    display_path: str
     path: Path
     reader: Reader
     sha256: str
@@ -123,20 +130,20 @@ class File:
     @cached_property
     def raw(self) -> bytes:
         """All bytes at once, where memory has room for them and what is made of them."""
-        fit(self.shown, len(self.reader))
+        require_memory_to_load(self.display_path, len(self.reader))
         return self.reader[:]
 
 
 class TextFile(NamedTuple):
     """Text of a record, which begins at an offset: the one of a line counted from 1."""
 
-    shown: str
+    display_path: str
     text: Reader | bytes
     begin: int = 0
     line: int = 1
 
 
-def read(path: Path, suffixes: Collection[str]) -> File:
+def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
     """Read the file of a record once, if its suffix is one of those that are read.
 
     Raises
@@ -146,45 +153,51 @@ def read(path: Path, suffixes: Collection[str]) -> File:
         larger than the machine's memory allows.
     """
     try:
-        size = _size(path, suffixes)
-        room(str(path), size * LEAST)
-        reader, sha256, filled = examine(path)
-    except system.Irregular as other:
-        raise fault(str(path), f"the record is {other}; only a regular file is read") from None
+        size = _record_size(path, suffixes)
+        require_memory(str(path), size * MEMORY_PER_FILE_BYTE)
+        reader, sha256, filled = hash_file(path)
+    except system.NotARegularFile as other:
+        raise record_error(
+            str(path), f"the record is {other}; only a regular file is read"
+        ) from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        raise fault(str(path), f"the record cannot be read: {why}") from None
+        raise record_error(str(path), f"the record cannot be read: {why}") from None
     if not size or not filled:
-        raise fault(str(path), "the record is empty")
+        raise record_error(str(path), "the record is empty")
     if size != len(reader):
-        raise changed(path)
-    return File(str(path), path, reader, sha256)
+        raise changed_error(path)
+    return RecordFile(str(path), path, reader, sha256)
 
 
-def _size(path: Path, suffixes: Collection[str]) -> int:
+def _record_size(path: Path, suffixes: Collection[str]) -> int:
     """Give the size of a record; a file below /proc, which claims to have none, has none."""
     try:
-        size = system.size(path)
+        size = system.file_size(path)
     except FileNotFoundError:
-        raise fault(str(path), f"the record is not there{_neighbour(path, suffixes)}") from None
+        raise record_error(
+            str(path), f"the record is not there{_missing_file_hint(path, suffixes)}"
+        ) from None
     if path.suffix.lower() not in suffixes:
         kinds = ", ".join(suffixes)
         suffix = f"from `{path.suffix}`" if path.suffix else "without a suffix"
-        raise fault(str(path), f"a record {suffix} cannot be read; what is read: {kinds}")
+        raise record_error(
+            str(path), f"a record {suffix} cannot be read; what is read: {kinds}"
+        )
     return size
 
 
-def _neighbour(path: Path, suffixes: Collection[str]) -> str:
+def _missing_file_hint(path: Path, suffixes: Collection[str]) -> str:
     if not path.parent.is_dir():
         return f": there is no folder `{path.parent}`"
     if path.is_symlink():
         return ": it is a link that leads nowhere"
-    files = islice(path.parent.iterdir(), LOOKED_AT)
+    files = islice(path.parent.iterdir(), MAX_FILES_EXAMINED)
     names = (file.name for file in files if file.suffix.lower() in suffixes)
-    return meant(near(path.name, names))
+    return did_you_mean(closest_match(path.name, names))
 
 
-def examine(path: Path) -> tuple[Reader, str, bool]:
+def hash_file(path: Path) -> tuple[Reader, str, bool]:
     """Read a file once; gives its reader, its SHA-256 (hex) and whether it holds anything.
 
     Raises
@@ -193,35 +206,37 @@ def examine(path: Path) -> tuple[Reader, str, bool]:
         When the file changes meanwhile.
     """
     digest, filled = hashlib.sha256(), False
-    with system.opened(path) as stream:
-        stamp = system.stamp_of(stream.fileno())
-        while block := stream.read(WINDOW):
+    with system.open_regular_file(path) as stream:
+        signature = system.file_signature(stream.fileno())
+        while block := stream.read(READ_SIZE):
             digest.update(block)
             filled = filled or bool(block.strip())
-        if system.stamp_of(stream.fileno()) != stamp:
-            raise changed(path)
-    return Reader(path, stamp[1], stamp), digest.hexdigest(), filled
+        if system.file_signature(stream.fileno()) != signature:
+            raise changed_error(path)
+    return Reader(path, signature[1], signature), digest.hexdigest(), filled
 
 
-def changed(path: Path) -> RecordError:
+def changed_error(path: Path) -> RecordError:
     """Give the error for a file that is no longer the one that was looked at first."""
     sentence = "the record changed while it was read; wait until it is whole"
     return RecordError(Problem(sentence, str(path), 0))
 
 
-def fault(shown: str, sentence: str, line: int = 0, cell: Cell | None = None) -> RecordError:
+def record_error(
+    display_path: str, sentence: str, line: int = 0, cell: Cell | None = None
+) -> RecordError:
     """Give the error for one fault; its source line shows the faulty cell among blanks."""
     if cell is None:
-        return RecordError(Problem(sentence, shown, line))
+        return RecordError(Problem(sentence, display_path, line))
     quote = cell.quote
     # Far to the right, a source line of blanks and one cell helps nobody.
     source = " " * (cell.column - 1) + quote if cell.column <= 100 else ""
     return RecordError(
-        Problem(sentence, shown, line, cell.column, max(1, len(quote)), source=source)
+        Problem(sentence, display_path, line, cell.column, max(1, len(quote)), source=source)
     )
 
 
-def fit(shown: str, size: int) -> None:
+def require_memory_to_load(display_path: str, size: int) -> None:
     """Make sure that a record of some bytes, packed or not, can be read into memory.
 
     There must be room for three: the file, what is made of its bytes, and the numbers.
@@ -231,22 +246,22 @@ def fit(shown: str, size: int) -> None:
     RecordError
         When the machine has too little.
     """
-    room(shown, size * 3)
+    require_memory(display_path, size * 3)
 
 
-def room(shown: str, need: float) -> None:
-    """Make sure that the machine has so many bytes for a record; errors as in `fit`."""
-    have = system.memory()
+def require_memory(display_path: str, need: float) -> None:
+    """Make sure that the machine has so many bytes for a record; errors as in `require_memory_to_load`."""
+    have = system.total_memory()
     if need > have:
         sentence = f"the record needs {need / 1e9:.3g} GB of memory"
-        raise fault(shown, f"{sentence}, this machine has {have / 1e9:.3g} GB")
+        raise record_error(display_path, f"{sentence}, this machine has {have / 1e9:.3g} GB")
 
 
 # What a file offers, whatever its format: columns of numbers, by name and by number.
 #
 # `Columns` is what every format implements, `Channels` the one of files that hold numbers and
-# not text: they are loaded when asked for, finite or refused, or `Stored`, which leaves them in
-# their file and reads each stretch when it is needed. `data_column`, `conversion` and `seconds`
+# not text: they are loaded when asked for, finite or refused, or `LazySamples`, which leaves them in
+# their file and reads each stretch when it is needed. `data_column`, `column_factor` and `time_factor`
 # say which column counts and in which unit, by file and scenario together. `Format` is what the
 # registry of formats holds.
 
@@ -254,32 +269,32 @@ def room(shown: str, need: float) -> None:
 Floats = NDArray[np.float64]
 
 
-def gap(at_most: str = "50 ms", which: str = "short ones") -> str:
+def gap_hint(at_most: str = "50 ms", which: str = "short ones") -> str:
     """Say what to do about samples that are missing."""
     way = f"`gaps: {{fill: line, at_most: {at_most}}}`"
     return f"the record has a gap; {way} fills {which}"
 
 
-GAP = gap()
+GAP_HINT = gap_hint()
 """What to say of a sample that is missing, where the length of the gap is not known yet."""
 
-INFINITE = "an infinite sample is no gap that could be filled; export the record anew"
+INFINITE_HINT = "an infinite sample is no gap that could be filled; export the record anew"
 """What to say of a sample that overflowed."""
 
-LISTED = 12
+MAX_LISTED_COLUMNS = 12
 """How many of a file's columns a message lists."""
 
 
-class Label(NamedTuple):
+class ColumnLabel(NamedTuple):
     """What a file says of a column: the text as written, and name and unit that it holds.
 
-    `firm` is false where the unit may be a remark, as in `acc (filtered)`.
+    `is_unit_certain` is false where the unit may be a remark, as in `acc (filtered)`.
     """
 
     text: str
     name: str
     unit: str = ""
-    firm: bool = True
+    is_unit_certain: bool = True
 
     @property
     def quote(self) -> str:
@@ -291,9 +306,9 @@ class Label(NamedTuple):
 class Columns:
     """Columns of numbers in a file; each implementation knows where its numbers are."""
 
-    shown: str
+    display_path: str
     """The file as messages name it."""
-    labels: tuple[Label, ...]
+    labels: tuple[ColumnLabel, ...]
     """What the file says of each column; empty when nothing has a name."""
     width: int
     """Number of columns."""
@@ -303,14 +318,14 @@ class Columns:
     """The key of a record that chooses it."""
     place: str = "header"
     """Where a unit stands: header or file."""
-    shares: bool = False
+    normalised: bool = False
     """Whether the numbers are shares of a full scale that the file does not know."""
 
-    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
-        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing."""
+    def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
+        """Give columns as finite numbers, NaN where a sample of the `gap_column` one is missing."""
         raise NotImplementedError
 
-    def last_digit(self, index: int) -> float:
+    def printed_resolution(self, index: int) -> float:
         """Give the unit of the last digit that a column's numbers are written with."""
         raise NotImplementedError
 
@@ -318,15 +333,15 @@ class Columns:
         """Give the error at a 0-based row of a column."""
         raise NotImplementedError
 
-    def fault(self, sentence: str, index: int | None = None) -> RecordError:
+    def error(self, sentence: str, index: int | None = None) -> RecordError:
         """Give the error for a fault of the whole file, or of one column."""
         raise NotImplementedError
 
-    def clock(self, index: int) -> int | None:
+    def time_column(self, index: int) -> int | None:
         """Give the 0-based column of the times that belong to a column, where there is one."""
         return None
 
-    def own(self, index: int) -> tuple[float, float] | None:
+    def file_spacing(self, index: int) -> tuple[float, float] | None:
         """Give the step and the first time [s] that the file itself knows of a column."""
         return None
 
@@ -335,11 +350,11 @@ class Columns:
         return list(range(self.width))
 
     @property
-    def way_round(self) -> str:
+    def skip_hint(self) -> str:
         """How to pass over what the file says of its columns, where it can be."""
         return ""
 
-    def called(self, index: int) -> str:
+    def describe_column(self, index: int) -> str:
         """Give a column as messages name it."""
         name = self.labels[index].quote if self.labels else ""
         return f"{self.word} {index + 1}" + (f" (`{name}`)" if name else "")
@@ -351,8 +366,12 @@ class Columns:
                 ": the file has no header" if self.place == "header" else ""
             )
         series = self.series()
-        listed = ", ".join(f"`{self.labels[i].quote}`" for i in series[:LISTED])
-        return listed + (f" and {len(series) - LISTED} more" if len(series) > LISTED else "")
+        listed = ", ".join(f"`{self.labels[i].quote}`" for i in series[:MAX_LISTED_COLUMNS])
+        return listed + (
+            f" and {len(series) - MAX_LISTED_COLUMNS} more"
+            if len(series) > MAX_LISTED_COLUMNS
+            else ""
+        )
 
     def find(self, wanted: str | int) -> int:
         """Give the 0-based column of a name, with or without its unit, or of a 1-based number.
@@ -365,23 +384,23 @@ class Columns:
         if isinstance(wanted, int):
             if wanted <= self.width:
                 return wanted - 1
-            raise self.fault(
-                f"there is no {self.word} {shown(wanted)}; there are: {self.names()}"
+            raise self.error(
+                f"there is no {self.word} {format_value(wanted)}; there are: {self.names()}"
             )
         full = [label.text for label in self.labels]
-        bare = [label.name for label in self.labels]
+        names_only = [label.name for label in self.labels]
         hits = [i for i, text in enumerate(full) if text == wanted.strip()]
-        hits = hits or [i for i, text in enumerate(bare) if text == wanted.strip()]
+        hits = hits or [i for i, text in enumerate(names_only) if text == wanted.strip()]
         if len(hits) == 1:
             return hits[0]
         if hits:
-            numbers = " and ".join(str(i + 1) for i in hits[:LISTED])
-            both = f"{self.word}s {numbers} are both {shown(wanted)}"
-            raise self.fault(f"{both}; give the {self.word}'s number")
-        nearest = near(wanted, filter(None, bare + full))
-        guess = f" did you mean {shown(nearest)}?" if nearest else ""
-        raise self.fault(
-            f"there is no {self.word} {shown(wanted)};{guess} there are: {self.names()}"
+            numbers = " and ".join(str(i + 1) for i in hits[:MAX_LISTED_COLUMNS])
+            both = f"{self.word}s {numbers} are both {format_value(wanted)}"
+            raise self.error(f"{both}; give the {self.word}'s number")
+        nearest = closest_match(wanted, filter(None, names_only + full))
+        guess = f" did you mean {format_value(nearest)}?" if nearest else ""
+        raise self.error(
+            f"there is no {self.word} {format_value(wanted)};{guess} there are: {self.names()}"
         )
 
 
@@ -389,10 +408,10 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class Stored:
+class LazySamples:
     """Samples in a file, from number `first` to the one before `last`, times a factor.
 
-    `read` gives those from one number to the one before another.
+    `open_record` gives those from one number to the one before another.
     """
 
     read: Callable[[int, int], Floats]
@@ -414,16 +433,16 @@ class Stored:
 
 def scaled(signal: Signal, factor: float) -> Signal:
     """Give a signal times a factor; an array is changed in place."""
-    if isinstance(signal, Stored):
+    if isinstance(signal, LazySamples):
         return replace(signal, factor=signal.factor * factor)
     values = signal[:]
     values *= factor
     return values
 
 
-def stretch(signal: Signal, first: int, last: int) -> Signal:
+def slice_signal(signal: Signal, first: int, last: int) -> Signal:
     """Give a signal from one number to the one before another."""
-    if isinstance(signal, Stored):
+    if isinstance(signal, LazySamples):
         return replace(signal, first=signal.first + first, last=signal.first + last)
     return signal[first:last]
 
@@ -431,22 +450,22 @@ def stretch(signal: Signal, first: int, last: int) -> Signal:
 # Files that hold numbers, not text.
 
 
-SIZE = 8
+FLOAT64_SIZE = 8
 """Bytes of a number in memory."""
 
 
 class Channel(NamedTuple):
     """One column of a file that holds numbers, not text; they are loaded when asked for.
 
-    `dt` and `first` are step and first time [s] where the file knows them, `clock` is the
+    `dt` and `first` are step and first time [s] where the file knows them, `time_column` is the
     0-based column of its times where it has such.
     """
 
-    label: Label
-    load: Callable[[], NDArray[np.generic] | Stored]
+    label: ColumnLabel
+    load: Callable[[], NDArray[np.generic] | LazySamples]
     dt: float | None = None
     first: float = 0.0
-    clock: int | None = None
+    time_column: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -456,8 +475,8 @@ class Channels(Columns):
     channels: tuple[Channel, ...]
     place: str = "file"
 
-    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
-        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing.
+    def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
+        """Give columns as finite numbers, NaN where a sample of the `gap_column` one is missing.
 
         Raises
         ------
@@ -467,76 +486,78 @@ class Channels(Columns):
         found = [self._series(index) for index in wanted]
         for index, column in zip(wanted, found, strict=True):
             if len(column) != len(found[0]):
-                lengths = f"{len(column)} samples, {self.called(wanted[0])} {len(found[0])}"
-                raise self.fault(f"{self.called(index)} has {lengths}")
+                lengths = (
+                    f"{len(column)} samples, {self.describe_column(wanted[0])} {len(found[0])}"
+                )
+                raise self.error(f"{self.describe_column(index)} has {lengths}")
             row = 0
             for block in blocks(column):
                 good = np.isfinite(block)
-                if index == gappy:
+                if index == gap_column:
                     good |= np.isnan(block)
                 if not good.all():
                     bad = int(np.argmin(good))
-                    why = f"no number: {GAP}" if np.isnan(block[bad]) else INFINITE
+                    why = f"no number: {GAP_HINT}" if np.isnan(block[bad]) else INFINITE_HINT
                     raise self.at(row + bad, index, why)
                 row += len(block)
         return found
 
     def _series(self, index: int) -> Signal:
         loaded = self.channels[index].load()
-        if isinstance(loaded, Stored):
-            if len(loaded) > KEPT:
+        if isinstance(loaded, LazySamples):
+            if len(loaded) > MAX_KEPT:
                 return loaded
-            room(self.shown, len(loaded) * SIZE)
+            require_memory(self.display_path, len(loaded) * FLOAT64_SIZE)
             return loaded[:]
         values = np.asarray(loaded)
         if values.ndim != 1 or values.dtype.kind not in "iufb":
-            raise self.fault(f"{self.called(index)} is no series of real numbers")
+            raise self.error(f"{self.describe_column(index)} is no series of real numbers")
         ours = values.dtype == np.float64 and values.flags.owndata and values.flags.writeable
         return values if ours else values.astype(np.float64)
 
-    def last_digit(self, index: int) -> float:
+    def printed_resolution(self, index: int) -> float:
         """Binary numbers are not rounded to digits."""
         return 0.0
 
     def at(self, row: int, index: int, sentence: str) -> RecordError:
         """Give the error at a 0-based sample of a column."""
-        return self.fault(f"sample {row + 1}, {self.called(index)}: {sentence}")
+        return self.error(f"sample {row + 1}, {self.describe_column(index)}: {sentence}")
 
-    def fault(self, sentence: str, index: int | None = None) -> RecordError:
+    def error(self, sentence: str, index: int | None = None) -> RecordError:
         """Give the error for a fault of the file; it has no lines to point at."""
-        return fault(self.shown, sentence)
+        return record_error(self.display_path, sentence)
 
-    def clock(self, index: int) -> int | None:
+    def time_column(self, index: int) -> int | None:
         """Give the 0-based column of the times that belong to a column, where there is one."""
-        return self.channels[index].clock
+        return self.channels[index].time_column
 
-    def own(self, index: int) -> tuple[float, float] | None:
+    def file_spacing(self, index: int) -> tuple[float, float] | None:
         """Give the step and the first time [s] that the file itself knows of a column."""
         channel = self.channels[index]
         return None if channel.dt is None else (channel.dt, channel.first)
 
     def series(self) -> list[int]:
         """Give the 0-based columns that are no clocks."""
-        clocks = {channel.clock for channel in self.channels}
+        clocks = {channel.time_column for channel in self.channels}
         return [index for index in range(self.width) if index not in clocks]
 
 
-def channels(
-    file: File,
+def make_channels(
+    file: RecordFile,
     found: Sequence[Channel],
     word: str = "channel",
     key: str = "channel",
-    shares: bool = False,
+    normalised: bool = False,
 ) -> Channels:
     """Give the columns of a file that holds numbers, not text."""
     labels = tuple(channel.label for channel in found)
     return Channels(
-        shown=file.shown,
+        display_path=file.display_path,
         labels=labels if any(label.text or label.unit for label in labels) else (),
         width=len(found),
         word=word,
         key=key,
-        shares=shares,
+        normalised=normalised,
         channels=tuple(found),
     )
 
@@ -558,12 +579,12 @@ def data_column(columns: Columns, wanted: str | int | None, time: int | None) ->
     if len(others) == 1:
         return others[0]
     if not others:
-        raise columns.fault(f"there is no {columns.word} besides the time")
+        raise columns.error(f"there is no {columns.word} besides the time")
     way = "its name or number" if columns.labels else "its number"
-    raise columns.fault(f"give `{columns.key}`, {way}; there are: {columns.names()}")
+    raise columns.error(f"give `{columns.key}`, {way}; there are: {columns.names()}")
 
 
-def conversion(
+def column_factor(
     columns: Columns, index: int, unit: str | None, full_scale: str | None, quantity: str
 ) -> float:
     """Give what one of a column's numbers is in SI, from the file, the scenario, or both.
@@ -575,49 +596,49 @@ def conversion(
     """
     si, block = SI[quantity], "friction.normal_record" if quantity == "force" else "excitation"
     place = f"in the scenario's `{block}` block"
-    if columns.shares:
+    if columns.normalised:
         if full_scale is None:
             instead = " in place of `unit`" if unit else ""
             sentence = "the samples are whole numbers, shares of a full scale without a unit"
             way = f"give `full_scale: 50 {si}`, say{instead}, {place}"
-            raise columns.fault(f"{sentence}; {way}")
+            raise columns.error(f"{sentence}; {way}")
         return convert(full_scale, si)
     if full_scale is not None:
         sentence = "the samples are no shares of a full scale but floating-point numbers"
-        raise columns.fault(f"{sentence}; give their `unit` in place of `full_scale`")
-    return _unit(columns, index, unit, si, place)
+        raise columns.error(f"{sentence}; give their `unit` in place of `full_scale`")
+    return _unit_factor(columns, index, unit, si, place)
 
 
-def _unit(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
+def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
     """Give what one of a column's numbers is in SI by its unit, whoever says it."""
     label = columns.labels[index] if columns.labels else None
-    wanted = None if unit is None else _factor(columns, index, unit, si)
+    wanted = None if unit is None else _parse_unit(columns, index, unit, si)
     if label is None or not label.unit:
         if wanted is not None:
             return wanted
         header = f", or `[{si}]` into the header" if columns.place == "header" else ""
         sentence = f"has no unit; write `unit: {si}` {place}{header}"
-        raise columns.fault(f"{columns.called(index)} {sentence}", index)
+        raise columns.error(f"{columns.describe_column(index)} {sentence}", index)
     try:
-        told = _factor(columns, index, label.unit, si)
+        file_factor = _parse_unit(columns, index, label.unit, si)
     except RecordError as error:
-        if label.firm or wanted is None:
-            raise columns.fault(f"{error.message}{columns.way_round}", index) from None
+        if label.is_unit_certain or wanted is None:
+            raise columns.error(f"{error.message}{columns.skip_hint}", index) from None
         return wanted  # it may be a remark, as in `acc (filtered)`
-    if wanted is not None and wanted != told:
+    if wanted is not None and wanted != file_factor:
         sentence = f"the {columns.place} says `{label.unit}`, the scenario says `unit: {unit}`"
-        hint = f"; correct one of them{columns.way_round}"
-        raise columns.fault(f"{columns.called(index)}: {sentence}{hint}", index)
-    return told
+        hint = f"; correct one of them{columns.skip_hint}"
+        raise columns.error(f"{columns.describe_column(index)}: {sentence}{hint}", index)
+    return file_factor
 
 
-def seconds(columns: Columns, index: int) -> float:
+def time_factor(columns: Columns, index: int) -> float:
     """Give the unit of a column of times [s]; seconds when the file has none."""
     written = columns.labels[index].unit if columns.labels else ""
-    return _factor(columns, index, written, "s") if written else 1.0
+    return _parse_unit(columns, index, written, "s") if written else 1.0
 
 
-def missing_spacing(columns: Columns) -> RecordError:
+def missing_spacing_error(columns: Columns) -> RecordError:
     """Give the error for a record of which nobody said how its samples are spaced."""
     sentence = (
         "nothing says how the samples are spaced: "
@@ -625,31 +646,35 @@ def missing_spacing(columns: Columns) -> RecordError:
     )
     for label in columns.labels:
         # It holds times by its unit, or by its name where it has no unit.
-        if usual(label.unit, "s") if label.unit else label.name.lower() in ("t", "time"):
+        if (
+            is_common_unit(label.unit, "s")
+            if label.unit
+            else label.name.lower() in ("t", "time")
+        ):
             where = f"the {columns.place} has `{label.quote}`"
             sentence += f"; `time: {label.name}` is what is missing, as {where}"
             break
-    return columns.fault(sentence)
+    return columns.error(sentence)
 
 
-def _factor(columns: Columns, index: int, written: str, si: str) -> float:
+def _parse_unit(columns: Columns, index: int, written: str, si: str) -> float:
     try:
-        return factor(written, si)
+        return conversion_factor(written, si)
     except ValueError as error:
-        raise columns.fault(f"{columns.called(index)}: {error}", index) from None
+        raise columns.error(f"{columns.describe_column(index)}: {error}", index) from None
 
 
 # Formats; and what their files have no use for, by key of a record.
 
 
-OWN_STEP = dict.fromkeys(
+KNOWN_STEP = dict.fromkeys(
     ("time", "rate", "step"), "knows the step of its samples; remove `{key}`"
 )
-NO_TIME = "knows the times of its samples; remove `{key}`"
-AS_CHANNEL = "has channels; write `channel` in place of `column`"
-NO_CHANNEL = "has no channels; write `column` in place of `channel`"
+KNOWN_TIMES = "knows the times of its samples; remove `{key}`"
+USE_CHANNEL = "has channels; write `channel` in place of `column`"
+USE_COLUMN = "has no channels; write `column` in place of `channel`"
 ONE_SERIES = "has one series only; remove `{key}`"
-NO_TABLE = "is no table of text; remove `skip`"
+NOT_TEXT = "is no table of text; remove `skip`"
 NO_FULL_SCALE = "needs no full scale; remove `full_scale`, and give `unit` if it has none"
 
 
@@ -657,8 +682,8 @@ class Format(NamedTuple):
     """One format: its name with its article, as sentences have it, and its keys."""
 
     name: str
-    columns: Callable[[File], Columns]
+    columns: Callable[[RecordFile], Columns]
     """Gives the columns of a file, or raises the RecordError of a file that is no such one, is
     damaged or holds no samples, or whose package is not installed."""
-    idle: Mapping[str, str]
+    unused_keys: Mapping[str, str]
     """Keys of a record that mean nothing here, and what a sentence says of each."""

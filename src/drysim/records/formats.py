@@ -34,43 +34,43 @@ from numpy.typing import NDArray
 from drysim.errors import RecordError
 from drysim.records import text
 from drysim.records.columns import (
-    AS_CHANNEL,
-    NO_CHANNEL,
+    FLOAT64_SIZE,
+    KNOWN_STEP,
+    KNOWN_TIMES,
     NO_FULL_SCALE,
-    NO_TABLE,
-    NO_TIME,
-    OWN_STEP,
-    SIZE,
+    NOT_TEXT,
+    USE_CHANNEL,
+    USE_COLUMN,
     Cell,
     Channel,
     Channels,
-    File,
+    ColumnLabel,
     Floats,
     Format,
-    Label,
+    LazySamples,
     Reader,
-    Stored,
-    channels,
-    fault,
-    fit,
+    RecordFile,
+    make_channels,
+    record_error,
+    require_memory_to_load,
 )
-from drysim.units import factor
+from drysim.units import conversion_factor
 
 # MAT: variables as MATLAB saves them.
 
 
-class Variable(NamedTuple):
+class MatVariable(NamedTuple):
     """A full array of real numbers; they are loaded when asked for."""
 
     name: str
     shape: tuple[int, ...]
-    load: Callable[[], Floats | Stored]
+    load: Callable[[], Floats | LazySamples]
 
 
-class Bytes(NamedTuple):
+class ByteView(NamedTuple):
     """Bytes of a file, or what was packed in it; `order` is `<` or `>`."""
 
-    file: File
+    file: RecordFile
     raw: Reader | bytes
     order: str
 
@@ -80,9 +80,9 @@ class Bytes(NamedTuple):
 
     def numbers(self, at: int, count: int, kind: str) -> NDArray[np.generic]:
         """Give numbers of a kind."""
-        return np.frombuffer(self.raw[at : self.behind(at, count, kind)], self.order + kind)
+        return np.frombuffer(self.raw[at : self.end_of(at, count, kind)], self.order + kind)
 
-    def behind(self, at: int, count: int, kind: str) -> int:
+    def end_of(self, at: int, count: int, kind: str) -> int:
         """Give where numbers of a kind end; a fault where the bytes end before them."""
         end = at + count * np.dtype(kind).itemsize
         if at < 0 or end > len(self.raw):
@@ -93,65 +93,67 @@ class Bytes(NamedTuple):
         """Give text up to the first zero byte."""
         return self.numbers(at, size, "u1").tobytes().split(b"\0")[0].decode("latin-1")
 
-    def stored(self, at: int, count: int, kind: str) -> Stored:
+    def lazy(self, at: int, count: int, kind: str) -> LazySamples:
         """Give numbers that stay where they are."""
-        self.behind(at, count, kind)
-        return Stored(partial(self._part, at, kind), 0, count)
+        self.end_of(at, count, kind)
+        return LazySamples(partial(self._part, at, kind), 0, count)
 
     def _part(self, at: int, kind: str, first: int, last: int) -> Floats:
-        start = self.behind(at, first, kind)
+        start = self.end_of(at, first, kind)
         return self.numbers(start, last - first, kind).astype(np.float64)
 
     def damaged(self, what: str) -> RecordError:
         """Give the error for a file that is not what it should be."""
-        return fault(self.file.shown, f"the record is no MAT file, or damaged: {what}")
+        return record_error(
+            self.file.display_path, f"the record is no MAT file, or damaged: {what}"
+        )
 
 
-KINDS = ("f8", "f4", "i4", "i2", "u2", "u1")
+MAT4_TYPES = ("f8", "f4", "i4", "i2", "u2", "u1")
 """Numbers of version 4, by the tens of a matrix's type."""
 
-MAT4_HEAD = 20
+MAT4_HEADER_SIZE = 20
 """Bytes of the five numbers: type, rows, columns, imaginary part, length of the name."""
 
 
-def _mat4_variables(file: File) -> list[Variable]:
+def _read_mat4(file: RecordFile) -> list[MatVariable]:
     """Version 4: a row of matrices, each behind five numbers and its name."""
     at, found = 0, []
     while at < len(file.reader):
-        order = "<" if Bytes(file, file.reader, "<").whole(at) < 1000 else ">"
-        given = Bytes(file, file.reader, order)
-        kind, rows, wide, imaginary, named = (int(n) for n in given.numbers(at, 5, "u4"))
+        order = "<" if ByteView(file, file.reader, "<").whole(at) < 1000 else ">"
+        view = ByteView(file, file.reader, order)
+        kind, rows, wide, imaginary, named = (int(n) for n in view.numbers(at, 5, "u4"))
         number = kind // 10 % 100
-        if kind // 1000 != (order == ">") or number >= len(KINDS):
-            raise given.damaged(f"a matrix is of type {kind}")
-        name, start = given.text(at + MAT4_HEAD, named), at + MAT4_HEAD + named
-        count, of = rows * wide, KINDS[number]
+        if kind // 1000 != (order == ">") or number >= len(MAT4_TYPES):
+            raise view.damaged(f"a matrix is of type {kind}")
+        name, start = view.text(at + MAT4_HEADER_SIZE, named), at + MAT4_HEADER_SIZE + named
+        count, of = rows * wide, MAT4_TYPES[number]
         if kind % 10 == 0 and not imaginary:  # others are text and sparse matrices
-            found.append(Variable(name, (rows, wide), partial(given.stored, start, count, of)))
-        at = given.behind(start, count * (2 if imaginary else 1), of)
+            found.append(MatVariable(name, (rows, wide), partial(view.lazy, start, count, of)))
+        at = view.end_of(start, count * (2 if imaginary else 1), of)
     return found
 
 
-MAT5_HEAD = 128
+MAT5_HEADER_SIZE = 128
 """Bytes before the first element; the last two tell the byte order."""
 
-NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8"}
-NUMBERS |= {13: "u8"}
-MATRIX, PACKED = 14, 15
+MAT5_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8"}
+MAT5_TYPES |= {13: "u8"}
+MATRIX, COMPRESSED = 14, 15
 """Types of elements."""
 
-TAG, BEHIND = 8, 64
+TAG_SIZE, CHECKED_MARGIN = 8, 64
 """Bytes of a tag, and more behind the numbers than belong to them: whoever unpacks so far has
 seen that nothing is missing."""
 
-BLOCK = 1 << 20
+DECOMPRESSED_AT_ONCE = 1 << 20
 """Bytes unpacked at a time."""
 
-PREFACE = 1 << 12
+VARIABLE_HEADER_SIZE = 1 << 12
 """Unpacked bytes that hold what stands before the numbers: flags, shape and name."""
 
 
-class Element(NamedTuple):
+class Mat5Element(NamedTuple):
     """Where the content of an element begins, its type and size, and where the next begins."""
 
     kind: int
@@ -160,135 +162,137 @@ class Element(NamedTuple):
     next: int
 
 
-def _mat5_variables(file: File) -> list[Variable]:
+def _read_mat5(file: RecordFile) -> list[MatVariable]:
     """Versions 5 to 7: tagged elements, each a variable, packed or not."""
-    order = {b"IM": "<", b"MI": ">"}.get(file.reader[MAT5_HEAD - 2 : MAT5_HEAD])
-    given = Bytes(file, file.reader, order or "<")
+    order = {b"IM": "<", b"MI": ">"}.get(file.reader[MAT5_HEADER_SIZE - 2 : MAT5_HEADER_SIZE])
+    view = ByteView(file, file.reader, order or "<")
     if order is None:
-        raise given.damaged("its head is none")
-    at, found = MAT5_HEAD, []
-    while at < len(given.raw):
-        element = _element(given, at)
+        raise view.damaged("its head is none")
+    at, found = MAT5_HEADER_SIZE, []
+    while at < len(view.raw):
+        element = _read_element(view, at)
         end = element.start + element.size
-        if end > len(given.raw):
-            raise given.damaged(f"{end - len(given.raw)} bytes are missing at its end")
-        if (variable := _variable(given, element)) is not None:
+        if end > len(view.raw):
+            raise view.damaged(f"{end - len(view.raw)} bytes are missing at its end")
+        if (variable := _read_variable(view, element)) is not None:
             found.append(variable)
-        at = end if element.kind == PACKED else element.next
+        at = end if element.kind == COMPRESSED else element.next
     return found
 
 
-def _element(given: Bytes, at: int) -> Element:
+def _read_element(view: ByteView, at: int) -> Mat5Element:
     """Give the element at an offset; short ones hold type, size and content in eight bytes."""
-    kind = given.whole(at)
+    kind = view.whole(at)
     if kind >> 16:
-        return Element(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
-    size = given.whole(at + 4)
-    return Element(kind, at + 8, size, at + 8 + size + -size % 8)
+        return Mat5Element(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
+    size = view.whole(at + 4)
+    return Mat5Element(kind, at + 8, size, at + 8 + size + -size % 8)
 
 
-def _variable(given: Bytes, element: Element) -> Variable | None:
+def _read_variable(view: ByteView, element: Mat5Element) -> MatVariable | None:
     """Give what an element holds, where it is a full array of real numbers."""
-    if element.kind not in (MATRIX, PACKED):
+    if element.kind not in (MATRIX, COMPRESSED):
         return None
-    inner = _unpacked(given, element, PREFACE)
-    flags = _element(inner, 8)
-    shape = _element(inner, flags.next)
-    name = _element(inner, shape.next)
+    inner = _first_bytes(view, element, VARIABLE_HEADER_SIZE)
+    flags = _read_element(inner, 8)
+    shape = _read_element(inner, flags.next)
+    name = _read_element(inner, shape.next)
     marks = inner.whole(flags.start)
     # Full arrays of numbers, from double to 64-bit whole ones, and no imaginary part.
     if marks & 0xFF not in range(6, 16) or marks & 0x800:
         return None
     sizes = inner.numbers(shape.start, shape.size // 4, "u4").tolist()
-    load = partial(_load_mat5, given, element, name.next, int(np.prod(sizes, dtype=object)))
-    return Variable(inner.text(name.start, name.size), tuple(sizes), load)
+    load = partial(_load_mat5, view, element, name.next, int(np.prod(sizes, dtype=object)))
+    return MatVariable(inner.text(name.start, name.size), tuple(sizes), load)
 
 
-def _unpacked(given: Bytes, element: Element, most: int) -> Bytes:
+def _first_bytes(view: ByteView, element: Mat5Element, most: int) -> ByteView:
     """Give the first bytes of a variable from its tag on, so many at least if it has them."""
     if element.kind == MATRIX:
         begin = element.start - 8
-        return given._replace(
-            raw=given.raw[begin : min(begin + most, begin + 8 + element.size)]
-        )
+        return view._replace(raw=view.raw[begin : min(begin + most, begin + 8 + element.size)])
     raw = b""
-    for piece in _pieces(given, element):
+    for piece in _decompress(view, element):
         raw += piece
         if len(raw) >= most:
             break
-    return given._replace(raw=raw)
+    return view._replace(raw=raw)
 
 
-def _pieces(given: Bytes, element: Element) -> Iterator[bytes]:
+def _decompress(view: ByteView, element: Mat5Element) -> Iterator[bytes]:
     """Unpack a variable, so many bytes at a time that they are few beside its numbers."""
     at, end, unpacker = element.start, element.start + element.size, zlib.decompressobj()
     packed = b""
     while not unpacker.eof:
         if not packed:
-            packed = given.raw[at : min(at + BLOCK, end)]
+            packed = view.raw[at : min(at + DECOMPRESSED_AT_ONCE, end)]
             at += len(packed)
         try:
-            piece = unpacker.decompress(packed, BLOCK)
+            piece = unpacker.decompress(packed, DECOMPRESSED_AT_ONCE)
         except zlib.error:
-            raise given.damaged("a variable cannot be unpacked") from None
+            raise view.damaged("a variable cannot be unpacked") from None
         packed = unpacker.unconsumed_tail
         if not (piece or packed or at < end or unpacker.eof):
-            raise given.damaged("a variable is not packed whole")
+            raise view.damaged("a variable is not packed whole")
         yield piece
 
 
-def _load_mat5(given: Bytes, element: Element, at: int, count: int) -> Floats | Stored:
-    inner = _unpacked(given, element, at + TAG)
-    numbers = _element(inner, at)
-    kind = NUMBERS.get(numbers.kind)
+def _load_mat5(
+    view: ByteView, element: Mat5Element, at: int, count: int
+) -> Floats | LazySamples:
+    inner = _first_bytes(view, element, at + TAG_SIZE)
+    numbers = _read_element(inner, at)
+    kind = MAT5_TYPES.get(numbers.kind)
     if kind is None or numbers.size != count * np.dtype(kind).itemsize:
-        raise given.damaged("the numbers of a variable do not fit its shape")
+        raise view.damaged("the numbers of a variable do not fit its shape")
     if element.kind == MATRIX:
         if numbers.start + numbers.size > 8 + element.size:
-            raise given.damaged("the numbers of a variable are longer than itself")
-        return given.stored(element.start - 8 + numbers.start, count, kind)
-    return _filled(given, element, numbers.start, count, kind)
+            raise view.damaged("the numbers of a variable are longer than itself")
+        return view.lazy(element.start - 8 + numbers.start, count, kind)
+    return _read_compressed(view, element, numbers.start, count, kind)
 
 
-def _filled(given: Bytes, element: Element, skip: int, count: int, kind: str) -> Floats:
+def _read_compressed(
+    view: ByteView, element: Mat5Element, skip: int, count: int, kind: str
+) -> Floats:
     """Give the numbers of a packed variable behind some unpacked bytes."""
-    fit(given.file.shown, SIZE * count)
+    require_memory_to_load(view.file.display_path, FLOAT64_SIZE * count)
     values, done, rest = np.empty(count), 0, b""
-    for piece in _pieces(given, element):
+    for piece in _decompress(view, element):
         rest, skip = rest + piece[skip:], max(skip - len(piece), 0)
-        if done == count and len(rest) > BEHIND:
+        if done == count and len(rest) > CHECKED_MARGIN:
             break
         whole = min(len(rest) // np.dtype(kind).itemsize, count - done)
-        part = given._replace(raw=rest).numbers(0, whole, kind)
+        part = view._replace(raw=rest).numbers(0, whole, kind)
         values[done : done + whole] = part
         done, rest = done + whole, rest[part.nbytes :]
     if done < count:
-        raise given.damaged("bytes are missing at its end")
+        raise view.damaged("bytes are missing at its end")
     return values
 
 
-def mat_columns(file: File) -> Channels:
+def mat_columns(file: RecordFile) -> Channels:
     """Give the vectors of real numbers among the variables of a MAT file."""
     head = file.reader[:1024]
     if head[:10] == b"MATLAB 7.3" or b"\x89HDF\r\n\x1a\n" in head:
         sentence = "the MAT file is of version 7.3, which is not read; save it by `save -v7`"
-        raise fault(file.shown, sentence)
+        raise record_error(file.display_path, sentence)
     # Text begins version 5; the first number of version 4 has a zero byte.
-    found = _mat4_variables(file) if 0 in head[:4] else _mat5_variables(file)
+    found = _read_mat4(file) if 0 in head[:4] else _read_mat5(file)
     vectors = [
-        Channel(Label(variable.name, variable.name), variable.load)
+        Channel(ColumnLabel(variable.name, variable.name), variable.load)
         for variable in found
         if len(variable.shape) == 2 and min(variable.shape) == 1 < max(variable.shape)
     ]
     if not vectors:
-        raise fault(file.shown, "the MAT file holds no vector of real numbers")
-    return channels(file, vectors, word="variable", key="column")
+        raise record_error(file.display_path, "the MAT file holds no vector of real numbers")
+    return make_channels(file, vectors, word="variable", key="column")
 
 
 MAT = Format(
     "a MAT file",
     mat_columns,
-    {"skip": NO_TABLE, "channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
+    {"skip": NOT_TEXT, "channel": USE_COLUMN, "full_scale": NO_FULL_SCALE},
 )
 
 
@@ -298,7 +302,7 @@ MAT = Format(
 PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
 """How samples are coded; the last says that its own code stands further on."""
 
-CODINGS = {
+SAMPLE_TYPES = {
     (PCM, 8): "u1",
     (PCM, 16): "<i2",
     (PCM, 24): "u1",
@@ -309,7 +313,7 @@ CODINGS = {
 """Code and bits of a sample, and the numbers that numpy reads; of 24 bits, three bytes."""
 
 
-class Form(NamedTuple):
+class WavFormat(NamedTuple):
     """How the samples of a WAV are laid out; `rate` is per second."""
 
     code: int
@@ -318,92 +322,98 @@ class Form(NamedTuple):
     rate: int
 
 
-def wav_columns(file: File) -> Channels:
+def wav_columns(file: RecordFile) -> Channels:
     """Give the channels of a WAV file."""
-    form, start, size = _chunks(file)
+    form, start, size = _read_chunks(file)
     each = form.bits // 8 * form.channels
     if size < each:
-        raise fault(file.shown, "the WAV holds no samples")
+        raise record_error(file.display_path, "the WAV holds no samples")
     if size % each:
-        raise _wrong(file, "its last sample is not whole")
-    reads = [partial(_frames, file, start, form, number) for number in range(form.channels)]
-    samples = [partial(Stored, read, 0, size // each) for read in reads]
-    found = [Channel(Label("", ""), load, 1 / form.rate) for load in samples]
-    return channels(file, found, shares=form.code == PCM)
+        raise _wav_error(file, "its last sample is not whole")
+    reads = [
+        partial(_read_samples, file, start, form, number) for number in range(form.channels)
+    ]
+    samples = [partial(LazySamples, read, 0, size // each) for read in reads]
+    found = [Channel(ColumnLabel("", ""), load, 1 / form.rate) for load in samples]
+    return make_channels(file, found, normalised=form.code == PCM)
 
 
-def _chunks(file: File) -> tuple[Form, int, int]:
+def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
     """Give the form of the samples, and where in the file they begin and how long they are."""
     raw, at, form = file.reader, 12, None
     if raw[:4] in (b"RF64", b"RIFX"):
         kind = raw[:4].decode()
-        raise fault(file.shown, f"the record is {kind}, of which only RIFF is read; convert it")
+        raise record_error(
+            file.display_path, f"the record is {kind}, of which only RIFF is read; convert it"
+        )
     if raw[:4] != b"RIFF" or raw[8:12] != b"WAVE":
-        raise fault(file.shown, "the record is no WAV: it does not begin as one")
+        raise record_error(file.display_path, "the record is no WAV: it does not begin as one")
     while at + 8 <= len(raw):
-        name, size = raw[at : at + 4], _number(raw, at + 4, 4)
+        name, size = raw[at : at + 4], _little_endian(raw, at + 4, 4)
         if at + 8 + size > len(raw):
             missing = at + 8 + size - len(raw)
-            raise _wrong(file, f"{missing} bytes are missing at its end")
+            raise _wav_error(file, f"{missing} bytes are missing at its end")
         if name == b"fmt ":
-            form = _form(file, raw[at + 8 : at + 8 + size])
+            form = _parse_format_chunk(file, raw[at + 8 : at + 8 + size])
         if name == b"data":
             if form is None:
-                raise _wrong(file, "its samples come before their form")
+                raise _wav_error(file, "its samples come before their form")
             return form, at + 8, size
         at += 8 + size + size % 2
-    raise _wrong(file, "it has no samples")
+    raise _wav_error(file, "it has no samples")
 
 
-def _form(file: File, chunk: bytes) -> Form:
+def _parse_format_chunk(file: RecordFile, chunk: bytes) -> WavFormat:
     """Read the chunk that tells the form of the samples."""
     if len(chunk) < 16:
-        raise _wrong(file, "the form of its samples is too short")
-    code, bits = _number(chunk, 0, 2), _number(chunk, 14, 2)
+        raise _wav_error(file, "the form of its samples is too short")
+    code, bits = _little_endian(chunk, 0, 2), _little_endian(chunk, 14, 2)
     if code == EXTENSIBLE and len(chunk) >= 26:
-        code = _number(chunk, 24, 2)
-    form = Form(code, bits, _number(chunk, 2, 2), _number(chunk, 4, 4))
-    if (code, bits) not in CODINGS:
+        code = _little_endian(chunk, 24, 2)
+    form = WavFormat(code, bits, _little_endian(chunk, 2, 2), _little_endian(chunk, 4, 4))
+    if (code, bits) not in SAMPLE_TYPES:
         kinds = "whole numbers of 8, 16, 24, 32 bits and floating point of 32, 64"
         sentence = f"the WAV has samples of {bits} bits in code {code}; what is read: {kinds}"
-        raise fault(file.shown, sentence)
+        raise record_error(file.display_path, sentence)
     if not form.channels or not form.rate:
-        raise _wrong(file, f"it has {form.channels} channels at {form.rate} Hz")
-    if _number(chunk, 12, 2) != bits // 8 * form.channels:
-        raise _wrong(file, "the sizes that it gives for its samples do not fit")
+        raise _wav_error(file, f"it has {form.channels} channels at {form.rate} Hz")
+    if _little_endian(chunk, 12, 2) != bits // 8 * form.channels:
+        raise _wav_error(file, "the sizes that it gives for its samples do not fit")
     return form
 
 
-def _frames(file: File, start: int, form: Form, number: int, first: int, last: int) -> Floats:
+def _read_samples(
+    file: RecordFile, start: int, form: WavFormat, number: int, first: int, last: int
+) -> Floats:
     """Give some samples of a channel, whole numbers as shares of full scale."""
     code, bits, channels, _ = form
     each = bits // 8 * channels
     flat = np.frombuffer(
-        file.reader[start + first * each : start + last * each], CODINGS[code, bits]
+        file.reader[start + first * each : start + last * each], SAMPLE_TYPES[code, bits]
     )
     frames = flat.reshape(last - first, channels, -1)[:, number]
     if code == PCM and bits == 24:
         wide = np.zeros((len(frames), 4), np.uint8)
         wide[:, 1:] = frames
         return wide.view("<i4")[:, 0] / 2.0**31
-    shares = frames[:, 0].astype(np.float64)
+    fractions = frames[:, 0].astype(np.float64)
     if code == FLOAT:
-        return shares
+        return fractions
     if bits == 8:
-        shares -= 128.0
-    shares /= 2.0 ** (bits - 1)
-    return shares
+        fractions -= 128.0
+    fractions /= 2.0 ** (bits - 1)
+    return fractions
 
 
-def _number(raw: Reader | bytes, at: int, size: int) -> int:
+def _little_endian(raw: Reader | bytes, at: int, size: int) -> int:
     return int.from_bytes(raw[at : at + size], "little")
 
 
-def _wrong(file: File, what: str) -> RecordError:
-    return fault(file.shown, f"the WAV is cut short or damaged: {what}")
+def _wav_error(file: RecordFile, what: str) -> RecordError:
+    return record_error(file.display_path, f"the WAV is cut short or damaged: {what}")
 
 
-WAV = Format("a WAV", wav_columns, {"skip": NO_TABLE, "column": AS_CHANNEL, **OWN_STEP})
+WAV = Format("a WAV", wav_columns, {"skip": NOT_TEXT, "column": USE_CHANNEL, **KNOWN_STEP})
 
 
 # Packages that read one format.
@@ -411,11 +421,11 @@ WAV = Format("a WAV", wav_columns, {"skip": NO_TABLE, "column": AS_CHANNEL, **OW
 
 T = TypeVar("T")
 
-COPY = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
+BUFFER_REPR = re.compile(r"'?<_io\.BytesIO [^>]*>'?")
 """How packages name the bytes that they were given in place of a file."""
 
 
-def _package(module: str, extra: str, file: File, name: str = "") -> Any:
+def _import_package(module: str, extra: str, file: RecordFile, name: str = "") -> Any:
     """Give a package that only one format needs; `name` is what it is called, if otherwise.
 
     Where it is not installed the fault says how to install it.
@@ -427,25 +437,25 @@ def _package(module: str, extra: str, file: File, name: str = "") -> Any:
     except ImportError:
         sentence = f"a `{file.path.suffix}` record needs the package {name or module}"
         way = f'pip install "drysim[{extra}]"'
-        raise fault(file.shown, f"{sentence}; install it by: {way}") from None
+        raise record_error(file.display_path, f"{sentence}; install it by: {way}") from None
 
 
-def _read_by(read: Callable[[], T], file: File, what: str) -> T:
+def _call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
     """Let a package read, quietly; any exception becomes a fault that begins with `what`."""
-    with _hushed():
+    with _silenced():
         try:
             return read()
         except RecordError:
             raise
         except Exception as error:  # a parser raises whatever a damaged file leads it to
-            words = COPY.sub("the file", " ".join(str(error).split()))
+            words = BUFFER_REPR.sub("the file", " ".join(str(error).split()))
             why = Cell(words, 0).quote or type(error).__name__
         gc.collect()  # half-made readers may complain once more when they are let go
-    raise fault(file.shown, f"{what}: {why}")
+    raise record_error(file.display_path, f"{what}: {why}")
 
 
 @contextmanager
-def _hushed() -> Iterator[None]:
+def _silenced() -> Iterator[None]:
     log, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
     sys.unraisablehook = lambda _: None
@@ -461,13 +471,13 @@ def _hushed() -> Iterator[None]:
 # MDF.
 
 
-LONGEST = 1 << 20
+MAX_PACKED_ROW_SIZE = 1 << 20
 """Bytes of a row of samples that a small packed file may still hold."""
 
 
-def mdf_columns(file: File) -> Channels:
+def mdf_columns(file: RecordFile) -> Channels:
     """Give the channels of an MDF file, of all its groups, and behind them their times."""
-    asammdf = _package("asammdf", "mdf", file)
+    asammdf = _import_package("asammdf", "mdf", file)
 
     def read() -> list[tuple[int, int, str, str]]:
         """Give group, number in it, name and unit of every channel that is no master."""
@@ -479,128 +489,137 @@ def mdf_columns(file: File) -> Channels:
                 if whole.masters_db.get(group) != at
             ]
 
-    found = _read_by(read, file, "the record is no MDF, or damaged")
+    found = _call_package(read, file, "the record is no MDF, or damaged")
     if not found:
-        raise fault(file.shown, "the MDF file has no channels")
+        raise record_error(file.display_path, "the MDF file has no channels")
     series = [
         Channel(
-            Label(name, name, unit, firm=False),
+            ColumnLabel(name, name, unit, is_unit_certain=False),
             partial(_load_mdf, file, group, at, "samples"),
-            clock=len(found) + number,
+            time_column=len(found) + number,
         )
         for number, (group, at, name, unit) in enumerate(found)
     ]
     times = [
-        Channel(Label(clock, clock, "s"), partial(_load_mdf, file, group, at, "timestamps"))
+        Channel(
+            ColumnLabel(time_column, time_column, "s"),
+            partial(_load_mdf, file, group, at, "timestamps"),
+        )
         for group, at, name, _ in found
-        for clock in (f"time of {name}",)
+        for time_column in (f"time of {name}",)
     ]
-    return channels(file, [*series, *times])
+    return make_channels(file, [*series, *times])
 
 
-def _load_mdf(file: File, group: int, at: int, what: str) -> NDArray[np.generic]:
+def _load_mdf(file: RecordFile, group: int, at: int, what: str) -> NDArray[np.generic]:
     """Samples that the logger marks as invalid are not given, nor are their times."""
-    asammdf = _package("asammdf", "mdf", file)
+    asammdf = _import_package("asammdf", "mdf", file)
 
     def read() -> NDArray[np.generic]:
         with asammdf.MDF(BytesIO(file.raw)) as whole:
             # Sizes that the file cannot mean are refused before the package makes room.
             about = whole.groups[group].channel_group
             size = about.samples_byte_nr + about.invalidation_bytes_nr
-            if size > max(len(file.raw), LONGEST):
+            if size > max(len(file.raw), MAX_PACKED_ROW_SIZE):
                 sentence = f"the record is no MDF, or damaged: one row of {size} bytes"
-                raise fault(file.shown, sentence)
-            fit(file.shown, size * about.cycles_nr)
+                raise record_error(file.display_path, sentence)
+            require_memory_to_load(file.display_path, size * about.cycles_nr)
             signal = whole.get(group=group, index=at)
         # 1 is time, and not angle or distance.
         if what == "timestamps" and signal.master_metadata[1] != 1:
-            raise fault(file.shown, f"`{signal.name}` is not sampled over time")
+            raise record_error(file.display_path, f"`{signal.name}` is not sampled over time")
         return np.asarray(getattr(signal, what))
 
-    return _read_by(read, file, f"channel {at} of group {group + 1} cannot be read")
+    return _call_package(read, file, f"channel {at} of group {group + 1} cannot be read")
 
 
 MDF = Format(
     "an MDF",
     mdf_columns,
-    {"skip": NO_TABLE, "column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
+    {"skip": NOT_TEXT, "column": USE_CHANNEL, "time": KNOWN_TIMES, "full_scale": NO_FULL_SCALE},
 )
 
 
 # TDMS.
 
 
-UNITS = ("unit_string", "NI_UnitDescription")
+UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 """Properties that may hold the unit of a channel."""
 
 
-def tdms_columns(file: File) -> Channels:
+def tdms_columns(file: RecordFile) -> Channels:
     """Give the channels of a TDMS file, of all its groups."""
-    nptdms = _package("nptdms", "tdms", file)
+    nptdms = _import_package("nptdms", "tdms", file)
 
     def read() -> list[Channel]:
         whole = nptdms.TdmsFile.read_metadata(BytesIO(file.raw))
         if whole.file_status.incomplete_final_segment:
             sentence = "the TDMS file is cut short: its last segment is not whole"
-            raise fault(file.shown, sentence)
+            raise record_error(file.display_path, sentence)
         return [
             _tdms_channel(file, channel)
             for group in whole.groups()
             for channel in group.channels()
         ]
 
-    found = _read_by(read, file, "the record is no TDMS, or damaged")
+    found = _call_package(read, file, "the record is no TDMS, or damaged")
     if not found:
-        raise fault(file.shown, "the TDMS file has no channels")
-    return channels(file, found)
+        raise record_error(file.display_path, "the TDMS file has no channels")
+    return make_channels(file, found)
 
 
-def _tdms_channel(file: File, channel: Any) -> Channel:
-    group, name, told = channel.group_name, channel.name, channel.properties
-    unit = next((str(told[key]).strip() for key in UNITS if told.get(key)), "")
-    step = float(told.get("wf_increment", 0.0))
+def _tdms_channel(file: RecordFile, channel: Any) -> Channel:
+    group, name, properties = channel.group_name, channel.name, channel.properties
+    unit = next(
+        (str(properties[key]).strip() for key in UNIT_PROPERTIES if properties.get(key)), ""
+    )
+    step = float(properties.get("wf_increment", 0.0))
     return Channel(
-        Label(f"{group}/{name}", name, unit, firm=False),
+        ColumnLabel(f"{group}/{name}", name, unit, is_unit_certain=False),
         partial(_load_tdms, file, group, name),
         step if step > 0 else None,
-        float(told.get("wf_start_offset", 0.0)),
+        float(properties.get("wf_start_offset", 0.0)),
     )
 
 
-def _load_tdms(file: File, group: str, name: str) -> NDArray[np.generic]:
-    nptdms = _package("nptdms", "tdms", file)
+def _load_tdms(file: RecordFile, group: str, name: str) -> NDArray[np.generic]:
+    nptdms = _import_package("nptdms", "tdms", file)
 
     def read() -> NDArray[np.generic]:
         with nptdms.TdmsFile.open(BytesIO(file.raw)) as whole:
             return np.asarray(whole[group][name][:])
 
-    return _read_by(read, file, f"channel `{Label(name, name).quote}` cannot be read")
+    return _call_package(
+        read, file, f"channel `{ColumnLabel(name, name).quote}` cannot be read"
+    )
 
 
 TDMS = Format(
     "a TDMS",
     tdms_columns,
-    {"skip": NO_TABLE, "column": AS_CHANNEL, "full_scale": NO_FULL_SCALE},
+    {"skip": NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE},
 )
 
 
 # UFF.
 
 
-MARK = re.compile(rb"    -1(?= {74}|[\r\n]|\Z)")
+DATA_SET_DELIMITER = re.compile(rb"    -1(?= {74}|[\r\n]|\Z)")
 """The line before and behind every data set; behind binary samples it has no beginning."""
 
-NOT_ONE = "the record is no universal file, or damaged"
+NOT_UNIVERSAL = "the record is no universal file, or damaged"
 
 DIRECTIONS = ("", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ", "-RZ", "-RY", "-RX", "-Z", "-Y", "-X")
 """By number; those below zero count from the end."""
 
 
-def uff_columns(file: File) -> Channels:
+def uff_columns(file: RecordFile) -> Channels:
     """Give the time histories of a universal file, in their order; behind them their times."""
-    pyuff = _package("pyuff", "uff", file)
-    if len(MARK.findall(file.raw)) % 2:
-        raise fault(file.shown, f"{NOT_ONE}: its last data set does not end")
+    pyuff = _import_package("pyuff", "uff", file)
+    if len(DATA_SET_DELIMITER.findall(file.raw)) % 2:
+        raise record_error(
+            file.display_path, f"{NOT_UNIVERSAL}: its last data set does not end"
+        )
 
     def read() -> list[tuple[Channel, Channel]]:
         """Give every time history and its times."""
@@ -614,107 +633,119 @@ def uff_columns(file: File) -> Channels:
             if head["func_type"] == 1 and head["ord_data_type"] in (2, 4)
         ]
 
-    found = _read_by(read, file, NOT_ONE)
+    found = _call_package(read, file, NOT_UNIVERSAL)
     if not found:
         sentence = "the record is no universal file with a time history in a data set 58"
-        raise fault(file.shown, sentence)
+        raise record_error(file.display_path, sentence)
     series, times = [], list[Channel]()
-    for channel, clock in found:
+    for channel, time_column in found:
         if channel.dt is None:
-            channel = channel._replace(clock=len(found) + len(times))
-            times.append(clock)
+            channel = channel._replace(time_column=len(found) + len(times))
+            times.append(time_column)
         series.append(channel)
-    return channels(file, [*series, *times])
+    return make_channels(file, [*series, *times])
 
 
 def _uff_channel(
-    file: File, sets: Any, n: int, head: Mapping[str, Any]
+    file: RecordFile, sets: Any, n: int, head: Mapping[str, Any]
 ) -> tuple[Channel, Channel]:
     """Give a time history and its times."""
-    name = _said(head, "id1") or f"{head['rsp_node']}{DIRECTIONS[head['rsp_dir']]}"
-    unit = _said(head, "ordinate_axis_units_lab")
-    second = _said(head, "abscissa_axis_units_lab").lower()
+    name = _header_text(head, "id1") or f"{head['rsp_node']}{DIRECTIONS[head['rsp_dir']]}"
+    unit = _header_text(head, "ordinate_axis_units_lab")
+    second = _header_text(head, "abscissa_axis_units_lab").lower()
     even = head["abscissa_spacing"] == 1
-    step = head["abscissa_inc"] * _seconds(file, second) if even else None
-    first = head["abscissa_min"] * _seconds(file, second) if even else 0.0
-    load, clock = partial(_load_uff, file, sets, n, head["num_pts"]), f"time of {name}"
-    samples = Channel(Label(name, name, unit, firm=False), partial(load, "data"), step, first)
-    return samples, Channel(Label(clock, clock, second), partial(load, "x"))
+    step = head["abscissa_inc"] * _abscissa_factor(file, second) if even else None
+    first = head["abscissa_min"] * _abscissa_factor(file, second) if even else 0.0
+    load, time_column = partial(_load_uff, file, sets, n, head["num_pts"]), f"time of {name}"
+    samples = Channel(
+        ColumnLabel(name, name, unit, is_unit_certain=False), partial(load, "data"), step, first
+    )
+    return samples, Channel(ColumnLabel(time_column, time_column, second), partial(load, "x"))
 
 
-def _said(head: Mapping[str, Any], key: str) -> str:
+def _header_text(head: Mapping[str, Any], key: str) -> str:
     text = str(head[key]).strip()
     return "" if text.upper() == "NONE" else text
 
 
-def _seconds(file: File, unit: str) -> float:
+def _abscissa_factor(file: RecordFile, unit: str) -> float:
     try:
-        return factor(unit, "s") if unit else 1.0
+        return conversion_factor(unit, "s") if unit else 1.0
     except ValueError as error:
-        raise fault(file.shown, f"the abscissa of a time history: {error}") from None
+        raise record_error(
+            file.display_path, f"the abscissa of a time history: {error}"
+        ) from None
 
 
-def _load_uff(file: File, sets: Any, n: int, count: int, what: str) -> NDArray[np.generic]:
+def _load_uff(
+    file: RecordFile, sets: Any, n: int, count: int, what: str
+) -> NDArray[np.generic]:
     where = f"data set {n + 1} cannot be read"
-    values = _read_by(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
+    values = _call_package(lambda: np.asarray(sets.read_sets(n)[what]), file, where)
     if len(values) != count:
         sentence = f"data set {n + 1} is cut short or damaged"
-        raise fault(file.shown, f"{sentence}: it has {len(values)} samples, not {count}")
+        raise record_error(
+            file.display_path, f"{sentence}: it has {len(values)} samples, not {count}"
+        )
     return values
 
 
 UFF = Format(
     "a universal file",
     uff_columns,
-    {"skip": NO_TABLE, "column": AS_CHANNEL, "time": NO_TIME, "full_scale": NO_FULL_SCALE},
+    {"skip": NOT_TEXT, "column": USE_CHANNEL, "time": KNOWN_TIMES, "full_scale": NO_FULL_SCALE},
 )
 
 
 # RPC III.
 
 
-def rpc_columns(file: File) -> Channels:
+def rpc_columns(file: RecordFile) -> Channels:
     """Give the channels of an RPC III file.
 
     Whole numbers are multiplied by the SCALE of their channel; INT_FULL_SCALE is not needed for
     that. A file that does not say its number of SAMPLES ends with its last frame, filled up.
     """
-    found = _rpc(file, header_only=True)
+    found = _read_rpc(file, header_only=True)
     if not found:
-        raise fault(file.shown, "the RPC III file has no channels")
+        raise record_error(file.display_path, "the RPC III file has no channels")
     series = []
-    for at, told in enumerate(found):
-        name, unit = (str(text).strip().strip('"').strip() for text in (told.name, told.unit))
+    for at, properties in enumerate(found):
+        name, unit = (
+            str(text).strip().strip('"').strip() for text in (properties.name, properties.unit)
+        )
         load = partial(_load_rpc, file, at)
-        series.append(Channel(Label(name, name, unit, firm=False), load, told.dt))
-    return channels(file, series)
+        series.append(
+            Channel(ColumnLabel(name, name, unit, is_unit_certain=False), load, properties.dt)
+        )
+    return make_channels(file, series)
 
 
-def _load_rpc(file: File, at: int) -> NDArray[np.generic]:
-    return np.asarray(_rpc(file, header_only=False)[at].data)
+def _load_rpc(file: RecordFile, at: int) -> NDArray[np.generic]:
+    return np.asarray(_read_rpc(file, header_only=False)[at].data)
 
 
-def _rpc(file: File, header_only: bool) -> Any:
-    rpc3 = _package("rpc3.rpc3", "rpc", file, "rpc3-file")
+def _read_rpc(file: RecordFile, header_only: bool) -> Any:
+    rpc3 = _import_package("rpc3.rpc3", "rpc", file, "rpc3-file")
 
     def read() -> Any:
         rpc3.progressbar = False
         return rpc3.read(str(file.path), strip=False, header_only=header_only)[0]
 
-    return _read_by(read, file, "the record is no RPC III time history, or damaged")
+    return _call_package(read, file, "the record is no RPC III time history, or damaged")
 
 
 RPC = Format(
     "an RPC III file",
     rpc_columns,
-    {"skip": NO_TABLE, "column": AS_CHANNEL, "full_scale": NO_FULL_SCALE, **OWN_STEP},
+    {"skip": NOT_TEXT, "column": USE_CHANNEL, "full_scale": NO_FULL_SCALE, **KNOWN_STEP},
 )
 
 
 # All formats.
 
 
-SUFFIXES = {
+FORMATS_BY_SUFFIX = {
     ".csv": text.TEXT,
     ".tsv": text.TEXT,
     ".txt": text.TEXT,
@@ -737,4 +768,4 @@ SUFFIXES = {
 
 def format_of(file: str | Path) -> Format | None:
     """Give the format that the suffix of a file tells."""
-    return SUFFIXES.get(Path(file).suffix.lower())
+    return FORMATS_BY_SUFFIX.get(Path(file).suffix.lower())

@@ -23,45 +23,45 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from drysim.units import (
-    NUMBER,
+    NUMBER_PATTERN,
     Block,
+    Dimensionless,
     Frequency,
-    Misfit,
-    Plain,
+    InvalidValue,
     Quantity,
     Time,
+    closest_match,
+    conversion_factor,
     convert,
-    factor,
-    meant,
-    near,
-    shown,
+    did_you_mean,
+    format_value,
 )
 
-HIGH_PASS = 0.3
+SUGGESTED_HIGH_PASS = 0.3
 """Frequency of the high-pass that messages propose [Hz]: below what shakes people."""
 
 TRENDS = ("nothing", "mean", "line")
 """What `remove` may take away by a word alone, each more than the one before."""
 
-HIGHEST_ORDER = 8
+MAX_FILTER_ORDER = 8
 """Beyond this order a filter run both ways rings longer than it helps."""
 
-MOST_SKIPPED = 10_000
+MAX_SKIPPED_ROWS = 10_000
 """Rows that may be passed over: words of a logger are fewer, and what is more are samples."""
 
-Way = Literal["line", "spline"]
+Interpolation = Literal["line", "spline"]
 """How values between samples are found: on straight lines, or on the cubic spline."""
 
-Span = Annotated[float, Quantity("s", above=0)]
+PositiveTime = Annotated[float, Quantity("s", above=0)]
 
 
 class Gaps(Block):
     """Short gaps are filled; longer ones stay faults."""
 
-    fill: Way
+    fill: Interpolation
     """By what: a straight `line` between the samples on either side, or the cubic `spline`
     through all samples that are there."""
-    at_most: Span
+    at_most: PositiveTime
     """Longest gap that is filled [s], from the last sample before it to the first behind."""
 
 
@@ -70,9 +70,9 @@ class Resample(Block):
 
     rate: Frequency | None = None
     """Samples per second [Hz]."""
-    step: Span | None = None
+    step: PositiveTime | None = None
     """Distance of the samples [s], in place of `rate`."""
-    by: Way
+    by: Interpolation
     """By what: the straight `line` between two samples, or the cubic `spline` through all."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("rate", "step"),)
@@ -88,35 +88,35 @@ class Removal(Block):
     which halves the amplitude there."""
     above: Frequency | None = None
     """What is faster than this frequency [Hz], by such a low-pass."""
-    order: Annotated[int, Field(strict=True, ge=1, le=HIGHEST_ORDER)] = 2
+    order: Annotated[int, Field(strict=True, ge=1, le=MAX_FILTER_ORDER)] = 2
     """Order of these filters [-] in each of their two directions; both together fall by 12 dB
     an octave and order."""
 
     @property
-    def filters(self) -> bool:
+    def has_filters(self) -> bool:
         """Whether anything is filtered."""
         return (self.below, self.above) != (None, None)
 
     @property
     def any(self) -> bool:
         """Whether there is anything to do."""
-        return self.filters or self.trend != "nothing"
+        return self.has_filters or self.trend != "nothing"
 
-    def with_too(self, **more: object) -> str:
+    def yaml_with(self, **more: object) -> str:
         """Return the key `remove` as a file would have it with further keys; Hz as floats."""
         words = self.model_copy(update=more).model_dump(exclude_defaults=True)
         if words.keys() == {"trend"}:
             return f"`remove: {words['trend']}`"
-        told = (
+        items = (
             f"{key}: {value:.6g} Hz" if isinstance(value, float) else f"{key}: {value}"
             for key, value in words.items()
         )
-        return f"`remove: {{{', '.join(told)}}}`"
+        return f"`remove: {{{', '.join(items)}}}`"
 
     @model_validator(mode="after")
     def _a_band(self) -> Self:
         if self.below is not None and self.above is not None and not self.below < self.above:
-            raise Misfit(f"must be above `below`, {shown(self.below)} Hz", "above")
+            raise InvalidValue(f"must be above `below`, {format_value(self.below)} Hz", "above")
         return self
 
 
@@ -131,47 +131,51 @@ class Window(Block):
     @model_validator(mode="after")
     def _forwards(self) -> Self:
         if self.start is not None and self.to is not None and not self.start < self.to:
-            raise Misfit(f"must be above `from`, {shown(self.start)} s", "to")
+            raise InvalidValue(f"must be above `from`, {format_value(self.start)} s", "to")
         return self
 
 
-def _column(given: object) -> object:
-    if isinstance(given, str) and given.strip():
-        return given
-    if isinstance(given, int) and not isinstance(given, bool) and given >= 1:
-        return given
-    raise ValueError(f"must be the name of a column or its number from 1, not {shown(given)}")
+def _validate_column(value: object) -> object:
+    if isinstance(value, str) and value.strip():
+        return value
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    raise ValueError(
+        f"must be the name of a column or its number from 1, not {format_value(value)}"
+    )
 
 
-def _removal(given: object) -> object:
+def _expand_removal(value: object) -> object:
     """Give `mean` and `0.3 Hz` as the blocks that they are short for."""
-    if isinstance(given, dict | Removal):
-        return given
-    if given in TRENDS:
-        return {"trend": given}
-    if isinstance(given, float | int) and not isinstance(given, bool):
-        return {"below": given}
-    if isinstance(given, str) and re.match(r"\s*[-+]?\.?[0-9]", given):
-        return {"below": given}
-    hint = meant(near(given, TRENDS)) if isinstance(given, str) else ""
-    raise ValueError(f"must be {', '.join(TRENDS)} or a frequency, not {shown(given)}{hint}")
+    if isinstance(value, dict | Removal):
+        return value
+    if value in TRENDS:
+        return {"trend": value}
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return {"below": value}
+    if isinstance(value, str) and re.match(r"\s*[-+]?\.?[0-9]", value):
+        return {"below": value}
+    hint = did_you_mean(closest_match(value, TRENDS)) if isinstance(value, str) else ""
+    raise ValueError(
+        f"must be {', '.join(TRENDS)} or a frequency, not {format_value(value)}{hint}"
+    )
 
 
-def _full_scale(given: object) -> object:
+def _validate_full_scale(value: object) -> object:
     """Ask for a text: a number without a unit is what a full scale must not be."""
-    if isinstance(given, str) and not NUMBER.fullmatch(given.strip()):
-        return given
-    raise ValueError(f"must say its unit, such as `50 m/s²`, not {shown(given)}")
+    if isinstance(value, str) and not NUMBER_PATTERN.fullmatch(value.strip()):
+        return value
+    raise ValueError(f"must say its unit, such as `50 m/s²`, not {format_value(value)}")
 
 
-FullScale = Annotated[str, BeforeValidator(_full_scale)]
+FullScale = Annotated[str, BeforeValidator(_validate_full_scale)]
 """A number with a unit."""
 
-Column = Annotated[str | int, BeforeValidator(_column)]
+Column = Annotated[str | int, BeforeValidator(_validate_column)]
 """Name of a column, or its number from 1."""
 
 
-class _ShortSchema:
+class _RemovalSchema:
     """What `remove` looks like to an editor."""
 
     def __get_pydantic_json_schema__(
@@ -182,7 +186,7 @@ class _ShortSchema:
         return {"anyOf": [{"enum": list(TRENDS)}, frequency, handler(schema)]}
 
 
-Removed = Annotated[Removal, BeforeValidator(_removal), _ShortSchema()]
+RemovalOption = Annotated[Removal, BeforeValidator(_expand_removal), _RemovalSchema()]
 """The block, or short for it a word of its trend or the frequency of its high-pass."""
 
 
@@ -191,7 +195,7 @@ class Recorded(Block):
 
     file: Annotated[str, Field(min_length=1)]
     """The record, relative to the scenario's folder; its suffix tells its format."""
-    skip: Annotated[int, Field(strict=True, ge=0, le=MOST_SKIPPED)] = 0
+    skip: Annotated[int, Field(strict=True, ge=0, le=MAX_SKIPPED_ROWS)] = 0
     """Rows at the top of a text file that are passed over, as words of a logger above the
     header are [-]; default 0."""
     column: Column | None = None
@@ -210,15 +214,15 @@ class Recorded(Block):
     """Column of the time, evenly spaced; seconds unless its header says otherwise."""
     rate: Frequency | None = None
     """Samples per second [Hz], in place of `time`."""
-    step: Span | None = None
+    step: PositiveTime | None = None
     """Distance of the samples [s], in place of `time`."""
-    scale: Plain = 1.0
+    scale: Dimensionless = 1.0
     """Factor on every sample [-]."""
     gaps: Gaps | None = None
     """What becomes of missing samples; default: each is a fault."""
     resample: Resample | None = None
     """Another grid for the record; default: its own, which must be even."""
-    remove: Removed = Field({}, validate_default=True)
+    remove: RemovalOption = Field({}, validate_default=True)
     """What is taken away from the whole record: `mean`, `line`, a band as in
     `{below: 0.3 Hz, above: 80 Hz}`, or `nothing`, the default."""
     window: Window | None = None
@@ -236,7 +240,7 @@ class Recorded(Block):
     @classmethod
     def _of_the_quantity(cls, unit: str | None, info: ValidationInfo) -> str | None:
         if unit is not None and (si := cls.si_of(info.data)):
-            factor(unit, si)
+            conversion_factor(unit, si)
         return unit
 
     @field_validator("full_scale")
@@ -244,7 +248,7 @@ class Recorded(Block):
     def _above_zero(cls, full_scale: str | None, info: ValidationInfo) -> str | None:
         si = cls.si_of(info.data)
         if full_scale is not None and si and not convert(full_scale, si) > 0:
-            raise ValueError(f"must be above 0 {si}, not {shown(full_scale)}")
+            raise ValueError(f"must be above 0 {si}, not {format_value(full_scale)}")
         return full_scale
 
     @field_validator("skip", "column", "channel", "unit", "full_scale", "time", "rate", "step")
@@ -256,8 +260,8 @@ class Recorded(Block):
         from drysim.records.formats import format_of
 
         member, key = format_of(info.data.get("file", "")), str(info.field_name)
-        if member is not None and key in member.idle:
-            raise ValueError(f"{member.name} {member.idle[key].format(key=key)}")
+        if member is not None and key in member.unused_keys:
+            raise ValueError(f"{member.name} {member.unused_keys[key].format(key=key)}")
         return value
 
     @field_validator("gaps", "resample")
@@ -266,7 +270,9 @@ class Recorded(Block):
         """Refuse lines through displacements: their kinks would be shocks of the base."""
         key = "fill" if info.field_name == "gaps" else "by"
         if getattr(value, key, "") == "line" and info.data.get("quantity") == "displacement":
-            raise Misfit("must be spline: a displacement on lines has kinks, not line", key)
+            raise InvalidValue(
+                "must be spline: a displacement on lines has kinks, not line", key
+            )
         return value
 
     def model_post_init(self, context: Any, /) -> None:

@@ -31,61 +31,67 @@ from drysim.core.model import Signal
 from drysim.errors import RecordError
 from drysim.records import SI
 from drysim.records.columns import (
-    GAP,
-    INFINITE,
-    NO_CHANNEL,
+    GAP_HINT,
+    INFINITE_HINT,
+    KNOWN_STEP,
     NO_FULL_SCALE,
-    NO_TABLE,
+    NOT_TEXT,
     ONE_SERIES,
-    OWN_STEP,
+    USE_COLUMN,
     Cell,
     Channel,
     Channels,
+    ColumnLabel,
     Columns,
-    File,
     Floats,
     Format,
-    Label,
+    RecordFile,
     TextFile,
-    channels,
-    fault,
-    fit,
+    make_channels,
     printable,
-    room,
+    record_error,
+    require_memory,
+    require_memory_to_load,
 )
-from drysim.units import NUMBER, usual
-from drysim.wording import several
+from drysim.units import NUMBER_PATTERN, is_common_unit
+from drysim.wording import format_count
 
 # Lines, and the cells of a line.
 
 
-UNIT = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))")
+NAME_WITH_UNIT = re.compile(
+    r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))"
+)
 
-QUOTE = re.compile("`([^`]+)`")
+QUOTED = re.compile("`([^`]+)`")
 
 DELIMITERS = "\t;,"
 """Tried in this order on the first row of numbers; a row with none is split at blanks."""
 
-LINES_QUOTED = 100
+MAX_QUOTED_LINES = 100
 """Lines at the top of a file that messages quote besides the faulty one: its header."""
 
-LONGEST_NAME = 200
+MAX_NAME_LENGTH = 200
 """Characters of a header cell that may still be a name with a unit."""
 
 
-def lines(file: TextFile, start: int = 0, line: int = 0) -> Iterator[tuple[int, int, str]]:
+def content_lines(
+    file: TextFile, start: int = 0, line: int = 0
+) -> Iterator[tuple[int, int, str]]:
     """Give line number, offset and text of every line that is not a comment.
 
     The first is where the text begins, or at an offset that is that of a line number.
     """
-    for number, at, part in rows(file, start, line):
-        words = _decoded(part)
+    for number, at, part in raw_lines(file, start, line):
+        words = _decode_line(part)
         if not words.lstrip().startswith("#"):
             yield number, at, words
 
 
-def rows(file: TextFile, start: int = 0, line: int = 0) -> Iterator[tuple[int, int, bytes]]:
-    """Give line number, offset and bytes of every line, from where `lines` begins."""
+def raw_lines(
+    file: TextFile, start: int = 0, line: int = 0
+) -> Iterator[tuple[int, int, bytes]]:
+    """Give line number, offset and bytes of every line, from where `content_lines` begins."""
     text, start, line = file.text, max(start, file.begin), line or file.line
     while start < len(text):
         end = text.find(b"\n", start)
@@ -96,7 +102,7 @@ def rows(file: TextFile, start: int = 0, line: int = 0) -> Iterator[tuple[int, i
         start = end + 1
 
 
-def _decoded(part: bytes) -> str:
+def _decode_line(part: bytes) -> str:
     """Give the text of a line: UTF-8, or else what spreadsheets under Windows write."""
     try:
         return part.decode("utf-8")
@@ -104,16 +110,16 @@ def _decoded(part: bytes) -> str:
         return part.decode("cp1252", "replace")
 
 
-def unquoted(error: RecordError, text: TextFile) -> RecordError:
+def redact_quotes(error: RecordError, text: TextFile) -> RecordError:
     """Return the error of a record that is a link, without the lines that it quotes.
 
     The target of a link may be any file, such as a private key. Quotes from a line without a
     delimiter are left out, as are whole lines; the faulty cell of other lines stays.
     """
     problem = error.problem
-    head = islice(rows(text), LINES_QUOTED)
-    faulty = islice((row for row in rows(text) if row[0] == problem.line), 1)
-    parts = [printable(_decoded(part)).strip() for _, _, part in (*head, *faulty)]
+    head = islice(raw_lines(text), MAX_QUOTED_LINES)
+    faulty = islice((row for row in raw_lines(text) if row[0] == problem.line), 1)
+    parts = [printable(_decode_line(part)).strip() for _, _, part in (*head, *faulty)]
     whole = [line for line in parts if line]
     secret = [line for line in whole if not any(mark in line for mark in DELIMITERS)]
 
@@ -123,7 +129,7 @@ def unquoted(error: RecordError, text: TextFile) -> RecordError:
             return "`…`"
         return quote[0]
 
-    sentence = QUOTE.sub(hidden, problem.sentence)
+    sentence = QUOTED.sub(hidden, problem.sentence)
     if any("`" in line for line in whole):  # a quote may end within the text that it holds
         sentence = f"row {problem.line} is not what a record holds there"
     if sentence == problem.sentence:
@@ -131,14 +137,14 @@ def unquoted(error: RecordError, text: TextFile) -> RecordError:
     return RecordError(replace(problem, sentence=sentence, column=0, source=""), error.hint)
 
 
-def behind(file: TextFile, start: int) -> int:
+def next_line_offset(file: TextFile, start: int) -> int:
     """Give where the line after the one that begins at an offset begins."""
     ends = [at for at in (file.text.find(mark, start) for mark in (b"\n", b"\r")) if at >= 0]
     end = min(ends, default=len(file.text))
     return end + 1 + (file.text[end : end + 2] == b"\r\n")
 
 
-def split(text: str, delimiter: str) -> list[Cell]:
+def split_cells(text: str, delimiter: str) -> list[Cell]:
     """Give the cells of a line; a delimiter between quotation marks does not count."""
     if not delimiter:
         return [Cell(m.group(), m.start() + 1) for m in re.finditer(r"\S+", text)]
@@ -148,21 +154,21 @@ def split(text: str, delimiter: str) -> list[Cell]:
         quotes += part.count('"')
         if quotes % 2 == 0:
             whole, parts = delimiter.join(parts), []
-            cells.append(_cell(whole, at))
+            cells.append(_make_cell(whole, at))
             at += len(whole) + 1
-    return [*cells, _cell(delimiter.join(parts), at)] if parts else cells
+    return [*cells, _make_cell(delimiter.join(parts), at)] if parts else cells
 
 
-def _cell(part: str, at: int) -> Cell:
-    bare = part.strip()
-    quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'
-    text = bare[1:-1].replace('""', '"').strip() if quoted else bare
-    return Cell(text, at + part.find(bare) + 1 + quoted)
+def _make_cell(part: str, at: int) -> Cell:
+    stripped = part.strip()
+    quoted = len(stripped) > 1 and stripped[0] == stripped[-1] == '"'
+    text = stripped[1:-1].replace('""', '"').strip() if quoted else stripped
+    return Cell(text, at + part.find(stripped) + 1 + quoted)
 
 
 def name_and_unit(text: str) -> tuple[str, str, bool]:
     """Give name and unit of a header cell, and whether the unit is in square brackets."""
-    match = UNIT.fullmatch(text) if len(text) <= LONGEST_NAME else None
+    match = NAME_WITH_UNIT.fullmatch(text) if len(text) <= MAX_NAME_LENGTH else None
     if not match:
         return text, "", False
     square = match["square"] is not None
@@ -172,53 +178,55 @@ def name_and_unit(text: str) -> tuple[str, str, bool]:
 # Header and row of units.
 
 
-LOOKED_AT = 100
+MAX_ROWS_EXAMINED = 100
 """Rows among which a header is looked for."""
 
 MOST_COLUMNS = 16_384
 """As many as a spreadsheet has; with more of them samples stand beside one another."""
 
-NOT_A_NAME = re.compile(
+NUMBER_LIKE = re.compile(
     r"(?i)[+\-\u2212]*(?:nan|inf|infinity|\d*[.,]\d.*|\d+(?:e[+-]?\d+)?)", re.ASCII
 )
 """With bare numbers, what no header holds: so a damaged first row is a fault and no header."""
 
-DECIMALS = re.compile(r"[+-]?\d+(?:,\d+)?", re.ASCII)
-PADDED = re.compile(r",0\d", re.ASCII)
+DECIMAL_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?", re.ASCII)
+ZERO_AFTER_COMMA = re.compile(r",0\d", re.ASCII)
 """A number with a decimal comma; and what follows no comma that parts two whole numbers."""
 
 WORD_WITH_UNIT = re.compile(r"\S+\s*(?:\[[^\[\]]*\]|\([^()]*\))|\S+")
 
 
-def delimiter_of(text: str) -> str:
+def find_delimiter(text: str) -> str:
     """Give the delimiter of a row."""
     return next((mark for mark in DELIMITERS if mark in text), "")
 
 
-def delimiter_below(header: str, row: str) -> str:
+def find_delimiter_below(header: str, row: str) -> str:
     """Give the delimiter of a row of numbers below a header, which may be empty.
 
     A comma is a decimal one where only then there are as many cells as the header has names.
     """
-    mark = delimiter_of(row)
+    mark = find_delimiter(row)
     if mark != "," or "," in header or not header:
         return mark
-    cells = split(row, "")
+    cells = split_cells(row, "")
     fits = len(header_cells(header, "", len(cells))) == len(cells)
     return "" if fits and all(map(_is_number, cells)) else mark
 
 
-def decimal_commas(file: TextFile) -> bool:
+def has_decimal_commas(file: TextFile) -> bool:
     """Tell whether rows without a header are one column of numbers with decimal commas."""
-    rows = [text.strip() for _, _, text in islice(lines(file), LOOKED_AT)]
+    rows = [text.strip() for _, _, text in islice(content_lines(file), MAX_ROWS_EXAMINED)]
     written = [text for text in rows if text]
-    return all(map(DECIMALS.fullmatch, written)) and any(map(PADDED.search, written))
+    return all(map(DECIMAL_COMMA.fullmatch, written)) and any(
+        map(ZERO_AFTER_COMMA.search, written)
+    )
 
 
-def wide(file: TextFile) -> tuple[int, int]:
+def find_wide_row(file: TextFile) -> tuple[int, int]:
     """Give line and width of a first row with more columns than a table has; zeros for none."""
-    for line, _, text in islice(lines(file), LOOKED_AT):
-        mark = delimiter_of(text)
+    for line, _, text in islice(content_lines(file), MAX_ROWS_EXAMINED):
+        mark = find_delimiter(text)
         columns = text.count(mark) + 1 if mark else len(text.split())
         if columns > MOST_COLUMNS:
             return line, columns
@@ -229,45 +237,45 @@ def is_header(cells: Sequence[Cell]) -> bool:
     """Tell whether none of the cells of a row could be meant for a number."""
     written = [cell.text for cell in cells if cell.text]
     return bool(written) and not any(
-        NUMBER.fullmatch(text) or NOT_A_NAME.fullmatch(text) for text in written
+        NUMBER_PATTERN.fullmatch(text) or NUMBER_LIKE.fullmatch(text) for text in written
     )
 
 
 def header_cells(text: str, delimiter: str, width: int) -> list[Cell]:
     """Give the cells of a header above rows of a delimiter and a number of columns."""
-    mark = delimiter or delimiter_of(text)
+    mark = delimiter or find_delimiter(text)
     if mark:
-        return split(text, mark)
+        return split_cells(text, mark)
     if width == 1:
         return [Cell(text.strip(), len(text) - len(text.lstrip()) + 1)]
     return [Cell(m.group(), m.start() + 1) for m in WORD_WITH_UNIT.finditer(text)]
 
 
-def is_units(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
+def is_unit_row(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
     """Tell whether a row of words is one of units, below a header that has none of its own."""
     fits = len(cells) == len(header) and is_header(cells)
     if not fits or any(name_and_unit(cell.text)[1] for cell in header):
         return False
     words = (cell.text.strip("[]()") for cell in cells)
-    return any(usual(word, si) for word in words for si in ("s", *SI.values()))
+    return any(is_common_unit(word, si) for word in words for si in ("s", *SI.values()))
 
 
-def likely_header(file: TextFile) -> int:
+def find_header(file: TextFile) -> int:
     """Give the line of the first row that names as many columns as there are numbers below it.
 
     1-based; 0 where there is none above the first two rows of as many numbers.
     """
-    content = islice((row for row in lines(file) if row[2].strip()), LOOKED_AT)
+    content = islice((row for row in content_lines(file) if row[2].strip()), MAX_ROWS_EXAMINED)
     first = [(line, text) for line, _, text in content]
     top = first[0][0] if first else 0
     for at, ((line, text), (_, below)) in enumerate(pairwise(first)):
-        mark = delimiter_below(text, below)
-        row = split(below, mark)
+        mark = find_delimiter_below(text, below)
+        row = split_cells(below, mark)
         head = header_cells(text, mark, len(row))
-        if at + 2 < len(first) and is_units(row, head):
+        if at + 2 < len(first) and is_unit_row(row, head):
             below = first[at + 2][1]
-            mark = delimiter_below(text, below)
-            row = split(below, mark)
+            mark = find_delimiter_below(text, below)
+            row = split_cells(below, mark)
         if len(row) == len(head) and all(map(_is_number, row)):
             if is_header(head):
                 # Where the top row names columns, words between it and its numbers are a fault.
@@ -279,18 +287,18 @@ def likely_header(file: TextFile) -> int:
 
 
 def _is_number(cell: Cell) -> bool:
-    return NUMBER.fullmatch(cell.text.replace(",", ".", 1)) is not None
+    return NUMBER_PATTERN.fullmatch(cell.text.replace(",", ".", 1)) is not None
 
 
 # The table.
 
 
-MARK = re.compile("[.,]")
+DECIMAL_MARK = re.compile("[.,]")
 """What may part the decimals of a number."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table(Columns):
+class TextTable(Columns):
     """Columns of a text file; the numbers are still text."""
 
     file: TextFile
@@ -312,14 +320,14 @@ class Table(Columns):
         cells.
         """
         blank: list[int] = []
-        for line, _, text in lines(self.file, self.start, self.line):
+        for line, _, text in content_lines(self.file, self.start, self.line):
             if not text.strip():
                 blank.append(line)
                 continue
             for empty in blank:
                 yield empty, []
             blank.clear()
-            yield line, split(text, self.delimiter)
+            yield line, split_cells(text, self.delimiter)
 
     def decimal(self, wanted: list[int]) -> str:
         """Give the decimal mark of some columns, a comma only where it parts no cells.
@@ -332,10 +340,10 @@ class Table(Columns):
         if text.find(b".", self.start) < 0:
             return ","
         used = (cells[i].text for _, cells in self.rows() for i in wanted if i < len(cells))
-        return next((mark[0] for mark in map(MARK.search, used) if mark), ".")
+        return next((mark[0] for mark in map(DECIMAL_MARK.search, used) if mark), ".")
 
-    def numbers(self, wanted: list[int], gappy: int | None = None) -> list[Signal]:
-        """Give columns as finite numbers, NaN where a sample of the `gappy` one is missing.
+    def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
+        """Give columns as finite numbers, NaN where a sample of the `gap_column` one is missing.
 
         Raises
         ------
@@ -343,15 +351,15 @@ class Table(Columns):
             At the first ragged row, and at the first wanted cell that is no finite number.
         """
         decimal = self.decimal(wanted)
-        found = _quick(self, wanted, decimal)
+        found = _read_fast(self, wanted, decimal)
         if found is None:
-            found = _careful(self, wanted, decimal, gappy)
+            found = _read_by_cell(self, wanted, decimal, gap_column)
         return list[Signal](found)
 
-    def last_digit(self, index: int) -> float:
+    def printed_resolution(self, index: int) -> float:
         """Give the unit of the last digit that the first rows print."""
         exponents = []
-        for _, cells in islice(filter(lambda row: row[1], self.rows()), LOOKED_AT):
+        for _, cells in islice(filter(lambda row: row[1], self.rows()), MAX_ROWS_EXAMINED):
             exponent = Decimal(cells[index].text.replace(",", ".")).as_tuple().exponent
             exponents.append(int(exponent))
         return float(10.0 ** min(*exponents, 0))
@@ -359,26 +367,30 @@ class Table(Columns):
     def at(self, row: int, index: int, sentence: str) -> RecordError:
         """Give the error at a cell in the 0-based row of numbers."""
         line, cells = next(islice(self.rows(), row, None))
-        where = f"row {line}, {self.called(index)}"
-        return fault(self.shown, f"{where}: {sentence}", line, cells[index] if cells else None)
+        where = f"row {line}, {self.describe_column(index)}"
+        return record_error(
+            self.display_path, f"{where}: {sentence}", line, cells[index] if cells else None
+        )
 
     def ragged(self, line: int, cells: int) -> RecordError:
         """Give the error for a row that has not as many cells as the first one."""
-        for number, _, text in lines(self.file, self.start, self.line):
+        for number, _, text in content_lines(self.file, self.start, self.line):
             if number in (self.line, line):
-                refuse_open_quote(self.shown, number, text)
+                check_quotes(self.display_path, number, text)
             if number == line:
                 break
-        sentence = f"row {line} has {several(cells, 'cell')}, not {self.width}"
-        return fault(self.shown, sentence, line)
+        sentence = f"row {line} has {format_count(cells, 'cell')}, not {self.width}"
+        return record_error(self.display_path, sentence, line)
 
-    def fault(self, sentence: str, index: int | None = None) -> RecordError:
+    def error(self, sentence: str, index: int | None = None) -> RecordError:
         """Give the error for a fault of the header, or of one column's header."""
         cell = self.header[index] if index is not None and self.header else None
-        return fault(self.file.shown, sentence, self.header_line or self.line, cell)
+        return record_error(
+            self.file.display_path, sentence, self.header_line or self.line, cell
+        )
 
     @property
-    def way_round(self) -> str:
+    def skip_hint(self) -> str:
         """How to pass over the header."""
         skip = f"`skip: {self.line - 1}` passes over the header"
         return f"; {skip}, and columns have numbers then"
@@ -389,68 +401,80 @@ class Table(Columns):
         return named or super().series()
 
 
-def refuse_open_quote(shown: str, line: int, text: str) -> None:
+def check_quotes(display_path: str, line: int, text: str) -> None:
     """Make sure that a row closes its quotation marks; no delimiter counts behind one."""
     if text.count('"') % 2:
         at = text.rfind('"')
         cell = Cell(text[at:], at + 1)
         sentence = f"row {line} has a quotation mark that is not closed: `{cell.quote}`"
-        raise fault(shown, sentence, line, cell)
+        raise record_error(display_path, sentence, line, cell)
 
 
-def tabulate(file: TextFile) -> Table:
+def detect_table(file: TextFile) -> TextTable:
     """Find header, delimiter and columns of a text file; a fault where they do not fit."""
-    line, width = wide(file)
+    line, width = find_wide_row(file)
     if line:
         sentence = f"row {line} has {width} columns, more than {MOST_COLUMNS}"
-        raise fault(file.shown, f"{sentence}: write one sample a row", line)
-    content = ((n, at, text) for n, at, text in lines(file) if text.strip())
+        raise record_error(file.display_path, f"{sentence}: write one sample a row", line)
+    content = ((n, at, text) for n, at, text in content_lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
-    if (likely := likely_header(file)) > line:
+    if (likely := find_header(file)) > line:
         hint = f"`skip: {likely - 1}` passes over the rows above it"
-        raise fault(
-            file.shown, f"row {likely} looks like the header, not row {line}: {hint}", likely
+        raise record_error(
+            file.display_path,
+            f"row {likely} looks like the header, not row {line}: {hint}",
+            likely,
         )
     header_line, header_text, units = 0, "", list[Cell]()
-    if line and is_header(split(text, delimiter_of(text))):
+    if line and is_header(split_cells(text, find_delimiter(text))):
         header_line, header_text = line, text
         if "\ufffd" in text:
-            raise fault(file.shown, "the header is not UTF-8; save the record as UTF-8", line)
+            raise record_error(
+                file.display_path, "the header is not UTF-8; save the record as UTF-8", line
+            )
         line, start, text = next(content, (0, 0, ""))
-        below = split(text, delimiter_of(text))
-        if line and is_units(below, header_cells(header_text, delimiter_of(text), len(below))):
+        below = split_cells(text, find_delimiter(text))
+        if line and is_unit_row(
+            below, header_cells(header_text, find_delimiter(text), len(below))
+        ):
             units = below
             line, start, text = next(content, (0, 0, ""))
     if not line:
-        raise fault(file.shown, "the record holds no rows of numbers", header_line)
-    delimiter = delimiter_below(header_text, text)
-    if not header_line and delimiter == "," and decimal_commas(file):
+        raise record_error(
+            file.display_path, "the record holds no rows of numbers", header_line
+        )
+    delimiter = find_delimiter_below(header_text, text)
+    if not header_line and delimiter == "," and has_decimal_commas(file):
         delimiter = ""
-    cells = split(text, delimiter)
+    cells = split_cells(text, delimiter)
     width = len(cells)
     if header_line and is_header(cells):  # a text: none of its words are names of columns
         cell = next(cell for cell in cells if cell.text)
-        raise fault(file.shown, f"row {line}: `{cell.quote}` is not a number", line, cell)
+        raise record_error(
+            file.display_path, f"row {line}: `{cell.quote}` is not a number", line, cell
+        )
     header = header_cells(header_text, delimiter, width) if header_line else []
     if header and len(header) != width:
-        refuse_open_quote(file.shown, header_line, header_text)
-        refuse_open_quote(file.shown, line, text)
-        names = several(len(header), "column")
+        check_quotes(file.display_path, header_line, header_text)
+        check_quotes(file.display_path, line, text)
+        names = format_count(len(header), "column")
         sentence = f"the header names {names}, but row {line} has {width}"
         if delimiter == "," and width == 2 * len(header):
             sentence += (
                 "; commas seem to part columns and decimals alike: write decimals with points, "
                 "or columns with semicolons"
             )
-        raise fault(file.shown, sentence, line)
-    labels = tuple(Label(cell.text, *name_and_unit(cell.text)) for cell in header)
+        raise record_error(file.display_path, sentence, line)
+    labels = tuple(ColumnLabel(cell.text, *name_and_unit(cell.text)) for cell in header)
     if units:
         labels = tuple(
-            Label(label.text, label.text, cell.text.strip("[]()").strip(), firm=False)
+            ColumnLabel(
+                label.text, label.text, cell.text.strip("[]()").strip(), is_unit_certain=False
+            )
             for label, cell in zip(labels, units, strict=True)
         )
-    return Table(
-        shown=file.shown,
+    return TextTable(
+        display_path=file.display_path,
         labels=labels,
         width=width,
         file=file,
@@ -465,33 +489,33 @@ def tabulate(file: TextFile) -> Table:
 # Cells to numbers.
 
 
-BLOCK = 1 << 20
+PARSE_SIZE = 1 << 20
 """Bytes parsed at a time: small beside the numbers, large beside the cost of a call."""
 
-COMMENT = re.compile(rb"(?m)^[ \t]*#.*\n?")
+COMMENT_LINE = re.compile(rb"(?m)^[ \t]*#.*\n?")
 
 MISSING = re.compile(r"(?i)|[+-]?nan|na|n/a|null")
 """What a cell without a number holds."""
 
-CLOCK = re.compile(
+TIME_OF_DAY = re.compile(
     r"(?:\d[-\d./]*[T ])?\d{1,2}:\d\d(?::\d\d(?:[.,]\d*)?)?[Z+\-:\d ]*", re.ASCII
 )
 """A time of day, with or without its date."""
 
 
-def _quick(table: Table, wanted: list[int], decimal: str) -> list[Floats] | None:
+def _read_fast(table: TextTable, wanted: list[int], decimal: str) -> list[Floats] | None:
     """Give columns of a table; None unless every row is regular, every number finite."""
-    text, at, last, done = table.file.text, table.start, _end(table), 0
+    text, at, last, done = table.file.text, table.start, _end_of_rows(table), 0
     found: list[Floats] = [np.empty(0) for _ in wanted]
     while at < last:
-        end = min(text.find(b"\n", min(at + BLOCK, last)) + 1 or last, last)
-        rows = _block(text[at:end], table, decimal)
+        end = min(text.find(b"\n", min(at + PARSE_SIZE, last)) + 1 or last, last)
+        rows = _parse_block(text[at:end], table, decimal)
         if rows is None or not np.isfinite(rows[:, wanted]).all():
             return None
         if done + len(rows) > len(found[0]):
             # As many rows again as there are bytes for, and a little more.
             count = done + int(1.05 * len(rows) * (last - at) / (end - at)) + len(rows)
-            room(table.shown, count * found[0].itemsize * len(found))
+            require_memory(table.display_path, count * found[0].itemsize * len(found))
             for column in found:
                 column.resize(count, refcheck=False)
         for index, column in zip(wanted, found, strict=True):
@@ -502,30 +526,30 @@ def _quick(table: Table, wanted: list[int], decimal: str) -> list[Floats] | None
     return found
 
 
-def _end(table: Table) -> int:
+def _end_of_rows(table: TextTable) -> int:
     """Give where the last row ends, before the line ends that close the file."""
     text, end = table.file.text, len(table.file.text)
     while end > table.start:
-        tail = text[max(table.start, end - BLOCK) : end]
+        tail = text[max(table.start, end - PARSE_SIZE) : end]
         if kept := len(tail.rstrip(b"\r\n")):
             return end - len(tail) + kept
         end -= len(tail)
     return end
 
 
-def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
+def _parse_block(block: bytes, table: TextTable, decimal: str) -> Floats | None:
     """Numbers of a block of whole lines, shape (rows, columns); None unless all is regular."""
     if b"\r" in block:
         block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"#" in block:
-        block = COMMENT.sub(b"", block)
+        block = COMMENT_LINE.sub(b"", block)
     if decimal == "," and b"." in block:
         return None  # the careful pass knows in which columns
     block = block.removesuffix(b"\n")
     lines = block.count(b"\n") + 1
     if not block:
         return np.empty((0, table.width))
-    if not _regular(np.frombuffer(block, np.uint8), lines, table):
+    if not _is_regular(np.frombuffer(block, np.uint8), lines, table):
         return None
     if table.delimiter:
         comma = "." if decimal == "," else "?"
@@ -533,13 +557,13 @@ def _block(block: bytes, table: Table, decimal: str) -> Floats | None:
         block = block.translate(bytes.maketrans(given.encode(), plain.encode()))
     elif decimal == ",":
         block = block.replace(b",", b".")
-    found = _parsed(block, " , " if table.delimiter else " ")
+    found = _parse_numbers(block, " , " if table.delimiter else " ")
     if found is None or found.size != lines * table.width:
         return None
     return found.reshape(lines, -1)
 
 
-def _parsed(text: bytes, separator: str) -> Floats | None:
+def _parse_numbers(text: bytes, separator: str) -> Floats | None:
     """Give the numbers in a text; None where something else is in it."""
     try:
         with warnings.catch_warnings():
@@ -549,7 +573,7 @@ def _parsed(text: bytes, separator: str) -> Floats | None:
         return None
 
 
-def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
+def _is_regular(codes: NDArray[np.uint8], lines: int, table: TextTable) -> bool:
     """Whether every line has exactly as many delimiters, or words, as the table has columns."""
     if table.delimiter:
         marks, each = np.flatnonzero(codes == ord(table.delimiter)), table.width - 1
@@ -564,52 +588,54 @@ def _regular(codes: NDArray[np.uint8], lines: int, table: Table) -> bool:
     return bool((per_line[:-1, -1] < ends).all() and (per_line[1:, 0] > ends).all())
 
 
-def _careful(
-    table: Table, wanted: list[int], decimal: str, gappy: int | None = None
+def _read_by_cell(
+    table: TextTable, wanted: list[int], decimal: str, gap_column: int | None = None
 ) -> list[Floats]:
     """Give columns of a table cell by cell, or the error for the first fault."""
     found = [array("d") for _ in wanted]
     for line, cells in table.rows():
-        if not cells and wanted == [gappy]:
+        if not cells and wanted == [gap_column]:
             found[0].append(math.nan)
             continue
         if not cells:
-            raise fault(table.file.shown, f"row {line} is empty: {GAP}", line)
+            raise record_error(
+                table.file.display_path, f"row {line} is empty: {GAP_HINT}", line
+            )
         if len(cells) != table.width:
             raise table.ragged(line, len(cells))
         for index, column in zip(wanted, found, strict=True):
-            lost = index == gappy and MISSING.fullmatch(cells[index].text) is not None
-            value = math.nan if lost else _number(cells[index], decimal)
+            lost = index == gap_column and MISSING.fullmatch(cells[index].text) is not None
+            value = math.nan if lost else _parse_cell(cells[index], decimal)
             if not (lost or math.isfinite(value)):
-                where = f"row {line}, {table.called(index)}"
-                sentence = f"{where}: {_complaint(cells[index], decimal)}"
-                raise fault(table.file.shown, sentence, line, cells[index])
+                where = f"row {line}, {table.describe_column(index)}"
+                sentence = f"{where}: {_describe_fault(cells[index], decimal)}"
+                raise record_error(table.file.display_path, sentence, line, cells[index])
             column.append(value)
     return [np.array(column) for column in found]
 
 
-def _number(cell: Cell, decimal: str) -> float:
+def _parse_cell(cell: Cell, decimal: str) -> float:
     """Give the number in a cell with one decimal mark; NaN for none."""
     text = cell.text
     if decimal == ",":
         text = text.replace(".", "?").replace(",", ".", 1)
-    return float(text) if NUMBER.fullmatch(text) else math.nan
+    return float(text) if NUMBER_PATTERN.fullmatch(text) else math.nan
 
 
-def _complaint(cell: Cell, decimal: str) -> str:
+def _describe_fault(cell: Cell, decimal: str) -> str:
     """Say what a cell holds in place of a number, and what to do about it."""
     text = cell.text
     if not text:
-        return f"the cell is empty: {GAP}"
+        return f"the cell is empty: {GAP_HINT}"
     if MISSING.fullmatch(text):
-        return f"`{cell.quote}` is not a finite number: {GAP}"
-    if decimal == "," and "." in text and NUMBER.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number: {GAP_HINT}"
+    if decimal == "," and "." in text and NUMBER_PATTERN.fullmatch(text):
         return f"`{cell.quote}` has a decimal point; write commas throughout"
-    if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER.fullmatch(text):
-        return f"`{cell.quote}` is not a finite number: {INFINITE}"
-    if NUMBER.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
+    if text.lower().lstrip("+-") in ("inf", "infinity") or NUMBER_PATTERN.fullmatch(text):
+        return f"`{cell.quote}` is not a finite number: {INFINITE_HINT}"
+    if NUMBER_PATTERN.fullmatch(text.replace(",", ".", 1)) and decimal == ".":
         return f"`{cell.quote}` has a decimal comma; write points throughout"
-    if CLOCK.fullmatch(text):
+    if TIME_OF_DAY.fullmatch(text):
         instead = "give `rate` or `step` in place of `time`"
         return f"`{cell.quote}` is a time of day, which is not read; {instead}"
     return f"`{cell.quote}` is not a number"
@@ -621,11 +647,11 @@ def _complaint(cell: Cell, decimal: str) -> str:
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """Some programs write it before UTF-8."""
 
-SEPARATOR = re.compile(rb'"?sep=.?"?\s*', re.IGNORECASE)
+SEPARATOR_ROW = re.compile(rb'"?sep=.?"?\s*', re.IGNORECASE)
 """The row by which files tell Excel their delimiter; it is found in the numbers themselves."""
 
 
-def plain(file: File) -> TextFile:
+def open_text(file: RecordFile) -> TextFile:
     """Give the text of a file below the rows that do not count; it is still to be read.
 
     Raises
@@ -635,58 +661,63 @@ def plain(file: File) -> TextFile:
     """
     head = file.reader[: len(BYTE_ORDER_MARK)]
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise fault(file.shown, "the record is UTF-16 text; save it as UTF-8")
+        raise record_error(file.display_path, "the record is UTF-16 text; save it as UTF-8")
     if file.reader.find(b"\0") >= 0:
-        raise fault(
-            file.shown, "the record is binary: it holds a zero byte, which text never does"
+        raise record_error(
+            file.display_path,
+            "the record is binary: it holds a zero byte, which text never does",
         )
     text = TextFile(
-        file.shown, file.reader, len(BYTE_ORDER_MARK) if head == BYTE_ORDER_MARK else 0
+        file.display_path, file.reader, len(BYTE_ORDER_MARK) if head == BYTE_ORDER_MARK else 0
     )
-    first = next((part for _, _, part in rows(text)), b"")
-    skip = file.skip or int(SEPARATOR.fullmatch(first) is not None)
-    below = next(islice(rows(text), skip, None), None)
+    first = next((part for _, _, part in raw_lines(text)), b"")
+    skip = file.skip or int(SEPARATOR_ROW.fullmatch(first) is not None)
+    below = next(islice(raw_lines(text), skip, None), None)
     if below is None and file.skip:
-        raise fault(
-            file.shown, f"`skip` passes over {file.skip} rows, and the file has no more"
+        raise record_error(
+            file.display_path, f"`skip` passes over {file.skip} rows, and the file has no more"
         )
     return text._replace(line=below[0], begin=below[1]) if below else text
 
 
-def text_columns(file: File) -> Table:
+def text_columns(file: RecordFile) -> TextTable:
     """Give the columns of a text file."""
-    return tabulate(plain(file))
+    return detect_table(open_text(file))
 
 
 TEXT = Format(
     "a text file",
     text_columns,
-    {"channel": NO_CHANNEL, "full_scale": NO_FULL_SCALE},
+    {"channel": USE_COLUMN, "full_scale": NO_FULL_SCALE},
 )
 
 
 # AT2.
 
 
-HEADER = 10
+MAX_HEADER_LINES = 10
 """Lines among which the header ends; it has four, or a remark more."""
 
-LONGEST = 500
+MAX_HEADER_LINE_LENGTH = 500
 """Characters of a line of the header."""
 
-SIZE = r"[\d.e+-]{1,20}(?![\d.e+-])"
+HEADER_NUMBER = r"[\d.e+-]{1,20}(?![\d.e+-])"
 """A number of the header as it is written, whole or not."""
 
-SIZES = (
-    re.compile(rf"(?i)\bNPTS\s*=\s*(?P<n>{SIZE}).{{0,20}}?\bDT\s*=\s*(?P<dt>{SIZE})"),
-    re.compile(rf"(?i)(?<!\S)(?P<n>{SIZE})\s+(?P<dt>{SIZE})\s+NPTS\b.*\bDT\b"),
+NPTS_AND_DT = (
+    re.compile(
+        rf"(?i)\bNPTS\s*=\s*(?P<n>{HEADER_NUMBER}).{{0,20}}?\bDT\s*=\s*(?P<dt>{HEADER_NUMBER})"
+    ),
+    re.compile(
+        rf"(?i)(?<!\S)(?P<n>{HEADER_NUMBER})\s+(?P<dt>{HEADER_NUMBER})\s+NPTS\b.*\bDT\b"
+    ),
 )
 """`NPTS= 4000, DT= .0050 SEC` of today, `4000 0.0050 NPTS, DT` of the older files."""
 
-UNITS = re.compile(r"(?i)\bUNITS? OF ([a-z/*^0-9]{1,20})")
+UNITS_OF = re.compile(r"(?i)\bUNITS? OF ([a-z/*^0-9]{1,20})")
 
 
-class Header(NamedTuple):
+class At2Header(NamedTuple):
     """What the header tells: samples, their step [s] and unit, and where it ends."""
 
     n: int
@@ -696,70 +727,72 @@ class Header(NamedTuple):
     end: int
 
 
-def at2_columns(file: File) -> Channels:
+def at2_columns(file: RecordFile) -> Channels:
     """Give the one series of an AT2 file."""
-    fit(file.shown, len(file.reader))
-    text = plain(file)
-    header = _header(text)
-    label = Label("", "", header.unit)
-    series = Channel(label, partial(_values, text, header), header.dt)
-    return channels(file, [series], word="series")
+    require_memory_to_load(file.display_path, len(file.reader))
+    text = open_text(file)
+    header = _read_at2_header(text)
+    label = ColumnLabel("", "", header.unit)
+    series = Channel(label, partial(_read_at2_samples, text, header), header.dt)
+    return make_channels(file, [series], word="series")
 
 
-def _header(text: TextFile) -> Header:
+def _read_at2_header(text: TextFile) -> At2Header:
     """Find the line that says NPTS and DT."""
     unit = ""
-    for line, start, content in lines(text):
-        words = content[:LONGEST]
-        if line > HEADER:
+    for line, start, content in content_lines(text):
+        words = content[:MAX_HEADER_LINE_LENGTH]
+        if line > MAX_HEADER_LINES:
             break
-        if found := UNITS.search(words):
+        if found := UNITS_OF.search(words):
             unit = found[1].lower()
-        sizes = next(filter(None, (form.search(words) for form in SIZES)), None)
+        sizes = next(filter(None, (form.search(words) for form in NPTS_AND_DT)), None)
         if sizes:
             n, dt = sizes["n"], sizes["dt"]
             if not n.isdecimal() or int(n) < 1:
-                raise _at(text, line, "NPTS must be a whole number above 0", sizes[0])
-            if not NUMBER.fullmatch(dt) or not 0 < float(dt) < np.inf:
-                raise _at(text, line, "DT must be a number above 0", sizes[0])
-            return Header(int(n), float(dt), unit, line, behind(text, start))
-    raise fault(
-        text.shown,
-        f"the record is no AT2: none of its first {HEADER} lines says NPTS and DT, as in "
+                raise _at2_error(text, line, "NPTS must be a whole number above 0", sizes[0])
+            if not NUMBER_PATTERN.fullmatch(dt) or not 0 < float(dt) < np.inf:
+                raise _at2_error(text, line, "DT must be a number above 0", sizes[0])
+            return At2Header(int(n), float(dt), unit, line, next_line_offset(text, start))
+    raise record_error(
+        text.display_path,
+        f"the record is no AT2: none of its first {MAX_HEADER_LINES} lines says NPTS and DT, as in "
         "`NPTS= 4000, DT= .0050 SEC`",
     )
 
 
-def _values(text: TextFile, header: Header) -> Floats:
+def _read_at2_samples(text: TextFile, header: At2Header) -> Floats:
     """Give all numbers behind the header."""
-    values = _parsed(text.text[header.end :], " ")
+    values = _parse_numbers(text.text[header.end :], " ")
     if values is None:
-        for line, _, content in lines(text, header.end, header.line + 1):
+        for line, _, content in content_lines(text, header.end, header.line + 1):
             for word in re.finditer(r"\S+", content):
-                if not NUMBER.fullmatch(word[0]):
+                if not NUMBER_PATTERN.fullmatch(word[0]):
                     cell = Cell(word[0], word.start() + 1)
                     sentence = f"row {line}: `{cell.quote}` is not a number"
-                    raise fault(text.shown, sentence, line, cell)
-        raise fault(text.shown, "the record holds no rows of numbers")
+                    raise record_error(text.display_path, sentence, line, cell)
+        raise record_error(text.display_path, "the record holds no rows of numbers")
     if len(values) != header.n:
         more = "less: it is cut short" if len(values) < header.n else "more"
         sentence = f"the header says NPTS= {header.n}, but there are {len(values)} samples"
-        raise _at(text, header.line, f"{sentence}, {more}")
+        raise _at2_error(text, header.line, f"{sentence}, {more}")
     return values
 
 
-def _at(text: TextFile, line: int, sentence: str, quoted: str = "") -> RecordError:
-    return fault(text.shown, sentence + (f", not `{quoted.strip()}`" if quoted else ""), line)
+def _at2_error(text: TextFile, line: int, sentence: str, quoted: str = "") -> RecordError:
+    return record_error(
+        text.display_path, sentence + (f", not `{quoted.strip()}`" if quoted else ""), line
+    )
 
 
 AT2 = Format(
     "an AT2",
     at2_columns,
     {
-        "skip": NO_TABLE,
+        "skip": NOT_TEXT,
         "column": ONE_SERIES,
         "channel": ONE_SERIES,
         "full_scale": NO_FULL_SCALE,
-        **OWN_STEP,
+        **KNOWN_STEP,
     },
 )

@@ -1,4 +1,4 @@
-"""Scenarios: `load` reads one from its file, `cautions` warns of it, `schema` tells editors."""
+"""Scenarios: `load` reads one from its file, `scenario_warnings` warns of it, `schema` tells editors."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 from drysim.scenario.axes import Axis as Axis
 from drysim.scenario.load import load as load
 from drysim.scenario.model import Scenario as Scenario
-from drysim.scenario.model import period as period
-from drysim.scenario.warnings import cautions as cautions
+from drysim.scenario.model import scene_period as scene_period
+from drysim.scenario.warnings import scenario_warnings as scenario_warnings
 
 
 def schema() -> dict[str, Any]:
     """Give the JSON schema of scenario files (draft 2020-12); descriptions hold the units."""
-    from drysim.scenario.json_schema import describe
+    from drysim.scenario.json_schema import scenario_schema
 
-    return describe()
+    return scenario_schema()

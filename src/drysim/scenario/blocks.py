@@ -25,28 +25,28 @@ from pydantic import (
     model_validator,
 )
 
-from drysim.approach import EXACT, SHELF, Approach
-from drysim.core.model import Law, Plant, State, Stopped
+from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
+from drysim.core.model import CoulombLaw, EndStopLaw, Plant, State
 from drysim.errors import Problem
 from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS
-from drysim.metrics.table import root
+from drysim.metrics.table import sqrt
 from drysim.scenario.reading import LAWS
 from drysim.units import (
     Block,
     Damping,
+    InvalidValue,
     Length,
     Mass,
-    Misfit,
     Quantity,
     Stiffness,
     Velocity,
-    meant_or_known,
-    shown,
+    format_value,
+    name_hint,
 )
-from drysim.yaml_document import Document, Keys
+from drysim.yaml_document import Document, KeyPath
 
-SEED = "excitation.seed"
+SEED_KEY = "excitation.seed"
 
 
 class Oscillator(Block):
@@ -66,7 +66,9 @@ class Oscillator(Block):
     @model_validator(mode="after")
     def _ratio_needs_a_spring(self) -> Self:
         if self.damping_ratio is not None and self.stiffness == 0:
-            raise Misfit("needs a stiffness above 0; give `damping` instead", "damping_ratio")
+            raise InvalidValue(
+                "needs a stiffness above 0; give `damping` instead", "damping_ratio"
+            )
         return self
 
     def plant(self) -> Plant:
@@ -74,7 +76,7 @@ class Oscillator(Block):
         if self.damping is not None:
             return Plant(self.mass, self.stiffness, self.damping)
         assert self.damping_ratio is not None, "one of both is given"
-        critical = 2 * root(self.stiffness * self.mass)
+        critical = 2 * sqrt(self.stiffness * self.mass)
         return Plant(self.mass, self.stiffness, self.damping_ratio * critical)
 
 
@@ -101,11 +103,11 @@ class Stops(Block):
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("stiffness", "restitution"),)
     needs: ClassVar[dict[str, str]] = {"damping": "stiffness"}
 
-    def between(self, law: Law, limit: float) -> Stopped:
+    def with_friction(self, law: CoulombLaw, limit: float) -> EndStopLaw:
         """Give these stops, `limit` m from the middle, with the friction between them."""
         F_fk, F_fs, *varied = law
         k_s, b_s, e = self.stiffness or 0.0, self.damping or 0.0, self.restitution or 0.0
-        return Stopped(F_fk, F_fs, limit, k_s, b_s, e, *varied)
+        return EndStopLaw(F_fk, F_fs, limit, k_s, b_s, e, *varied)
 
 
 class Stroke(Block):
@@ -132,19 +134,19 @@ class Start(Block):
         return State(self.x_r, self.v_r)
 
 
-def on_the_shelf(name: str) -> str:
+def validate_approach(name: str) -> str:
     """Give the name of an approach that there is; a ValueError says which there are."""
-    if name not in SHELF:
+    if name not in APPROACHES_BY_NAME:
         hint = "; it is a friction law: friction.law takes it"
-        hint = hint if name in LAWS else meant_or_known(name, SHELF)
-        raise ValueError(f"unknown approach {shown(name)}{hint}")
+        hint = hint if name in LAWS else name_hint(name, APPROACHES_BY_NAME)
+        raise ValueError(f"unknown approach {format_value(name)}{hint}")
     return name
 
 
-ApproachName = Annotated[str, AfterValidator(on_the_shelf)]
+ApproachName = Annotated[str, AfterValidator(validate_approach)]
 
 
-class PlainSolver(Block):
+class SolverBase(Block):
     """How the motion is computed."""
 
     approach: ApproachName = EXACT
@@ -154,24 +156,26 @@ class PlainSolver(Block):
 
     def member(self) -> Approach:
         """Give the approach with its options."""
-        chosen: Approach = getattr(self, self.approach, None) or SHELF[self.approach]()
+        chosen: Approach = (
+            getattr(self, self.approach, None) or APPROACHES_BY_NAME[self.approach]()
+        )
         return chosen
 
 
-def with_options(shelf: dict[str, Any]) -> type[PlainSolver]:
+def solver_with_options(shelf: dict[str, Any]) -> type[SolverBase]:
     """Give the solver block in which every approach that has options has a block of its own."""
     options: dict[str, Any] = {
         name: (member | None, Field(None, description=f"Options of {name}."))
         for name, member in shelf.items()
         if len(member.model_fields) > 1
     }
-    return create_model("Solver", __base__=PlainSolver, __module__=__name__, **options)
+    return create_model("Solver", __base__=SolverBase, __module__=__name__, **options)
 
 
 if TYPE_CHECKING:
-    Solver = PlainSolver
+    Solver = SolverBase
 else:
-    Solver = with_options(SHELF)  # pickling finds it here, by its name
+    Solver = solver_with_options(APPROACHES_BY_NAME)  # pickling finds it here, by its name
 
 
 class Measure(Block):
@@ -204,13 +208,13 @@ class Measure(Block):
     def _agree(self) -> Self:
         usual = DIRECTIONS[self.direction][0] if self.direction else self.weighting
         if self.weighting != usual and self.weighting:
-            raise Misfit(
+            raise InvalidValue(
                 f"must be {usual} beside `direction: {self.direction}`, not {self.weighting}; "
                 "take one of both away",
                 "weighting",
             )
         if self.segment is not None and not self.spectra:
-            raise Misfit("has a meaning only beside `spectra: true`", "segment")
+            raise InvalidValue("has a meaning only beside `spectra: true`", "segment")
         return self
 
     @property
@@ -221,80 +225,84 @@ class Measure(Block):
         return (self.weighting, 1.0) if self.weighting else None
 
 
-MOST_CHECKS = 1000
+MAX_CHECKS = 1000
 """Checks of a scenario: more are no promises that anybody made."""
 
 
-def _parse(given: object) -> Check:
+def _parse_check(given: object) -> Check:
     if not isinstance(given, str | Check):
-        raise ValueError(f"write `metric < value`, such as `T_a < 1.5`, not {shown(given)}")
+        raise ValueError(
+            f"write `metric < value`, such as `T_a < 1.5`, not {format_value(given)}"
+        )
     return given if isinstance(given, Check) else Check.parse(given)
 
 
-def _few(given: object) -> object:
+def _limit_checks(given: object) -> object:
     """Refuse an endless list before any of it is read."""
-    if isinstance(given, list | tuple) and len(given) > MOST_CHECKS:
-        raise ValueError(f"must have {MOST_CHECKS} entries at most, not {len(given)}")
+    if isinstance(given, list | tuple) and len(given) > MAX_CHECKS:
+        raise ValueError(f"must have {MAX_CHECKS} entries at most, not {len(given)}")
     return given
 
 
-CheckWords = Annotated[
+CheckText = Annotated[
     Check,
-    PlainValidator(_parse),
+    PlainValidator(_parse_check),
     PlainSerializer(str),
     WithJsonSchema({"type": "string", "pattern": "^.*[<>=].*$", "examples": ["T_a < 1.5"]}),
 ]
-Checks = Annotated[tuple[CheckWords, ...], BeforeValidator(_few), Field(max_length=MOST_CHECKS)]
+Checks = Annotated[
+    tuple[CheckText, ...], BeforeValidator(_limit_checks), Field(max_length=MAX_CHECKS)
+]
 
 
 # What a scenario file says about itself: the version of its format, and its name.
 
-FORMAT = 1
+FORMAT_VERSION = 1
 """Version of the file format."""
 
-LONGEST = 100
+MAX_NAME_LENGTH = 100
 """Characters of a name, so that a folder can have it everywhere."""
 
-NAME = re.compile(r"[^\W_]([\w .-]*[\w-])?")
+NAME_PATTERN = re.compile(r"[^\W_]([\w .-]*[\w-])?")
 """What a name is written with."""
 
-DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
+WINDOWS_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[1-9]|lpt[1-9])(\..*)?")
 """What no folder of Windows can be called, whatever stands behind the point."""
 
 
-def _known(version: object) -> object:
-    if version is True or version != FORMAT:
-        reads = f"must be {FORMAT}, the file format that this drysim reads"
-        raise ValueError(f"{reads}, not {shown(version)}")
-    return FORMAT
+def _validate_version(version: object) -> object:
+    if version is True or version != FORMAT_VERSION:
+        reads = f"must be {FORMAT_VERSION}, the file format that this drysim reads"
+        raise ValueError(f"{reads}, not {format_value(version)}")
+    return FORMAT_VERSION
 
 
-def unfit(name: str) -> str:
+def invalid_name_reason(name: str) -> str:
     """Say why a name is none for a folder; nothing when it is."""
-    if len(name) > LONGEST:
-        return f"must have at most {LONGEST} characters, not {len(name)}"
+    if len(name) > MAX_NAME_LENGTH:
+        return f"must have at most {MAX_NAME_LENGTH} characters, not {len(name)}"
     if name.endswith(".partial"):
-        return f"must not end as a folder of unfinished work does, like {shown(name)}"
-    if DEVICE.fullmatch(name):
-        return f"must not be what Windows calls a device by, like {shown(name)}"
-    if not NAME.fullmatch(name):
+        return f"must not end as a folder of unfinished work does, like {format_value(name)}"
+    if WINDOWS_DEVICE.fullmatch(name):
+        return f"must not be what Windows calls a device by, like {format_value(name)}"
+    if not NAME_PATTERN.fullmatch(name):
         return (
             "must be letters, digits, spaces, `.`, `_` and `-`, a letter or digit first and "
-            f"no space or `.` last, not {shown(name)}"
+            f"no space or `.` last, not {format_value(name)}"
         )
     return ""
 
 
-def _of_a_folder(name: str) -> str:
-    if reason := unfit(name):
+def _validate_folder_name(name: str) -> str:
+    if reason := invalid_name_reason(name):
         raise ValueError(f"{reason}; the output folder is named after it")
     return name
 
 
-Format = Annotated[int, BeforeValidator(_known)]
+Format = Annotated[int, BeforeValidator(_validate_version)]
 """A version of the file format that this drysim reads."""
 
-FolderName = Annotated[str, AfterValidator(_of_a_folder)]
+FolderName = Annotated[str, AfterValidator(_validate_folder_name)]
 """A name that the output folder can have."""
 
 
@@ -302,9 +310,9 @@ class FromFile(Block):
     """Blocks that were read from a file and can tell where each of their words stands."""
 
     _document: Document | None = PrivateAttr(default=None)
-    _words: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
-    _kept: dict[Any, Block] = PrivateAttr(default_factory=dict)
-    _named_law: str = PrivateAttr(default="")
+    _block_dicts: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
+    _block_cache: dict[Any, Block] = PrivateAttr(default_factory=dict)
+    _compared_law: str = PrivateAttr(default="")
 
     def model_post_init(self, context: Any, /) -> None:
         """Keep the document, which the context of the validation names."""
@@ -325,7 +333,7 @@ class FromFile(Block):
         file = Path(read.file).name
         return {"file": file, "sha256": read.sha256, "overrides": dict(read.overrides)}
 
-    def problem(self, sentence: str, key: str | Keys) -> Problem:
+    def problem(self, sentence: str, key: str | KeyPath) -> Problem:
         """Give the located problem of a key, for faults that only a run can find."""
         keys = tuple(key.split(".")) if isinstance(key, str) else key
         name = ".".join(map(str, keys))
@@ -333,35 +341,35 @@ class FromFile(Block):
             return Problem(sentence, key=name)
         return self._document.locate(keys).problem(sentence, name)
 
-    def spoken(self, name: str) -> dict[str, Any]:
+    def file_block(self, name: str) -> dict[str, Any]:
         """Give the words of a block as the file says them, overrides included."""
         return dict((self._document.value if self._document else {}).get(name) or {})
 
-    def words_of(self, name: str) -> dict[str, Any]:
+    def block_dict(self, name: str) -> dict[str, Any]:
         """Give the words of a block as it is now; empty where there is none."""
-        if name not in self._words:
+        if name not in self._block_dicts:
             block = getattr(self, name, None)
             if not isinstance(block, Block):
                 return {}
-            self._words[name] = block.model_dump(by_alias=True, exclude_none=True)
-        return self._words[name]
+            self._block_dicts[name] = block.model_dump(by_alias=True, exclude_none=True)
+        return self._block_dicts[name]
 
     @property
-    def named_law(self) -> str:
+    def compared_law(self) -> str:
         """The friction law that a comparison names in place of the file's; empty for none."""
-        return self._named_law
+        return self._compared_law
 
     @property
-    def kept(self) -> dict[Any, Block]:
+    def block_cache(self) -> dict[Any, Block]:
         """Blocks that were made from these and will be wanted again."""
-        return self._kept
+        return self._block_cache
 
-    def copied(self, changed: Mapping[str, Any], law: str = "") -> Self:
+    def copy_with(self, changed: Mapping[str, Any], law: str = "") -> Self:
         """Give a copy with other values in some fields, which must be valid ones.
 
         `law` is the friction law that a comparison names in place of the file's.
         """
         copy = self.model_copy(update=changed)
-        copy._words, copy._kept = {}, {}
-        copy._named_law = law or self._named_law
+        copy._block_dicts, copy._block_cache = {}, {}
+        copy._compared_law = law or self._compared_law
         return copy

@@ -10,11 +10,11 @@ from pydantic import Field, create_model
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from drysim.approach import SHELF
+from drysim.approach import APPROACHES_BY_NAME
 from drysim.metrics.table import UNITS
 from drysim.scenario import model
-from drysim.scenario.blocks import FORMAT
-from drysim.scenario.reading import BY_NAME, DEFAULT_LAW, LAWS
+from drysim.scenario.blocks import FORMAT_VERSION
+from drysim.scenario.reading import DEFAULT_LAW, LAW_KEY, LAWS
 from drysim.units import Block
 
 # Options of friction laws beside the one of the file: blocks of their own in its block.
@@ -24,36 +24,38 @@ from drysim.units import Block
 # schema of all files.
 
 
-def with_options() -> type[model.Scenario]:
+def scenario_with_law_options() -> type[model.Scenario]:
     """Give the scenario whose friction block may hold options of every other law."""
-    return cast(type[model.Scenario], _models()["Scenario"])
+    return cast(type[model.Scenario], _law_option_models()["Scenario"])
 
 
 def __getattr__(name: str) -> type[Block]:
     """Return a model that is made here by its name, as pickling looks it up."""
-    if name.startswith("_") or name not in _models():
+    if name.startswith("_") or name not in _law_option_models():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return _models()[name]
+    return _law_option_models()[name]
 
 
 @cache
-def _models() -> dict[str, type[Block]]:
+def _law_option_models() -> dict[str, type[Block]]:
     """Return all models that are made here by their names."""
     base = model.Scenario
-    options = {name: _options(name, member) for name, member in LAWS.items()}
-    members = tuple(_member(name, member, options) for name, member in LAWS.items())
+    options = {name: _optional_keys(name, member) for name, member in LAWS.items()}
+    members = tuple(_law_with_options(name, member, options) for name, member in LAWS.items())
     friction: Any = Union.__getitem__(members)
     scenario = create_model(
         base.__name__,
         __base__=base,
         __doc__=base.__doc__,
-        friction=(friction | None, Field(None, discriminator=BY_NAME)),
+        friction=(friction | None, Field(None, discriminator=LAW_KEY)),
     )
     made: tuple[Any, ...] = (scenario, *members, *options.values())
     return {one.__name__: one for one in made}
 
 
-def _member(name: str, member: type[Block], options: Mapping[str, type[Block]]) -> type[Block]:
+def _law_with_options(
+    name: str, member: type[Block], options: Mapping[str, type[Block]]
+) -> type[Block]:
     """Give a law with a block for the options of each other law."""
     about = "Options of {}, any of its keys: they count where a comparison names it."
     fields: dict[str, Any] = {
@@ -64,7 +66,7 @@ def _member(name: str, member: type[Block], options: Mapping[str, type[Block]]) 
     return create_model(member.__name__, __base__=member, __doc__=member.__doc__, **fields)
 
 
-def _options(name: str, member: type[Block]) -> type[Block]:
+def _optional_keys(name: str, member: type[Block]) -> type[Block]:
     """Give the keys of a law as a block in which each may be left out."""
     fields: dict[str, Any] = {}
     for key, field in member.model_fields.items():
@@ -72,7 +74,7 @@ def _options(name: str, member: type[Block]) -> type[Block]:
             kind: Any = field.annotation
             bounded = Annotated[(kind, *field.metadata)] if field.metadata else kind
             fields[key] = (bounded | None, None)
-    fields[BY_NAME] = (Literal[name], name)
+    fields[LAW_KEY] = (Literal[name], name)
     about = f"Options of {name}, which count where a comparison names it."
     made = create_model(f"{member.__name__}Options", __base__=member, __doc__=about, **fields)
     made.at_most_one_of = (*member.at_most_one_of, *member.one_of)
@@ -86,7 +88,7 @@ def _options(name: str, member: type[Block]) -> type[Block]:
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
-class _Words(GenerateJsonSchema):
+class _SchemaGenerator(GenerateJsonSchema):
     """A key is there or it is not: no file says nothing by the word null."""
 
     def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
@@ -104,18 +106,18 @@ class _Words(GenerateJsonSchema):
         return False
 
 
-def describe() -> dict[str, Any]:
+def scenario_schema() -> dict[str, Any]:
     """Give the JSON schema; the shelves and what a default depends on are filled in."""
-    words = with_options().model_json_schema(schema_generator=_Words)
+    words = scenario_with_law_options().model_json_schema(schema_generator=_SchemaGenerator)
     words["title"] = "drysim scenario"
-    words["properties"]["drysim"]["const"] = FORMAT
-    words["$defs"]["Solver"]["properties"]["approach"]["enum"] = list(SHELF)
-    for member in SHELF.values():
+    words["properties"]["drysim"]["const"] = FORMAT_VERSION
+    words["$defs"]["Solver"]["properties"]["approach"]["enum"] = list(APPROACHES_BY_NAME)
+    for member in APPROACHES_BY_NAME.values():
         options = words["$defs"].get(member.__name__, {"properties": {}})
         options["properties"].pop("approach", None)  # the block's own name says it
     for law in LAWS.values():
-        words["$defs"][f"{law.__name__}Options"]["properties"].pop(BY_NAME)
-    words["$defs"][LAWS[DEFAULT_LAW].__name__]["required"].remove(BY_NAME)
+        words["$defs"][f"{law.__name__}Options"]["properties"].pop(LAW_KEY)
+    words["$defs"][LAWS[DEFAULT_LAW].__name__]["required"].remove(LAW_KEY)
     words["$defs"]["Until"]["properties"]["metric"]["enum"] = [
         name for name in UNITS if name != "closure"
     ]

@@ -16,25 +16,25 @@ from typing import Any
 from pydantic import ValidationError
 
 from drysim.errors import Problem, ScenarioError, UsageError
-from drysim.metrics.checks import conditional
-from drysim.scenario.axes import SWEEP
-from drysim.scenario.blocks import LONGEST, unfit
-from drysim.scenario.model import Scenario, broken, in_conflict, unused
+from drysim.metrics.checks import has_condition
+from drysim.scenario.axes import SWEEP_KEY
+from drysim.scenario.blocks import MAX_NAME_LENGTH, invalid_name_reason
+from drysim.scenario.model import Scenario, first_conflict, key_faults, unsupported_values
 from drysim.scenario.reading import (
-    BY_NAME,
     DEFAULT_LAW,
+    LAW_KEY,
     LAWS,
-    MOST_PROBLEMS,
-    Enough,
+    MAX_PROBLEMS,
     Reading,
-    block_in,
-    sentences,
+    TooManyProblems,
+    get_block,
+    validation_faults,
 )
-from drysim.units import short
-from drysim.wording import several
-from drysim.yaml_document import Overrides, Unreadable, read
+from drysim.units import shorten
+from drysim.wording import format_count
+from drysim.yaml_document import Overrides, UnreadableError, read_document
 
-KIND = ("excitation", "kind")
+KIND_KEY = ("excitation", "kind")
 """What asks for a block that is missing: some excitations need a step, some a duration."""
 
 
@@ -64,75 +64,75 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         When this is no path, or the overrides are neither a mapping nor words.
     """
     if not isinstance(path, str | PathLike):
-        given = short(repr(path))
+        given = shorten(repr(path))
         raise UsageError(f"a scenario is loaded from the path of a file, not from {given}")
     try:
-        document = read(path, overrides, (SWEEP,))
-    except Unreadable as fault:
-        raise _error(str(path), [fault.problem]) from None
-    model, scenario = _model_for(document.value), None
+        document = read_document(path, overrides, (SWEEP_KEY,))
+    except UnreadableError as fault:
+        raise _scenario_error(str(path), [fault.problem]) from None
+    model, scenario = _choose_model(document.value), None
     reading = Reading(document, model)
-    with suppress(Enough):
-        scenario = _read(reading, model)
+    with suppress(TooManyProblems):
+        scenario = _read_scenario(reading, model)
     problems = [*document.problems, *reading.problems]
     if scenario is not None and not problems:
-        problems = in_conflict(scenario)
+        problems = first_conflict(scenario)
     if scenario is None or problems:
         problems.sort(key=lambda p: (p.file != document.file, p.line, p.column))
-        raise _error(document.file, problems)
+        raise _scenario_error(document.file, problems)
     return scenario
 
 
-def _model_for(words: Mapping[str, Any]) -> type[Scenario]:
+def _choose_model(words: Mapping[str, Any]) -> type[Scenario]:
     """Give the model that the words of a file are read as.
 
     A key that the law of the file has not got is an option of another law, or nearly so.
     """
-    friction = block_in(words, "friction")
-    law = friction.get(BY_NAME, DEFAULT_LAW)
+    friction = get_block(words, "friction")
+    law = friction.get(LAW_KEY, DEFAULT_LAW)
     if not isinstance(law, str) or law not in LAWS:
         return Scenario
     if friction.keys() <= LAWS[law].model_fields.keys():
         return Scenario
-    from drysim.scenario.json_schema import with_options
+    from drysim.scenario.json_schema import scenario_with_law_options
 
-    return with_options()
+    return scenario_with_law_options()
 
 
-def _read(reading: Reading, model: type[Scenario]) -> Scenario | None:
+def _read_scenario(reading: Reading, model: type[Scenario]) -> Scenario | None:
     """Give the scenario of a document, None where it has problems; they are noted."""
     document, scenario = reading.document, None
     file = Path(document.file)
-    words = {"name": _name(file.stem)} | reading.read()
+    words = {"name": _name_from_stem(file.stem)} | reading.read()
     checks = words.get("checks")
-    if SWEEP in words or (isinstance(checks, list) and any(map(conditional, checks))):
-        from drysim.scenario.sweep import with_axes
+    if SWEEP_KEY in words or (isinstance(checks, list) and any(map(has_condition, checks))):
+        from drysim.scenario.sweep import read_axes_and_checks
 
-        words |= with_axes(reading)
+        words |= read_axes_and_checks(reading)
     context = {"folder": file.parent, "document": document}
     try:
         scenario = model.model_validate(words, context=context)
     except ValidationError as fault:
-        for keys, sentence in sentences(fault, words):
-            reading.fault(sentence, keys, instead=KIND)
+        for keys, sentence in validation_faults(fault, words):
+            reading.fault(sentence, keys, instead=KIND_KEY)
     else:
-        for keys, sentence in unused(scenario):
+        for keys, sentence in unsupported_values(scenario):
             reading.fault(sentence, keys, at_key=True)
-    for keys, sentence in broken(words):
-        reading.fault(sentence, keys, at_key=True, instead=KIND)
+    for keys, sentence in key_faults(words):
+        reading.fault(sentence, keys, at_key=True, instead=KIND_KEY)
     return scenario
 
 
-def _name(stem: str) -> str:
+def _name_from_stem(stem: str) -> str:
     """Give the name of a file as the name of a scenario."""
-    name = re.sub(r"[^\w .-]", "-", stem).strip(" ._-")[:LONGEST]
-    return "scenario" if unfit(name) else name
+    name = re.sub(r"[^\w .-]", "-", stem).strip(" ._-")[:MAX_NAME_LENGTH]
+    return "scenario" if invalid_name_reason(name) else name
 
 
-def _error(file: str, problems: list[Problem]) -> ScenarioError:
+def _scenario_error(file: str, problems: list[Problem]) -> ScenarioError:
     """Give the error that holds the problems of a file, as many as anybody reads."""
-    count = several(len(problems), "problem")
-    if len(problems) > MOST_PROBLEMS:
-        count = f"more than {MOST_PROBLEMS} problems; the first are these"
-    told = tuple(problems[:MOST_PROBLEMS])
+    count = format_count(len(problems), "problem")
+    if len(problems) > MAX_PROBLEMS:
+        count = f"more than {MAX_PROBLEMS} problems; the first are these"
+    told = tuple(problems[:MAX_PROBLEMS])
     return ScenarioError(f"{file} is not a scenario yet: {count}", told)

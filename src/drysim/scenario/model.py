@@ -6,8 +6,8 @@ the metrics in seconds; the rules between blocks; the case at a point of a sweep
 as columns; the same scene under another approach or another friction law, and what either
 leaves out; and the words of a resolved scenario.
 
-Rules on which keys stand beside each other are checked on the words of a file (`broken`), those
-on values on the scenario that was made of them (`unused`). The cases of a sweep are made from
+Rules on which keys stand beside each other are checked on the words of a file (`key_faults`), those
+on values on the scenario that was made of them (`unsupported_values`). The cases of a sweep are made from
 the scenario without reading its file again: only the blocks that a point touches are checked
 anew, with the rules that these can break.
 """
@@ -24,17 +24,17 @@ from typing import Annotated, Any
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, ValidationInfo, WithJsonSchema, field_validator
 
-from drysim.approach import EXACT, SHELF, Approach
-from drysim.core.model import AnyLaw, Law, Pressed, Stopped
+from drysim.approach import APPROACHES_BY_NAME, EXACT, Approach
+from drysim.core.model import AnyLaw, CoulombLaw, EndStopLaw, NormalForceLaw
 from drysim.errors import Problem, ScenarioError
 from drysim.excitation import EXCITATIONS, Excitation
-from drysim.excitation.base import Generated
+from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.recorded import Record
-from drysim.friction import Coulomb, Friction, terms
-from drysim.metrics.table import BOUNDED, COMFORT, LIMITED, UNITS
-from drysim.scenario.axes import Sweep, points, size
+from drysim.friction import Coulomb, Friction, law_terms
+from drysim.metrics.table import COMFORT_METRICS, END_STOP_METRICS, STROKE_LIMIT_METRICS, UNITS
+from drysim.scenario.axes import Sweep, count_points, iter_points
 from drysim.scenario.blocks import (
-    FORMAT,
+    FORMAT_VERSION,
     ApproachName,
     Checks,
     FolderName,
@@ -46,25 +46,25 @@ from drysim.scenario.blocks import (
     Start,
     Stops,
     Stroke,
-    on_the_shelf,
+    validate_approach,
 )
 from drysim.scenario.reading import (
-    BY_NAME,
+    LAW_KEY,
     LAWS,
-    acting,
-    block_in,
-    faults,
-    friction_uses,
-    models_in,
-    sentences,
-    tag_of,
+    block_models,
+    discriminator,
+    friction_under_law,
+    friction_uses_key,
+    get_block,
+    law_faults,
+    validation_faults,
 )
-from drysim.scenario.sampling import Drawn
-from drysim.units import NUMBER, Block, Misfit, meant_or_known, shown
-from drysim.wording import number, several
-from drysim.yaml_document import Keys
+from drysim.scenario.sampling import SampledValues
+from drysim.units import NUMBER_PATTERN, Block, InvalidValue, format_value, name_hint
+from drysim.wording import format_count, format_number
+from drysim.yaml_document import KeyPath
 
-Fault = tuple[Keys, str]
+KeyFault = tuple[KeyPath, str]
 """The keys to blame and the sentence."""
 
 Point = Mapping[str, float]
@@ -73,21 +73,23 @@ Point = Mapping[str, float]
 Columns = dict[str, NDArray[Any]]
 """Of many cases: a column of values by dotted key."""
 
-KINDS = {tag[1]: member for member in EXCITATIONS if (tag := tag_of(member))}
+EXCITATIONS_BY_KIND = {
+    tag[1]: member for member in EXCITATIONS if (tag := discriminator(member))
+}
 """The excitations by name."""
 
-STATIC = ("static", "static_ratio", "mu_static")
+STATIC_KEYS = ("static", "static_ratio", "mu_static")
 """The keys that can put the static limit above kinetic friction."""
 
-_STATIC = {f"friction.{key}" for key in STATIC}
-_VARIATIONS = ("friction.normal_variation.", "friction.normal_record.")
-_STOPS = "stroke.stops."
+_STATIC_PATHS = {f"friction.{key}" for key in STATIC_KEYS}
+_VARIATION_PREFIXES = ("friction.normal_variation.", "friction.normal_record.")
+_STOPS_PREFIX = "stroke.stops."
 
 
 class Scenario(FromFile):
     """A vibration isolator, how its base moves, and what is asked about it."""
 
-    drysim: Format = FORMAT
+    drysim: Format = FORMAT_VERSION
     """Version of the file format."""
     name: FolderName = "scenario"
     """Name of the scenario and of its output folder; default: the name of the file."""
@@ -95,7 +97,7 @@ class Scenario(FromFile):
     """What it is about, in a sentence."""
     oscillator: Oscillator
     """Mass, spring and damper."""
-    friction: Friction | None = Field(None, discriminator=BY_NAME)
+    friction: Friction | None = Field(None, discriminator=LAW_KEY)
     """Dry friction between mass and base; without this block there is none."""
     stroke: Stroke | None = None
     """How far the mass may move on its base."""
@@ -110,7 +112,9 @@ class Scenario(FromFile):
     sweep: Sweep = ()
     """What to vary: dotted keys of this file, each with a list of values, or with from, to and
     step or count. Every combination is a case; the first key varies fastest."""
-    reference: Annotated[ApproachName, WithJsonSchema({"enum": list(SHELF)})] | None = None
+    reference: (
+        Annotated[ApproachName, WithJsonSchema({"enum": list(APPROACHES_BY_NAME)})] | None
+    ) = None
     """Name of an approach that computes the sweep, too, as the curve to compare with."""
     checks: Checks = ()
     """Promises about metrics, such as `x_r_peak < 25 mm`; one that fails makes exit code 1."""
@@ -119,7 +123,7 @@ class Scenario(FromFile):
     @classmethod
     def _step_suits(cls, solver: Solver, info: ValidationInfo) -> Solver:
         excitation = info.data.get("excitation")
-        if solver.step is not None and isinstance(excitation, Generated):
+        if solver.step is not None and isinstance(excitation, GeneratedMotion):
             excitation.check_step(solver.step)
         return solver
 
@@ -132,8 +136,10 @@ class Scenario(FromFile):
             return given
         excitation, friction = info.data.get("excitation"), info.data.get("friction")
         known = excitation is not None and "friction" in info.data
-        steady = steady_by_default(excitation, friction)
-        return in_seconds(given, frequencies(excitation, friction) if known else None, steady)
+        steady = is_steady_by_default(excitation, friction)
+        return times_in_seconds(
+            given, scene_frequencies(excitation, friction) if known else None, steady
+        )
 
     def law(self) -> AnyLaw:
         """Give the friction as forces; none without a friction block; and the end stops.
@@ -143,47 +149,47 @@ class Scenario(FromFile):
         RecordError
             When the normal force was recorded, and its record cannot be used.
         """
-        friction = self.acting
-        law = friction.limits(self.oscillator.mass) if friction else Law(0.0, 0.0)
+        friction = self.active_friction
+        law = friction.to_law(self.oscillator.mass) if friction else CoulombLaw(0.0, 0.0)
         # Other laws beside stops are a fault, which is told once all is read.
-        if self.stops is None or self.stroke is None or not isinstance(law, Law):
+        if self.stops is None or self.stroke is None or not isinstance(law, CoulombLaw):
             return law
-        return self.stops.between(law, self.stroke.limit)
+        return self.stops.with_friction(law, self.stroke.limit)
 
-    def outline(self) -> AnyLaw:
+    def nominal_law(self) -> AnyLaw:
         """Give the friction as forces without reading a record: its force is the default."""
-        friction = self.acting
-        if friction is None or not _recorded(friction):
+        friction = self.active_friction
+        if friction is None or not _has_recorded_normal_force(friction):
             return self.law()
         bare = friction.model_copy(update={"normal_record": None})
-        return bare.limits(self.oscillator.mass)
+        return bare.to_law(self.oscillator.mass)
 
     @property
-    def acting(self) -> Friction | None:
+    def active_friction(self) -> Friction | None:
         """The friction that acts: of the file's law, or of the one that a comparison names."""
-        if self.friction is None or not self.named_law:
+        if self.friction is None or not self.compared_law:
             return self.friction
-        return acting(self.friction, self.named_law)
+        return friction_under_law(self.friction, self.compared_law)
 
     @property
     def terms(self) -> tuple[str, ...]:
         """The name of a law other than Coulomb's, and its own keys that all cases share."""
         swept = {axis.key for axis in self.sweep}
-        return tuple(terms(self.acting, swept)) if self.acting else ()
+        return tuple(law_terms(self.active_friction, swept)) if self.active_friction else ()
 
     @property
     def ratios(self) -> dict[str, float]:
         """What is given as a ratio, of damping and of friction forces, by its key."""
         given = {
             "damping_ratio": self.oscillator.damping_ratio,
-            "static_ratio": getattr(self.acting, "static_ratio", None),
+            "static_ratio": getattr(self.active_friction, "static_ratio", None),
         }
         return {key: value for key, value in given.items() if value is not None}
 
     @property
-    def word(self) -> str:
+    def label(self) -> str:
         """What a table calls the scenario by: its approach, or the law of a comparison."""
-        return self.named_law or self.solver.approach
+        return self.compared_law or self.solver.approach
 
     @property
     def stops(self) -> Stops | None:
@@ -193,12 +199,12 @@ class Scenario(FromFile):
     @property
     def static_given(self) -> bool:
         """Whether the static limit is known; without friction there is none to know."""
-        return self.acting is None or self.acting.static_given
+        return self.active_friction is None or self.active_friction.static_given
 
     @property
     def frequencies(self) -> tuple[float, ...]:
         """Every frequency of the scene [Hz], if its base moves periodically."""
-        return frequencies(self.excitation, self.acting)
+        return scene_frequencies(self.excitation, self.active_friction)
 
     def at(self, point: Point) -> Scenario:
         """Give the case at a point of the sweep: a scenario without one.
@@ -214,38 +220,38 @@ class Scenario(FromFile):
             When the values do not go together; the sentence names the point.
         """
         try:
-            return _case(self, point)
-        except Odd as odd:
-            problem = _located(self, point, odd)
+            return _make_case(self, point)
+        except InconsistentValue as odd:
+            problem = _locate(self, point, odd)
         name = self.origin["file"] or self.name
         raise ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))
 
     def with_approach(self, name: str) -> Scenario:
         """Give the same scene solved by another approach, without what it cannot use.
 
-        What that is, `losses` says. Keys that the approach has no use for are not swept.
+        What that is, `omissions` says. Keys that the approach has no use for are not swept.
 
         Raises
         ------
         ValueError
             When there is no such approach.
         """
-        member = SHELF[on_the_shelf(name)]
+        member = APPROACHES_BY_NAME[validate_approach(name)]
         changed: dict[str, Any] = {
             "solver": self.solver.model_copy(update={"approach": name}),
-            "friction": _friction_for(member, self.friction),
-            "sweep": tuple(axis for axis in self.sweep if approach_uses(name, axis.key)),
+            "friction": _friction_for_approach(member, self.friction),
+            "sweep": tuple(axis for axis in self.sweep if approach_uses_key(name, axis.key)),
             "reference": None,
         }
-        if self.stroke is not None and not member.use_stops:
+        if self.stroke is not None and not member.supports_stops:
             changed["stroke"] = self.stroke.model_copy(update={"stops": None})
-        return self.copied(changed)
+        return self.copy_with(changed)
 
     def with_law(self, name: str) -> Scenario:
         """Give the same scene under another friction law, solved exactly.
 
         Its keys are those of a block of its name in the friction block, and else those that it
-        shares with the file's law. What it leaves out, `losses` says; keys that it has no use
+        shares with the file's law. What it leaves out, `omissions` says; keys that it has no use
         for are not swept.
 
         Raises
@@ -253,31 +259,33 @@ class Scenario(FromFile):
         ScenarioError
             When a key is missing, or the keys do not go together.
         """
-        found = [*_in_the_way(self, name)]
+        found = [*_law_problems(self, name)]
         if not found:
             changed: dict[str, Any] = {
                 "solver": self.solver.model_copy(update={"approach": EXACT}),
-                "sweep": tuple(axis for axis in self.sweep if law_uses(self, name, axis.key)),
+                "sweep": tuple(
+                    axis for axis in self.sweep if law_uses_key(self, name, axis.key)
+                ),
                 "reference": None,
             }
             if self.stroke is not None and name != COULOMB:
                 changed["stroke"] = self.stroke.model_copy(update={"stops": None})
-            scene = self.copied(changed, law=name)
-            found = in_conflict(scene)
+            scene = self.copy_with(changed, law=name)
+            found = first_conflict(scene)
             if not found:
                 return scene
-        file, count = self.origin["file"] or self.name, several(len(found), "problem")
+        file, count = self.origin["file"] or self.name, format_count(len(found), "problem")
         sentence = f"{file} is not a scenario for law {name} yet: {count}"
         raise ScenarioError(sentence, tuple(found))
 
-    def compared_by(self, word: str) -> Scenario:
+    def variant(self, label: str) -> Scenario:
         """Give the same scene by a word of a comparison, an approach or a law."""
-        return self.with_law(word) if word in LAWS else self.with_approach(word)
+        return self.with_law(label) if label in LAWS else self.with_approach(label)
 
-    def losses(self, word: str) -> tuple[str, ...]:
+    def omissions(self, label: str) -> tuple[str, ...]:
         """Give a sentence for everything in the scene that an approach or a law leaves out."""
-        whose = left_out_by_law if word in LAWS else left_out_by_approach
-        return tuple(whose(self, word))
+        whose = law_omissions if label in LAWS else approach_omissions
+        return tuple(whose(self, label))
 
     def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
         """Give plain words, defaults and all, in SI: a scenario that runs as this one did.
@@ -292,13 +300,13 @@ class Scenario(FromFile):
         if isinstance(self.excitation, Record) and relative_to is not None:
             words["excitation"]["file"] = self.excitation.file_from(relative_to)
         if self.friction is not None:
-            words["friction"] = _friction_words(self, self.friction, relative_to)
+            words["friction"] = _friction_dict(self, self.friction, relative_to)
         member = self.solver.member().model_dump(mode="json", exclude_none=True)
         solver = words["solver"] | {self.solver.approach: member}
-        plain = {key: _options(value, "approach") for key, value in solver.items()}
+        plain = {key: _without_tag(value, "approach") for key, value in solver.items()}
         words["solver"] = {key: value for key, value in plain.items() if value != {}}
-        if self.sweep and in_periods(spoken := self.spoken("measure")):
-            words["measure"] |= spoken  # the period may vary from case to case
+        if self.sweep and counts_in_periods(file_block := self.file_block("measure")):
+            words["measure"] |= file_block  # the period may vary from case to case
         elif self.measure.steady:
             # The rest has no use beside a steady state.
             asked = {"steady", "direction", "weighting"}
@@ -306,20 +314,20 @@ class Scenario(FromFile):
         return {key: value for key, value in words.items() if value not in ("", [], {})}
 
 
-def _recorded(friction: Friction | None) -> bool:
+def _has_recorded_normal_force(friction: Friction | None) -> bool:
     """Tell whether the normal force was recorded."""
     return getattr(friction, "normal_record", None) is not None
 
 
 # The window of the metrics: its default, and its times counted in seconds or in periods.
 
-MOST_PERIODS = 10_000
+MAX_PERIODS = 10_000
 """Periods of the slowest sine in a common period; beyond it nothing repeats in practice."""
 
-_PERIODS = re.compile(rf"\s*({NUMBER.pattern})\s*periods?\s*")
+_PERIODS_PATTERN = re.compile(rf"\s*({NUMBER_PATTERN.pattern})\s*periods?\s*")
 
 
-def period(scenario: Scenario) -> float | None:
+def scene_period(scenario: Scenario) -> float | None:
     """Give the common period of base motion and normal force [s]; None when nothing repeats."""
     return common_period(scenario.frequencies)
 
@@ -340,28 +348,30 @@ def common_period(frequencies: Iterable[float]) -> float | None:
         return None
     denominator = lcm(*(decimal.denominator for decimal in decimals))
     base = Fraction(gcd(*(int(decimal * denominator) for decimal in decimals)), denominator)
-    return float(1 / base) if min(decimals) / base <= MOST_PERIODS else None
+    return float(1 / base) if min(decimals) / base <= MAX_PERIODS else None
 
 
-def frequencies(excitation: Excitation | None, friction: Friction | None) -> tuple[float, ...]:
+def scene_frequencies(
+    excitation: Excitation | None, friction: Friction | None
+) -> tuple[float, ...]:
     """Give every frequency [Hz] of a scene whose base moves periodically."""
     found = excitation.frequencies if excitation else ()
     return (*found, *friction.frequencies) if found and friction else found
 
 
-def steady_by_default(excitation: Excitation | None, friction: Friction | None) -> bool:
+def is_steady_by_default(excitation: Excitation | None, friction: Friction | None) -> bool:
     """Tell whether a block without times means the steady state; a record never repeats."""
     by_default = excitation is not None and excitation.steady_by_default
-    return by_default and not _recorded(friction)
+    return by_default and not _has_recorded_normal_force(friction)
 
 
-def in_periods(given: Mapping[str, Any]) -> bool:
+def counts_in_periods(given: Mapping[str, Any]) -> bool:
     """Whether the words of the block count any time in periods."""
     times = (given.get("settle"), given.get("duration"))
-    return any(isinstance(time, str) and _PERIODS.fullmatch(time) for time in times)
+    return any(isinstance(time, str) and _PERIODS_PATTERN.fullmatch(time) for time in times)
 
 
-def in_seconds(
+def times_in_seconds(
     given: Mapping[str, Any], frequencies: tuple[float, ...] | None, steady: bool
 ) -> dict[str, Any]:
     """Give the words of the block with its default and with every time in seconds.
@@ -384,16 +394,18 @@ def in_seconds(
     words.setdefault("steady", steady and not {"settle", "duration"} & words.keys())
     period = None if frequencies is None else common_period(frequencies)
     for key in ("settle", "duration"):
-        count = _PERIODS.fullmatch(words[key]) if isinstance(words.get(key), str) else None
+        count = (
+            _PERIODS_PATTERN.fullmatch(words[key]) if isinstance(words.get(key), str) else None
+        )
         if count and period is None and frequencies is not None:
-            sentence = f"{shown(words[key])} needs a periodic base motion; give seconds"
-            raise Misfit(sentence, key)
+            sentence = f"{format_value(words[key])} needs a periodic base motion; give seconds"
+            raise InvalidValue(sentence, key)
         if count:
             words[key] = float(count[1]) * (period or 1.0)
     if words["steady"] is True and period is None and frequencies:
         listed = " and ".join(f"{frequency:.12g} Hz" for frequency in frequencies[-2:])
-        raise Misfit(
-            f"needs a common period, and {listed} have none within {MOST_PERIODS} periods; "
+        raise InvalidValue(
+            f"needs a common period, and {listed} have none within {MAX_PERIODS} periods; "
             "give measure.settle and measure.duration",
             "steady",
         )
@@ -403,23 +415,23 @@ def in_seconds(
 # Rules between the blocks of a scenario.
 
 
-def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
+def key_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
     """Give the sentence for every rule on keys that is broken, and the keys to blame."""
-    kind = block_in(words, "excitation").get("kind")
-    solver, reference = block_in(words, "solver"), words.get("reference")
-    if kind in KINDS:
-        yield from _step(solver, kind)
-        recorded = "normal_record" in block_in(words, "friction")
-        yield from _measure(block_in(words, "measure"), kind, recorded)
-        yield from _unmeasured(words)
+    kind = get_block(words, "excitation").get("kind")
+    solver, reference = get_block(words, "solver"), words.get("reference")
+    if kind in EXCITATIONS_BY_KIND:
+        yield from _step_faults(solver, kind)
+        recorded = "normal_record" in get_block(words, "friction")
+        yield from _measure_faults(get_block(words, "measure"), kind, recorded)
+        yield from _until_faults(words)
     approach = solver.get("approach", EXACT)
     if reference is not None and "sweep" not in words:
         yield ("reference",), "reference has a meaning only beside sweep"
     elif reference is not None and reference == approach:
         sentence = f"reference must be another approach than solver.approach, {approach}"
         yield ("reference",), f"{sentence} (--set reference=null)"
-    member = SHELF.get(approach) if isinstance(approach, str) else None
-    if member is not None and "friction" in words and not member.use_friction:
+    member = APPROACHES_BY_NAME.get(approach) if isinstance(approach, str) else None
+    if member is not None and "friction" in words and not member.supports_friction:
         yield (
             ("friction",),
             f"approach {approach} has no use for friction; take the block away "
@@ -427,9 +439,9 @@ def broken(words: Mapping[str, Any]) -> Iterator[Fault]:
         )
 
 
-def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
+def _step_faults(solver: Mapping[str, Any], kind: str) -> Iterator[KeyFault]:
     """A record owns its step, everything else needs one."""
-    own = KINDS[kind].own_step
+    own = EXCITATIONS_BY_KIND[kind].has_own_step
     if not own and "step" not in solver:
         yield ("solver", "step"), "solver.step is required: distance of the output grid [s]"
     if own and "step" in solver:
@@ -439,12 +451,14 @@ def _step(solver: Mapping[str, Any], kind: str) -> Iterator[Fault]:
         )
 
 
-def _measure(measure: Mapping[str, Any], kind: str, recorded: bool) -> Iterator[Fault]:
+def _measure_faults(
+    measure: Mapping[str, Any], kind: str, recorded: bool
+) -> Iterator[KeyFault]:
     """Either one repetition of an orbit, or a window; under a recorded normal force that."""
     steady, times = measure.get("steady"), {"settle", "duration"} & measure.keys()
-    periodic = KINDS[kind].periodic
+    periodic = EXCITATIONS_BY_KIND[kind].periodic
     if steady is True and not periodic:
-        others = [name for name, member in KINDS.items() if member.periodic]
+        others = [name for name, member in EXCITATIONS_BY_KIND.items() if member.periodic]
         sentence = f"measure.steady needs {' or '.join(others)} excitation, not {kind}"
         yield ("measure", "steady"), sentence
     elif steady is True and recorded:
@@ -454,72 +468,75 @@ def _measure(measure: Mapping[str, Any], kind: str, recorded: bool) -> Iterator[
         for key in ("settle", "duration"):
             if key in times:
                 yield ("measure", key), f"measure.{key} has no use beside `steady: true`"
-    elif not KINDS[kind].own_end and "duration" not in times:
-        by_default = KINDS[kind].steady_by_default and not recorded
+    elif not EXCITATIONS_BY_KIND[kind].has_own_end and "duration" not in times:
+        by_default = EXCITATIONS_BY_KIND[kind].steady_by_default and not recorded
         if not by_default or times or steady is False:
             other = ", or `steady: true`" if periodic and not recorded else ""
             yield ("measure", "duration"), f"measure.duration is required for {kind}{other}"
 
 
-def _unmeasured(words: Mapping[str, Any]) -> Iterator[Fault]:
+def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
     """Give the sentence when `until` names a metric that the scene does not know."""
-    until = block_in(block_in(words, "excitation"), "until")
-    name, measure = until.get("metric"), block_in(words, "measure")
+    until = get_block(get_block(words, "excitation"), "until")
+    name, measure = until.get("metric"), get_block(words, "measure")
     if not isinstance(name, str):
         return
     keys, at = (
         ("excitation", "until", "metric"),
-        f"excitation.until.metric: {shown(name)} is not known",
+        f"excitation.until.metric: {format_value(name)} is not known",
     )
     if name not in UNITS:
-        hint = meant_or_known(name, UNITS)
-        yield keys, f"{'.'.join(keys)}: unknown metric {shown(name)}{hint}"
+        hint = name_hint(name, UNITS)
+        yield keys, f"{'.'.join(keys)}: unknown metric {format_value(name)}{hint}"
     elif name == "closure":
         yield keys, f"{at} for random base motion, which has no periodic orbit"
-    elif name in LIMITED and "stroke" not in words:
+    elif name in STROKE_LIMIT_METRICS and "stroke" not in words:
         yield keys, f"{at} without a stroke limit; give stroke.limit"
-    elif name in BOUNDED and "stops" not in block_in(words, "stroke"):
+    elif name in END_STOP_METRICS and "stops" not in get_block(words, "stroke"):
         yield keys, f"{at} without end stops; give stroke.stops"
-    elif name in COMFORT and not {"direction", "weighting"} & measure.keys():
+    elif name in COMFORT_METRICS and not {"direction", "weighting"} & measure.keys():
         yield keys, f"{at} without a weighting; give measure.direction or measure.weighting"
 
 
-def unused(scenario: Scenario) -> Iterator[Fault]:
+def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
     """Give the sentence for every value that the approach cannot use, and its keys."""
-    name, law = scenario.solver.approach, scenario.outline()
-    member, friction = SHELF[name], scenario.friction
+    name, law = scenario.solver.approach, scenario.nominal_law()
+    member, friction = APPROACHES_BY_NAME[name], scenario.friction
     if scenario.stops is not None:
-        yield from _stops(scenario, scenario.stops)
-    if not member.use_friction or friction is None:
+        yield from _stop_faults(scenario, scenario.stops)
+    if not member.supports_friction or friction is None:
         return
-    if law.F_fs > law.F_fk and not member.use_static:
-        key = next(key for key in STATIC if getattr(friction, key, None) is not None)
+    if law.F_fs > law.F_fk and not member.supports_static:
+        key = next(key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
         sentence = f"approach {name} has no use for a static limit above kinetic friction"
         yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
-    if not isinstance(law, Law | Stopped | Pressed) and not member.use_dynamic:
+    if (
+        not isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw)
+        and not member.supports_dynamic
+    ):
         sentence = f"approach {name} knows Coulomb's friction only"
         yield ("friction", "law"), f"{sentence}; choose law coulomb, or stick-slip"
-    recorded = _recorded(friction)
-    if (law.variation or recorded) and not member.use_variation:
+    recorded = _has_recorded_normal_force(friction)
+    if (law.variation or recorded) and not member.supports_variation:
         key = "normal_record" if recorded else "normal_variation"
         sentence = f"approach {name} has no use for a varying normal force"
         yield ("friction", key), f"{sentence}; take it away or choose stick-slip"
 
 
-def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
+def _stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
     """End stops want an approach and a law that know them, and a mass between them."""
     name, stroke = scenario.solver.approach, scenario.stroke
     assert stroke is not None, "stops are at the ends of a stroke"
-    if not SHELF[name].use_stops:
+    if not APPROACHES_BY_NAME[name].supports_stops:
         sentence = f"approach {name} has no use for end stops"
         yield ("stroke", "stops"), f"{sentence}; take them away or choose stick-slip"
-    elif SHELF[name].use_friction:
-        recorded = _recorded(scenario.acting)
-        if recorded or isinstance(scenario.law(), Pressed):
+    elif APPROACHES_BY_NAME[name].supports_friction:
+        recorded = _has_recorded_normal_force(scenario.active_friction)
+        if recorded or isinstance(scenario.law(), NormalForceLaw):
             key = "normal_record" if recorded else "normal_variation"
             sentence = "end stops go with a normal force that stays above zero and is no record"
             yield ("stroke", "stops"), f"{sentence}; mend friction.{key}, or take them away"
-        elif not isinstance(scenario.law(), Law | Stopped):
+        elif not isinstance(scenario.law(), CoulombLaw | EndStopLaw):
             sentence = "end stops go with Coulomb's friction only, not with this friction.law"
             yield ("stroke", "stops"), f"{sentence}; choose law coulomb, or take them away"
     if stops.restitution is not None and abs(scenario.start.x_r) > stroke.limit:
@@ -532,10 +549,10 @@ def _stops(scenario: Scenario, stops: Stops) -> Iterator[Fault]:
 
 # The case at a point of a sweep; and many cases at once.
 
-FEW = 10_000
+MAX_TRIED_POINTS = 10_000
 """Points that are tried when a scenario is loaded; in a larger grid, each when it is met."""
 
-BESIDE = (
+RULE_GROUPS = (
     ("oscillator.",),
     ("friction.",),
     ("excitation.", "solver.", "measure.", "friction.normal_variation."),
@@ -543,11 +560,11 @@ BESIDE = (
 )
 """Keys between which there are rules; from group to group there are none."""
 
-KEPT = 4096
+MAX_CACHED_BLOCKS = 4096
 """Blocks that a scenario keeps: the cases of a grid share most of them."""
 
 
-class Odd(Exception):
+class InconsistentValue(Exception):
     """A value that does not fit the others: its key and the sentence."""
 
     def __init__(self, key: str, sentence: str) -> None:
@@ -555,139 +572,147 @@ class Odd(Exception):
         self.key = key
 
 
-def in_conflict(scenario: Scenario) -> list[Problem]:
+def first_conflict(scenario: Scenario) -> list[Problem]:
     """Give the problem of the first point whose values do not go together, if there is one.
 
-    Where rules connect more than `FEW` points, none of them is tried.
+    Where rules connect more than `MAX_TRIED_POINTS` points, none of them is tried.
     """
-    for group in BESIDE:
+    for group in RULE_GROUPS:
         axes = tuple(axis for axis in scenario.sweep if axis.key.startswith(group))
-        if not axes or size(axes) > FEW:
+        if not axes or count_points(axes) > MAX_TRIED_POINTS:
             continue
         try:
-            for point in points(axes):
+            for point in iter_points(axes):
                 scenario.at(point)
         except ScenarioError as fault:
             return [*fault.problems]
     return []
 
 
-def _case(scenario: Scenario, point: Point) -> Scenario:
+def _make_case(scenario: Scenario, point: Point) -> Scenario:
     """Give the case at a point, or what is odd about it."""
     touched: dict[str, tuple[tuple[str, float], ...]] = {}
     for item in point.items():
         name = item[0].partition(".")[0]
         touched[name] = (*touched.get(name, ()), item)
     changed: dict[str, Any] = {
-        name: _block(scenario, name, values)
+        name: _cached_block(scenario, name, values)
         for name, values in touched.items()
         if name != "measure"
     }
     if any(check.conditions for check in scenario.checks):
-        changed["checks"] = tuple(check.based_on(point) for check in scenario.checks)
-    case = scenario.copied({"sweep": (), "reference": None, **changed})
+        changed["checks"] = tuple(check.with_values(point) for check in scenario.checks)
+    case = scenario.copy_with({"sweep": (), "reference": None, **changed})
     if touched.keys() & {"excitation", "solver"}:
-        _step_suits(case)
+        _check_step(case)
     if touched.keys() & {"measure", "excitation", "friction"}:
-        case = _measured(case, touched.get("measure", ()))
+        case = _with_window(case, touched.get("measure", ()))
     if touched.keys() & {"friction", "stroke", "start"}:
-        for keys, sentence in unused(case):
-            raise Odd(".".join(map(str, keys)), sentence)
-        for key, sentence in faults(case.friction, case.named_law):
-            raise Odd(key, sentence)
+        for keys, sentence in unsupported_values(case):
+            raise InconsistentValue(".".join(map(str, keys)), sentence)
+        for key, sentence in law_faults(case.friction, case.compared_law):
+            raise InconsistentValue(key, sentence)
     return case
 
 
-def _block(scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]) -> Block:
+def _cached_block(
+    scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]
+) -> Block:
     """Give a block of the scenario with other values in it; one that was made is kept."""
-    kept = scenario.kept  # shared by threads: each takes its block by one look
-    block = kept.get(values)
+    block_cache = scenario.block_cache  # shared by threads: each takes its block by one look
+    block = block_cache.get(values)
     if block is None:
-        block = _made(scenario, name, values)
-        if len(kept) >= KEPT:
-            kept.clear()
-        kept[values] = block
+        block = _validated_block(scenario, name, values)
+        if len(block_cache) >= MAX_CACHED_BLOCKS:
+            block_cache.clear()
+        block_cache[values] = block
     return block
 
 
-def _made(scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]) -> Block:
+def _validated_block(
+    scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]
+) -> Block:
     """Give a block of the scenario with other values in it, validated."""
-    old, words = getattr(scenario, name, None), scenario.words_of(name)
+    old, words = getattr(scenario, name, None), scenario.block_dict(name)
     field = type(scenario).model_fields.get(name)
-    models = models_in(field.annotation) if field else []
+    models = block_models(field.annotation) if field else []
     model = type(old) if isinstance(old, Block) else next(iter(models), None)
     if model is None:
-        raise Odd(name, f"there is no block {name}")
+        raise InconsistentValue(name, f"there is no block {name}")
     for key, value in values:
-        words = _with(words, key.split(".")[1:], value, key)
+        words = _with_value(words, key.split(".")[1:], value, key)
     try:
         return model.model_validate(words, context={"folder": scenario.folder})
     except ValidationError as fault:
-        for keys, sentence in sentences(fault, {name: words}, (name,)):
-            raise Odd(".".join(map(str, keys)), sentence) from None
-        raise Odd(values[0][0], f"{name} takes no {values[0][0]} here") from None
+        for keys, sentence in validation_faults(fault, {name: words}, (name,)):
+            raise InconsistentValue(".".join(map(str, keys)), sentence) from None
+        raise InconsistentValue(values[0][0], f"{name} takes no {values[0][0]} here") from None
 
 
-def _with(words: Any, steps: list[str], value: float, key: str) -> Any:
+def _with_value(words: Any, steps: list[str], value: float, key: str) -> Any:
     """Give words with a value at the end of some steps; the old words are left alone."""
     if not steps:
-        raise Odd(key, f"{key} is a block, not a number")
+        raise InconsistentValue(key, f"{key} is a block, not a number")
     first, *rest = steps
     if isinstance(words, list | tuple):
         if not first.isdecimal() or int(first) >= len(words):
-            raise Odd(key, f"there is no {key}")
+            raise InconsistentValue(key, f"there is no {key}")
         i = int(first)
-        new = _with(words[i], rest, value, key) if rest else value
+        new = _with_value(words[i], rest, value, key) if rest else value
         return [*words[:i], new, *words[i + 1 :]]
     if not isinstance(words, Mapping):
-        raise Odd(key, f"there is no {key}")
+        raise InconsistentValue(key, f"there is no {key}")
     old = words.get(first)
     if rest:
         inner = old if isinstance(old, Mapping | list | tuple) else {}
-        return {**words, first: _with(inner, rest, value, key)}
+        return {**words, first: _with_value(inner, rest, value, key)}
     # A whole number, such as a seed, may come as a float from an array.
     whole = type(old) is int and isinstance(value, float) and value.is_integer()
     return {**words, first: int(value) if whole else value}
 
 
-def _step_suits(case: Scenario) -> None:
+def _check_step(case: Scenario) -> None:
     """Make sure that the grid of the step can hold a generated base motion."""
     excitation, step = case.excitation, case.solver.step
-    if isinstance(excitation, Generated) and step:
+    if isinstance(excitation, GeneratedMotion) and step:
         try:
             excitation.check_step(step)
-        except Misfit as fault:
-            raise Odd("solver.step", f"solver.step {fault}") from None
+        except InvalidValue as fault:
+            raise InconsistentValue("solver.step", f"solver.step {fault}") from None
 
 
-def _measured(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scenario:
+def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scenario:
     """Give the case with its window: periods counted anew, a common period looked for."""
-    frequencies, spoken = case.frequencies, case.spoken("measure")
-    if not values and len(frequencies) < 2 and not in_periods(spoken):
+    frequencies, file_block = case.frequencies, case.file_block("measure")
+    if not values and len(frequencies) < 2 and not counts_in_periods(file_block):
         return case
-    words = {**spoken, **{key.partition(".")[2]: value for key, value in values}}
-    steady = steady_by_default(case.excitation, case.friction)
+    words = {**file_block, **{key.partition(".")[2]: value for key, value in values}}
+    steady = is_steady_by_default(case.excitation, case.friction)
     try:
-        window = in_seconds(words, frequencies, steady)
-    except Misfit as fault:
-        raise Odd("measure", f"measure.{'.'.join(map(str, fault.at))} {fault}") from None
-    return case.copied({"measure": type(case.measure).model_validate(window)})
+        window = times_in_seconds(words, frequencies, steady)
+    except InvalidValue as fault:
+        raise InconsistentValue(
+            "measure", f"measure.{'.'.join(map(str, fault.at))} {fault}"
+        ) from None
+    return case.copy_with({"measure": type(case.measure).model_validate(window)})
 
 
-def _located(scenario: Scenario, point: Point, odd: Odd) -> Problem:
+def _locate(scenario: Scenario, point: Point, odd: InconsistentValue) -> Problem:
     """Give the problem of values that do not go together, located at one of them."""
     key = odd.key if odd.key in point else [*point][-1]
     axis = next((axis for axis in scenario.sweep if axis.key == key), None)
-    keys: Keys = tuple(key.split("."))
+    keys: KeyPath = tuple(key.split("."))
     if axis is not None:
-        drawn = isinstance(axis.values, Drawn)
+        drawn = isinstance(axis.values, SampledValues)
         i = "" if drawn or point[key] not in axis.values else axis.values.index(point[key])
-        keys = (*(axis.place or ("sweep", key)), i)
-    where = ", ".join(f"{name} = {number(value, digits=12)}" for name, value in point.items())
+        keys = (*(axis.location or ("sweep", key)), i)
+    where = ", ".join(
+        f"{name} = {format_number(value, digits=12)}" for name, value in point.items()
+    )
     return scenario.problem(f"{odd} (at {where})", keys)
 
 
-def columned(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:
+def with_columns(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:
     """Give a scenario with a column of values at each of some keys.
 
     Only its arithmetic has a meaning (plant, law, motion, ...): nothing is validated, and rules
@@ -698,84 +723,94 @@ def columned(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenari
         name, *steps = key.split(".")
         annotation = type(scenario).model_fields[name].annotation
         old = changed.get(name, getattr(scenario, name))
-        changed[name] = _put(old, annotation, steps, column)
-    return scenario.copied(changed)
+        changed[name] = _with_column(old, annotation, steps, column)
+    return scenario.copy_with(changed)
 
 
-def _put(old: Any, annotation: Any, steps: Sequence[str], column: NDArray[Any]) -> Any:
+def _with_column(old: Any, annotation: Any, steps: Sequence[str], column: NDArray[Any]) -> Any:
     """Give a value with a column at the end of some steps."""
     if not steps:
         return column
     first, *rest = steps
     if isinstance(old, tuple):
         i = int(first)
-        return (*old[:i], _put(old[i], None, rest, column), *old[i + 1 :])
+        return (*old[:i], _with_column(old[i], None, rest, column), *old[i + 1 :])
     if old is None:
         values: Any = {first: column}
-        return next(iter(models_in(annotation))).model_construct(**values)
+        return next(iter(block_models(annotation))).model_construct(**values)
     assert isinstance(old, Block), "a key leads through blocks and lists"
-    inner = _put(getattr(old, first), type(old).model_fields[first].annotation, rest, column)
+    inner = _with_column(
+        getattr(old, first), type(old).model_fields[first].annotation, rest, column
+    )
     return old.model_copy(update={first: inner})
 
 
 # The same scene under another approach, and what that approach leaves out.
 
-EQUAL = {"static": None, "mu_static": None, "static_ratio": 1.0}
+NO_STATIC_EXCESS = {"static": None, "mu_static": None, "static_ratio": 1.0}
 """A static limit as an approach takes it that knows none above kinetic friction."""
 
 
-def _friction_for(member: type[Approach], friction: Friction | None) -> Friction | None:
+def _friction_for_approach(
+    member: type[Approach], friction: Friction | None
+) -> Friction | None:
     """Give friction as an approach takes it."""
-    if friction is None or not member.use_friction:
+    if friction is None or not member.supports_friction:
         return None
-    if not isinstance(friction, Coulomb) and not member.use_dynamic:
+    if not isinstance(friction, Coulomb) and not member.supports_dynamic:
         words = friction.model_dump(exclude_none=True, include=set(Coulomb.model_fields))
         friction = Coulomb(**words | {"law": COULOMB})
     less: dict[str, Any] = {}
-    if not member.use_static and friction.static_given:
-        less |= EQUAL
-    if isinstance(friction, Coulomb) and not member.use_variation:
+    if not member.supports_static and friction.static_given:
+        less |= NO_STATIC_EXCESS
+    if isinstance(friction, Coulomb) and not member.supports_variation:
         less["normal_variation"] = None
         if friction.normal_record is not None:
-            less |= {"normal": friction.normal_record.pressure().mean, "normal_record": None}
+            less |= {
+                "normal": friction.normal_record.force_record().mean,
+                "normal_record": None,
+            }
     return friction.model_copy(update=less)
 
 
-def approach_uses(name: str, key: str) -> bool:
+def approach_uses_key(name: str, key: str) -> bool:
     """Whether an approach has a use for a key of the scenario."""
-    member = SHELF[name]
+    member = APPROACHES_BY_NAME[name]
     block, option, *rest = key.split(".")
     if block == "friction":
         return (
-            member.use_friction
+            member.supports_friction
             and option not in LAWS  # an option of a law that the block is not of
-            and (member.use_static or key not in _STATIC)
-            and (member.use_dynamic or option in Coulomb.model_fields)
-            and (member.use_variation or not key.startswith(_VARIATIONS))
+            and (member.supports_static or key not in _STATIC_PATHS)
+            and (member.supports_dynamic or option in Coulomb.model_fields)
+            and (member.supports_variation or not key.startswith(_VARIATION_PREFIXES))
         )
     if block == "solver" and rest:
         return option == name
-    return member.use_stops or not key.startswith(_STOPS)
+    return member.supports_stops or not key.startswith(_STOPS_PREFIX)
 
 
-def left_out_by_approach(scenario: Scenario, name: str) -> Iterator[str]:
+def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     """Give a sentence for everything in the scene that an approach leaves out."""
-    member, law = SHELF[on_the_shelf(name)], scenario.law()
-    if scenario.stops is not None and not member.use_stops:
+    member, law = APPROACHES_BY_NAME[validate_approach(name)], scenario.law()
+    if scenario.stops is not None and not member.supports_stops:
         yield f"{name} knows no end stops and lets the mass move on beyond the stroke limit"
     swept = {axis.key for axis in scenario.sweep}
     rubs = law.F_fk > 0 or any(key.startswith("friction.") for key in swept)
-    if not member.use_friction:
+    if not member.supports_friction:
         if rubs:
             yield f"{name} leaves the dry friction out"
         return
-    if not member.use_static and (law.F_fs > law.F_fk or swept & _STATIC):
+    if not member.supports_static and (law.F_fs > law.F_fk or swept & _STATIC_PATHS):
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
-    if not isinstance(law, Law | Stopped | Pressed) and not member.use_dynamic:
+    if (
+        not isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw)
+        and not member.supports_dynamic
+    ):
         yield f"{name} knows Coulomb's friction only and takes the forces of the law as such"
-    varies = isinstance(law, Pressed) or law.variation
-    varies = varies or any(key.startswith(_VARIATIONS) for key in swept)
-    if not member.use_variation and varies:
+    varies = isinstance(law, NormalForceLaw) or law.variation
+    varies = varies or any(key.startswith(_VARIATION_PREFIXES) for key in swept)
+    if not member.supports_variation and varies:
         yield f"{name} knows no varying normal force and takes it as constant"
 
 
@@ -784,32 +819,32 @@ def left_out_by_approach(scenario: Scenario, name: str) -> Iterator[str]:
 COULOMB = "coulomb"
 """The law beside which a mass may have end stops."""
 
-LOAD = "normal_"
+NORMAL_FORCE_PREFIX = "normal_"
 """Beginning of the keys about a normal force that varies: of the scene, whatever the law."""
 
 
-def _in_the_way(scenario: Scenario, name: str) -> Iterator[Problem]:
+def _law_problems(scenario: Scenario, name: str) -> Iterator[Problem]:
     """Give the located problem of everything that keeps a law from acting in a scene."""
     if scenario.friction is None:
         sentence = f"law {name} needs a friction block, which this scenario has not"
         yield scenario.problem(sentence, "friction")
         return
-    for key, sentence in faults(scenario.friction, name):
+    for key, sentence in law_faults(scenario.friction, name):
         yield scenario.problem(sentence, key)
 
 
-def law_uses(scenario: Scenario, name: str, key: str) -> bool:
+def law_uses_key(scenario: Scenario, name: str, key: str) -> bool:
     """Whether a law has a use for a key of the scenario."""
     block, option, *_ = key.split(".")
     friction = scenario.friction
-    if key.startswith(_STOPS) and name != COULOMB:
+    if key.startswith(_STOPS_PREFIX) and name != COULOMB:
         return False
     if block != "friction" or friction is None or friction.law == name:
-        return approach_uses(EXACT, key)
-    return option == name or friction_uses(friction, name, option)
+        return approach_uses_key(EXACT, key)
+    return option == name or friction_uses_key(friction, name, option)
 
 
-def left_out_by_law(scenario: Scenario, name: str) -> Iterator[str]:
+def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     """Give a sentence for everything in the scene that a law leaves out.
 
     The keys that make another law what it is are not meant: nobody expects them to count.
@@ -823,29 +858,29 @@ def left_out_by_law(scenario: Scenario, name: str) -> Iterator[str]:
     said = {key.split(".")[1] for key in swept if key.startswith("friction.")}
     said |= {key for key, value in friction if value is not None}
     for key in sorted(said):
-        if key.startswith(LOAD) and key not in known:
+        if key.startswith(NORMAL_FORCE_PREFIX) and key not in known:
             way = "takes its mean" if key == "normal_record" else "leaves it out"
             yield f"{name} has no use for friction.{key} and {way}"
     law, other = scenario.law(), scenario.with_law(name).law()
-    if not known.keys() & {*STATIC} and law.F_fs > law.F_fk and other.F_fs == other.F_fk:
+    if not known.keys() & {*STATIC_KEYS} and law.F_fs > law.F_fk and other.F_fs == other.F_fk:
         yield f"{name} knows no static limit above kinetic friction and takes F_fs = F_fk"
 
 
 # The words of a resolved scenario.
 
 
-def _friction_words(
+def _friction_dict(
     scenario: Scenario, friction: Friction, relative_to: Path | None
 ) -> dict[str, Any]:
     """Give the friction block; defaults that depend on what a sweep varies stay open."""
     swept, still_open = {axis.key for axis in scenario.sweep}, set()
     if friction.normal is None and "oscillator.mass" in swept:
         still_open.add("normal")
-    if not friction.static_given and swept & _STATIC:
+    if not friction.static_given and swept & _STATIC_PATHS:
         still_open.add("static_ratio")
     words = {
-        key: _options(value, BY_NAME) if key in LAWS else value
-        for key, value in friction.spelled_out(scenario.oscillator.mass).items()
+        key: _without_tag(value, LAW_KEY) if key in LAWS else value
+        for key, value in friction.with_defaults(scenario.oscillator.mass).items()
         if key not in still_open
     }
     if relative_to is not None:
@@ -861,7 +896,7 @@ def _friction_words(
     return words
 
 
-def _options(value: Any, name: str) -> Any:
+def _without_tag(value: Any, name: str) -> Any:
     """Give the options of a member of a shelf without its name, which their key says."""
     if not isinstance(value, dict):
         return value

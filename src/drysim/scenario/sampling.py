@@ -1,8 +1,8 @@
 """Samples: points spread over a cube, and the distributions that make values of them.
 
 Every point of a `Design` (Latin hypercube, Sobol, independent) is to be had by its number
-alone, so a sample of any size is never held: `Drawn` makes the values of a key when they are
-asked for, as every `Lazy` sequence does.
+alone, so a sample of any size is never held: `SampledValues` makes the values of a key when they are
+asked for, as every `LazySequence` sequence does.
 """
 
 from __future__ import annotations
@@ -18,38 +18,38 @@ from typing import Any, Protocol, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.wording import number
+from drysim.wording import format_number
 
-Numbers = NDArray[np.int64]
+Indices = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
-CHUNK = 4096
+POINTS_PER_CHUNK = 4096
 """Points whose random numbers are drawn together: what any of them needs is drawn with it."""
 
-ROUNDS = 6
+FEISTEL_ROUNDS = 6
 """Rounds of the permutation; four would do for one that nobody attacks."""
 
-MIX = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
+SPLITMIX_FACTORS = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
 """Odd factors of the finaliser of SplitMix64 (Steele, Lea and Flood 2014)."""
 
-STRIDE = np.uint64(0x9E3779B97F4A7C15)
+GOLDEN_RATIO = np.uint64(0x9E3779B97F4A7C15)
 """Golden ratio, by which the seeds of the rounds are told apart."""
 
 SOBOL_BITS = 30
 """Digits of a Sobol point by default: as many points are told apart as they have values."""
 
 
-SURE = 1.0 - 2.0**-53
+MAX_PROBABILITY = 1.0 - 2.0**-53
 """The double before 1: below no finite value lie all, but sums of shares round up to it."""
-TAIL = 4.0
+TAIL_START = 4.0
 """Standard deviations from the mean beyond which a range has its shares by logarithms."""
-LEAST = float(np.finfo(float).tiny)
-MOST = float(np.finfo(float).max)
+MIN_FLOAT = float(np.finfo(float).tiny)
+MAX_FLOAT = float(np.finfo(float).max)
 
 Made = TypeVar("Made", covariant=True)
 
 
-class Lazy(Sequence[Made]):
+class LazySequence(Sequence[Made]):
     """A sequence of a known length that makes one value at a time, and holds none."""
 
     @abstractmethod
@@ -71,7 +71,7 @@ class Lazy(Sequence[Made]):
 
 
 @dataclass(frozen=True)
-class Drawn(Lazy[float]):
+class SampledValues(LazySequence[float]):
     """The values of one dimension of a design."""
 
     design: Design
@@ -88,11 +88,11 @@ class Drawn(Lazy[float]):
 
     def __iter__(self) -> Iterator[float]:
         """Return the values in order, drawn block by block: one alone costs a whole block."""
-        for begin in range(0, len(self), CHUNK):
-            numbers = np.arange(begin, min(begin + CHUNK, len(self)))
+        for begin in range(0, len(self), POINTS_PER_CHUNK):
+            numbers = np.arange(begin, min(begin + POINTS_PER_CHUNK, len(self)))
             yield from self.at(numbers).tolist()
 
-    def at(self, numbers: Numbers) -> Floats:
+    def at(self, numbers: Indices) -> Floats:
         """Give some values by their numbers."""
         return self.of(self.design.at(numbers))
 
@@ -118,28 +118,28 @@ class Design:
     dimensions: int
     seed: int
 
-    def at(self, numbers: Numbers) -> Floats:
+    def at(self, numbers: Indices) -> Floats:
         """Give some points by their numbers, shape (n, dimensions), each share within 0..1."""
         if self.kind == "sobol":
             return self._sobol(numbers)
         within = self._uniform(numbers)
         if self.kind == "uniform":
             return within
-        layers = [self._layer(numbers, k) for k in range(self.dimensions)]
+        layers = [self._permuted(numbers, k) for k in range(self.dimensions)]
         return (np.stack(layers, axis=1) + within) / self.count
 
-    def _uniform(self, numbers: Numbers) -> Floats:
+    def _uniform(self, numbers: Indices) -> Floats:
         """Give independent points; each block of them has a stream of its own."""
         found = np.empty((len(numbers), self.dimensions))
-        blocks = numbers // CHUNK
+        blocks = numbers // POINTS_PER_CHUNK
         for block in np.unique(blocks).tolist():
             stream = np.random.Generator(np.random.Philox(key=[self.seed, block]))
-            drawn = stream.random((CHUNK, self.dimensions))
+            drawn = stream.random((POINTS_PER_CHUNK, self.dimensions))
             here = blocks == block
-            found[here] = drawn[numbers[here] % CHUNK]
+            found[here] = drawn[numbers[here] % POINTS_PER_CHUNK]
         return found
 
-    def _layer(self, numbers: Numbers, dimension: int) -> Floats:
+    def _permuted(self, numbers: Indices, dimension: int) -> Floats:
         """Give where a permutation of all points puts some: a Feistel network, cycle-walked."""
         half = max(1, (int(self.count - 1).bit_length() + 1) // 2)
         values = numbers.astype(np.uint64)
@@ -153,16 +153,18 @@ class Design:
         """Give a permutation of the numbers of twice so many binary digits."""
         mask, shift = np.uint64((1 << half) - 1), np.uint64(half)
         left, right = values >> shift, values & mask
-        for turn in range(ROUNDS):
-            salt = np.uint64((self.seed * 1_000_003 + dimension * ROUNDS + turn) % (1 << 64))
+        for turn in range(FEISTEL_ROUNDS):
+            salt = np.uint64(
+                (self.seed * 1_000_003 + dimension * FEISTEL_ROUNDS + turn) % (1 << 64)
+            )
             with np.errstate(over="ignore"):
-                mixed = right + (salt + np.uint64(1)) * STRIDE
-                for factor, bits in zip(MIX, (30, 27), strict=True):
+                mixed = right + (salt + np.uint64(1)) * GOLDEN_RATIO
+                for factor, bits in zip(SPLITMIX_FACTORS, (30, 27), strict=True):
                     mixed = (mixed ^ (mixed >> np.uint64(bits))) * factor
             left, right = right, left ^ ((mixed ^ (mixed >> np.uint64(31))) & mask)
         return (left << shift) | right
 
-    def _sobol(self, numbers: Numbers) -> Floats:
+    def _sobol(self, numbers: Indices) -> Floats:
         """Give points of the scrambled Sobol sequence: sums, bit by bit, of its directions."""
         directions, shift, scale = self._directions
         codes = numbers.astype(np.uint64)
@@ -224,7 +226,9 @@ class Uniform:
 
     def words(self, unit: str) -> str:
         """Give it in words."""
-        return f"{number(self.low)} to {number(self.high, unit)}{', log' * self.log}"
+        return (
+            f"{format_number(self.low)} to {format_number(self.high, unit)}{', log' * self.log}"
+        )
 
 
 @dataclass(frozen=True)
@@ -239,17 +243,19 @@ class Normal:
     def quantile(self, share: Floats) -> Floats:
         """Give the values below which these shares of all lie."""
         low, high = ((end - self.mean) / self.sd for end in (self.low, self.high))
-        if low > TAIL:
-            scaled = -_in_lower_tail(-high, -low, 1.0 - share, share)
-        elif high < -TAIL:
-            scaled = _in_lower_tail(low, high, share, 1.0 - share)
+        if low > TAIL_START:
+            scaled = -_tail_quantile(-high, -low, 1.0 - share, share)
+        elif high < -TAIL_START:
+            scaled = _tail_quantile(low, high, share, 1.0 - share)
         else:
-            scaled = _about_the_mean(low, high, share)
+            scaled = _truncated_quantile(low, high, share)
         return np.asarray(np.clip(self.mean + self.sd * scaled, self.low, self.high))
 
     def words(self, unit: str) -> str:
         """Give it in words."""
-        return f"normal, mean {number(self.mean, unit)}, sd {number(self.sd, unit)}"
+        return (
+            f"normal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
+        )
 
 
 @dataclass(frozen=True)
@@ -264,7 +270,7 @@ class LogNormal:
     def quantile(self, share: Floats) -> Floats:
         """Give the values below which these shares of all lie."""
         ratio = self.sd / self.mean
-        square = max(log1p(min(ratio * ratio, MOST)), LEAST)
+        square = max(log1p(min(ratio * ratio, MAX_FLOAT)), MIN_FLOAT)
         low = log(self.low) if self.low > 0.0 else -inf
         high = log(self.high) if self.high < inf else inf
         inner = Normal(log(self.mean) - 0.5 * square, sqrt(square), low, high)
@@ -272,7 +278,7 @@ class LogNormal:
 
     def words(self, unit: str) -> str:
         """Give it in words."""
-        return f"lognormal, mean {number(self.mean, unit)}, sd {number(self.sd, unit)}"
+        return f"lognormal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
 
 
 @dataclass(frozen=True)
@@ -292,19 +298,19 @@ class Triangular:
 
     def words(self, unit: str) -> str:
         """Give it in words."""
-        ends = f"{number(self.low)} to {number(self.high, unit)}"
-        return f"triangular, {ends}, mode {number(self.mode, unit)}"
+        ends = f"{format_number(self.low)} to {format_number(self.high, unit)}"
+        return f"triangular, {ends}, mode {format_number(self.mode, unit)}"
 
 
-def _about_the_mean(low: float, high: float, share: Floats) -> Floats:
+def _truncated_quantile(low: float, high: float, share: Floats) -> Floats:
     """Give quantiles of the standard normal distribution, cut at ends of which none is far."""
     from scipy.special import ndtr, ndtri
 
     below, upto = ndtr(low), ndtr(high)
-    return np.asarray(ndtri(np.minimum(below + share * (upto - below), SURE)))
+    return np.asarray(ndtri(np.minimum(below + share * (upto - below), MAX_PROBABILITY)))
 
 
-def _in_lower_tail(low: float, high: float, share: Floats, rest: Floats) -> Floats:
+def _tail_quantile(low: float, high: float, share: Floats, rest: Floats) -> Floats:
     """Give quantiles of the standard normal distribution, cut at ends far below its mean.
 
     By logarithms: the shares below the ends themselves vanish in double precision from 38
@@ -313,6 +319,6 @@ def _in_lower_tail(low: float, high: float, share: Floats, rest: Floats) -> Floa
     """
     from scipy.special import log_ndtr, ndtri_exp
 
-    below, upto = (max(float(log_ndtr(end)), -MOST / 4) for end in (low, high))
-    of_low, of_high = (np.log(np.maximum(part, LEAST)) for part in (rest, share))
+    below, upto = (max(float(log_ndtr(end)), -MAX_FLOAT / 4) for end in (low, high))
+    of_low, of_high = (np.log(np.maximum(part, MIN_FLOAT)) for part in (rest, share))
     return np.asarray(ndtri_exp(np.logaddexp(below + of_low, upto + of_high)))

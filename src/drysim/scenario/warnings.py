@@ -1,6 +1,6 @@
 """What looks odd in a scenario that is valid: what its reader should know before it is run.
 
-`cautions` gives the warnings: values that look like values in other units, a grid or record too
+`scenario_warnings` gives the warnings: values that look like values in other units, a grid or record too
 coarse, a mass that will not move, an approach where it is known to err, keys of a sweep that
 change nothing, checks that are vain, and options that nothing uses. No base motion is read or
 made for them; of a sweep the cases at the ends of every swept key stand for all.
@@ -11,41 +11,49 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import inf, isclose, nan, pi, sqrt
 
-from drysim.approach.stick_slip import Exact
-from drysim.core.model import AnyLaw, Pressed, Samples, Sines, Stopped, blocks, largest
-from drysim.errors import Caution, RecordError
+from drysim.approach.stick_slip import ExactApproach
+from drysim.core.model import (
+    AnyLaw,
+    EndStopLaw,
+    NormalForceLaw,
+    Samples,
+    Sines,
+    blocks,
+    max_abs,
+)
+from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import Check
-from drysim.metrics.comfort import DIRECTIONS, RECALLED
-from drysim.metrics.table import SHARES, UNITS
-from drysim.scenario.axes import Axis, columns_of, size, walks
+from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
+from drysim.metrics.table import SHARE_METRICS, UNITS
+from drysim.scenario.axes import Axis, axis_groups, count_points, point_columns
 from drysim.scenario.model import Scenario
-from drysim.scenario.reading import BY_NAME, LAWS, excluded
+from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
 from drysim.units import Block
-from drysim.wording import number
+from drysim.wording import format_number
 
-STEPS_A_PERIOD = 20
+MIN_STEPS_PER_PERIOD = 20
 """Fewer points than this draw a sine as a polygon."""
 
-HIGHEST = 80.0
+MAX_WEIGHTED_FREQUENCY = 80.0
 """Last third octave of the weightings of a seat [Hz]."""
 
-ON_GRID = 1e-9
+STEP_ROUNDING = 1e-9
 """Rounding that a step may have."""
 
-ROUNDING = 1e-12
+LIMIT_ROUNDING = 1e-12
 """Difference of two limits, relative to them, that only their units make [-]."""
 
-LOADS = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
+LOAD_PREFIXES = ("oscillator.", "friction.", "excitation.", "start.", "stroke.")
 """Beginnings of the keys that decide whether the mass moves: swept, they differ by case."""
 
-COMMON_RATIO = 1.3
+COMMON_STATIC_RATIO = 1.3
 """Dry surfaces hold up to about this much more than they drag: F_fs/F_fk [-]."""
 
 
-def cautions(
+def scenario_warnings(
     scenario: Scenario, motion: Sines | Samples | None = None, compared: bool = False
-) -> tuple[Caution, ...]:
+) -> tuple[WarningMessage, ...]:
     """Give the warnings that the words of a scenario deserve, swept values among them.
 
     Parameters
@@ -59,59 +67,67 @@ def cautions(
     """
     if motion is None and scenario.excitation.periodic:
         motion = scenario.excitation.motion()
-    found = [*_odd_units(scenario, motion)]
+    found = [*_unit_warnings(scenario, motion)]
     if isinstance(motion, Sines):
-        found += _step(scenario, motion)
+        found += _step_warnings(scenario, motion)
     elif isinstance(scenario.excitation, Record) and motion is not None:
-        found += _record(scenario, motion)
+        found += _record_warnings(scenario, motion)
     if motion is not None:
-        if not any(axis.key.startswith(LOADS) for axis in scenario.sweep):
-            found += _friction(scenario, motion)
-        found += [*_unfit(scenario, motion), *_weighting(scenario, motion)]
-    found += [*_needless(scenario), *_vain_checks(scenario), *_without_force(scenario)]
+        if not any(axis.key.startswith(LOAD_PREFIXES) for axis in scenario.sweep):
+            found += _friction_warnings(scenario, motion)
+        found += [*_approach_warnings(scenario, motion), *_weighting_warnings(scenario, motion)]
+    found += [
+        *_sweep_warnings(scenario),
+        *_check_warnings(scenario),
+        *_zero_force_warnings(scenario),
+    ]
     if not compared:
-        found += [*_idle_options(scenario), *_unread_records(scenario)]
+        found += [*_unused_option_warnings(scenario), *_unreadable_record_warnings(scenario)]
     return tuple(found)
 
 
 # Base motion, grid and friction; and approaches where they err.
 
-STIFF = 2.5
+MAX_STIFFNESS = 2.5
 """F_fk c Δt/m [-] beyond which rk4 on a smooth sign comes close to instability, at 2.8."""
 
-CHATTERING = 0.5
+MAX_CHATTER = 0.5
 """F_fk/(m a_u) [-] beyond which the bare sign gives an acceleration that is mostly chatter."""
 
 
-def _step(scenario: Scenario, motion: Sines) -> Iterator[Caution]:
+def _step_warnings(scenario: Scenario, motion: Sines) -> Iterator[WarningMessage]:
     """Say when the output grid is too coarse to draw motion, in a sweep at its worst."""
-    cases = extremes(scenario) if scenario.sweep else ()
-    swept = [one for case in cases for one in _coarse(case, case.excitation.motion())]
-    found = swept if scenario.sweep else [*_coarse(scenario, motion)]
+    cases = extreme_cases(scenario) if scenario.sweep else ()
+    swept = [
+        one for case in cases for one in _coarse_step_warnings(case, case.excitation.motion())
+    ]
+    found = swept if scenario.sweep else [*_coarse_step_warnings(scenario, motion)]
     yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
 
 
-def _coarse(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+def _coarse_step_warnings(
+    scenario: Scenario, motion: Sines | Samples
+) -> Iterator[WarningMessage]:
     """Say when the output grid is too coarse to draw the motion of a single case."""
     if not isinstance(motion, Sines):
         return
     m, k_x, _ = scenario.oscillator.plant()
     f = max(motion.f, default=sqrt(k_x / m) / (2 * pi))
     steps = 1 / (f * scenario.solver.step) if f and scenario.solver.step else inf
-    if steps < STEPS_A_PERIOD:
-        yield Caution(
+    if steps < MIN_STEPS_PER_PERIOD:
+        yield WarningMessage(
             "coarse-step",
             f"solver.step leaves {steps:.3g} steps a period at {f:g} Hz; "
-            f"{1 / (f * STEPS_A_PERIOD):.2g} s would give {STEPS_A_PERIOD}",
+            f"{1 / (f * MIN_STEPS_PER_PERIOD):.2g} s would give {MIN_STEPS_PER_PERIOD}",
             {"solver.step": scenario.solver.step or 0.0, "frequency": f, "steps": steps},
         )
 
 
-def _record(scenario: Scenario, motion: Samples) -> Iterator[Caution]:
+def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMessage]:
     """Say when the samples of a record are too far apart to shake the oscillator."""
     m, k_x, _ = scenario.oscillator.plant()
     f_0 = sqrt(k_x / m) / (2 * pi)
-    if f_0 * motion.dt * STEPS_A_PERIOD <= 1 + ON_GRID:
+    if f_0 * motion.dt * MIN_STEPS_PER_PERIOD <= 1 + STEP_ROUNDING:
         return
     sentence = (
         f"the record has a sample every {motion.dt:.6g} s, {1 / (f_0 * motion.dt):.3g} in a "
@@ -122,31 +138,37 @@ def _record(scenario: Scenario, motion: Samples) -> Iterator[Caution]:
             "; times are seconds unless their header has a unit, such as `t [ms]`: where that "
             "is what is wrong, give `step` or `rate` in place of `time`"
         )
-    yield Caution("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
+    yield WarningMessage("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
 
 
-def _weighting(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+def _weighting_warnings(
+    scenario: Scenario, motion: Sines | Samples
+) -> Iterator[WarningMessage]:
     """Say when a factor is recalled, and when the grid is too coarse to weigh the motion on."""
     direction = scenario.measure.direction
-    if direction in RECALLED:
+    if direction in UNVERIFIED_DIRECTIONS:
         weighting, k = DIRECTIONS[direction]
-        yield Caution(
+        yield WarningMessage(
             "recalled",
             f"the factor k = {k:g} of {direction} whole-body vibration is recalled and was not "
             f"checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
             {"k": k},
         )
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
-    if scenario.measure.weights and step and step * HIGHEST * 2 > 1 + ON_GRID:
-        yield Caution(
+    if (
+        scenario.measure.weights
+        and step
+        and step * MAX_WEIGHTED_FREQUENCY * 2 > 1 + STEP_ROUNDING
+    ):
+        yield WarningMessage(
             "coarse-weighting",
             f"the step of {step:.6g} s tells nothing above {0.5 / step:.4g} Hz, and ISO 2631-1 "
-            f"weighs up to {HIGHEST:g} Hz: a_w and what follows from it lack the rest",
+            f"weighs up to {MAX_WEIGHTED_FREQUENCY:g} Hz: a_w and what follows from it lack the rest",
             {"step": step, "highest": 0.5 / step},
         )
 
 
-def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+def _friction_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[WarningMessage]:
     """Say when the mass will not move, or moves only for want of a static limit.
 
     At rest on its base the mass stays there while |F_L| = |m ü + k_x x_r| is within F_fs. Above
@@ -156,20 +178,20 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
     law, start = scenario.law(), scenario.start.state()
     m, k_x, _ = scenario.oscillator.plant()
     # A bound of |ü| that a single sine and samples reach.
-    peak = largest(motion.u_dd) if isinstance(motion, Samples) else sum(motion.A)
-    load, least = m * peak + k_x * abs(start.x_r), _least(law)
+    peak = max_abs(motion.u_dd) if isinstance(motion, Samples) else sum(motion.A)
+    load, least = m * peak + k_x * abs(start.x_r), _least_normal_force(law)
     hold, drag = law.F_fs * least, law.F_fk * least
-    if isinstance(law, Stopped):  # a start beyond the limit squeezes a bumper
+    if isinstance(law, EndStopLaw):  # a start beyond the limit squeezes a bumper
         load += law.k_s * max(abs(start.x_r) - law.x_rM, 0.0)
-    if start.v_r == 0 and load <= hold and law.sticks:
-        yield Caution(
+    if start.v_r == 0 and load <= hold and law.can_stick:
+        yield WarningMessage(
             "will-not-move",
             f"the mass will not move: |F_L| stays within {load:.6g} N and F_fs is {hold:.6g} N",
             {"F_L": load, "F_fs": hold},
         )
-    elif hold < load <= COMMON_RATIO * drag and not scenario.static_given:
+    elif hold < load <= COMMON_STATIC_RATIO * drag and not scenario.static_given:
         ratio = load / drag
-        yield Caution(
+        yield WarningMessage(
             "static-not-given",
             "friction.static is not given, so F_fs = F_fk; from friction.static_ratio "
             f"{ratio:.4g} up the mass would not leave rest: give it if you know it",
@@ -177,34 +199,34 @@ def _friction(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
         )
 
 
-def _least(law: AnyLaw) -> float:
+def _least_normal_force(law: AnyLaw) -> float:
     """Give the least normal force relative to its mean [-]."""
-    pressure = law.pressure if isinstance(law, Pressed) else None
-    return 1.0 - law.variation if pressure is None else float(pressure.relative.min())
+    force_record = law.force_record if isinstance(law, NormalForceLaw) else None
+    return 1.0 - law.variation if force_record is None else float(force_record.relative.min())
 
 
-def _unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
+def _approach_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[WarningMessage]:
     """Say when the approach of a scenario is known to err in its scene."""
     F_fk, m = scenario.law().F_fk, scenario.oscillator.mass
     member = scenario.solver.member()
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     if member.approach == "smooth" and member.method == "rk4" and step is not None:
         stiffness = F_fk * member.sharpness * step / m
-        if stiffness > STIFF:
-            enough = STIFF * m / (F_fk * step)
-            yield Caution(
+        if stiffness > MAX_STIFFNESS:
+            enough = MAX_STIFFNESS * m / (F_fk * step)
+            yield WarningMessage(
                 "smooth-stiff",
-                f"F_fk c Δt/m is {number(stiffness, digits=3)}, and smooth by rk4 is unstable "
-                f"from about 2.8 up: take a sharpness of {number(enough, 's/m', 2)} or less, a "
+                f"F_fk c Δt/m is {format_number(stiffness, digits=3)}, and smooth by rk4 is unstable "
+                f"from about 2.8 up: take a sharpness of {format_number(enough, 's/m', 2)} or less, a "
                 "smaller step, or another method",
                 {"stiffness": stiffness},
             )
-    if member.approach == "signum" and (a_u := _rms(motion)) > 0:
+    if member.approach == "signum" and (a_u := _base_rms(motion)) > 0:
         share = F_fk / (m * a_u)
-        if share > CHATTERING:
-            yield Caution(
+        if share > MAX_CHATTER:
+            yield WarningMessage(
                 "signum-chatters",
-                f"F_fk/(m a_u) is {number(share, digits=3)}: where the mass should stick, "
+                f"F_fk/(m a_u) is {format_number(share, digits=3)}: where the mass should stick, "
                 "signum gives it accelerations of about ±F_fk/m, however small the step, and "
                 "where it should stick all the time T_a tends to this number; stick-slip has "
                 "no such error",
@@ -212,7 +234,7 @@ def _unfit(scenario: Scenario, motion: Sines | Samples) -> Iterator[Caution]:
             )
 
 
-def _rms(motion: Sines | Samples) -> float:
+def _base_rms(motion: Sines | Samples) -> float:
     """Give the RMS of ü [m/s²], of sines without regard to their phases."""
     if isinstance(motion, Samples):
         return sqrt(sum(float(part @ part) for part in blocks(motion.u_dd)) / len(motion.u_dd))
@@ -221,57 +243,64 @@ def _rms(motion: Sines | Samples) -> float:
 
 # Values of a scenario, swept ones among them, that look like values in other units.
 
-FAR = 1.0
+LONG_TRAVEL = 1.0
 """An isolator does not travel a metre [m]; 25 typed for 25 mm does."""
 
-MEGA = 1e5
+MEGAMETRE_TYPO = 1e5
 """Nobody writes so many millimetres [m]: `Mm` stood for `mm`."""
 
-HARD = 100.0
+HIGH_ACCELERATION = 100.0
 """Ten times gravity [m/s²] over a metre is in millimetres."""
 
-SLOW = 0.1
+LOW_FREQUENCY = 0.1
 """Below this natural frequency [Hz] masses are in grams or springs in N/mm, not on springs."""
 
-DAMPED = 5.0
+HIGH_DAMPING_RATIO = 5.0
 """Above this damping ratio [-] somebody meant percent."""
 
-RATIOS = ("SEAT", "SEAT_VDV", "stroke_used")
+PERCENT_METRICS = ("SEAT", "SEAT_VDV", "stroke_used")
 """Metrics [-] that people give in percent."""
 
-TENFOLD = 10.0
+HIGH_RATIO = 10.0
 """From this limit on of such a metric [-] somebody meant percent."""
 
-WHOLE = 1.0
+WIDE_INTERVAL = 1.0
 """An interval as wide as its mean [-] tells nothing of it; somebody meant percent."""
 
-REMOTE = 1000.0
+MAX_TRAVEL_RATIO = 1000.0
 """No mass travels a thousand times as far as its base moves and its spring would give [-]."""
 
 
-def _odd_units(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
+def _unit_warnings(
+    scenario: Scenario, motion: Sines | Samples | None
+) -> Iterator[WarningMessage]:
     """Say which values look like values in other units, each key once.
 
     Of a sweep the cases at both ends of every swept key are looked at.
     """
-    found: dict[tuple[str, ...], Caution] = {}
-    for case in extremes(scenario) if scenario.sweep else (scenario,):
+    found: dict[tuple[str, ...], WarningMessage] = {}
+    for case in extreme_cases(scenario) if scenario.sweep else (scenario,):
         own = motion if case.excitation is scenario.excitation else None
         if case is not scenario and case.excitation.periodic:  # each case moves as it says
             own = case.excitation.motion()
-        waves = _sines(own) if isinstance(own, Sines) else ()
-        lengths = (*_lengths(case), *_remote(case, own))
-        for caution in (*lengths, *_oscillator(case), *_ratios(case), *waves):
-            found.setdefault((caution.slug, *caution.numbers), caution)
+        waves = _sine_warnings(own) if isinstance(own, Sines) else ()
+        lengths = (*_length_warnings(case), *_remote_limit_warnings(case, own))
+        for warning in (
+            *lengths,
+            *_oscillator_warnings(case),
+            *_percent_warnings(case),
+            *waves,
+        ):
+            found.setdefault((warning.slug, *warning.numbers), warning)
     yield from found.values()
 
 
-def _lengths(scenario: Scenario) -> Iterator[Caution]:
+def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Say which lengths look like millimetres."""
     m, k_x, _ = scenario.oscillator.plant()
     start = abs(scenario.start.x_r)
     limit = scenario.stroke.limit if scenario.stroke else 0.0
-    pulled = start if k_x * start / m >= HARD else 0.0
+    pulled = start if k_x * start / m >= HIGH_ACCELERATION else 0.0
     bare = [
         (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
         for at, check in enumerate(scenario.checks)
@@ -279,76 +308,80 @@ def _lengths(scenario: Scenario) -> Iterator[Caution]:
     ]
     keys = (("stroke.limit", limit), ("start.x_r", pulled))
     for what, key, value in (*((key, key, value) for key, value in keys), *bare):
-        if value >= FAR:
-            typed = value / 1e6 if value >= MEGA else value
+        if value >= LONG_TRAVEL:
+            typed = value / 1e6 if value >= MEGAMETRE_TYPO else value
             sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
-            yield Caution("looks-like-millimetres", sentence, {key: value})
+            yield WarningMessage("looks-like-millimetres", sentence, {key: value})
 
 
-def _remote(scenario: Scenario, motion: Sines | Samples | None) -> Iterator[Caution]:
+def _remote_limit_warnings(
+    scenario: Scenario, motion: Sines | Samples | None
+) -> Iterator[WarningMessage]:
     """Warn of checks whose limit has a unit, and is a length far beyond all that moves."""
     m, k_x, _ = scenario.oscillator.plant()
     if motion is None or k_x == 0.0:
         return
     softness, start = m / k_x, scenario.start.state()
     if isinstance(motion, Samples):
-        base = largest(motion.u_dd) * softness
+        base = max_abs(motion.u_dd) * softness
     else:
         base = sum(
             A * max(softness, 1 / (2 * pi * f) ** 2) for A, f, _ in zip(*motion, strict=True)
         )
     reach = base + abs(start.x_r) + abs(start.v_r) * sqrt(softness)
     for at, check in enumerate(scenario.checks):
-        far = check.limit >= FAR and check.limit >= REMOTE * reach
+        far = check.limit >= LONG_TRAVEL and check.limit >= MAX_TRAVEL_RATIO * reach
         if far and check.unit and UNITS[check.metric] == "m":
             sentence = (
-                f"the limit of the check `{check}` is {check.limit:g} m, over {REMOTE:g} times "
+                f"the limit of the check `{check}` is {check.limit:g} m, over {MAX_TRAVEL_RATIO:g} times "
                 f"the {reach:.2g} m by which base and start move the mass: is its unit right?"
             )
-            yield Caution("implausible-length", sentence, {f"checks.{at}": check.limit})
+            yield WarningMessage("implausible-length", sentence, {f"checks.{at}": check.limit})
 
 
-def _ratios(scenario: Scenario) -> Iterator[Caution]:
+def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of ratios that look like percent."""
     bare = [
         (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
         for at, check in enumerate(scenario.checks)
-        if not check.unit and check.metric in RATIOS and check.limit >= TENFOLD
+        if not check.unit and check.metric in PERCENT_METRICS and check.limit >= HIGH_RATIO
     ]
     until = getattr(scenario.excitation, "until", None)
-    if until is not None and until.half_width >= WHOLE:
+    if until is not None and until.half_width >= WIDE_INTERVAL:
         key = "excitation.until.half_width"
         bare.append((key, key, until.half_width))
     for what, key, value in bare:
         sentence = f"{what} is {value:g}; if it is in percent, write `{value:g} %`"
-        yield Caution("looks-like-percent", sentence, {key: value})
+        yield WarningMessage("looks-like-percent", sentence, {key: value})
 
 
-def _oscillator(scenario: Scenario) -> Iterator[Caution]:
+def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Say when the oscillator looks like one in other units."""
     m, k_x, _ = scenario.oscillator.plant()
     f_0 = sqrt(k_x / m) / (2 * pi)
-    if 0 < f_0 < SLOW:
-        yield Caution(
+    if 0 < f_0 < LOW_FREQUENCY:
+        yield WarningMessage(
             "looks-like-grams",
             f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "
             f"or oscillator.stiffness in N/mm (`{k_x:g} N/mm`)?",
             {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0},
         )
     ratio = scenario.oscillator.damping_ratio or 0.0
-    if ratio >= DAMPED:
+    if ratio >= HIGH_DAMPING_RATIO:
         sentence = (
             f"oscillator.damping_ratio is {ratio:g}; if it is in percent, write `{ratio:g} %`"
         )
-        yield Caution("looks-like-percent", sentence, {"oscillator.damping_ratio": ratio})
+        yield WarningMessage(
+            "looks-like-percent", sentence, {"oscillator.damping_ratio": ratio}
+        )
 
 
-def _sines(motion: Sines) -> Iterator[Caution]:
+def _sine_warnings(motion: Sines) -> Iterator[WarningMessage]:
     """Say which sines look like sines in other units."""
     for A, f, phase in zip(*motion, strict=True):
         u = A / (2 * pi * f) ** 2
-        if u >= FAR and A >= HARD:
-            yield Caution(
+        if u >= LONG_TRAVEL and A >= HIGH_ACCELERATION:
+            yield WarningMessage(
                 "looks-like-millimetres",
                 f"at {f:g} Hz the base swings by {u:.3g} m; if the excitation is in mm/s², "
                 "write `mm/s2` behind its number",
@@ -358,60 +391,62 @@ def _sines(motion: Sines) -> Iterator[Caution]:
             sentence = (
                 f"a phase of {phase:g} rad is above a turn; in degrees it is `{phase:g} deg`"
             )
-            yield Caution("looks-like-degrees", sentence, {"phase": phase})
+            yield WarningMessage("looks-like-degrees", sentence, {"phase": phase})
 
 
 # Sweeps: the cases at their ends, and keys that change nothing.
 
-MANY = 10_000
+MAX_SCANNED_VALUES = 10_000
 """Values of a swept key beyond which the first and the last stand for all."""
 
 
-def extremes(scenario: Scenario) -> Iterator[Scenario]:
+def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
     """Give the cases at the least and the greatest value of every swept key."""
-    first = _points(scenario.sweep, 0, 1)[0]
-    for group in walks(scenario.sweep):
-        for point in _ends(group):
+    first = _point_range(scenario.sweep, 0, 1)[0]
+    for group in axis_groups(scenario.sweep):
+        for point in _extreme_points(group):
             yield scenario.at({**first, **point})
 
 
-def _ends(group: Sequence[Axis]) -> list[dict[str, float]]:
+def _extreme_points(group: Sequence[Axis]) -> list[dict[str, float]]:
     """Return the points at which a key of a group has its least or its greatest value."""
     count = len(group[0].values)
-    if count > MANY:
-        return [*_points(group, 0, 1), *_points(group, count - 1, count)]
+    if count > MAX_SCANNED_VALUES:
+        return [*_point_range(group, 0, 1), *_point_range(group, count - 1, count)]
     # All keys of a sample are drawn together, once: a single value costs as much as many.
-    every = _points(group, 0, count)
+    every = _point_range(group, 0, count)
     values = {axis.key: [point[axis.key] for point in every] for axis in group}
     places = {column.index(pick(column)) for column in values.values() for pick in (min, max)}
     return [every[place] for place in sorted(places)]
 
 
-def _points(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
+def _point_range(axes: Sequence[Axis], begin: int, end: int) -> list[dict[str, float]]:
     """Return the points with numbers from `begin` to the one before `end`."""
-    columns = {key: column.tolist() for key, column in columns_of(axes, begin, end).items()}
+    columns = {key: column.tolist() for key, column in point_columns(axes, begin, end).items()}
     return [
         dict(zip(columns, point, strict=True)) for point in zip(*columns.values(), strict=True)
     ]
 
 
-def _needless(scenario: Scenario) -> Iterator[Caution]:
+def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Say which swept keys change nothing, and what the reference leaves out."""
     for axis in scenario.sweep:
-        if why := _why_needless(scenario, axis):
+        if why := _why_without_effect(scenario, axis):
             sentence = f"sweep of {axis.key} {why}"
-            yield Caution("sweep-changes-nothing", sentence, {"values": len(axis.values)})
+            yield WarningMessage(
+                "sweep-changes-nothing", sentence, {"values": len(axis.values)}
+            )
     reference = scenario.reference
     if reference is None:
         return
     other = scenario.with_approach(reference)
     # Friction of its own to leave out, or no end stops.
     if other.friction is not None or other.stops != scenario.stops:
-        for sentence in scenario.losses(reference):
-            yield Caution("left-out", f"reference: {sentence}")
+        for sentence in scenario.omissions(reference):
+            yield WarningMessage("left-out", f"reference: {sentence}")
 
 
-def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
+def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
     """Say why a swept key changes nothing; None when it changes something."""
     if len(axis.values) == 1:
         return "has one value only; set it in the scenario instead"
@@ -421,7 +456,7 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
     block, option, *rest = axis.key.split(".")
     if block == "solver" and rest and option != approach:
         return f"changes nothing: the approach is {approach}, which has no use for {option}"
-    exact = isinstance(scenario.solver.member(), Exact)
+    exact = isinstance(scenario.solver.member(), ExactApproach)
     if axis.key == "solver.step" and exact and scenario.excitation.periodic:
         return f"changes nothing: {approach} under sines makes no error that depends on it"
     phase = axis.key.startswith("excitation.") and axis.key.endswith(".phase")
@@ -430,17 +465,20 @@ def _why_needless(scenario: Scenario, axis: Axis) -> str | None:
             "changes nothing: the metrics cover a whole repetition of the steady orbit (where "
             "several orbits coexist, it decides which of them the start leads to)"
         )
-    count = size(scenario.sweep)
-    first, last = _points(scenario.sweep, 0, 1)[0], _points(scenario.sweep, count - 1, count)[0]
-    together = next(group for group in walks(scenario.sweep) if axis in group)
-    if _scene(scenario, last) == _scene(
+    count = count_points(scenario.sweep)
+    first, last = (
+        _point_range(scenario.sweep, 0, 1)[0],
+        _point_range(scenario.sweep, count - 1, count)[0],
+    )
+    together = next(group for group in axis_groups(scenario.sweep) if axis in group)
+    if _metric_inputs(scenario, last) == _metric_inputs(
         scenario, last | {a.key: first[a.key] for a in together}
     ):
         return "changes nothing: what it stands for is 0 or not used"
     return None
 
 
-def _scene(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
+def _metric_inputs(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
     """Give all that the metrics of a case depend on."""
     case = scenario.at(point)
     solver = case.solver.step, case.solver.member()
@@ -452,52 +490,54 @@ def _scene(scenario: Scenario, point: dict[str, float]) -> tuple[object, ...]:
 # Checks and keys that are vain.
 
 
-def _vain_checks(scenario: Scenario) -> Iterator[Caution]:
+def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that cannot fail, cannot hold, stand twice or contradict each other."""
-    here = _Cases(scenario)
+    here = _CaseValues(scenario)
     sound: dict[str, list[Check]] = {}
     for at, check in enumerate(scenario.checks):
         before = sound.setdefault(check.metric, [])
-        twin = next((one for one in before if _same(one, check)), None)
+        twin = next((one for one in before if _is_same_check(one, check)), None)
         foe = next(
             (one for one in before if one.contradicts(check) and here.share(one, check)), None
         )
-        answer, numbers = check.foregone, {f"checks.{at}": check.limit}
+        answer, numbers = check.constant_result, {f"checks.{at}": check.limit}
         if answer is not None:
-            share = check.metric in SHARES
+            share = check.metric in SHARE_METRICS
             hint = "shares are from 0 to 1" if share else f"{check.metric} is never below 0"
             if share and check.limit > 1 and not check.unit:
                 hint += f"; if it is in percent, write `{check.limit:g} %`"
             word = "fail" if answer else "hold"
             sentence = f"the check `{check}` cannot {word}: {hint}"
-            yield Caution(f"check-cannot-{word}", sentence, numbers)
-        elif not here.has(check):
+            yield WarningMessage(f"check-cannot-{word}", sentence, numbers)
+        elif not here.applies(check):
             sentence = f"the check `{check}` cannot hold: it applies to no case of the sweep"
-            yield Caution("check-cannot-hold", sentence, numbers)
+            yield WarningMessage("check-cannot-hold", sentence, numbers)
         elif twin is not None:
-            yield Caution("check-twice", f"the check `{check}` stands there twice", numbers)
+            yield WarningMessage(
+                "check-twice", f"the check `{check}` stands there twice", numbers
+            )
         elif foe is not None:
             sentence = f"the checks `{foe}` and `{check}` contradict each other: one must fail"
-            yield Caution("checks-contradict", sentence, numbers)
+            yield WarningMessage("checks-contradict", sentence, numbers)
         else:
             before.append(check)
 
 
-def _same(one: Check, other: Check) -> bool:
+def _is_same_check(one: Check, other: Check) -> bool:
     """Whether two checks of one metric promise the same of the same cases."""
-    alike = isclose(one.limit, other.limit, rel_tol=ROUNDING)
+    alike = isclose(one.limit, other.limit, rel_tol=LIMIT_ROUNDING)
     return alike and one.op == other.op and {*one.conditions} == {*other.conditions}
 
 
-class _Cases:
+class _CaseValues:
     """The values that keys have in the cases of a scenario, for conditions of checks."""
 
     def __init__(self, scenario: Scenario) -> None:
-        few = (axis for axis in scenario.sweep if len(axis.values) <= MANY)
+        few = (axis for axis in scenario.sweep if len(axis.values) <= MAX_SCANNED_VALUES)
         self.values = {axis.key: list(axis.values) for axis in few}
         self.swept = {axis.key for axis in scenario.sweep}
 
-    def has(self, check: Check) -> bool:
+    def applies(self, check: Check) -> bool:
         """Whether a check applies to a case of the sweep, as far as each key tells."""
         return not self.swept or self.share(check)
 
@@ -514,9 +554,9 @@ class _Cases:
         return True
 
 
-def _without_force(scenario: Scenario) -> Iterator[Caution]:
+def _zero_force_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of keys that scale a friction force of zero."""
-    friction, swept = scenario.acting, {axis.key for axis in scenario.sweep}
+    friction, swept = scenario.active_friction, {axis.key for axis in scenario.sweep}
     force = next(
         (k for k in ("kinetic", "mu_kinetic") if getattr(friction, k, None) == 0), None
     )
@@ -526,38 +566,38 @@ def _without_force(scenario: Scenario) -> Iterator[Caution]:
         getattr(friction, key, None) for key in ("static_ratio", "normal_variation")
     )
     idle = {"static_ratio": ratio not in (None, 1.0), "normal_variation": varied is not None}
-    if scenario.outline().F_fs > 0:
+    if scenario.nominal_law().F_fs > 0:
         idle["normal_variation"] = False
     for key in (key for key, given in idle.items() if given):
-        if not _chosen_outside(scenario, f"friction.{force}", f"friction.{key}"):
+        if not _is_chosen_by_override(scenario, f"friction.{force}", f"friction.{key}"):
             sentence = f"friction.{key} has no effect: friction.{force} is 0"
-            yield Caution("no-effect", sentence, {f"friction.{force}": 0.0})
+            yield WarningMessage("no-effect", sentence, {f"friction.{force}": 0.0})
 
 
-def _idle_options(scenario: Scenario) -> Iterator[Caution]:
+def _unused_option_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of options that nothing uses where only the scenario's own approach and law act."""
     approach = scenario.solver.approach
     for name, options in scenario.solver:
         idle = isinstance(options, Block) and name not in (approach, scenario.reference)
-        if idle and not _chosen_outside(scenario, "solver.approach", f"solver.{name}"):
+        if idle and not _is_chosen_by_override(scenario, "solver.approach", f"solver.{name}"):
             sentence = (
                 f"solver.{name} has no effect: the approach is {approach}; options of {name} "
                 "count where a comparison names it"
             )
-            yield Caution("no-effect", sentence)
-    words = scenario.spoken("friction")
-    law = words.get(BY_NAME)
+            yield WarningMessage("no-effect", sentence)
+    words = scenario.file_block("friction")
+    law = words.get(LAW_KEY)
     own = words.get(law) if isinstance(law, str) else None
     if not isinstance(law, str) or not isinstance(own, Mapping):
         return
-    if not _chosen_outside(scenario, f"friction.{BY_NAME}", f"friction.{law}"):
-        for key in sorted(words.keys() & excluded(law, own)):
+    if not _is_chosen_by_override(scenario, f"friction.{LAW_KEY}", f"friction.{law}"):
+        for key in sorted(words.keys() & excluded_keys(law, own)):
             stands = key if key in own else ", ".join(own)
             sentence = f"friction.{key} has no effect: friction.{law}.{stands} stands for it"
-            yield Caution("no-effect", sentence)
+            yield WarningMessage("no-effect", sentence)
 
 
-def _chosen_outside(scenario: Scenario, choice: str, options: str) -> bool:
+def _is_chosen_by_override(scenario: Scenario, choice: str, options: str) -> bool:
     """Whether a choice, and none of the options beside it, was made by an override.
 
     Such as by `--approach`: then the options in the file are those of the file's own choice.
@@ -566,13 +606,13 @@ def _chosen_outside(scenario: Scenario, choice: str, options: str) -> bool:
     return choice in chosen and not any(f"{key}.".startswith(f"{options}.") for key in chosen)
 
 
-def _unread_records(scenario: Scenario) -> Iterator[Caution]:
+def _unreadable_record_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of a recorded normal force in options of another law that cannot be read."""
     for law in LAWS:
         record = getattr(getattr(scenario.friction, law, None), "normal_record", None)
         if record is not None:
             try:
-                record.pressure()
+                record.force_record()
             except RecordError as fault:
                 sentence = f"friction.{law}.normal_record cannot be used: {fault.problem}"
-                yield Caution("unread-record", sentence)
+                yield WarningMessage("unread-record", sentence)

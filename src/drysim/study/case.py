@@ -22,34 +22,34 @@ import numpy as np
 
 from drysim import system
 from drysim.approach import Approach
-from drysim.approach.stick_slip import Exact
+from drysim.approach.stick_slip import ExactApproach
 from drysim.core.compile import engine
 from drysim.core.model import (
     AnyLaw,
-    Dynamic,
-    Law,
+    CoulombLaw,
+    DynamicLaw,
+    ElasticContactLaw,
+    EndStopLaw,
+    NormalForceLaw,
     Plant,
-    Pressed,
     Samples,
     Signal,
     Sines,
-    Slider,
     State,
-    Stopped,
     blocks,
 )
-from drysim.errors import Caution, Problem, RecordError, ScenarioError, UsageError
-from drysim.excitation.base import Generated
-from drysim.excitation.random import Drawn
+from drysim.errors import Problem, RecordError, ScenarioError, UsageError, WarningMessage
+from drysim.excitation.base import GeneratedMotion
+from drysim.excitation.random import RandomMotion
 from drysim.excitation.recorded import Record
 from drysim.scenario.load import load
-from drysim.scenario.model import Scenario, period
-from drysim.scenario.warnings import cautions
+from drysim.scenario.model import Scenario, scene_period
+from drysim.scenario.warnings import scenario_warnings
 from drysim.study import statistics
-from drysim.units import Block, short
-from drysim.wording import clean_up, excitation, number
+from drysim.units import Block, shorten
+from drysim.wording import describe_clean_up, describe_excitation, format_number
 
-WAVE_WORK = 5
+STEPS_PER_WAVE = 5
 """What a wave adds to a grid point, in steps of sampled motion."""
 
 
@@ -83,7 +83,7 @@ class Case:
     step: float
     window: tuple[float, float]
     period: float | None
-    cautions: tuple[Caution, ...]
+    warnings: tuple[WarningMessage, ...]
 
     @property
     def steps(self) -> int:
@@ -94,14 +94,14 @@ class Case:
     def work(self) -> int:
         """Number of steps of sampled motion that are as much work as this case."""
         waves = len(self.motion.f) if isinstance(self.motion, Sines) else 0
-        radians = turns(self).radians
-        a_step = max(1 + WAVE_WORK * waves, self.price.of(self.motion))
-        return max(self.steps * a_step, round(WAVE_WORK * radians))
+        radians = largest_oscillation(self).radians
+        a_step = max(1 + STEPS_PER_WAVE * waves, self.step_cost.of(self.motion))
+        return max(self.steps * a_step, round(STEPS_PER_WAVE * radians))
 
     @property
-    def price(self) -> Price:
+    def step_cost(self) -> StepCost:
         """What a step costs."""
-        return price(self.approach, self.law)
+        return step_cost(self.approach, self.law)
 
     @property
     def limit(self) -> float | None:
@@ -110,15 +110,15 @@ class Case:
         return None if stroke is None else stroke.limit
 
     @property
-    def goes_on(self) -> bool:
+    def stationary(self) -> bool:
         """Whether the base may be taken to go on moving as in the window: noise and records."""
-        return isinstance(self.scenario.excitation, Drawn | Record)
+        return isinstance(self.scenario.excitation, RandomMotion | Record)
 
 
-def require(scenario: Scenario) -> None:
+def require_scenario(scenario: Scenario) -> None:
     """Refuse what is no scenario."""
     if not isinstance(scenario, Scenario):
-        given = short(repr(scenario))
+        given = shorten(repr(scenario))
         raise UsageError(
             f"what is solved is a scenario, as `drysim.load` gives it, not {given}"
         )
@@ -147,31 +147,41 @@ def prepare(scenario: Scenario, compared: bool = False) -> Case:
     UsageError
         When it is no scenario, or the environment names an engine that there is not.
     """
-    require(scenario)
+    require_scenario(scenario)
     try:
         engine()
     except ValueError as fault:
         raise UsageError(str(fault)) from fault
-    seeds = statistics.most(scenario)
-    if shortage := _lacking(f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "take fewer"):
-        raise misfit(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
+    seeds = statistics.max_seeds(scenario)
+    if shortage := _shortage_message(
+        f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "take fewer"
+    ):
+        raise case_error(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
     motion = base_motion(scenario)
     law = scenario.law()
-    force = law.pressure.cautions if isinstance(law, Pressed) and law.pressure else ()
-    known = (*cautions(scenario, motion, compared), *getattr(motion, "cautions", ()), *force)
+    force = (
+        law.force_record.warnings
+        if isinstance(law, NormalForceLaw) and law.force_record
+        else ()
+    )
+    known = (
+        *scenario_warnings(scenario, motion, compared),
+        *getattr(motion, "warnings", ()),
+        *force,
+    )
     case = assemble(scenario, motion, known)
-    if refused := refusal(case):
-        raise misfit(scenario, *refused)
+    if refused := spectra_problem(case):
+        raise case_error(scenario, *refused)
     return case
 
 
 def assemble(
-    scenario: Scenario, motion: Sines | Samples, remarks: tuple[Caution, ...] = ()
+    scenario: Scenario, motion: Sines | Samples, warnings: tuple[WarningMessage, ...] = ()
 ) -> Case:
     """Give the case of a scenario whose base motion is known; errors as in `prepare`."""
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     assert step is not None, "a scenario has a step unless its record owns one"
-    repeats = period(scenario) if scenario.measure.steady else None
+    repeats = scene_period(scenario) if scenario.measure.steady else None
     case = Case(
         scenario,
         scenario.solver.member(),
@@ -182,31 +192,31 @@ def assemble(
         step,
         window(scenario, motion) if repeats is None else (0.0, repeats),
         repeats,
-        remarks,
+        warnings,
     )
-    weighed = bool(scenario.measure.weights or scenario.measure.spectra)
-    if sentence := too_short(case):
-        raise misfit(scenario, sentence, "friction.normal_record")
-    if shortage := shortage_of(case.steps, weighed, by_parts(case)):
+    weighted = bool(scenario.measure.weights or scenario.measure.spectra)
+    if sentence := short_normal_record(case):
+        raise case_error(scenario, sentence, "friction.normal_record")
+    if shortage := memory_shortage(case.steps, weighted, is_streamed(case)):
         sentence = f"solver.step and measure.duration: {shortage}"
-        raise misfit(scenario, sentence, "measure.duration")
-    points = case.steps * case.approach.pieces(case.plant, case.law, step)
-    if shortage := shortage_of(points, weighed, by_parts(case)):
+        raise case_error(scenario, sentence, "measure.duration")
+    points = case.steps * case.approach.substeps(case.plant, case.law, step)
+    if shortage := memory_shortage(points, weighted, is_streamed(case)):
         key = f"solver.{case.approach.approach}"
-        raise misfit(scenario, f"{key} divides every step: {shortage}", key)
-    if excess := excess_of(case):
-        raise misfit(scenario, *excess)
-    return replace(case, cautions=(*remarks, *effort_cautions(case), *volume_cautions(case)))
+        raise case_error(scenario, f"{key} divides every step: {shortage}", key)
+    if excess := excess_work(case):
+        raise case_error(scenario, *excess)
+    return replace(case, warnings=(*warnings, *effort_warnings(case), *volume_warnings(case)))
 
 
-def misfit(scenario: Scenario, sentence: str, key: str) -> ScenarioError:
+def case_error(scenario: Scenario, sentence: str, key: str) -> ScenarioError:
     """Give the error for a key that only the whole case shows to be wrong."""
     problem = scenario.problem(sentence, key)
     name = scenario.origin["file"] or scenario.name
     return ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))
 
 
-ROUNDING = 1e-9
+LENGTH_TOLERANCE = 1e-9
 """Share by which a length may miss a bound that it was meant to meet."""
 
 
@@ -221,12 +231,12 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
     excitation, step, measure = scenario.excitation, scenario.solver.step, scenario.measure
     end = None if measure.duration is None else measure.settle + measure.duration
     span, block = end, "measure"
-    if excitation.own_end:
+    if excitation.has_own_end:
         span, block = getattr(excitation, "duration", None), "excitation"
-    steps = span / step if step and span and isinstance(excitation, Generated) else 0
-    if shortage := shortage_of(round(steps)):
+    steps = span / step if step and span and isinstance(excitation, GeneratedMotion) else 0
+    if shortage := memory_shortage(round(steps)):
         sentence = f"solver.step and {block}.duration: {shortage}"
-        raise misfit(scenario, sentence, f"{block}.duration")
+        raise case_error(scenario, sentence, f"{block}.duration")
     return excitation.motion(step, end)
 
 
@@ -238,30 +248,28 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
         return settle, settle + duration
     last = (len(motion.u_dd) - 1) * motion.dt
     end = last if duration is None else settle + duration
-    if settle >= last or end > last * (1.0 + ROUNDING):
+    if settle >= last or end > last * (1.0 + LENGTH_TOLERANCE):
         key = "measure.settle" if settle >= last else "measure.duration"
-        sentence = (
-            f"{key} asks for motion beyond the end of the excitation at {number(last, 's')}"
-        )
-        raise misfit(scenario, sentence, key)
+        sentence = f"{key} asks for motion beyond the end of the excitation at {format_number(last, 's')}"
+        raise case_error(scenario, sentence, key)
     return settle, min(end, last)
 
 
-def too_short(case: Case) -> str:
+def short_normal_record(case: Case) -> str:
     """Say when a recorded normal force ends before the run; nothing where it does not."""
-    pressure = case.law.pressure if isinstance(case.law, Pressed) else None
-    if pressure is None or case.window[1] <= pressure.end * (1.0 + ROUNDING):
+    force_record = case.law.force_record if isinstance(case.law, NormalForceLaw) else None
+    if force_record is None or case.window[1] <= force_record.end * (1.0 + LENGTH_TOLERANCE):
         return ""
-    ends = f"ends at {number(pressure.end, 's')}"
+    ends = f"ends at {format_number(force_record.end, 's')}"
     return (
         f"friction.normal_record {ends}, before the run, which ends at "
-        f"{number(case.window[1], 's')}; give a longer record or a shorter measure.duration"
+        f"{format_number(case.window[1], 's')}; give a longer record or a shorter measure.duration"
     )
 
 
-def refusal(case: Case) -> tuple[str, str] | None:
+def spectra_problem(case: Case) -> tuple[str, str] | None:
     """Give the sentence and the key when the spectra that are asked for cannot be had."""
-    from drysim.metrics.spectra import FEWEST_STEPS
+    from drysim.metrics.spectra import MIN_SEGMENT_STEPS
 
     if not case.scenario.measure.spectra:
         return None
@@ -269,46 +277,52 @@ def refusal(case: Case) -> tuple[str, str] | None:
         kind = case.scenario.excitation.kind
         sentence = f"has no use for {kind}: spectra need random base motion or a record"
         return f"measure.spectra {sentence}", "measure.spectra"
-    segment, length = segment_of(case), case.window[1] - case.window[0]
-    least = FEWEST_STEPS * case.step
-    if segment < least * (1 - ROUNDING):
+    segment, length = segment_length(case), case.window[1] - case.window[0]
+    minimum = MIN_SEGMENT_STEPS * case.step
+    if segment < minimum * (1 - LENGTH_TOLERANCE):
         key = "segment" if case.scenario.measure.segment else "spectra"
         sentence = (
-            f"measure.{key} needs segments of {number(least, 's')} at least, {FEWEST_STEPS} "
-            f"steps; here they have {number(segment, 's')}"
+            f"measure.{key} needs segments of {format_number(minimum, 's')} at least, {MIN_SEGMENT_STEPS} "
+            f"steps; here they have {format_number(segment, 's')}"
         )
         return sentence, f"measure.{key}"
-    if segment > length * (1 + ROUNDING):
-        sentence = f"is longer than the window of {number(length, 's')}"
+    if segment > length * (1 + LENGTH_TOLERANCE):
+        sentence = f"is longer than the window of {format_number(length, 's')}"
         return f"measure.segment {sentence}", "measure.segment"
     return None
 
 
-LINES = 3
+BANDWIDTHS_PER_RESONANCE = 3
 """Noise bandwidths of the window within the width of a resonance that is resolved."""
 
 
-def segment_of(case: Case) -> float:
+def segment_length(case: Case) -> float:
     """Return the length of a segment [s]: the one asked for, or the default.
 
     The default is no longer than it takes to resolve the resonance: what a long window has
     beyond that goes into the number of averages.
     """
-    from drysim.metrics.spectra import FEWEST_STEPS, PERIODS, SEGMENTS, SHORTEST, WIDTH
+    from drysim.metrics.spectra import (
+        HANN_BANDWIDTH,
+        MIN_SEGMENT_STEPS,
+        MIN_SEGMENT_TIME,
+        MIN_SEGMENTS,
+        PERIODS_PER_SEGMENT,
+    )
 
     if case.scenario.measure.segment:
         return case.scenario.measure.segment
     begin, end = case.window
     m, k_x, _ = case.plant
-    enough = max(SHORTEST, FEWEST_STEPS * case.step)
+    enough = max(MIN_SEGMENT_TIME, MIN_SEGMENT_STEPS * case.step)
     if k_x:
-        enough = max(enough, PERIODS * 2 * pi * sqrt(m / k_x))
-    if width := _width(case):
-        enough = max(enough, LINES * WIDTH / width)
-    return min(enough, (end - begin) / SEGMENTS)
+        enough = max(enough, PERIODS_PER_SEGMENT * 2 * pi * sqrt(m / k_x))
+    if width := resonance_width(case):
+        enough = max(enough, BANDWIDTHS_PER_RESONANCE * HANN_BANDWIDTH / width)
+    return min(enough, (end - begin) / MIN_SEGMENTS)
 
 
-def _width(case: Case) -> float:
+def resonance_width(case: Case) -> float:
     """Return the width of the resonance [Hz]; 0 where friction or nothing limits it."""
     m, k_x, b = case.plant
     return b / (2 * pi * m) if k_x and not case.law.F_fs else 0.0
@@ -320,11 +334,11 @@ BYTES_PER_STEP = 64
 """Memory of one step where a response is held whole, as by fixed steps, or a signal is made:
 some 50 were seen, in the transforms of noise."""
 
-BYTES_BY_PARTS = 8
+BYTES_PER_STREAMED_STEP = 8
 """Memory of one step where a response is made part by part: its events alone are held, 25 bytes
 each, twice that while they are put together; 2 were seen at an event in 24 steps."""
 
-BYTES_WEIGHED = 96
+BYTES_PER_WEIGHTED_STEP = 96
 """Memory of a step on top of it where it is weighted or its spectra are taken; 77 were seen."""
 
 BYTES_PER_SEED = 6_000
@@ -333,66 +347,70 @@ BYTES_PER_SEED = 6_000
 GIGA = 1e9
 
 
-def shortage_of(steps: int, weighed: bool = False, by_parts: bool = False) -> str:
+def memory_shortage(steps: int, weighted: bool = False, streamed: bool = False) -> str:
     """Say what a response of so many steps lacks, or nothing when it fits."""
-    wanted = bytes_of(steps, weighed, by_parts)
-    return _lacking(f"{steps:.4g} steps", wanted, "take a longer step or a shorter duration")
+    required = response_memory(steps, weighted, streamed)
+    return _shortage_message(
+        f"{steps:.4g} steps", required, "take a longer step or a shorter duration"
+    )
 
 
-def bytes_of(steps: int, weighed: bool = False, by_parts: bool = False) -> float:
+def response_memory(steps: int, weighted: bool = False, streamed: bool = False) -> float:
     """Give the memory that a response of so many steps takes [bytes].
 
     One that is weighted, or whose spectra are taken, is held whole.
     """
-    if by_parts and not weighed:
-        return float(steps * BYTES_BY_PARTS)
-    return float(steps * (BYTES_PER_STEP + weighed * BYTES_WEIGHED))
+    if streamed and not weighted:
+        return float(steps * BYTES_PER_STREAMED_STEP)
+    return float(steps * (BYTES_PER_STEP + weighted * BYTES_PER_WEIGHTED_STEP))
 
 
-def by_parts(case: Case) -> bool:
+def is_streamed(case: Case) -> bool:
     """Tell whether a long response of a case is never held whole."""
-    return isinstance(case.approach, Exact) and isinstance(case.law, Law | Dynamic)
+    return isinstance(case.approach, ExactApproach) and isinstance(
+        case.law, CoulombLaw | DynamicLaw
+    )
 
 
-def _lacking(what: str, wanted: float, way: str) -> str:
+def _shortage_message(what: str, required: float, remedy: str) -> str:
     """Say what memory lacks for something [bytes], and what to do; nothing when it fits."""
-    owned = system.memory()
-    if wanted <= owned:
+    available = system.total_memory()
+    if required <= available:
         return ""
     return (
-        f"{what} need {wanted / GIGA:.3g} GB of memory, this machine has "
-        f"{owned / GIGA:.3g} GB; {way}"
+        f"{what} need {required / GIGA:.3g} GB of memory, this machine has "
+        f"{available / GIGA:.3g} GB; {remedy}"
     )
 
 
 # How much work a case is: each turn of what turns fast is followed.
 
-SLOW = "slow-scene"
+SLOW_SCENE = "slow-scene"
 """Slug of the caution, which is told before the work, too."""
 
-A_STEP = 30.0
+MAX_RADIANS_PER_STEP = 30.0
 """Radians that a step of an easy scene is worth a hundred times over: a sampled step takes some
 30 ns with its metrics, one under sines 1 µs, and a radian was seen to take 0.1 to 0.5 µs."""
 
-RADIAN = 5e-7
+SECONDS_PER_RADIAN = 5e-7
 """Time that a radian takes at most, or a decay of the speed in a series, compiled [s]."""
 
-SERIES = 1.5e-4
+SECONDS_PER_SERIES_RADIAN = 1.5e-4
 """The same where the motion is a Taylor series, with the memory of bristles [s]."""
 
-BRISTLE_DECAY = 3e-5
+SECONDS_PER_BRISTLE_DECAY = 3e-5
 """Time of a step of such a series, about one for each decay of a strong damper [s]."""
 
-MOST = 1e10
+MAX_RADIANS = 1e10
 """Radians of more than an hour: nobody means that, and the numbers would not bear it."""
 
-DAMPER, BRISTLES = "damper", "damper of the bristles"
+DAMPER, BRISTLE_DAMPER = "damper", "damper of the bristles"
 
-RINGING = 40.0
+RINGDOWN_RADIANS = 40.0
 """What rings with damping ratio ξ is below double precision after 40/ξ radians."""
 
 
-class Price(NamedTuple):
+class StepCost(NamedTuple):
     """What a plain step of a law costs, in steps of sampled motion under Coulomb's law (2 µs).
 
     Seen: 120 to 240 µs for laws by series, 80 µs for a load that varies, 40 µs between stops.
@@ -408,149 +426,167 @@ class Price(NamedTuple):
         return self.sines if isinstance(motion, Sines) else self.sampled
 
 
-USUAL = Price()
-PRICES = {
-    Dynamic: Price(100, 30, "taylor.trace"),
-    Slider: Price(40, 6, "march.touch sampled.march_joint"),
-    Stopped: Price(20, 6, "march.bound"),
-    Pressed: Price(30, 4, "march.press"),
+DEFAULT_COST = StepCost()
+STEP_COSTS = {
+    DynamicLaw: StepCost(100, 30, "taylor.march_taylor"),
+    ElasticContactLaw: StepCost(40, 6, "march.march_elastic sampled.march_elastic_samples"),
+    EndStopLaw: StepCost(20, 6, "march.march_stops"),
+    NormalForceLaw: StepCost(30, 4, "march.march_normal_force"),
 }
 
 
-def price(approach: Approach, law: AnyLaw) -> Price:
+def step_cost(approach: Approach, law: AnyLaw) -> StepCost:
     """Give what a step of an approach to a law costs; fixed steps cost the same for all."""
-    return PRICES.get(type(law), USUAL) if isinstance(approach, Exact) else USUAL
+    return (
+        STEP_COSTS.get(type(law), DEFAULT_COST)
+        if isinstance(approach, ExactApproach)
+        else DEFAULT_COST
+    )
 
 
-class Turns(NamedTuple):
+class Oscillation(NamedTuple):
     """What turns within a case: its key, its name, and how far in all [rad].
 
-    What a damper stills turns less than its frequency says: `least` is what is certain, in
-    radians of `RADIAN`. `each` is the time that one may take [s].
+    What a damper stills turns less than its frequency says: `minimum` is what is certain, in
+    radians of `SECONDS_PER_RADIAN`. `each` is the time that one may take [s].
     """
 
     key: str
     name: str
     radians: float
-    least: float
-    each: float = RADIAN
+    minimum: float
+    each: float = SECONDS_PER_RADIAN
 
-    def said(self, radians: float) -> str:
+    def describe(self, radians: float) -> str:
         """Say that it turns so far; what a damper does has no angle."""
-        if self.name in (DAMPER, BRISTLES):
-            return f"the {self.name} stills the mass {number(radians)} times"
-        return f"the {self.name} turns by {number(radians)} radians"
+        if self.name in (DAMPER, BRISTLE_DAMPER):
+            return f"the {self.name} stills the mass {format_number(radians)} times"
+        return f"the {self.name} turns by {format_number(radians)} radians"
 
 
-def turns(case: Case) -> Turns:
+def largest_oscillation(case: Case) -> Oscillation:
     """Give what turns the most within the window of a case."""
-    return max(_turns(case), key=lambda one: one.radians, default=Turns("", "", 0.0, 0.0))
+    return max(
+        _oscillations(case), key=lambda one: one.radians, default=Oscillation("", "", 0.0, 0.0)
+    )
 
 
-def _turns(case: Case) -> Iterator[Turns]:
+def _oscillations(case: Case) -> Iterator[Oscillation]:
     """Give the waves of a case, and its spring where the mass may move."""
-    if not isinstance(case.approach, Exact):
+    if not isinstance(case.approach, ExactApproach):
         return  # it steps over every turn
     span, fastest, law = case.window[1], inf, case.law
     if isinstance(case.motion, Sines):
         fastest = max(case.motion.f, default=0.0)
         radians = 2.0 * pi * fastest * span
-        yield Turns("excitation", "base", radians, radians)
-    if isinstance(law, Law | Stopped | Pressed) and law.variation:
+        yield Oscillation("excitation", "base", radians, radians)
+    if isinstance(law, CoulombLaw | EndStopLaw | NormalForceLaw) and law.variation:
         fastest = max(fastest, law.omega / (2.0 * pi))
         radians = law.omega * span
-        yield Turns("friction.normal_variation", "normal force", radians, radians)
+        yield Oscillation("friction.normal_variation", "normal force", radians, radians)
     m, k_x, b = case.plant
     kicks = 2.0 * (fastest * span + 1.0)
-    moves = all(one.slug != "will-not-move" for one in case.cautions)
-    if isinstance(law, Dynamic) and moves:
+    moves = all(one.slug != "will-not-move" for one in case.warnings)
+    if isinstance(law, DynamicLaw) and moves:
         decays = b / m * span
-        yield Turns("oscillator.damping", DAMPER, decays, decays)
+        yield Oscillation("oscillator.damping", DAMPER, decays, decays)
     if k_x > 0.0 and moves:
-        yield _ringing("oscillator.stiffness", "oscillator", case.plant, span, kicks)
-    if isinstance(law, Dynamic) and law.sigma_0:
+        yield _free_oscillation("oscillator.stiffness", "oscillator", case.plant, span, kicks)
+    if isinstance(law, DynamicLaw) and law.sigma_0:
         plant, name = (m, law.sigma_0, b + law.sigma_1), "mass on its bristles"
-        rings = _ringing("friction.bristle_stiffness", name, plant, span, kicks)
-        yield rings._replace(each=SERIES)
+        rings = _free_oscillation("friction.bristle_stiffness", name, plant, span, kicks)
+        yield rings._replace(each=SECONDS_PER_SERIES_RADIAN)
         decays = law.sigma_1 / m * span
-        least = decays * BRISTLE_DECAY / RADIAN
-        yield Turns("friction.bristle_damping", BRISTLES, decays, least, BRISTLE_DECAY)
-    if isinstance(law, Slider):
+        minimum = decays * SECONDS_PER_BRISTLE_DECAY / SECONDS_PER_RADIAN
+        yield Oscillation(
+            "friction.bristle_damping",
+            BRISTLE_DAMPER,
+            decays,
+            minimum,
+            SECONDS_PER_BRISTLE_DECAY,
+        )
+    if isinstance(law, ElasticContactLaw):
         name = "mass on its contact"
-        yield _ringing("friction.tangential_stiffness", name, (m, law.k_t, b), span, kicks)
+        yield _free_oscillation(
+            "friction.tangential_stiffness", name, (m, law.k_t, b), span, kicks
+        )
 
 
-def _ringing(
+def _free_oscillation(
     key: str, name: str, plant: tuple[float, float, float], span: float, kicks: float
-) -> Turns:
+) -> Oscillation:
     """Give how far a spring turns that is kicked so many times within a span [s]."""
     m, k, b = plant
     radians, xi = sqrt(k / m) * span, 0.5 * b / sqrt(k * m)
-    return Turns(key, name, radians, min(radians, kicks * RINGING / xi) if xi else radians)
+    return Oscillation(
+        key, name, radians, min(radians, kicks * RINGDOWN_RADIANS / xi) if xi else radians
+    )
 
 
-def excess_of(case: Case) -> tuple[str, str] | None:
+def excess_work(case: Case) -> tuple[str, str] | None:
     """Give the sentence and the key for a case that would take longer than anybody waits."""
-    most = max(_turns(case), key=lambda one: one.least, default=None)
-    if most is None or most.least <= MOST:
+    most = max(_oscillations(case), key=lambda one: one.minimum, default=None)
+    if most is None or most.minimum <= MAX_RADIANS:
         return None
-    hours = number(most.least * RADIAN / 3600.0, "h", digits=2)
+    hours = format_number(most.minimum * SECONDS_PER_RADIAN / 3600.0, "h", digits=2)
     sentence = (
-        f"{most.key}: {most.said(min(most.least, most.radians))} in "
-        f"{number(case.window[1], 's')}, and each is followed: up to {hours} of work; "
+        f"{most.key}: {most.describe(min(most.minimum, most.radians))} in "
+        f"{format_number(case.window[1], 's')}, and each is followed: up to {hours} of work; "
         "check the units, or take a shorter duration"
     )
     return sentence, most.key
 
 
-def effort_cautions(case: Case) -> Iterator[Caution]:
+def effort_warnings(case: Case) -> Iterator[WarningMessage]:
     """Say when a step takes a hundred times as long as one of an easy scene."""
-    most = turns(case)
+    most = largest_oscillation(case)
     each = most.radians / max(case.steps, 1)
-    if each > A_STEP:
-        time = number(most.radians * most.each, "s", digits=2)
+    if each > MAX_RADIANS_PER_STEP:
+        time = format_number(most.radians * most.each, "s", digits=2)
         whole = f"all of them up to {time}"
         if case.period is not None:
             whole = f"a period up to {time}, and many may lead to the orbit"
         sentence = (
-            f"{most.said(each)} within a step of "
-            f"{number(case.step, 's')}, and each is followed: a step may take 100 times as "
+            f"{most.describe(each)} within a step of "
+            f"{format_number(case.step, 's')}, and each is followed: a step may take 100 times as "
             f"long as usual, {whole}"
         )
         numbers = {"radians": most.radians, "radians_a_step": each}
-        yield Caution(SLOW, sentence, numbers)
+        yield WarningMessage(SLOW_SCENE, sentence, numbers)
 
 
 # How much a run writes.
 
-LARGE = "large-response"
+LARGE_RESPONSE = "large-response"
 """The slug of the caution."""
 
-ROW = 100
+BYTES_PER_ROW = 100
 """Bytes of a row of response.csv as a rule."""
 
-LEAST_SHARE = 0.4
+MIN_BYTES_SHARE = 0.4
 """Share of them that is certain: a row is as short where the mass holds still."""
 
-MUCH = 1e9
+LARGE_RESPONSE_BYTES = 1e9
 """Bytes from which on somebody should know."""
 
 
 def response_bytes(case: Case) -> float:
     """Give about how much response.csv will hold [bytes]."""
-    return float(ROW * (case.steps + 1))
+    return float(BYTES_PER_ROW * (case.steps + 1))
 
 
-def volume_cautions(case: Case) -> Iterator[Caution]:
+def volume_warnings(case: Case) -> Iterator[WarningMessage]:
     """Say when the response that a run writes is large; a sweep writes none."""
     volume = response_bytes(case)
-    if volume > MUCH and not case.scenario.sweep:
+    if volume > LARGE_RESPONSE_BYTES and not case.scenario.sweep:
         sentence = (
             f"a run writes response.csv with {case.steps + 1:.3g} rows, some "
-            f"{volume / GIGA:.3g} GB; a step longer than {number(case.step, 's')} or a shorter "
+            f"{volume / GIGA:.3g} GB; a step longer than {format_number(case.step, 's')} or a shorter "
             "duration makes it smaller"
         )
-        yield Caution(LARGE, sentence, {"rows": case.steps + 1, "bytes": volume})
+        yield WarningMessage(
+            LARGE_RESPONSE, sentence, {"rows": case.steps + 1, "bytes": volume}
+        )
 
 
 # Hashes of files and base motions.
@@ -566,16 +602,16 @@ def named_files(block: Block, keys: tuple[str, ...] = ()) -> Iterator[tuple[Any,
             yield from named_files(inner, (*keys, name))
 
 
-def hashes_of(scenario: Block) -> dict[str, str]:
+def file_hashes(scenario: Block) -> dict[str, str]:
     """Give the SHA-256 (hex) of the bytes of every file that a scenario names, by its key."""
     found = {}
     for keys, path in named_files(scenario):
-        with system.opened(path) as stream:
+        with system.open_regular_file(path) as stream:
             found[".".join(keys)] = hashlib.file_digest(stream, "sha256").hexdigest()
     return found
 
 
-def sha256_of(signal: Signal) -> str:
+def signal_sha256(signal: Signal) -> str:
     """Give the SHA-256 (hex) of a signal as little-endian doubles."""
     digest = hashlib.sha256()
     for part in blocks(signal):
@@ -583,7 +619,7 @@ def sha256_of(signal: Signal) -> str:
     return digest.hexdigest()
 
 
-def sha256_together(hashes: Iterable[str]) -> str:
+def combined_sha256(hashes: Iterable[str]) -> str:
     """Give the SHA-256 (hex) of hashes, one a line, in order."""
     return hashlib.sha256("\n".join(hashes).encode()).hexdigest()
 
@@ -591,7 +627,7 @@ def sha256_together(hashes: Iterable[str]) -> str:
 # Validate: what `run` would say about a file before it computes.
 
 
-def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
+def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
     """Give the problems of a file, changed by `KEY=VALUE` words.
 
     Those of severity `error` are the ones for which `run` would compute nothing.
@@ -604,9 +640,9 @@ def examine(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
         return (fault.problem,)
     except UsageError as fault:
         return (Problem(str(fault), file),)
-    told = clean_up(case.motion, case.law)
+    sentences = describe_clean_up(case.motion, case.law)
     if isinstance(case.scenario.excitation, Record):
-        told.append(f"base: {excitation(case.scenario.excitation, case.motion)}")
-    notes = [Problem(words, file, severity="note") for words in told]
-    warned = [Problem(known.sentence, file, severity="warning") for known in case.cautions]
+        sentences.append(f"base: {describe_excitation(case.scenario.excitation, case.motion)}")
+    notes = [Problem(words, file, severity="note") for words in sentences]
+    warned = [Problem(known.sentence, file, severity="warning") for known in case.warnings]
     return (*notes, *warned)

@@ -1,7 +1,7 @@
 """Blocks of a sweep on the workers of a Dask cluster: one that runs already, or one of our own.
 
-`joined` connects to a scheduler and makes sure that all workers run what runs here, else their
-numbers might differ. `solved` then gives the cases in order: workers compute the blocks from a
+`connect` connects to a scheduler and makes sure that all workers run what runs here, else their
+numbers might differ. `solve_ranges` then gives the cases in order: workers compute the blocks from a
 parcel with all that the sweep stands on, while they are kept and told here. Several blocks go
 together, so that handing them out costs little; one under way when its worker dies is begun
 anew by another. Whatever is lost, finished blocks are kept, and the same command goes on.
@@ -36,32 +36,32 @@ from drysim.errors import ClusterError, DrysimError, UsageError
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study.case import named_files, prepare
-from drysim.study.plan import Piece, Plan, approaches_of
+from drysim.study.plan import CaseRange, Plan, approaches_of
 from drysim.study.statistics import Batch
-from drysim.study.store import Store, packed
+from drysim.study.store import Store, pack
 from drysim.yaml_document import dump
 
-Say = Callable[[str], None]
+MessageSink = Callable[[str], None]
 
-TLS = "tls://"
+TLS_SCHEME = "tls://"
 """What the address of a scheduler begins with that asks for certificates."""
 
 LOCAL = "local"
 """The word for processes on this machine in place of the address of a scheduler."""
 
-CONNECT = 10.0
+CONNECT_TIMEOUT = 10.0
 """Time that a scheduler may take to answer [s]."""
 
-INSTALL = 'install what it needs by pip install "drysim[cluster]", or leave --cluster out'
-WAY = "name three files (PEM) by --tls-ca-file, --tls-cert and --tls-key"
-SPEAKERS = (
+INSTALL_HINT = 'install what it needs by pip install "drysim[cluster]", or leave --cluster out'
+CERTIFICATES_HINT = "name three files (PEM) by --tls-ca-file, --tls-cert and --tls-key"
+DASK_LOGGERS = (
     "asyncio", "bokeh", "distributed", "distributed.client", "tornado", "tornado.application"
 )  # fmt: skip
 
-QUIET = dict.fromkeys(SPEAKERS, "critical")
+QUIET_LOGGING = dict.fromkeys(DASK_LOGGERS, "critical")
 """What Dask would log: whatever matters of it we say ourselves."""
 
-UNWATCHED = {
+LOCAL_CLUSTER_CONFIG = {
     "distributed.worker.profile.enabled": False,
     "distributed.admin.system-monitor.interval": "5s",
     "distributed.scheduler.http.routes": [],
@@ -86,13 +86,17 @@ class Certificates(NamedTuple):
     key: Path | None = None
 
 
-NONE = Certificates()
+NO_CERTIFICATES = Certificates()
 
 
 @contextmanager
-def joined(
-    where: str, workers: int | None, say: Say, warn: Say, certificates: Certificates = NONE
-) -> Iterator[Link]:
+def connect(
+    where: str,
+    workers: int | None,
+    inform: MessageSink,
+    warn: MessageSink,
+    certificates: Certificates = NO_CERTIFICATES,
+) -> Iterator[ClusterClient]:
     """Connect to the workers of a scheduler for as long as the block.
 
     Parameters
@@ -113,49 +117,49 @@ def joined(
         When there is no scheduler at the address, it does not trust us or we not it, or a
         worker runs something else.
     """
-    require()
+    require_dask()
     import distributed
 
-    if any(certificates) and not where.startswith(TLS):
+    if any(certificates) and not where.startswith(TLS_SCHEME):
         raise UsageError(
             f"certificates have no meaning beside --cluster {where}",
-            f"give the {TLS} address of a scheduler that knows them; `local` makes its own",
+            f"give the {TLS_SCHEME} address of a scheduler that knows them; `local` makes its own",
         )
 
     with ExitStack() as stack:
         if where == LOCAL:
-            client, name = stack.enter_context(own(workers)), "the local cluster"
+            client, name = stack.enter_context(local_cluster(workers)), "the local cluster"
             remedy = "Ctrl-C ends it, and --resume goes on"
         else:
-            security = trusted(certificates) if where.startswith(TLS) else None
+            security = make_security(certificates) if where.startswith(TLS_SCHEME) else None
             try:
                 client = distributed.Client(
-                    where, timeout=CONNECT, set_as_default=False, security=security
+                    where, timeout=CONNECT_TIMEOUT, set_as_default=False, security=security
                 )
             except (OSError, ValueError, TimeoutError) as fault:
-                raise unanswered(where, fault) from fault
-            stack.callback(client.close, CONNECT)
+                raise no_scheduler_error(where, fault) from fault
+            stack.callback(client.close, CONNECT_TIMEOUT)
             name = f"the scheduler at {where}"
             remedy = f"dask worker {where}"
-        refuse_others(client.run(teller(), on_error="return"))
-        yield Link(client, name, remedy, say, warn)
+        check_all_workers(client.run(version_reader(), on_error="return"))
+        yield ClusterClient(client, name, remedy, inform, warn)
 
 
-def require() -> None:
+def require_dask() -> None:
     """Raise a UsageError with the command that installs it unless Dask is there."""
     try:
         import dask
 
-        with dask.config.set(logging=QUIET):  # which it reads when it is loaded
+        with dask.config.set(logging=QUIET_LOGGING):  # which it reads when it is loaded
             import distributed  # noqa: F401 - only whether it is there
     except ImportError:
         raise UsageError(
             "--cluster needs the packages dask and distributed, which are not installed",
-            INSTALL,
+            INSTALL_HINT,
         ) from None
 
 
-def trusted(certificates: Certificates) -> Any:
+def make_security(certificates: Certificates) -> Any:
     """Return what Dask needs to know a scheduler, and to be known by it.
 
     A UsageError says when certificates are missing, or cannot be read.
@@ -167,24 +171,28 @@ def trusted(certificates: Certificates) -> Any:
     given = {name: str(file) for name, file in words.items() if file}
     try:
         for file in given.values():
-            system.content(Path(file), 1)
+            system.read_regular_file(Path(file), 1)
         security = Security(**given, require_encryption=True)
         context = security.get_connection_args("client")["ssl_context"]
-    except (OSError, ValueError, system.Irregular) as fault:
+    except (OSError, ValueError, system.NotARegularFile) as fault:
         reason = (getattr(fault, "strerror", None) or str(fault)).lower()
         name = getattr(fault, "filename", None) or " or ".join(given.values())
-        raise UsageError(f"the certificates cannot be read: {reason}: {name}", WAY) from fault
+        raise UsageError(
+            f"the certificates cannot be read: {reason}: {name}", CERTIFICATES_HINT
+        ) from fault
     if context is None:
-        raise UsageError(f"an address that begins with {TLS} needs certificates", WAY)
+        raise UsageError(
+            f"an address that begins with {TLS_SCHEME} needs certificates", CERTIFICATES_HINT
+        )
     return security
 
 
-def unanswered(where: str, fault: Exception) -> UsageError:
+def no_scheduler_error(where: str, fault: Exception) -> UsageError:
     """Return the error for a scheduler that does not answer, or not to us."""
-    if where.startswith(TLS):
+    if where.startswith(TLS_SCHEME):
         chain = (fault, fault.__cause__, getattr(fault.__cause__, "__cause__", None))
-        told = next((one for one in chain if isinstance(one, ssl.SSLError)), None)
-        because = f" ({told.reason or told})" if told else ""
+        reported = next((one for one in chain if isinstance(one, ssl.SSLError)), None)
+        because = f" ({reported.reason or reported})" if reported else ""
         return UsageError(
             f"no Dask scheduler answers at {where} to these certificates{because}",
             "scheduler, workers and client need certificates of one authority: "
@@ -198,7 +206,7 @@ def unanswered(where: str, fault: Exception) -> UsageError:
 
 
 @contextmanager
-def own(workers: int | None) -> Iterator[Any]:
+def local_cluster(workers: int | None) -> Iterator[Any]:
     """Start a scheduler and some workers on this machine, each a process with one thread.
 
     Whoever may talk to one of them has it run any code. So they take words from those alone who
@@ -210,12 +218,12 @@ def own(workers: int | None) -> Iterator[Any]:
 
     with (
         TemporaryDirectory(prefix="drysim-", ignore_cleanup_errors=True) as folder,
-        dask.config.set({"logging": QUIET} | UNWATCHED),
+        dask.config.set({"logging": QUIET_LOGGING} | LOCAL_CLUSTER_CONFIG),
         distributed.LocalCluster(
-            n_workers=workers or system.processors(),
+            n_workers=workers or system.processor_count(),
             threads_per_worker=1,
             processes=True,
-            security=secret(Security),
+            security=temporary_security(Security),
             local_directory=folder,
             memory_limit=0,
             dashboard_address="127.0.0.1:0",
@@ -235,46 +243,49 @@ def dask_setup(worker: object) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def secret(security: Any) -> Any:
+def temporary_security(security: Any) -> Any:
     """Return credentials for one cluster, made by Dask's Security, on no disk."""
     try:
         return security.temporary()
     except ImportError:
         raise UsageError(
-            "--cluster local needs the package cryptography, which is not installed", INSTALL
+            "--cluster local needs the package cryptography, which is not installed",
+            INSTALL_HINT,
         ) from None
 
 
-LOOK = 2.0
+POLL_INTERVAL = 2.0
 """Time between two looks at how many workers there are [s]."""
 
-AHEAD = 2
+TASKS_PER_THREAD = 2
 """Loads under way for each thread of a worker: one at work, the other waiting or coming."""
 
-LONELY = 10.0
+NO_WORKER_DELAY = 10.0
 """Time without a worker after which that is said, even by a quiet command [s]."""
 
-LEAST = 4
+MIN_TASKS = 4
 """Loads under way while there is no worker yet."""
 
 
-class Link:
+class ClusterClient:
     """A connection to the workers behind a scheduler."""
 
-    def __init__(self, client: Any, name: str, remedy: str, say: Say, warn: Say) -> None:
+    def __init__(
+        self, client: Any, name: str, remedy: str, inform: MessageSink, warn: MessageSink
+    ) -> None:
         self.client, self.name, self.remedy = client, name, remedy
-        self.say, self.warn = say, warn
-        self._threads, self._looked = 0, 0.0
-        self._said = self._warned = self._had = False
-        self._lonely = time.monotonic()
+        self.inform, self.warn = inform, warn
+        self._threads, self._last_poll = 0, 0.0
+        self._has_announced = self._has_warned = self._had_workers = False
+        self._last_worker = time.monotonic()
 
-    def room(self) -> int:
+    def max_tasks(self) -> int:
         """Give how many loads of blocks may be under way."""
-        if time.monotonic() - self._looked > LOOK:
-            self.look()
-        return max(LEAST, AHEAD * self._threads)
+        if time.monotonic() - self._last_poll > POLL_INTERVAL:
+            self.poll()
+        return max(MIN_TASKS, TASKS_PER_THREAD * self._threads)
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """See how many workers there are; say so where there is none, as that may last.
 
         Of workers that die, others may take the place: that is waited for. A ClusterError says
@@ -283,38 +294,46 @@ class Link:
         try:
             self._threads = sum(self.client.nthreads().values())
         except (OSError, TimeoutError) as fault:
-            raise self.gone() from fault
-        self._looked = time.monotonic()
+            raise self.lost_error() from fault
+        self._last_poll = time.monotonic()
         if self._threads:
-            self._had, self._warned, self._lonely = True, False, self._looked
-        elif not self._had and not self._said:
-            self._said = True
-            self.say(f"{self.name} has no worker; waiting for one: {self.remedy}")
-        if self._looked - self._lonely >= LONELY and not self._warned:
-            self._warned = True
-            none = "no worker left" if self._had else f"had no worker for {LONELY:.0f} s"
-            why = "; a block may have ended them" * self._had
+            self._had_workers, self._has_warned, self._last_worker = (
+                True,
+                False,
+                self._last_poll,
+            )
+        elif not self._had_workers and not self._has_announced:
+            self._has_announced = True
+            self.inform(f"{self.name} has no worker; waiting for one: {self.remedy}")
+        if self._last_poll - self._last_worker >= NO_WORKER_DELAY and not self._has_warned:
+            self._has_warned = True
+            none = (
+                "no worker left"
+                if self._had_workers
+                else f"had no worker for {NO_WORKER_DELAY:.0f} s"
+            )
+            why = "; a block may have ended them" * self._had_workers
             self.warn(f"{self.name} has {none}{why}; waiting for one: {self.remedy}")
 
-    def wait(self, landed: SimpleQueue[Any]) -> Any:
+    def wait(self, completed: SimpleQueue[Any]) -> Any:
         """Give what lands next."""
         while True:
             try:
-                return landed.get(timeout=LOOK)
+                return completed.get(timeout=POLL_INTERVAL)
             except Empty:
-                self.look()
+                self.poll()
 
     def result(self, future: Any) -> Any:
         """Give what a task has come to; it is computed again where its worker died before."""
-        patience = LOOK
+        patience = POLL_INTERVAL
         while True:
             try:
                 return future.result(timeout=patience)
             except TimeoutError:
-                self.look()
+                self.poll()
                 patience *= 2.0  # what comes slowly begins anew each time
 
-    def gone(self) -> ClusterError:
+    def lost_error(self) -> ClusterError:
         """Give the error for a scheduler that has left us."""
         return ClusterError(
             f"{self.name} is gone; finished blocks are kept",
@@ -331,14 +350,14 @@ PACKAGES = ("drysim", "numpy", "scipy", "numba", "distributed")
 """Whatever a number or its way may depend on."""
 
 
-def teller() -> Callable[[], dict[str, str | None]]:
+def version_reader() -> Callable[[], dict[str, str | None]]:
     """Give a function that tells the versions of everything that numbers depend on.
 
     It carries all that it needs, so that it also runs where there is no drysim, or another.
     """
     names = PACKAGES
 
-    def told() -> dict[str, str | None]:
+    def reported() -> dict[str, str | None]:
         import hashlib
         import importlib
         import pathlib
@@ -358,37 +377,39 @@ def teller() -> Callable[[], dict[str, str | None]]:
             found["source of drysim"] = hashlib.sha256(content).hexdigest()[:12]
         return found
 
-    return told
+    return reported
 
 
 @cache
 def versions() -> Versions:
     """Give the versions of what runs here."""
-    return teller()()
+    return version_reader()()
 
 
-def refuse_others(there: Mapping[str, Any]) -> None:
+def check_all_workers(there: Mapping[str, Any]) -> None:
     """Raise a UsageError unless all workers, by address, tell what runs here.
 
     In place of what it runs, a worker may tell an exception.
     """
-    for worker, told in there.items():
-        if isinstance(told, BaseException):
-            raise UsageError(f"the worker {worker} cannot be asked: {told}", remedy(versions()))
-        if other := difference(told, versions()):
-            raise UsageError(f"the worker {worker} {other}", remedy(versions()))
+    for worker, reported in there.items():
+        if isinstance(reported, BaseException):
+            raise UsageError(
+                f"the worker {worker} cannot be asked: {reported}", version_hint(versions())
+            )
+        if other := version_difference(reported, versions()):
+            raise UsageError(f"the worker {worker} {other}", version_hint(versions()))
 
 
-def refuse_late(asked: Versions) -> None:
+def check_this_worker(asked: Versions) -> None:
     """Raise a ClusterError unless this worker runs what runs where its work comes from."""
-    if other := difference(versions(), asked):
+    if other := version_difference(versions(), asked):
         from distributed import get_worker
 
         worker = f"the worker {get_worker().address}, which has come late,"
-        raise ClusterError(f"{worker} {other}", f"{remedy(asked)}; --resume goes on")
+        raise ClusterError(f"{worker} {other}", f"{version_hint(asked)}; --resume goes on")
 
 
-def difference(there: Versions, here: Versions) -> str:
+def version_difference(there: Versions, here: Versions) -> str:
     """Say what is other there; empty where nothing is."""
     for name, version in here.items():
         if there.get(name) != version:
@@ -397,7 +418,7 @@ def difference(there: Versions, here: Versions) -> str:
     return ""
 
 
-def remedy(here: Versions) -> str:
+def version_hint(here: Versions) -> str:
     """Say how to make all machines alike."""
     words = " ".join(f"{name}=={here[name]}" for name in PACKAGES)
     return f"install the same on all machines, pip install {words}, and start the workers anew"
@@ -406,41 +427,45 @@ def remedy(here: Versions) -> str:
 # Blocks on their way to the workers and back, few of them at a time.
 
 
-def solved(
-    plan: Plan, scenario: Scenario, link: Link, store: Store, finished: Callable[[Batch], None]
-) -> Iterator[tuple[Piece, Batch]]:
-    """Give the cases of every piece in order, as `study.sweep.solved` does.
+def solve_ranges(
+    plan: Plan,
+    scenario: Scenario,
+    link: ClusterClient,
+    store: Store,
+    finished: Callable[[Batch], None],
+) -> Iterator[tuple[CaseRange, Batch]]:
+    """Give the cases of every piece in order, as `study.sweep.solve_ranges` does.
 
     A block is kept as soon as it comes, whatever its turn: whoever is killed here loses no more
     than is under way. In its turn it is read again, so that none is held meanwhile.
     """
-    wanted = (k for k, piece in enumerate(plan.pieces) if not store.holds(piece))
-    come: set[int] = set()
-    parcel = Parcel.of(scenario, store.sweep)
-    with closing(computed(link, parcel, wanted, len(plan.pieces))) as flight:
-        for turn, piece in enumerate(plan.pieces):
-            while (batch := store.read(piece)) is None:
+    wanted = (k for k, case_range in enumerate(plan.ranges) if not store.has(case_range))
+    newly_stored: set[int] = set()
+    payload = Payload.of(scenario, store.sweep)
+    with closing(compute_remotely(link, payload, wanted, len(plan.ranges))) as in_flight:
+        for index, case_range in enumerate(plan.ranges):
+            while (batch := store.read(case_range)) is None:
                 # A fault of a case is met again here, where its file and line are known.
-                number, words = next(flight, (turn, None))
-                store.keep(
-                    plan.pieces[number], words or packed(plan.block(number), store.sweep)
+                number, words = next(in_flight, (index, None))
+                store.write_packed(
+                    plan.ranges[number], words or pack(plan.block(number), store.sweep)
                 )
-                come.add(number)
-            if turn in come:
-                come.remove(turn)
+                newly_stored.add(number)
+            if index in newly_stored:
+                newly_stored.remove(index)
                 finished(batch)
-            yield piece, batch
+            yield case_range, batch
 
 
-DEADLY = 3
+MAX_LISTED_RANGES = 3
 """Blocks that a message names at most."""
 
-Landed = tuple[int, bytes | None]
+NumberedResult = tuple[int, bytes | None]
 
 
-def computed(
-    link: Link, parcel: Parcel, numbers: Iterable[int], count: int
-) -> Generator[Landed]:
+def compute_remotely(
+    link: ClusterClient, payload: Payload, numbers: Iterable[int], count: int
+) -> Generator[NumberedResult]:
     """Give blocks, packed, as the workers finish them; None for one with a case at fault.
 
     A block under way when its worker dies is begun anew by another. One that was there when
@@ -453,30 +478,32 @@ def computed(
     ClusterError
         When the scheduler is lost, or, after all others, for blocks that end their workers.
     """
-    flight = Flight(link, parcel)
-    yield from flight.through(numbers, Load(count))
-    yield from flight.through(flight.suspects(), None)
-    if deadly := flight.suspects():
-        those = ", ".join(map(str, deadly[:DEADLY])) + ", ..." * (len(deadly) > DEADLY)
+    in_flight = InFlight(link, payload)
+    yield from in_flight.process(numbers, TaskSize(count))
+    yield from in_flight.process(in_flight.take_suspects(), None)
+    if failed := in_flight.take_suspects():
+        those = ", ".join(map(str, failed[:MAX_LISTED_RANGES])) + ", ..." * (
+            len(failed) > MAX_LISTED_RANGES
+        )
         raise ClusterError(
-            f"{len(deadly)} of the blocks end every worker that computes them: {those}; all "
+            f"{len(failed)} of the blocks end every worker that computes them: {those}; all "
             "others are finished",
             "give the workers more memory, or compute the rest without --cluster by --resume",
         )
 
 
-class Flight:
+class InFlight:
     """The blocks that are under way."""
 
-    def __init__(self, link: Link, parcel: Parcel) -> None:
-        self.link, self.name = link, f"drysim-{parcel.digest[:16]}"
-        self._held: dict[str, tuple[list[int], Any]] = {}
-        self._landed: SimpleQueue[Any] = SimpleQueue()
+    def __init__(self, link: ClusterClient, payload: Payload) -> None:
+        self.link, self.name = link, f"drysim-{payload.digest[:16]}"
+        self._futures: dict[str, tuple[list[int], Any]] = {}
+        self._completed: SimpleQueue[Any] = SimpleQueue()
         self._suspects: list[int] = []
-        self._tries = 0
-        self._parcel = self._shared(parcel) if parcel.files else parcel
+        self._attempt = 0
+        self._payload = self._submit_payload(payload) if payload.files else payload
 
-    def _shared(self, parcel: Parcel) -> Any:
+    def _submit_payload(self, payload: Payload) -> Any:
         """Give a parcel that is too large to go with every load: as a task of its own.
 
         So it goes to every worker once; but a scheduler prefers those that have it already.
@@ -484,51 +511,53 @@ class Flight:
         with warnings.catch_warnings():
             # A record is as large as it is.
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            return self.link.client.submit(handed, parcel, key=f"parcel-of-{self.name}")
+            return self.link.client.submit(pass_through, payload, key=f"parcel-of-{self.name}")
 
-    def suspects(self) -> list[int]:
+    def take_suspects(self) -> list[int]:
         """Give the blocks whose workers died, and forget them."""
         found, self._suspects = self._suspects, []
         return found
 
-    def through(self, numbers: Iterable[int], load: Load | None) -> Iterator[Landed]:
+    def process(
+        self, numbers: Iterable[int], load: TaskSize | None
+    ) -> Iterator[NumberedResult]:
         """Give blocks as they come: as many under way as fit, or without a load one alone."""
         waiting = iter(numbers)
-        self._tries += 1
+        self._attempt += 1
         while True:
-            while len(self._held) < (room := self.link.room() if load else 1):
-                if not (some := list(islice(waiting, load.blocks(room) if load else 1))):
+            while len(self._futures) < (max_tasks := self.link.max_tasks() if load else 1):
+                if not (some := list(islice(waiting, load.blocks(max_tasks) if load else 1))):
                     break
-                self._send(some)
+                self._submit(some)
                 if load:
-                    load.sent(some)
-            if not self._held:
+                    load.record_sent(some)
+            if not self._futures:
                 return
-            yield from self._land(load)
+            yield from self._receive(load)
 
-    def _send(self, numbers: list[int]) -> None:
+    def _submit(self, numbers: list[int]) -> None:
         # Never the key of another client of the same sweep, whose load may hold other blocks.
-        key = f"{self.name}-{uuid4().hex[:12]}-{numbers[0]}-{self._tries}"
-        future = self.link.client.submit(compute, self._parcel, numbers, key=key)
-        self._held[key] = numbers, future
-        future.add_done_callback(self._landed.put)
+        key = f"{self.name}-{uuid4().hex[:12]}-{numbers[0]}-{self._attempt}"
+        future = self.link.client.submit(compute, self._payload, numbers, key=key)
+        self._futures[key] = numbers, future
+        future.add_done_callback(self._completed.put)
 
-    def _land(self, load: Load | None) -> Iterator[Landed]:
+    def _receive(self, load: TaskSize | None) -> Iterator[NumberedResult]:
         """Give the blocks that come next, unless their worker died."""
         from distributed import KilledWorker
 
-        future = self.link.wait(self._landed)
-        numbers, _ = self._held.pop(future.key)
+        future = self.link.wait(self._completed)
+        numbers, _ = self._futures.pop(future.key)
         try:
             if future.status == "error":
                 fault = future.exception()
                 if not isinstance(fault, KilledWorker):
-                    raise told(fault)
+                    raise as_drysim_error(fault)
                 self._suspects.extend(numbers)
                 return
             blocks, took = self.link.result(future)
         except (CancelledError, OSError, TimeoutError) as fault:
-            raise self.link.gone() from fault
+            raise self.link.lost_error() from fault
         finally:
             with suppress(RuntimeError):  # of a loop that is closed
                 future.release()  # here: an interrupt is lost in what Python does by itself
@@ -537,12 +566,12 @@ class Flight:
         yield from zip(numbers, blocks, strict=True)
 
 
-def handed(parcel: Parcel) -> Parcel:
+def pass_through(payload: Payload) -> Payload:
     """Give a parcel as it is."""
-    return parcel
+    return payload
 
 
-def told(fault: BaseException) -> BaseException:
+def as_drysim_error(fault: BaseException) -> BaseException:
     """Give what a worker has met as an error of ours; a bug stays what it is."""
     if isinstance(fault, ImportError | AttributeError):
         return ClusterError(
@@ -557,15 +586,15 @@ def told(fault: BaseException) -> BaseException:
     return fault
 
 
-WORK = 0.5
+SECONDS_PER_TASK = 0.5
 """Work that goes together [s]: a task of its own costs scheduler, worker and client some 6 ms
 of processor time, however little there is in it."""
 
-MOST_BYTES = 16_000_000
+MAX_TASK_BYTES = 16_000_000
 """Bytes that come back together at most: a scheduler passes them on whole."""
 
 
-class Load:
+class TaskSize:
     """How many blocks go to a worker together; what has come tells of what is to come.
 
     The first go one by one: nobody knows yet what they take. The last go one by one, too, so
@@ -574,33 +603,33 @@ class Load:
 
     def __init__(self, count: int) -> None:
         self._count = self._left = count  # with those that nobody wants any more
-        self._fit = 1
+        self._blocks_per_task = 1
 
-    def blocks(self, room: int) -> int:
+    def blocks(self, max_tasks: int) -> int:
         """Give how many go together now, where so many tasks may be under way."""
-        return max(1, min(self._fit, self._left // room))
+        return max(1, min(self._blocks_per_task, self._left // max_tasks))
 
-    def sent(self, numbers: Sequence[int]) -> None:
+    def record_sent(self, numbers: Sequence[int]) -> None:
         """Note which blocks are on their way."""
         self._left = self._count - numbers[-1] - 1
 
     def took(self, blocks: Sequence[bytes | None], seconds: float) -> None:
         """Note how long some blocks took."""
         size = sum(map(len, filter(None, blocks)))
-        share = max(seconds / WORK, size / MOST_BYTES, 1e-9)
-        self._fit = max(1, int(len(blocks) / share))
+        share = max(seconds / SECONDS_PER_TASK, size / MAX_TASK_BYTES, 1e-9)
+        self._blocks_per_task = max(1, int(len(blocks) / share))
 
 
 # What a worker does: a parcel, which travels once, holds all that it needs for any block.
 
-SCENARIO = "scenario.yaml"
+SCENARIO_FILE = "scenario.yaml"
 
-SWEEPS_KEPT = 2
+MAX_OPEN_SWEEPS = 2
 """Sweeps that a worker keeps open: the latest, and one that is worked at beside it."""
 
 
 @dataclass(frozen=True)
-class Parcel:
+class Payload:
     """A scenario as words, and the files that it names; no worker reads another disk.
 
     Attributes
@@ -643,27 +672,27 @@ class Parcel:
         return digest.hexdigest()
 
 
-@lru_cache(SWEEPS_KEPT)
-def opened(parcel: Parcel) -> Plan:
+@lru_cache(MAX_OPEN_SWEEPS)
+def open_plan(payload: Payload) -> Plan:
     """Give the plan that a parcel holds.
 
     A worker lives longer than a sweep, so it compiles: a small one may not settle for plain.
     """
-    compile.settle(compile.PLAIN_STEPS + 1)
-    folder = Path(tempfile.mkdtemp(prefix="drysim-", dir=own_folder()))
-    with ExitStack() as leave:
-        leave.callback(rmtree, folder, ignore_errors=True)
-        (folder / SCENARIO).write_text(parcel.words, encoding="utf-8")
-        for file, content in parcel.files:
+    compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)
+    folder = Path(tempfile.mkdtemp(prefix="drysim-", dir=worker_folder()))
+    with ExitStack() as cleanup:
+        cleanup.callback(rmtree, folder, ignore_errors=True)
+        (folder / SCENARIO_FILE).write_text(payload.words, encoding="utf-8")
+        for file, content in payload.files:
             (folder / file).write_bytes(content)
-        case = prepare(load(folder / SCENARIO))
+        case = prepare(load(folder / SCENARIO_FILE))
         plan = Plan.of(approaches_of(case.scenario), case)
-        if parcel.files:  # long samples stay in their file
-            finalize(plan, leave.pop_all().close)
+        if payload.files:  # long samples stay in their file
+            finalize(plan, cleanup.pop_all().close)
     return plan
 
 
-def own_folder() -> str | None:
+def worker_folder() -> str | None:
     """Give the folder of this worker, None outside of one.
 
     When a worker was killed, the next one on its machine removes what it has left there.
@@ -676,7 +705,7 @@ def own_folder() -> str | None:
         return None
 
 
-def compute(parcel: Parcel, numbers: Sequence[int]) -> tuple[list[bytes | None], float]:
+def compute(payload: Payload, numbers: Sequence[int]) -> tuple[list[bytes | None], float]:
     """Give blocks, packed, and the processor time that they took [s].
 
     A block with a case at fault is None, as whoever asks can say better what is wrong.
@@ -686,14 +715,14 @@ def compute(parcel: Parcel, numbers: Sequence[int]) -> tuple[list[bytes | None],
     ClusterError
         When this worker, which has come late, runs something else.
     """
-    refuse_late(dict(parcel.versions))
+    check_this_worker(dict(payload.versions))
     began = time.thread_time()
-    return [_block(parcel, number) for number in numbers], time.thread_time() - began
+    return [_compute_one(payload, number) for number in numbers], time.thread_time() - began
 
 
-def _block(parcel: Parcel, number: int) -> bytes | None:
+def _compute_one(payload: Payload, number: int) -> bytes | None:
     """Give a block, packed; None where a case is at fault."""
     try:
-        return packed(opened(parcel).block(number), parcel.sweep)
+        return pack(open_plan(payload).block(number), payload.sweep)
     except DrysimError:
         return None

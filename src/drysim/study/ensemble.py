@@ -21,36 +21,43 @@ from drysim.approach import EXACT
 from drysim.approach.solution import Events, Response
 from drysim.core import compile
 from drysim.core.compile import COMPILED, engine
-from drysim.core.model import Law, Samples, Sines
-from drysim.errors import Caution, SolverError
+from drysim.core.model import CoulombLaw, Samples, Sines
+from drysim.errors import SolverError, WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.stroke import Values, excursions, stroke_statistics
-from drysim.metrics.table import METRICS, energies, means
-from drysim.scenario.blocks import SEED
+from drysim.metrics.table import METRICS, energy_metrics, mean_metrics
+from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import run as one_case
-from drysim.study.case import Case, assemble, base_motion, bytes_of, prepare, sha256_of
-from drysim.study.outcome import Outcome, exit_code, judged, line, values
-from drysim.study.run import MotionOf, attempted, track_of
+from drysim.study.case import (
+    Case,
+    assemble,
+    base_motion,
+    prepare,
+    response_memory,
+    signal_sha256,
+)
+from drysim.study.outcome import Outcome, count_verdicts, exit_code, format_metrics, format_repr
+from drysim.study.run import MotionSource, trajectory_of, try_measure
 from drysim.study.statistics import (
     FAILED,
     OK,
     Row,
     Statistic,
-    about_mean,
-    asked,
-    enough,
-    most,
-    of_seed,
+    has_enough_seeds,
+    max_seeds,
+    seed_range,
     statistics,
-    until_of,
+    stopping_rule,
+    with_interval,
+    with_seed,
 )
-from drysim.study.warnings import remarks
-from drysim.system import hands, in_order
-from drysim.wording import several
+from drysim.study.warnings import ensemble_warnings
+from drysim.system import map_in_order, worker_count
+from drysim.wording import format_count
 
 if TYPE_CHECKING:
-    from drysim.approach.many_records import Measured
+    from drysim.approach.many_records import BatchResult
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +86,7 @@ class Ensemble:
     statistics: Mapping[str, Statistic | None]
     shown: Outcome
     checks: tuple[Verdict, ...] = ()
-    warnings: tuple[Caution, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
     complete: bool = True
 
     @property
@@ -104,8 +111,13 @@ class Ensemble:
 
     def __repr__(self) -> str:
         """Give what came out, in a line."""
-        kept, many = judged(self.checks, self.warnings), several(len(self.rows), "seed")
-        return line("Ensemble", self.scenario.name, many, values(self.metrics), kept)
+        kept, many = (
+            count_verdicts(self.checks, self.warnings),
+            format_count(len(self.rows), "seed"),
+        )
+        return format_repr(
+            "Ensemble", self.scenario.name, many, format_metrics(self.metrics), kept
+        )
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 3 when a seed failed, 1 when a check did; `strict` counts warnings as checks."""
@@ -140,16 +152,16 @@ def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble
         When it is no scenario, or `workers` no number of threads.
     """
     case = prepare(scenario)
-    hands(workers)  # what is no number of threads is refused for one seed, too
-    if most(scenario) == 1:
+    worker_count(workers)  # what is no number of threads is refused for one seed, too
+    if max_seeds(scenario) == 1:
         return one_case.solve(case)
     return solve(case, workers=workers)
 
 
-Finished = Callable[[int, Row], None]
+RowCallback = Callable[[int, Row], None]
 
 
-def nothing(number: int, row: Row) -> None:
+def ignore_row(number: int, row: Row) -> None:
     """Do nothing with a finished seed."""
 
 
@@ -158,7 +170,7 @@ def solve(
     *,
     workers: int | None = None,
     done: Mapping[int, Row] | None = None,
-    finished: Finished = nothing,
+    finished: RowCallback = ignore_row,
 ) -> Ensemble:
     """Give the ensemble of a case that is ready to be solved.
 
@@ -178,104 +190,109 @@ def solve(
     SolverError
         When the numerics fail with every seed.
     """
-    compile.settle(case.work * most(case.scenario), case.price.kernels)
+    compile.choose_engine(case.work * max_seeds(case.scenario), case.step_cost.kernels)
     rows: list[Row] = []
     known = done or {}
-    for row in rows_of(case.scenario, threads(case, workers), known):
+    for row in solve_seeds(case.scenario, thread_count(case, workers), known):
         if len(rows) not in known:
             finished(len(rows), row)
         rows.append(row)
-    return ensemble_of(case, rows)
+    return make_ensemble(case, rows)
 
 
-def ensemble_of(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
+def make_ensemble(case: Case, rows: Sequence[Row], complete: bool = True) -> Ensemble:
     """Give the ensemble of finished seeds, with all verdicts; errors as in `solve`."""
     scenario, good = case.scenario, [row for row in rows if row.status == OK]
     if not good:
         raise SolverError(f"the numerics fail with every seed; the first says: {rows[0].note}")
-    alone = of_seed(scenario, good[0].seed)
-    shown = one_case.solve(assemble(alone, base_motion(alone)))
+    one_seed = with_seed(scenario, good[0].seed)
+    shown = one_case.solve(assemble(one_seed, base_motion(one_seed)))
     found = statistics(good)
     means = {name: one and one.mean for name, one in found.items()}
     verdicts = []
     for check in scenario.checks:
         verdict, one = check.judge(means), found[check.metric]
-        verdicts.append(about_mean(verdict, one.half_width, one.seeds) if one else verdict)
-    warnings = tuple(remarks(case, rows, found, verdicts, shown))
+        verdicts.append(with_interval(verdict, one.half_width, one.seeds) if one else verdict)
+    warnings = tuple(ensemble_warnings(case, rows, found, verdicts, shown))
     return Ensemble(scenario, tuple(rows), found, shown, tuple(verdicts), warnings, complete)
 
 
-def threads(case: Case, workers: int | None) -> int:
+def thread_count(case: Case, workers: int | None) -> int:
     """Give how many seeds may be under way at a time: as many as fit into the memory."""
-    wanted = hands(workers)
+    wanted = worker_count(workers)
     if compile.engine() == compile.PLAIN:
         return 1  # plain Python does one thing at a time
-    room = int(system.memory() // bytes_of(case.steps, bool(case.scenario.measure.weights)))
-    return max(1, min(wanted, room))
+    limit = int(
+        system.total_memory()
+        // response_memory(case.steps, bool(case.scenario.measure.weights))
+    )
+    return max(1, min(wanted, limit))
 
 
 # The rows, seed by seed in their order.
 
 
-def rows_of(
+def solve_seeds(
     scenario: Scenario,
     threads: int,
     done: Mapping[int, Row] | None = None,
-    motion_of: MotionOf = base_motion,
+    motion_of: MotionSource = base_motion,
 ) -> Iterator[Row]:
     """Give the row of every seed that a scenario needs, in order."""
-    seeds, kept = asked(scenario), done or {}
-    alone = of_seed(scenario, seeds[0])
-    first = assemble(alone, motion_of(alone))
-    step = length_of(first, len(seeds))
+    seeds, kept = seed_range(scenario), done or {}
+    one_seed = with_seed(scenario, seeds[0])
+    first = assemble(one_seed, motion_of(one_seed))
+    step = block_length(first, len(seeds))
 
     def block(begin: int) -> list[Row]:
         every = seeds[begin : begin + step]
         missing = [seed for seed in every if seed - seeds[0] not in kept]
-        new = dict(zip(missing, rows_of_block(first, missing, motion_of), strict=True))
+        new = dict(zip(missing, solve_seed_block(first, missing, motion_of), strict=True))
         return [new[seed] if seed in new else kept[seed - seeds[0]] for seed in every]
 
     rows: list[Row] = []
-    with closing(in_order(block, range(0, len(seeds), step), threads)) as found:
+    with closing(map_in_order(block, range(0, len(seeds), step), threads)) as found:
         for one in chain.from_iterable(found):
             rows.append(one)
             yield one
-            if enough(scenario, rows):
+            if has_enough_seeds(scenario, rows):
                 return
 
 
-def rows_of_block(case: Case, seeds: Sequence[int], motion_of: MotionOf) -> Iterator[Row]:
+def solve_seed_block(
+    case: Case, seeds: Sequence[int], motion_of: MotionSource
+) -> Iterator[Row]:
     """Give the rows of some seeds, which are measured together where there are several."""
     scenario, law = case.scenario, case.law
     if len(seeds) < 2:
-        yield from (row_of_seed(scenario, seed, motion_of) for seed in seeds)
+        yield from (solve_seed(scenario, seed, motion_of) for seed in seeds)
         return
     digests: list[str] = []
 
     def drawn() -> Iterator[Samples]:
         for seed in seeds:
-            motion = sampled(motion_of(of_seed(scenario, seed)))
-            digests.append(sha256_of(motion.u_dd))
+            motion = as_samples(motion_of(with_seed(scenario, seed)))
+            digests.append(signal_sha256(motion.u_dd))
             yield motion
 
-    same, found = (scenario.word, law.F_fk, law.F_fs), measured_block(case, drawn(), len(seeds))
+    same, found = (scenario.label, law.F_fk, law.F_fs), measure_block(case, drawn(), len(seeds))
     for i, (seed, metrics) in enumerate(zip(seeds, found, strict=True)):
         if metrics is None:
-            yield row_of_seed(scenario, seed, motion_of)
+            yield solve_seed(scenario, seed, motion_of)
         else:
-            yield Row({SEED: seed}, *same, metrics, sha256=digests[i])
+            yield Row({SEED_KEY: seed}, *same, metrics, sha256=digests[i])
 
 
-def row_of_seed(scenario: Scenario, seed: int, motion_of: MotionOf = base_motion) -> Row:
+def solve_seed(scenario: Scenario, seed: int, motion_of: MotionSource = base_motion) -> Row:
     """Give the row of one seed; a failure of the numerics is a status, not an end."""
-    alone, law = of_seed(scenario, seed), scenario.law()
-    motion = sampled(motion_of(alone))
-    found = attempted(alone, lambda _: motion)
-    sha256 = sha256_of(motion.u_dd)
-    return Row({SEED: seed}, scenario.word, law.F_fk, law.F_fs, *found, sha256)
+    one_seed, law = with_seed(scenario, seed), scenario.law()
+    motion = as_samples(motion_of(one_seed))
+    found = try_measure(one_seed, lambda _: motion)
+    sha256 = signal_sha256(motion.u_dd)
+    return Row({SEED_KEY: seed}, scenario.label, law.F_fk, law.F_fs, *found, sha256)
 
 
-def sampled(motion: Sines | Samples) -> Samples:
+def as_samples(motion: Sines | Samples) -> Samples:
     """Give a motion that was drawn, which is samples."""
     assert isinstance(motion, Samples), "what is drawn is samples"
     return motion
@@ -283,37 +300,41 @@ def sampled(motion: Sines | Samples) -> Samples:
 
 # Blocks of seeds: one call of the kernel measures a block of them.
 
-MOST, FEWEST = 128, 8
+MAX_SEEDS_PER_BLOCK, MIN_SEEDS_PER_BLOCK = 128, 8
 """Seeds of a block: as many as the kernel marches together, and a group of them."""
 
-PARTS = 4
+MIN_BLOCKS = 4
 """Blocks at least, so that threads can share the work of few seeds."""
 
-TO_BE_JUDGED = 32
+MAX_SEEDS_PER_DECISION = 32
 """Seeds of a block at most where an interval decides how many are needed."""
 
-NUMBERS = 1 << 22
+MAX_SAMPLES_PER_BLOCK = 1 << 22
 """Samples of a block at most: 100 MB with what is made of them."""
 
 
-def length_of(case: Case, seeds: int) -> int:
+def block_length(case: Case, seeds: int) -> int:
     """Give how many of so many seeds a block holds; 1 where each is solved by itself.
 
     The one place that says which scenes go by blocks. It does not depend on the number of
     threads, nor do results: what a seed comes to does not depend on those beside it.
     """
-    room = min(MOST, NUMBERS // max(case.steps, 1))
-    if until_of(case.scenario):
-        room = min(room, TO_BE_JUDGED)
-    if room < FEWEST or seeds < FEWEST or not fits(case):
+    limit = min(MAX_SEEDS_PER_BLOCK, MAX_SAMPLES_PER_BLOCK // max(case.steps, 1))
+    if stopping_rule(case.scenario):
+        limit = min(limit, MAX_SEEDS_PER_DECISION)
+    if (
+        limit < MIN_SEEDS_PER_BLOCK
+        or seeds < MIN_SEEDS_PER_BLOCK
+        or not can_measure_together(case)
+    ):
         return 1
-    share = -(-seeds // PARTS)
-    return min(room, max(FEWEST, share + -share % FEWEST))
+    share = -(-seeds // MIN_BLOCKS)
+    return min(limit, max(MIN_SEEDS_PER_BLOCK, share + -share % MIN_SEEDS_PER_BLOCK))
 
 
-def fits(case: Case) -> bool:
+def can_measure_together(case: Case) -> bool:
     """Tell whether the exact solution of a case can be measured side by side with others."""
-    from drysim.approach.many_records import measurable
+    from drysim.approach.many_records import can_batch
 
     return (
         engine() == COMPILED
@@ -321,68 +342,68 @@ def fits(case: Case) -> bool:
         and case.period is None
         and case.scenario.measure.weights is None
         and isinstance(case.motion, Samples)
-        and samples_of(case) is not None
-        and measurable(case.plant, case.law, case.step)
+        and window_samples(case) is not None
+        and can_batch(case.plant, case.law, case.step)
     )
 
 
-def samples_of(case: Case) -> tuple[int, int] | None:
+def window_samples(case: Case) -> tuple[int, int] | None:
     """Give the samples at which the window begins and ends; None where it does between two."""
-    from drysim.approach.scene import ON_GRID
+    from drysim.approach.scene import GRID_TOLERANCE
 
     shares = [t / case.step for t in case.window]
     begin, end = map(round, shares)
-    near = all(abs(t - round(t)) <= ON_GRID * max(1.0, t) for t in shares)
+    near = all(abs(t - round(t)) <= GRID_TOLERANCE * max(1.0, t) for t in shares)
     return (begin, end) if near and begin < end else None
 
 
-def measured_block(
+def measure_block(
     case: Case, motions: Iterable[Samples], count: int
 ) -> Iterator[Values | None]:
     """Give the metrics of a case under each of so many base motions.
 
     None stands for one that must be solved by itself: its numerics fail.
     """
-    from drysim.approach.many_records import abreast, measure_many
+    from drysim.approach.many_records import make_batch, measure_batch
 
-    window = samples_of(case)
-    assert type(case.law) is Law, "asked for of what `fits` only"
-    assert window is not None, "asked for of what `fits` only"
-    given = abreast(motions, count, window)
-    many = measure_many(case.plant, case.law, given, case.start)
-    columns = means(many.totals, case.window[1] - case.window[0])
-    columns |= energies(case.plant, case.law.F_fk, many.totals, many.first, many.last)
-    known = {name: numbers(column, count) for name, column in columns.items()}
+    window = window_samples(case)
+    assert type(case.law) is CoulombLaw, "asked for of what `can_measure_together` only"
+    assert window is not None, "asked for of what `can_measure_together` only"
+    motions_in_lanes = make_batch(motions, count, window)
+    many = measure_batch(case.plant, case.law, motions_in_lanes, case.start)
+    columns = mean_metrics(many.totals, case.window[1] - case.window[0])
+    columns |= energy_metrics(case.plant, case.law.F_fk, many.totals, many.first, many.last)
+    known = {name: optional_values(column, count) for name, column in columns.items()}
     for i, found in enumerate(many.found.tolist()):
         if not found:
             yield None
             continue
         values: Values = {name: column[i] for name, column in known.items()}
-        values |= of_stroke(case, given.motion(i), many, i)
+        values |= stroke_metrics(case, motions_in_lanes.motion(i), many, i)
         yield {metric.name: values.get(metric.name) for metric in METRICS}
 
 
-def numbers(column: object, count: int) -> list[float | None]:
+def optional_values(column: object, count: int) -> list[float | None]:
     """Give the numbers of a column, None for what is not known."""
     if not isinstance(column, np.ndarray):
         return [None] * count
     return [None if value != value else value for value in column.tolist()]
 
 
-def of_stroke(case: Case, motion: Samples, many: Measured, i: int) -> Values:
+def stroke_metrics(case: Case, motion: Samples, many: BatchResult, i: int) -> Values:
     """Give the metrics of one seed that are read off its way from stop to stop."""
-    way, suffices, x_rM = many.paths[i], float(many.suffices[i]), case.limit
+    displacements, suffices, x_rM = many.paths[i], float(many.suffices[i]), case.limit
     length = case.window[1] - case.window[0]
-    peak = float(np.abs(way).max())
+    peak = float(np.abs(displacements).max())
     values: Values = {"x_r_peak": peak, "stroke_suffices": suffices, "chatter_share": 0.0}
-    values |= stroke_statistics(way, length, x_rM, case.goes_on)
+    values |= stroke_statistics(displacements, length, x_rM, case.stationary)
     if x_rM is not None:
         times, t_first, t_beyond = 0, None, 0.0
         if suffices >= x_rM:
-            alone = replace(case, motion=motion)
-            track = track_of(alone, case.start, case.step, case.window[1])
-            path = track.path((0.0, track.end), x_rM)
-            times, t_first, t_beyond = excursions(track, path, x_rM)
+            one_seed = replace(case, motion=motion)
+            trajectory = trajectory_of(one_seed, case.start, case.step, case.window[1])
+            path = trajectory.path((0.0, trajectory.end), x_rM)
+            times, t_first, t_beyond = excursions(trajectory, path, x_rM)
         values |= {"stroke_used": peak / x_rM, "violations": times, "t_beyond": t_beyond}
         values["t_first_violation"] = t_first
     return values

@@ -9,20 +9,20 @@ from pathlib import Path
 
 import drysim
 from drysim.errors import OutputError, UsageError
-from drysim.units import meant, near
-from drysim.yaml_document import read
+from drysim.units import closest_match, did_you_mean
+from drysim.yaml_document import read_document
 
 SUFFIX = ".yaml"
 
-HARD = "hard"
+HARD_FOLDER = "hard"
 """Part of the gallery that holds the hard cases: scenes that are hard to compute."""
 
-LOOPS = Path("pictures", "loops")
+LOOPS_FOLDER = Path("pictures", "loops")
 """Folder of the gallery that holds the loops of its friction laws."""
 
 
 @dataclass(frozen=True)
-class Piece:
+class GalleryScenario:
     """A scenario of the gallery: its name, its own words about itself, and its file."""
 
     name: str
@@ -32,16 +32,16 @@ class Piece:
     @property
     def loop(self) -> Path | None:
         """The picture of its friction loop, if the gallery shows it."""
-        file = self.file.parent / LOOPS / f"{self.file.stem}.png"
+        file = self.file.parent / LOOPS_FOLDER / f"{self.file.stem}.png"
         return file if file.is_file() else None
 
 
-def pieces(part: str = "") -> list[Piece]:
+def list_scenarios(part: str = "") -> list[GalleryScenario]:
     """Give the scenarios of the gallery, or of a part of it, in the order of their names."""
-    return [piece(file) for file in sorted((folder() / part).glob(f"*{SUFFIX}"))]
+    return [read_scenario(file) for file in sorted((folder() / part).glob(f"*{SUFFIX}"))]
 
 
-def find(name: str) -> Piece:
+def find(name: str) -> GalleryScenario:
     """Give the scenario of the gallery with this name.
 
     Raises
@@ -49,13 +49,15 @@ def find(name: str) -> Piece:
     UsageError
         When the gallery has no such scenario; names the nearest.
     """
-    found = (*folder().glob(f"*{SUFFIX}"), *(folder() / HARD).glob(f"*{SUFFIX}"))
-    files = {name_of(file): file for file in sorted(found)}
+    found = (*folder().glob(f"*{SUFFIX}"), *(folder() / HARD_FOLDER).glob(f"*{SUFFIX}"))
+    files = {scenario_name(file): file for file in sorted(found)}
     known = files.get(name.removesuffix(SUFFIX))
     if known is None:
-        sentence = f"the gallery has no scenario `{name}`{meant(near(name, files))}"
+        sentence = (
+            f"the gallery has no scenario `{name}`{did_you_mean(closest_match(name, files))}"
+        )
         raise UsageError(sentence, "`drysim init --list` shows it")
-    return piece(known)
+    return read_scenario(known)
 
 
 def copy(name: str, target: Path) -> list[Path]:
@@ -78,8 +80,8 @@ def copy(name: str, target: Path) -> list[Path]:
     chosen = find(name).file
     refuse_existing(target / chosen.name)
     home = chosen.parent
-    needed = records(read(chosen).value)
-    missing = [record for record in needed if not in_place(home / record, target / record)]
+    needed = record_files(read_document(chosen).value)
+    missing = [record for record in needed if not is_copied(home / record, target / record)]
     for file in [*missing, chosen.name]:
         write_new(target / file, (home / file).read_bytes())
     return [target / file for file in (chosen.name, *missing)]
@@ -92,30 +94,32 @@ def folder() -> Path:
     return installed if installed.is_dir() else home.parents[1] / "scenarios"
 
 
-def piece(file: Path) -> Piece:
+def read_scenario(file: Path) -> GalleryScenario:
     """Give one scenario of the gallery by its file."""
-    return Piece(name_of(file), str(read(file).value.get("about", "")), file)
+    return GalleryScenario(
+        scenario_name(file), str(read_document(file).value.get("about", "")), file
+    )
 
 
-def name_of(file: Path) -> str:
+def scenario_name(file: Path) -> str:
     """Give the name by which a file of the gallery is asked for, such as `hard/never-moves`."""
     return file.relative_to(folder()).with_suffix("").as_posix()
 
 
-def records(value: object) -> Iterator[str]:
+def record_files(value: object) -> Iterator[str]:
     """Give every file that a scenario of the gallery reads, relative to the gallery."""
     if isinstance(value, dict):
         for key, inner in value.items():
             if key == "file" and isinstance(inner, str):
                 yield inner
             else:
-                yield from records(inner)
+                yield from record_files(inner)
     elif isinstance(value, list):
         for inner in value:
-            yield from records(inner)
+            yield from record_files(inner)
 
 
-def in_place(record: Path, copied: Path) -> bool:
+def is_copied(record: Path, copied: Path) -> bool:
     """Tell whether a record lies there already; refuse when something else does."""
     if copied.is_file() and copied.read_bytes() == record.read_bytes():
         return True

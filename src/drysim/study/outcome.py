@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, Caution
-from drysim.wording import length, length_unit, listed, number, several
+from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
+from drysim.wording import format_count, format_length, format_number, join_words, length_unit
 
 if TYPE_CHECKING:
     from drysim.approach.solution import Events, Response
@@ -42,7 +42,7 @@ class Outcome:
     response: Response
     metrics: Values
     checks: tuple[Verdict, ...] = ()
-    warnings: tuple[Caution, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
     spectra: Spectra | None = None
 
     @property
@@ -52,8 +52,13 @@ class Outcome:
 
     def __repr__(self) -> str:
         """Give what came out, in a line."""
-        kept, many = judged(self.checks, self.warnings), several(len(self.events), "event")
-        return line("Outcome", self.scenario.name, values(self.metrics), many, kept)
+        verdicts, many = (
+            count_verdicts(self.checks, self.warnings),
+            format_count(len(self.events), "event"),
+        )
+        return format_repr(
+            "Outcome", self.scenario.name, format_metrics(self.metrics), many, verdicts
+        )
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 0, or 1 when a check failed; `strict` counts a warning as a failed check."""
@@ -61,7 +66,10 @@ class Outcome:
 
 
 def exit_code(
-    checks: Sequence[Verdict], warnings: Sequence[Caution], strict: bool, lost: bool = False
+    checks: Sequence[Verdict],
+    warnings: Sequence[WarningMessage],
+    strict: bool,
+    lost: bool = False,
 ) -> int:
     """Give 3 when a case was lost, 1 when a check failed, else 0.
 
@@ -76,43 +84,45 @@ def exit_code(
 
 # An answer in a line or two, as a notebook or a debugger shows it.
 
-RATIOS = ("T_a", "SEAT", "T_x")
+KEY_RATIOS = ("T_a", "SEAT", "T_x")
 """The metrics that are told beside the stroke, where they are known."""
 
 
-def values(metrics: Metrics) -> str:
+def format_metrics(metrics: Metrics) -> str:
     """Give the metrics that people ask for first."""
     known = [
-        f"{name} {number(metrics[name])}" for name in RATIOS if metrics.get(name) is not None
+        f"{name} {format_number(metrics[name])}"
+        for name in KEY_RATIOS
+        if metrics.get(name) is not None
     ]
-    return ", ".join([*known, f"peak |x_r| {length(metrics.get('x_r_peak'))}"])
+    return ", ".join([*known, f"peak |x_r| {format_length(metrics.get('x_r_peak'))}"])
 
 
-def spans(ends: Mapping[str, tuple[float, float]]) -> str:
+def format_metric_ranges(ends: Mapping[str, tuple[float, float]]) -> str:
     """Give what the same metrics lie between, SI, by name."""
-    told = [f"{name} {_span(ends[name])}" for name in RATIOS if name in ends]
+    parts = [f"{name} {_format_range(ends[name])}" for name in KEY_RATIOS if name in ends]
     if "x_r_peak" in ends:
         low, high = ends["x_r_peak"]
         factor, sign = length_unit(high)
-        told.append(f"peak |x_r| {_span((low * factor, high * factor))} {sign}")
-    return ", ".join(told)
+        parts.append(f"peak |x_r| {_format_range((low * factor, high * factor))} {sign}")
+    return ", ".join(parts)
 
 
-def _span(ends: tuple[float, float]) -> str:
-    low, high = (number(end, digits=3) for end in ends)
+def _format_range(ends: tuple[float, float]) -> str:
+    low, high = (format_number(end, digits=3) for end in ends)
     return low if low == high else f"{low} to {high}"
 
 
-def judged(checks: Sequence[Verdict], warnings: Sequence[Caution]) -> str:
+def count_verdicts(checks: Sequence[Verdict], warnings: Sequence[WarningMessage]) -> str:
     """Give how many checks hold, are not judged, and how many warnings there are, if any."""
-    held = sum(verdict.passed is True for verdict in checks)
+    passed = sum(verdict.passed is True for verdict in checks)
     left = sum(verdict.passed is None for verdict in checks)
-    told = [f"{held} of {several(len(checks), 'check')} held"] * bool(checks)
-    told += [f"{left} not judged"] * bool(left)
-    told += [several(len(warnings), "warning")] * bool(warnings)
-    return listed(told) if told else ""
+    parts = [f"{passed} of {format_count(len(checks), 'check')} held"] * bool(checks)
+    parts += [f"{left} not judged"] * bool(left)
+    parts += [format_count(len(warnings), "warning")] * bool(warnings)
+    return join_words(parts) if parts else ""
 
 
-def line(what: str, name: str, *parts: str) -> str:
+def format_repr(what: str, name: str, *parts: str) -> str:
     """Give the line: what it is, the scenario's name, and the parts that say something."""
     return f"<{what} of {name}: {'; '.join(filter(None, parts))}>"

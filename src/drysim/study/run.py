@@ -1,6 +1,6 @@
 """Run: one case from its scenario to its outcome, or, of a sweep, to a row of numbers.
 
-`solve` gives the outcome with the response on its grid; `measured` gives the metrics alone, of
+`solve` gives the outcome with the response on its grid; `measure_case` gives the metrics alone, of
 a solution that needs no grid unless they are weighted. A scenario that measures steadily has
 the periodic orbit solved: the exact approach finds its own, one by fixed steps marches from
 there until its motion repeats.
@@ -17,78 +17,102 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
-from drysim.approach.solution import Floats, Orbit, Response, Track
-from drysim.approach.stick_slip import Exact, StickSlip
-from drysim.core.compile import settle
+from drysim.approach.solution import Floats, Orbit, Response, Trajectory
+from drysim.approach.stick_slip import ExactApproach, StickSlip
+from drysim.core.compile import choose_engine
 from drysim.core.model import AnyState, Samples, Sines, State
-from drysim.errors import Caution, RecordError, SolverError
+from drysim.errors import RecordError, SolverError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.stroke import Values
 from drysim.metrics.table import METRICS, Metrics, measure
-from drysim.scenario.axes import size
+from drysim.scenario.axes import count_points
 from drysim.scenario.model import Scenario
-from drysim.study.case import LINES, Case, _width, assemble, base_motion, segment_of
+from drysim.study.case import (
+    BANDWIDTHS_PER_RESONANCE,
+    Case,
+    assemble,
+    base_motion,
+    resonance_width,
+    segment_length,
+)
 from drysim.study.outcome import Outcome
-from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row, most
-from drysim.study.warnings import ends_decide, found, moves, orbit_doubtful
-from drysim.wording import number
+from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row, max_seeds
+from drysim.study.warnings import (
+    changed_metrics,
+    orbit_warnings,
+    record_end_warning,
+    response_warnings,
+)
+from drysim.wording import format_number
 
 if TYPE_CHECKING:
     from drysim.metrics.spectra import Spectra
 
 
-Solved = tuple[Response, tuple[float, float], tuple[Caution, ...]]
+SolvedMotion = tuple[Response, tuple[float, float], tuple[WarningMessage, ...]]
 
 
 def solve(case: Case) -> Outcome:
     """Give the outcome of a case that is ready to be solved."""
-    settle(case.work, case.price.kernels)
-    response, window, doubts = march(case) if case.period is None else repetition(case)
-    track = tracked(response)
-    metrics = measure(track, window, case.limit, response.numerics.closure, case.goes_on)
-    metrics |= weighted(case, response, window)
-    spectra, unclear = spectra_of(case, response, window)
+    choose_engine(case.work, case.step_cost.kernels)
+    response, window, motion_warnings = (
+        march_from_start(case) if case.period is None else periodic_motion(case)
+    )
+    trajectory = trajectory_of_response(response)
+    metrics = measure(
+        trajectory, window, case.limit, response.numerics.closure, case.stationary
+    )
+    metrics |= weighted_metrics(case, response, window)
+    spectra, from_spectra = response_spectra(case, response, window)
     # The stroke limit holds while the motion settles, too.
-    late = bool(window[0] > 0 and metrics["violations"])
-    whole = measure(track, (0.0, window[1]), case.limit) if late else metrics
-    cautions = found(response, whole, case.limit, late, metrics["x_r_peak"])
+    includes_settling = bool(window[0] > 0 and metrics["violations"])
+    whole = measure(trajectory, (0.0, window[1]), case.limit) if includes_settling else metrics
+    warnings = response_warnings(
+        response, whole, case.limit, includes_settling, metrics["x_r_peak"]
+    )
     return Outcome(
         case.scenario,
         response,
         metrics,
         tuple(check.judge(metrics) for check in case.scenario.checks),
-        (*case.cautions, *doubts, *cautions, *ends_matter(case, metrics), *unclear),
+        (
+            *case.warnings,
+            *motion_warnings,
+            *warnings,
+            *record_end_warnings(case, metrics),
+            *from_spectra,
+        ),
         spectra,
     )
 
 
-def march(case: Case) -> Solved:
+def march_from_start(case: Case) -> SolvedMotion:
     """Give the motion from the start state to the end of the window."""
     approach = case.approach
-    solve = approach.by_parts if isinstance(approach, Exact) else approach.solve
+    solve = approach.solve_in_blocks if isinstance(approach, ExactApproach) else approach.solve
     scene = (case.plant, case.law, case.motion, case.start)
     return solve(*scene, case.step, case.window[1]), case.window, ()
 
 
-def repetition(case: Case) -> Solved:
+def periodic_motion(case: Case) -> SolvedMotion:
     """Give one repetition of the periodic orbit that the start state leads to."""
-    orbit, step = orbit_of(case)
+    orbit, step = periodic_orbit(case)
     assert case.period is not None
     length = orbit.periods * case.period
-    response = on_step(case, orbit.state, step, length)
+    response = response_on_grid(case, orbit.state, step, length)
     error = response.numerics.error
-    how = partial(
+    compute_numerics = partial(
         replace,
         response.numerics,
         closure=orbit.closure,
         period_multiple=orbit.periods,
-        error=None if error is None else error + orbit.left,
+        error=None if error is None else error + orbit.distance,
     )
-    doubts = tuple(orbit_doubtful(orbit, case))
-    return replace(response, how=how), (0.0, length), doubts
+    motion_warnings = tuple(orbit_warnings(orbit, case))
+    return replace(response, compute_numerics=compute_numerics), (0.0, length), motion_warnings
 
 
-def ends_matter(case: Case, metrics: Metrics) -> Iterator[Caution]:
+def record_end_warnings(case: Case, metrics: Metrics) -> Iterator[WarningMessage]:
     """Warn when the ends of a high-passed record decide a metric; that takes a second solution.
 
     The high-pass must continue the record beyond its ends. Another way to do so, which the
@@ -97,25 +121,25 @@ def ends_matter(case: Case, metrics: Metrics) -> Iterator[Caution]:
     excitation = case.scenario.excitation
     if not isinstance(excitation, Record) or excitation.remove.below is None:
         return
-    from drysim.records.record import motion_of
+    from drysim.records.record import read_motion
 
     try:
-        other = replace(case, motion=motion_of(excitation, ends="odd"))
-        moved = moves(metrics, measured(other)[0])
+        other = replace(case, motion=read_motion(excitation, ends="odd"))
+        moved = changed_metrics(metrics, measure_case(other)[0])
     except (RecordError, SolverError):  # such as a file that changed: the answer stands
         return
     if moved:
-        yield ends_decide(moved, excitation.remove.below)
+        yield record_end_warning(moved, excitation.remove.below)
 
 
 # The cases of a sweep: enumerated lazily, solved one by one, each giving a row.
 
-MotionOf = Callable[[Scenario], Sines | Samples]
+MotionSource = Callable[[Scenario], Sines | Samples]
 
-Found = tuple[Metrics, str, str]
+CaseResult = tuple[Metrics, str, str]
 """Metrics of a case, its status and a note; no metrics where the numerics fail."""
 
-ONE_OF_MANY = "one of a continuum of orbits"
+NOT_UNIQUE_NOTE = "one of a continuum of orbits"
 
 
 class Job(NamedTuple):
@@ -126,123 +150,129 @@ class Job(NamedTuple):
     point: dict[str, float]
 
 
-def count(scenarios: Sequence[Scenario]) -> int:
+def count_cases(scenarios: Sequence[Scenario]) -> int:
     """Give the number of cases without making one."""
-    return sum(size(scenario.sweep) for scenario in scenarios)
+    return sum(count_points(scenario.sweep) for scenario in scenarios)
 
 
-def row_of(job: Job, motions: Motions) -> Row:
+def solve_row(job: Job, motions: MotionCache) -> Row:
     """Give the row of one case."""
     scenario = job.scenario.at(job.point)
-    law, found = scenario.law(), attempted(scenario, motions.of)
-    return Row(job.point, scenario.word, law.F_fk, law.F_fs, *found)
+    law, found = scenario.law(), try_measure(scenario, motions.of)
+    return Row(job.point, scenario.label, law.F_fk, law.F_fs, *found)
 
 
-def attempted(scenario: Scenario, motion_of: MotionOf) -> Found:
-    """Give what `measured` does; a failure of the numerics is a status, not an end."""
+def try_measure(scenario: Scenario, motion_of: MotionSource) -> CaseResult:
+    """Give what `measure_case` does; a failure of the numerics is a status, not an end."""
     try:
-        return measured(assemble(scenario, motion_of(scenario)))
+        return measure_case(assemble(scenario, motion_of(scenario)))
     except SolverError as fault:
         return {}, FAILED, str(fault)
 
 
-def measured(case: Case) -> Found:
+def measure_case(case: Case) -> CaseResult:
     """Give the metrics of a case, its status and what is to be said about it."""
     if case.period is None:
-        track, felt = follow(case, case.start, case.step, case.window)
-        found = measure(track, case.window, case.limit, goes_on=case.goes_on)
-        return found | felt, OK, ""
-    orbit, step = orbit_of(case)
+        trajectory, comfort_metrics = solve_and_weight(case, case.start, case.step, case.window)
+        found = measure(trajectory, case.window, case.limit, stationary=case.stationary)
+        return found | comfort_metrics, OK, ""
+    orbit, step = periodic_orbit(case)
     unknown: Values = {metric.name: None for metric in METRICS}
     unknown["closure"] = orbit.closure
     # The orbit of fixed steps is measured even where it does not close.
-    if isinstance(case.approach, Exact):
+    if isinstance(case.approach, ExactApproach):
         if not orbit.settled:
-            return unknown, NOT_SETTLED, unsettled(orbit.run_up)
+            return unknown, NOT_SETTLED, not_settled_note(orbit.run_up)
         if not orbit.unique:
-            return unknown, NOT_UNIQUE, ONE_OF_MANY
+            return unknown, NOT_UNIQUE, NOT_UNIQUE_NOTE
     length = orbit.periods * case.period
-    track, felt = follow(case, orbit.state, step, (0.0, length))
-    return measure(track, (0.0, length), case.limit, orbit.closure) | felt, OK, ""
+    trajectory, comfort_metrics = solve_and_weight(case, orbit.state, step, (0.0, length))
+    return (
+        measure(trajectory, (0.0, length), case.limit, orbit.closure) | comfort_metrics,
+        OK,
+        "",
+    )
 
 
-def unsettled(run_up: float) -> str:
+def not_settled_note(run_up: float) -> str:
     """Say that a motion had not settled after some time [s]."""
     return f"it still changes after {run_up:.6g} s"
 
 
-def follow(
+def solve_and_weight(
     case: Case, start: AnyState, step: float, window: tuple[float, float]
-) -> tuple[Track, Values]:
+) -> tuple[Trajectory, Values]:
     """Give the solution of a case and its weighted metrics, which alone need its grid."""
     if case.scenario.measure.weights is None:
-        return track_of(case, start, step, window[1]), {}
-    step = step_of(case, step, window[1])
-    response = on_step(case, start, step, window[1])
-    return tracked(response), weighted(case, response, window)
+        return trajectory_of(case, start, step, window[1]), {}
+    step = weighting_step(case, step, window[1])
+    response = response_on_grid(case, start, step, window[1])
+    return trajectory_of_response(response), weighted_metrics(case, response, window)
 
 
-def track_of(case: Case, start: AnyState, step: float, duration: float) -> Track:
+def trajectory_of(case: Case, start: AnyState, step: float, duration: float) -> Trajectory:
     """Give the solution of a case, without its grid where the approach needs none."""
-    if isinstance(case.approach, Exact):
-        return case.approach.track(case.plant, case.law, case.motion, start, step, duration)
-    return tracked(on_step(case, start, step, duration))
+    if isinstance(case.approach, ExactApproach):
+        return case.approach.trajectory(
+            case.plant, case.law, case.motion, start, step, duration
+        )
+    return trajectory_of_response(response_on_grid(case, start, step, duration))
 
 
-def tracked(response: Response) -> Track:
+def trajectory_of_response(response: Response) -> Trajectory:
     """Give the track of a response; every approach gives one."""
-    assert response.track is not None, "an approach gives its response with its track"
-    return response.track
+    assert response.trajectory is not None, "an approach gives its response with its track"
+    return response.trajectory
 
 
-def on_step(case: Case, start: AnyState, step: float, length: float) -> Response:
+def response_on_grid(case: Case, start: AnyState, step: float, length: float) -> Response:
     """Give the response of a case from a start state, on a grid of some step [s]."""
     return case.approach.solve(case.plant, case.law, case.motion, start, step, length)
 
 
-KEPT = 4
+MAX_CACHED_MOTIONS = 4
 """Base motions kept: neighbouring cases differ in friction more often than in motion."""
 
-KEPT_BYTES = 256e6
+MAX_CACHED_BYTES = 256e6
 """Memory up to which all seeds of a case are kept, as the other cases have the same."""
 
 
 @dataclass
-class Motions:
+class MotionCache:
     """The base motions of the latest cases: what cases share is not made anew."""
 
-    kept: dict[object, Sines | Samples] = field(default_factory=dict)
-    most: int = KEPT
+    cached: dict[object, Sines | Samples] = field(default_factory=dict)
+    max_size: int = MAX_CACHED_MOTIONS
     lock: Lock = field(default_factory=Lock)
 
     @classmethod
-    def beginning_with(cls, case: Case) -> Self:
+    def starting_with(cls, case: Case) -> Self:
         """Give the motions that know that of a case already."""
-        motions, motion, seeds = cls(), case.motion, most(case.scenario)
-        motions.kept[words(case.scenario)] = motion
-        if isinstance(motion, Samples) and 16 * seeds * len(motion.u_dd) <= KEPT_BYTES:
-            motions.most += seeds
+        motions, motion, seeds = cls(), case.motion, max_seeds(case.scenario)
+        motions.cached[motion_key(case.scenario)] = motion
+        if isinstance(motion, Samples) and 16 * seeds * len(motion.u_dd) <= MAX_CACHED_BYTES:
+            motions.max_size += seeds
         return motions
 
     def of(self, scenario: Scenario) -> Sines | Samples:
         """Give the base motion of a scenario."""
-        wanted = words(scenario)
-        motion = self.kept.get(wanted)
+        wanted = motion_key(scenario)
+        motion = self.cached.get(wanted)
         if motion is None:
             motion = base_motion(scenario)
             with self.lock:
-                self.kept[wanted] = motion
-                while len(self.kept) > self.most:
-                    del self.kept[next(iter(self.kept))]
+                self.cached[wanted] = motion
+                while len(self.cached) > self.max_size:
+                    del self.cached[next(iter(self.cached))]
         return motion
 
 
-def words(scenario: Scenario) -> tuple[object, ...]:
+def motion_key(scenario: Scenario) -> tuple[object, ...]:
     """Give everything in a scenario that its base motion depends on."""
     return scenario.excitation, scenario.solver.step, scenario.measure
 
 
-def case_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
+def scenario_at(scenario: Scenario, point: Mapping[str, float]) -> Scenario:
     """Give the case of a scenario at a point of another, whose axes it may not have."""
     keys = {axis.key for axis in scenario.sweep}
     return scenario.at({key: value for key, value in point.items() if key in keys})
@@ -255,11 +285,11 @@ def response_of(scenario: Scenario) -> Response:
 
 # Weighted metrics and spectra.
 
-SAME = 1e-9
+STEP_TOLERANCE = 1e-9
 """Two steps this close, relative to them, are one."""
 
 
-def weighted(case: Case, response: Response, window: tuple[float, float]) -> Values:
+def weighted_metrics(case: Case, response: Response, window: tuple[float, float]) -> Values:
     """Give the weighted metrics that a case asks for; none where it asks for none.
 
     The response is one repetition where an orbit is wanted.
@@ -267,96 +297,100 @@ def weighted(case: Case, response: Response, window: tuple[float, float]) -> Val
     weights = case.scenario.measure.weights
     if weights is None:
         return {}
-    from drysim.metrics.comfort import comfort
+    from drysim.metrics.comfort import comfort_metrics
 
-    step, length = step_of(case, response.dt, window[1]), window[1]
-    if not isclose(step, response.dt, rel_tol=SAME):
-        response = on_step(case, tracked(response).state(0.0), step, length)
-    return comfort(response, window, *weights, periodic=case.period is not None)
+    step, length = weighting_step(case, response.dt, window[1]), window[1]
+    if not isclose(step, response.dt, rel_tol=STEP_TOLERANCE):
+        response = response_on_grid(
+            case, trajectory_of_response(response).state(0.0), step, length
+        )
+    return comfort_metrics(response, window, *weights, periodic=case.period is not None)
 
 
-def step_of(case: Case, step: float, length: float) -> float:
+def weighting_step(case: Case, step: float, length: float) -> float:
     """Give the step of the grid to weight on [s]: one that divides what repeats."""
-    return step if case.period is None else fitted(step, length)
+    return step if case.period is None else dividing_step(step, length)
 
 
-FEW = 8
+MIN_SEGMENTS = 8
 """Half-overlapping segments below which PSD and coherence are hardly estimates."""
 
 
-def run_only(case: Case) -> Iterator[Caution]:
+def unused_spectra_warnings(case: Case) -> Iterator[WarningMessage]:
     """Say that only a run gives spectra, where many cases are asked for them."""
     if case.scenario.measure.spectra:
         sentence = "measure.spectra has no use here: only `drysim run` gives spectra"
-        yield Caution("spectra-left-out", sentence)
+        yield WarningMessage("spectra-left-out", sentence)
 
 
-def spectra_of(
+def response_spectra(
     case: Case, response: Response, window: tuple[float, float]
-) -> tuple[Spectra | None, tuple[Caution, ...]]:
+) -> tuple[Spectra | None, tuple[WarningMessage, ...]]:
     """Give the spectra of a response, where they are asked for, and what to say of them."""
     if not case.scenario.measure.spectra:
         return None, ()
     from drysim.metrics.spectra import spectra
 
-    found = spectra(response, window, segment_of(case))
-    return found, tuple(doubts(case, found))
+    found = spectra(response, window, segment_length(case))
+    return found, tuple(spectra_warnings(case, found))
 
 
-def doubts(case: Case, found: Spectra) -> Iterator[Caution]:
+def spectra_warnings(case: Case, found: Spectra) -> Iterator[WarningMessage]:
     """Say when the segments are too few, or too short for the resonance."""
-    from drysim.metrics.spectra import WIDTH
+    from drysim.metrics.spectra import HANN_BANDWIDTH
 
-    if found.segments < FEW:
+    if found.segments < MIN_SEGMENTS:
         sentence = (
-            f"the spectra are means over {found.segments} segments, fewer than {FEW}: their "
+            f"the spectra are means over {found.segments} segments, fewer than {MIN_SEGMENTS}: their "
             "lines scatter widely and the coherence is too high; take a longer window or a "
             "shorter measure.segment"
         )
-        yield Caution("few-segments", sentence, {"segments": found.segments})
-    width, lines = _width(case), WIDTH / found.segment
+        yield WarningMessage("few-segments", sentence, {"segments": found.segments})
+    width, lines = resonance_width(case), HANN_BANDWIDTH / found.segment
     if 0 < width < lines:
         sentence = (
-            f"the spectra resolve {number(lines, 'Hz')}, the resonance is "
-            f"{number(width, 'Hz')} wide: its peak is flattened; "
-            f"measure.segment: {number(LINES * WIDTH / width, 's', 2)} would show it"
+            f"the spectra resolve {format_number(lines, 'Hz')}, the resonance is "
+            f"{format_number(width, 'Hz')} wide: its peak is flattened; "
+            f"measure.segment: {format_number(BANDWIDTHS_PER_RESONANCE * HANN_BANDWIDTH / width, 's', 2)} would show it"
         )
-        yield Caution("coarse-spectra", sentence, {"resolution": lines, "width": width})
+        yield WarningMessage("coarse-spectra", sentence, {"resolution": lines, "width": width})
 
 
 # The periodic orbit of fixed steps: march until the motion repeats, and say how well.
 
-BURST = 8
+PERIODS_PER_BURST = 8
 """Periods marched at a time at least, and the longest repetition that is looked for; those of
 the exact orbit where these are more."""
 
-MOST_BURSTS = 64
+MAX_BURSTS = 64
 """Bursts after which a motion counts as not settled: what decays has decayed by then."""
 
-PATIENCE = 3
+MIN_BURSTS = 3
 """Bursts at least; more only while each closes better than the one before."""
 
-BETTER = 0.99
+MIN_IMPROVEMENT = 0.99
 """Share of the change before that counts as closing better: what creeps closes slowly."""
 
-CLOSED = 1e-9
+CLOSURE_TOLERANCE = 1e-9
 """Scaled change of the state over a repetition that counts as none [-]."""
 
-ON_GRID = 1e-9
+GRID_TOLERANCE = 1e-9
 """A period this close to a whole number of steps, in steps, is that number."""
 
 
-def orbit_of(case: Case) -> tuple[Orbit, float]:
+def periodic_orbit(case: Case) -> tuple[Orbit, float]:
     """Give the periodic orbit of a case, and the step that it is solved with [s]."""
     period = case.period
     assert period is not None, "only what repeats has an orbit"
     approach, motion = case.approach, case.motion
     assert isinstance(motion, Sines), "samples end, so they repeat nothing"
     scene = (case.plant, case.law, motion, case.start, period)
-    if isinstance(approach, Exact):
+    if isinstance(approach, ExactApproach):
         return approach.orbit(*scene), case.step
-    step, exact = fitted(case.step, period), StickSlip().orbit(*scene)
-    return march_to_orbit(case, exact.state, step, period, max(BURST, exact.periods)), step
+    step, exact = dividing_step(case.step, period), StickSlip().orbit(*scene)
+    return march_to_orbit(
+        case, exact.state, step, period, max(PERIODS_PER_BURST, exact.periods)
+    ), step
 
 
 def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst: int) -> Orbit:
@@ -367,20 +401,24 @@ def march_to_orbit(case: Case, state: AnyState, dt: float, period: float, burst:
     """
     steps = round(period / dt)
     peak, closure, before, multiple, bursts = 0.0, np.inf, np.inf, burst, 0
-    while bursts < PATIENCE or (CLOSED < closure < BETTER * before and bursts < MOST_BURSTS):
-        response = on_step(case, state, dt, burst * period)
+    while bursts < MIN_BURSTS or (
+        CLOSURE_TOLERANCE < closure < MIN_IMPROVEMENT * before and bursts < MAX_BURSTS
+    ):
+        response = response_on_grid(case, state, dt, burst * period)
         x_r, v_r = response.x_r, response.v_r
-        changes = np.maximum(repeats(x_r, steps, burst), repeats(v_r, steps, burst))
-        closed = np.flatnonzero(changes <= CLOSED)
+        changes = np.maximum(
+            closure_by_period(x_r, steps, burst), closure_by_period(v_r, steps, burst)
+        )
+        closed = np.flatnonzero(changes <= CLOSURE_TOLERANCE)
         multiple = int(closed[0]) + 1 if len(closed) else burst
         closure, before = float(changes[multiple - 1]), closure
         state = State(float(x_r[burst * steps]), float(v_r[burst * steps]))
         peak, bursts = max(peak, float(np.abs(x_r).max())), bursts + 1
     run_up = bursts * burst * period
-    return Orbit(state, multiple, closure, closure <= CLOSED, True, run_up, peak)
+    return Orbit(state, multiple, closure, closure <= CLOSURE_TOLERANCE, True, run_up, peak)
 
 
-def repeats(series: Floats, steps: int, burst: int) -> Floats:
+def closure_by_period(series: Floats, steps: int, burst: int) -> Floats:
     """Give the change of a series over the last 1, 2, ... periods of a burst, scaled [-]."""
     ends = series[steps * burst - steps * np.arange(burst + 1)]
     scale = float(np.abs(series).max())
@@ -388,6 +426,6 @@ def repeats(series: Floats, steps: int, burst: int) -> Floats:
     return changes
 
 
-def fitted(step: float, period: float) -> float:
+def dividing_step(step: float, period: float) -> float:
     """Give the greatest step that is at most `step` and divides the period [s]."""
-    return period / max(1, ceil(period / step - ON_GRID))
+    return period / max(1, ceil(period / step - GRID_TOLERANCE))

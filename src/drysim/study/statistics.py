@@ -5,7 +5,7 @@ block of cases that follow each other; `Rows` makes the rows of many batches whe
 asked for, so that none need be held.
 
 Over the seeds of a scenario each metric has a mean, its confidence interval, quantiles and
-extremes, over the seeds that know it; `enough` says when there are enough seeds.
+extremes, over the seeds that know it; `has_enough_seeds` says when there are enough seeds.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from drysim.errors import Caution
-from drysim.excitation.random import Drawn
+from drysim.errors import WarningMessage
+from drysim.excitation.random import RandomMotion
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import UNITS, Metrics
-from drysim.scenario.blocks import SEED
-from drysim.scenario.sampling import Lazy
+from drysim.scenario.blocks import SEED_KEY
+from drysim.scenario.sampling import LazySequence
 
 if TYPE_CHECKING:
     from drysim.excitation.base import Until
@@ -38,7 +38,7 @@ OK, NOT_SETTLED, NOT_UNIQUE, FAILED = "ok", "not settled", "not unique", "failed
 STATUSES = (OK, NOT_SETTLED, NOT_UNIQUE, FAILED)
 """What a case may come to; its place here is its code in a batch."""
 
-LIMIT = "stroke.limit"
+LIMIT_KEY = "stroke.limit"
 """The key of the stroke limit, which a case has of its own where it is swept."""
 
 
@@ -80,7 +80,7 @@ class Row:
     @property
     def seed(self) -> int:
         """Its seed, where the case is one of many."""
-        return int(self.point[SEED])
+        return int(self.point[SEED_KEY])
 
     @property
     def seeds(self) -> int:
@@ -118,10 +118,10 @@ class OverSeeds:
     narrow: bool = True
 
 
-COUNTED = frozenset({"violations", "contacts"})
+COUNT_METRICS = frozenset({"violations", "contacts"})
 """Metrics that are whole numbers, unless they are means over many seeds."""
 
-NAMES = tuple(UNITS)
+METRIC_NAMES = tuple(UNITS)
 Floats = NDArray[np.float64]
 
 
@@ -168,16 +168,22 @@ class Batch:
         keys = tuple(self.points)
         columns = (column.tolist() for column in self.points.values())
         points = list(zip(*columns, strict=True)) or [()] * len(self)
-        values = zip(*(_known(name, self.metrics[name]) for name in NAMES), strict=True)
+        values = zip(
+            *(_to_values(name, self.metrics[name]) for name in METRIC_NAMES), strict=True
+        )
         forces = zip(self.F_fk.tolist(), self.F_fs.tolist(), strict=True)
         codes = self.status.tolist()
         every = zip(points, values, forces, codes, strict=True)
         for i, (point, row, force, code) in enumerate(every):
             yield Row(
-                dict(zip(keys, point, strict=True)), self.approach, *force,
-                dict(zip(NAMES, row, strict=True)), STATUSES[code], self.notes.get(i, ""),
+                dict(zip(keys, point, strict=True)),
+                self.approach,
+                *force,
+                dict(zip(METRIC_NAMES, row, strict=True)),
+                STATUSES[code],
+                self.notes.get(i, ""),
                 over=self.over.get(i),
-            )  # fmt: skip
+            )
 
     def row(self, i: int) -> Row:
         """Give one case as a row."""
@@ -186,7 +192,7 @@ class Batch:
             self.approach,
             float(self.F_fk[i]),
             float(self.F_fs[i]),
-            {name: _value(name, self.metrics[name][i].item()) for name in NAMES},
+            {name: _to_value(name, self.metrics[name][i].item()) for name in METRIC_NAMES},
             STATUSES[self.status[i]],
             self.notes.get(i, ""),
             over=self.over.get(i),
@@ -202,57 +208,60 @@ class Batch:
             {key: np.array([row.point[key] for row in rows]) for key in keys},
             np.array([row.F_fk for row in rows]),
             np.array([row.F_fs for row in rows]),
-            {name: _column([row.metrics.get(name) for row in rows]) for name in NAMES},
+            {
+                name: _to_column([row.metrics.get(name) for row in rows])
+                for name in METRIC_NAMES
+            },
             np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
             {i: row.note for i, row in enumerate(rows) if row.note},
             {i: row.over for i, row in enumerate(rows) if row.over},
         )
 
 
-Finished = Callable[[Batch], None]
+BatchCallback = Callable[[Batch], None]
 
 
-def nothing(batch: Batch) -> None:
+def ignore_batch(batch: Batch) -> None:
     """Do nothing with finished cases."""
 
 
-def _column(values: Sequence[float | None]) -> Floats:
+def _to_column(values: Sequence[float | None]) -> Floats:
     """Give values as a column, NaN for not known."""
     return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
-def _value(name: str, value: float) -> float | int | None:
+def _to_value(name: str, value: float) -> float | int | None:
     """Give the value of a metric, None for not known; a mean of counts stays what it is."""
     if value != value:
         return None
-    return int(value) if name in COUNTED and value.is_integer() else value
+    return int(value) if name in COUNT_METRICS and value.is_integer() else value
 
 
-def _known(name: str, column: Floats) -> list[float | int | None]:
+def _to_values(name: str, column: Floats) -> list[float | int | None]:
     """Give a column as values, None for not known."""
-    if name in COUNTED:
-        return [_value(name, value) for value in column.tolist()]
+    if name in COUNT_METRICS:
+        return [_to_value(name, value) for value in column.tolist()]
     if np.isnan(column).any():
         return [None if value != value else value for value in column.tolist()]
     values: list[float | int | None] = column.tolist()
     return values
 
 
-HELD = 20_000
+MAX_CACHED_ROWS = 20_000
 """Rows up to which they are made once and held: some 30 MB."""
 
-AT_A_TIME = 4096
+ROWS_PER_BATCH = 4096
 """Rows that are gathered into a block."""
 
 
-class Rows(Lazy[Row]):
+class Rows(LazySequence[Row]):
     """The rows of blocks that follow each other."""
 
     def __init__(self, batches: Sequence[Batch], firsts: Sequence[int], length: int) -> None:
         self.batches = batches
         self._firsts = firsts
         self._length = length
-        self._held: tuple[Row, ...] | None = None
+        self._cached: tuple[Row, ...] | None = None
 
     @classmethod
     def of(cls, batches: Sequence[Batch], lengths: Sequence[int] = ()) -> Rows:
@@ -266,11 +275,11 @@ class Rows(Lazy[Row]):
 
     def __iter__(self) -> Iterator[Row]:
         """Give the rows in order."""
-        if self._length > HELD:
+        if self._length > MAX_CACHED_ROWS:
             return chain.from_iterable(self.batches)
-        if self._held is None:
-            self._held = tuple(chain.from_iterable(self.batches))
-        return iter(self._held)
+        if self._cached is None:
+            self._cached = tuple(chain.from_iterable(self.batches))
+        return iter(self._cached)
 
     def one(self, number: int) -> Row:
         """Give one row."""
@@ -278,17 +287,17 @@ class Rows(Lazy[Row]):
         return self.batches[at].row(number - self._firsts[at])
 
 
-def batches_of(rows: Iterable[Row]) -> Iterable[Batch]:
+def as_batches(rows: Iterable[Row]) -> Iterable[Batch]:
     """Give rows as blocks, each of one approach."""
-    return rows.batches if isinstance(rows, Rows) else _gathered(rows)
+    return rows.batches if isinstance(rows, Rows) else _group_batches(rows)
 
 
-def _gathered(rows: Iterable[Row]) -> Iterator[Batch]:
+def _group_batches(rows: Iterable[Row]) -> Iterator[Batch]:
     first = 0
     for _, group in groupby(rows, key=lambda row: (row.approach, tuple(row.point))):
         several = list(group)
-        for at in range(0, len(several), AT_A_TIME):
-            part = several[at : at + AT_A_TIME]
+        for at in range(0, len(several), ROWS_PER_BATCH):
+            part = several[at : at + ROWS_PER_BATCH]
             yield Batch.of(first, part)
             first += len(part)
 
@@ -379,18 +388,18 @@ def _moments(values: Sequence[float]) -> tuple[float, float | None, float | None
     if n < 2:
         return mean, None, None
     std = span * sqrt(fsum((one - share) ** 2 for one in shares) / (n - 1))
-    return mean, student(n - 1) * std / sqrt(n), std
+    return mean, student_t(n - 1) * std / sqrt(n), std
 
 
 @cache
-def student(freedom: int) -> float:
+def student_t(degrees_of_freedom: int) -> float:
     """Give Student's t that both tails beyond the confidence share, by degrees of freedom."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
+    return float(stdtrit(degrees_of_freedom, 0.5 + 0.5 * CONFIDENCE))
 
 
-def about_mean(verdict: Verdict, half_width: float | None, seeds: int) -> Verdict:
+def with_interval(verdict: Verdict, half_width: float | None, seeds: int) -> Verdict:
     """Give a verdict with what is known of the mean that it is about, if it applies."""
     if verdict.passed is None:
         return verdict
@@ -399,65 +408,67 @@ def about_mean(verdict: Verdict, half_width: float | None, seeds: int) -> Verdic
 
 # The seeds, one after the other, and when they are enough.
 
-LOOK = 10
+SEEDS_PER_CHECK = 10
 """Seeds between two looks at the interval. Looks are taken at fixed numbers of seeds, in their
 order, so that what is decided does not depend on which of them was ready first."""
 
 
-def most(scenario: Scenario) -> int:
+def max_seeds(scenario: Scenario) -> int:
     """Give how many seeds a scenario asks for at most; 1 where it asks for no more."""
     excitation = scenario.excitation
-    return excitation.most_seeds if isinstance(excitation, Drawn) else 1
+    return excitation.max_seeds if isinstance(excitation, RandomMotion) else 1
 
 
-def until_of(scenario: Scenario) -> Until | None:
+def stopping_rule(scenario: Scenario) -> Until | None:
     """Give when the seeds of a scenario are to be enough; None where their number is given."""
     excitation = scenario.excitation
-    return excitation.until if isinstance(excitation, Drawn) else None
+    return excitation.until if isinstance(excitation, RandomMotion) else None
 
 
-def asked(scenario: Scenario) -> range:
+def seed_range(scenario: Scenario) -> range:
     """Give the seeds that a scenario asks for, as far as they may have to go."""
     excitation = scenario.excitation
-    assert isinstance(excitation, Drawn), "only random base motion has seeds"
-    return range(excitation.seed, excitation.seed + excitation.most_seeds)
+    assert isinstance(excitation, RandomMotion), "only random base motion has seeds"
+    return range(excitation.seed, excitation.seed + excitation.max_seeds)
 
 
-def of_seed(scenario: Scenario, seed: int) -> Scenario:
+def with_seed(scenario: Scenario, seed: int) -> Scenario:
     """Give the scenario with the base motion of one seed alone."""
     excitation = scenario.excitation
-    assert isinstance(excitation, Drawn), "only random base motion has seeds"
-    return scenario.copied({"excitation": excitation.of_seed(seed)})
+    assert isinstance(excitation, RandomMotion), "only random base motion has seeds"
+    return scenario.copy_with({"excitation": excitation.with_seed(seed)})
 
 
-def one_only(scenario: Scenario) -> Iterator[Caution]:
+def unused_seeds_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Say that one seed is taken where a scenario asks for many, which is of no use."""
-    if most(scenario) > 1:
-        first = asked(scenario)[0]
+    if max_seeds(scenario) > 1:
+        first = seed_range(scenario)[0]
         sentence = f"excitation.seeds has no use here: only the first seed, {first}, is taken"
-        yield Caution("one-seed", sentence, {"seed": first})
+        yield WarningMessage("one-seed", sentence, {"seed": first})
 
 
-def enough(scenario: Scenario, rows: Sequence[Row]) -> bool:
+def has_enough_seeds(scenario: Scenario, rows: Sequence[Row]) -> bool:
     """Tell whether these seeds, the first ones in order, are all that are needed."""
-    return len(rows) == most(scenario) or (len(rows) % LOOK == 0 and narrow(scenario, rows))
+    return len(rows) == max_seeds(scenario) or (
+        len(rows) % SEEDS_PER_CHECK == 0 and is_narrow(scenario, rows)
+    )
 
 
-def narrow(scenario: Scenario, rows: Sequence[Row]) -> bool:
+def is_narrow(scenario: Scenario, rows: Sequence[Row]) -> bool:
     """Tell whether the interval of a metric is as narrow as `until` asks for.
 
     A seed that does not know the metric, or has failed, leaves it open.
     """
-    until = until_of(scenario)
+    until = stopping_rule(scenario)
     if until is None:
         return False
-    mean, half_width, known = width_of(rows, until.metric)
+    mean, half_width, known = metric_interval(rows, until.metric)
     if known < len(rows) or half_width is None:
         return False
     return half_width <= until.half_width * abs(mean)
 
 
-def width_of(rows: Sequence[Row], metric: str) -> tuple[float, float | None, int]:
+def metric_interval(rows: Sequence[Row], metric: str) -> tuple[float, float | None, int]:
     """Give mean and half-width of a metric over the seeds that know it, and their number."""
     values = [row.metrics.get(metric) for row in rows]
     known = [value for value in values if value is not None]

@@ -12,26 +12,37 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from drysim.approach.solution import FIXED_STEP
-from drysim.approach.stick_slip import Exact
+from drysim.approach.stick_slip import ExactApproach
 from drysim.core import compile
-from drysim.errors import Caution
+from drysim.errors import WarningMessage
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
-from drysim.study.case import Case, prepare, price
-from drysim.study.plan import Crew, Piece, Pieces, Plan, approaches_of
-from drysim.study.run import count, run_only
-from drysim.study.statistics import HELD, Batch, Finished, Rows, most, nothing
-from drysim.study.store import Store, Stored
+from drysim.study.case import Case, prepare, step_cost
+from drysim.study.plan import CaseRange, CaseRanges, Plan, Workers, approaches_of
+from drysim.study.run import count_cases, unused_spectra_warnings
+from drysim.study.statistics import (
+    MAX_CACHED_ROWS,
+    Batch,
+    BatchCallback,
+    Rows,
+    ignore_batch,
+    max_seeds,
+)
+from drysim.study.store import Store, StoredBatches
 from drysim.study.table import Table, Tally
-from drysim.study.warnings import case_strokes, statuses, wide_means
-from drysim.system import hands, in_order
+from drysim.study.warnings import (
+    status_warnings,
+    table_interval_warnings,
+    table_stroke_warnings,
+)
+from drysim.system import map_in_order, worker_count
 
 if TYPE_CHECKING:
-    from drysim.study.cluster import Link
+    from drysim.study.cluster import ClusterClient
 
 
 def sweep(
-    scenario: Scenario, *, workers: int | None = None, finished: Finished = nothing
+    scenario: Scenario, *, workers: int | None = None, finished: BatchCallback = ignore_batch
 ) -> Table:
     """Give the table of every case of a scenario's sweep, the reference last.
 
@@ -65,7 +76,7 @@ def solve(
     *,
     workers: int | None = None,
     store: Store | None = None,
-    finished: Finished = nothing,
+    finished: BatchCallback = ignore_batch,
 ) -> Table:
     """Give the table of the sweep of a case that is ready to be solved; as `sweep` does.
 
@@ -73,105 +84,111 @@ def solve(
     kept there; of a large sweep they are nowhere else.
     """
     scenarios = approaches_of(case.scenario)
-    settle(case, scenarios)
-    return gathered(case, solved(scenarios, case, workers, store, finished), store)
+    choose_engine(case, scenarios)
+    return gather(case, solve_ranges(scenarios, case, workers, store, finished), store)
 
 
-def solve_far(case: Case, link: Link, store: Store, *, finished: Finished = nothing) -> Table:
+def solve_on_cluster(
+    case: Case, link: ClusterClient, store: Store, *, finished: BatchCallback = ignore_batch
+) -> Table:
     """Give the same table as `solve`, its blocks computed by the workers of a cluster."""
-    from drysim.study.cluster import solved as solved_far
+    from drysim.study.cluster import solve_ranges as solve_remotely
 
-    compile.settle(compile.PLAIN_STEPS + 1)  # as the workers do
+    compile.choose_engine(compile.MAX_PLAIN_STEPS + 1)  # as the workers do
     plan = Plan.of(approaches_of(case.scenario), case)
-    return gathered(case, solved_far(plan, case.scenario, link, store, finished), store)
+    return gather(case, solve_remotely(plan, case.scenario, link, store, finished), store)
 
 
-def leftover(case: Case, store: Store) -> Table:
+def partial_table(case: Case, store: Store) -> Table:
     """Give the table of what an interrupted sweep has finished."""
     found = (
-        (piece, batch)
-        for piece in Pieces(approaches_of(case.scenario))
-        if (batch := store.read(piece)) is not None
+        (case_range, batch)
+        for case_range in CaseRanges(approaches_of(case.scenario))
+        if (batch := store.read(case_range)) is not None
     )
-    return gathered(case, found, store, complete=False)
+    return gather(case, found, store, complete=False)
 
 
-STEPS_A_CASE = 2_000
+STEPS_PER_ORBIT = 2_000
 """What an orbit weighs against loading the compiler, in steps of a plain march."""
 
 
-def settle(case: Case, scenarios: Sequence[Scenario]) -> None:
+def choose_engine(case: Case, scenarios: Sequence[Scenario]) -> None:
     """Settle the engine for so many cases like this one, by the law that costs the most."""
-    prices = [price(scenario.solver.member(), scenario.law()) for scenario in scenarios]
-    dearest = max(prices, key=lambda one: one.of(case.motion))
-    steps = max(case.steps, STEPS_A_CASE) * dearest.of(case.motion)
-    compile.settle(steps * most(case.scenario) * count(scenarios), dearest.kernels)
+    costs = [step_cost(scenario.solver.member(), scenario.law()) for scenario in scenarios]
+    highest = max(costs, key=lambda one: one.of(case.motion))
+    steps = max(case.steps, STEPS_PER_ORBIT) * highest.of(case.motion)
+    compile.choose_engine(
+        steps * max_seeds(case.scenario) * count_cases(scenarios), highest.kernels
+    )
 
 
-def solved(
+def solve_ranges(
     scenarios: Sequence[Scenario],
     case: Case,
     workers: int | None,
     store: Store | None = None,
-    finished: Finished = nothing,
-) -> Iterator[tuple[Piece, Batch]]:
+    finished: BatchCallback = ignore_batch,
+) -> Iterator[tuple[CaseRange, Batch]]:
     """Give the cases of every piece in order; those that are done are not done again."""
-    plan, given_up = Plan.of(scenarios, case), Event()
-    threads = hands(workers)
-    crew = Crew.at(case, threads, count(scenarios), given_up.is_set)
+    plan, cancelled = Plan.of(scenarios, case), Event()
+    threads = worker_count(workers)
+    case_workers = Workers.at(case, threads, count_cases(scenarios), cancelled.is_set)
 
-    def made(number: int) -> tuple[Piece, Batch, bool]:
-        piece = plan.pieces[number]
-        if store is not None and (batch := store.read(piece)) is not None:
-            return piece, batch, False
-        batch = plan.block(number, crew)
+    def solve_one(number: int) -> tuple[CaseRange, Batch, bool]:
+        case_range = plan.ranges[number]
+        if store is not None and (batch := store.read(case_range)) is not None:
+            return case_range, batch, False
+        batch = plan.block(number, case_workers)
         if store is not None:
-            store.write(piece, batch)
-        return piece, batch, True
+            store.write(case_range, batch)
+        return case_range, batch, True
 
     try:
-        for piece, batch, new in in_order(made, range(len(plan.pieces)), threads):
+        for case_range, batch, new in map_in_order(solve_one, range(len(plan.ranges)), threads):
             if new:
                 finished(batch)
-            yield piece, batch
+            yield case_range, batch
     finally:
-        given_up.set()
+        cancelled.set()
 
 
 # How the finished blocks of a sweep become its table.
 
 
-def gathered(
+def gather(
     case: Case,
-    blocks: Iterator[tuple[Piece, Batch]],
+    blocks: Iterator[tuple[CaseRange, Batch]],
     store: Store | None,
     complete: bool = True,
 ) -> Table:
     """Give the table of blocks as they come; few are held where a store has them."""
     scenario = case.scenario
-    held: list[Batch] = []
-    kept: list[Piece] = []
+    in_memory: list[Batch] = []
+    ranges: list[CaseRange] = []
 
-    def passing() -> Iterator[Batch]:
-        for piece, batch in blocks:
-            kept.append(piece)
-            if store is None or piece.first < HELD:
-                held.append(batch)
+    def collect() -> Iterator[Batch]:
+        for case_range, batch in blocks:
+            ranges.append(case_range)
+            if store is None or case_range.first < MAX_CACHED_ROWS:
+                in_memory.append(batch)
             yield batch
 
-    tallies = Tally.of(passing(), scenario.checks, scenario.word)
-    small = len(held) == len(kept)
-    batches: Sequence[Batch] = held if small or store is None else Stored(store, kept)
-    rows = Rows.of(batches, [piece.end - piece.begin for piece in kept])
-    return table_of(scenario, case, rows, tallies, complete=complete)
+    tallies = Tally.of(collect(), scenario.checks, scenario.label)
+    all_in_memory = len(in_memory) == len(ranges)
+    batches: Sequence[Batch] = (
+        in_memory if all_in_memory or store is None else StoredBatches(store, ranges)
+    )
+    rows = Rows.of(batches, [case_range.end - case_range.begin for case_range in ranges])
+    return make_table(scenario, case, rows, tallies, complete=complete)
 
 
-def table_of(
+def make_table(
     scenario: Scenario,
     case: Case,
     rows: Rows,
     tallies: Mapping[str, Tally],
-    losses: Iterable[Caution] = (),
+    losses: Iterable[WarningMessage] = (),
     complete: bool = True,
 ) -> Table:
     """Give the table of a scenario's finished cases, with its verdicts and warnings.
@@ -179,30 +196,47 @@ def table_of(
     The case is the scenario by the approach, or the law, that is judged and warned of; tallies
     are what the cases of each approach come to, losses what is to be said before anything else.
     """
-    own = tallies.get(case.scenario.word, Tally("", scenario.checks))
-    lost, met = statuses(tallies.values(), scenario.sweep), case_strokes(own, scenario)
-    means = wide_means(scenario, own.seeds)
-    warnings = (*losses, *case.cautions, *run_only(case), *lost, *met, *means)
-    motion = case.motion if shared(scenario.sweep) else None
+    own = tallies.get(case.scenario.label, Tally("", scenario.checks))
+    lost, strokes = (
+        status_warnings(tallies.values(), scenario.sweep),
+        table_stroke_warnings(own, scenario),
+    )
+    means = table_interval_warnings(scenario, own.seeds)
+    warnings = (
+        *losses,
+        *case.warnings,
+        *unused_spectra_warnings(case),
+        *lost,
+        *strokes,
+        *means,
+    )
+    motion = case.motion if has_shared_motion(scenario.sweep) else None
     return Table(
-        scenario, scenario.sweep, rows, own.verdicts, warnings, complete, motion, how(case),
+        scenario,
+        scenario.sweep,
+        rows,
+        own.verdicts,
+        warnings,
+        complete,
+        motion,
+        describe_numerics(case),
         tallies,
-    )  # fmt: skip
+    )
 
 
-MOVERS = ("excitation.", "solver.step", "measure.")
+MOTION_KEYS = ("excitation.", "solver.step", "measure.")
 """Beginnings of the keys that change the base motion."""
 
 
-def shared(axes: Sequence[Axis]) -> bool:
+def has_shared_motion(axes: Sequence[Axis]) -> bool:
     """Tell whether all cases have one base motion."""
-    return not any(axis.key.startswith(MOVERS) for axis in axes)
+    return not any(axis.key.startswith(MOTION_KEYS) for axis in axes)
 
 
-def how(case: Case) -> dict[str, object]:
+def describe_numerics(case: Case) -> dict[str, object]:
     """Give how the cases are solved, as far as they share it."""
-    from drysim.approach.scene import core_of
+    from drysim.approach.scene import core_and_reason
 
-    exact = isinstance(case.approach, Exact)
-    core, why = core_of(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
+    exact = isinstance(case.approach, ExactApproach)
+    core, why = core_and_reason(case.law, case.motion) if exact else (FIXED_STEP, "fixed steps")
     return {"core": core, "why": why, "engine": compile.engine(), "step": case.step}

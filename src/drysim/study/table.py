@@ -17,23 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Samples, Sines
-from drysim.errors import Caution
-from drysim.metrics.checks import STATUS, Check, Verdict, badness
+from drysim.errors import WarningMessage
+from drysim.metrics.checks import STATUS, Check, Verdict, violation
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import Scenario
-from drysim.study.outcome import exit_code, judged, line, spans
+from drysim.study.outcome import count_verdicts, exit_code, format_metric_ranges, format_repr
 from drysim.study.statistics import (
     FAILED,
-    LIMIT,
-    NAMES,
+    LIMIT_KEY,
+    METRIC_NAMES,
     OK,
     STATUSES,
     Batch,
     Row,
-    about_mean,
-    batches_of,
+    as_batches,
+    with_interval,
 )
-from drysim.wording import several
+from drysim.wording import format_count
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,11 +64,11 @@ class Table:
     axes: tuple[Axis, ...]
     rows: Sequence[Row]
     checks: tuple[Verdict, ...] = ()
-    warnings: tuple[Caution, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
     complete: bool = True
     motion: Sines | Samples | None = None
     numerics: Mapping[str, object] = field(default_factory=dict)
-    told: Mapping[str, Tally] = field(default_factory=dict)
+    summary: Mapping[str, Tally] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Give the number of rows."""
@@ -84,13 +84,19 @@ class Table:
 
     def __repr__(self) -> str:
         """Give what the cases come to, in a line."""
-        name, kept = self.scenario.name, judged(self.checks, self.warnings)
+        name, verdicts = self.scenario.name, count_verdicts(self.checks, self.warnings)
         tallies = list(self.tallies.values())
-        told = [f"{several(tally.cases, 'case')} by {tally.approach}" for tally in tallies]
+        summary = [
+            f"{format_count(tally.cases, 'case')} by {tally.approach}" for tally in tallies
+        ]
         # What a comparison is judged by comes last of those that were asked for.
         own = next((one for one in tallies if one.checks), tallies[0] if tallies else None)
-        found = f"{spans(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}" if own else ""
-        return line("Table", name, ", ".join(told), found, kept)
+        found = (
+            f"{format_metric_ranges(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}"
+            if own
+            else ""
+        )
+        return format_repr("Table", name, ", ".join(summary), found, verdicts)
 
     @property
     def approaches(self) -> tuple[str, ...]:
@@ -100,7 +106,7 @@ class Table:
     @cached_property
     def tallies(self) -> Mapping[str, Tally]:
         """What the cases come to, by approach; the one that was asked for comes first."""
-        return self.told or Tally.of(batches_of(self.rows))
+        return self.summary or Tally.of(as_batches(self.rows))
 
     def exit_code(self, strict: bool = False) -> int:
         """Give 3 when a case failed, 1 when a check did; `strict` counts warnings as checks."""
@@ -120,12 +126,12 @@ class Table:
 def stroke_limit(scenario: Scenario, row: Row) -> float | None:
     """Give the stroke limit of a case [m]: its own where it is swept; None without one."""
     stroke = scenario.stroke
-    return None if stroke is None else row.point.get(LIMIT, stroke.limit)
+    return None if stroke is None else row.point.get(LIMIT_KEY, stroke.limit)
 
 
 # Tally: what the cases of an approach come to, gathered block by block.
 
-TOLD = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
+QUANTILE_METRICS = ("T_a", "T_x", "x_r_peak", "stuck_share", "SEAT", "a_w")
 """Metrics whose quantiles are gathered."""
 
 
@@ -156,7 +162,7 @@ class Tally:
         Least and greatest value of every metric that is known somewhere, each the first of its
         kind, over the cases that have numbers.
     quantiles : dict
-        `Quantiles` of the metrics of `TOLD`, over the cases that have numbers.
+        `Quantiles` of the metrics of `QUANTILE_METRICS`, over the cases that have numbers.
     worst : Row or None
         Of the cases that meet their stroke limit the one that goes the furthest beyond it.
     seeds : Seeds or None
@@ -172,24 +178,24 @@ class Tally:
     lost: dict[str, Count] = field(default_factory=dict)
     extremes: dict[str, tuple[Extreme, Extreme]] = field(default_factory=dict)
     quantiles: dict[str, Quantiles] = field(
-        default_factory=lambda: {name: Quantiles() for name in TOLD}
+        default_factory=lambda: {name: Quantiles() for name in QUANTILE_METRICS}
     )
     worst: Row | None = None
-    seeds: Seeds | None = None
+    seeds: SeedSummary | None = None
     forces: list[float] = field(default_factory=lambda: [np.inf, -np.inf, np.inf, -np.inf])
     _beyond: float = -np.inf
-    _decided: dict[int, Verdict] = field(default_factory=dict)
+    _verdicts: dict[int, Verdict] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, batches: Iterable[Batch], checks: Sequence[Check] = (), judged: str = ""
+        cls, batches: Iterable[Batch], checks: Sequence[Check] = (), checked: str = ""
     ) -> dict[str, Self]:
         """Give the tally of every approach in the order in which they come; one is judged."""
         found: dict[str, Self] = {}
         for batch in batches:
             name = batch.approach
             if name not in found:
-                found[name] = cls(name, checks if name == judged else ())
+                found[name] = cls(name, checks if name == checked else ())
             found[name].add(batch)
         return found
 
@@ -206,12 +212,12 @@ class Tally:
         self.forces = [float(p(a, b)) for p, a, b in zip(pick, self.forces, ends, strict=True)]
         good, row = batch.status == STATUSES.index(OK), cache(batch.row)
         self._count_lost(batch, row)
-        self._stretch(batch, good, row)
+        self._update_extremes(batch, good, row)
         for name, quantiles in self.quantiles.items():
             quantiles.add(batch.metrics[name][good])
-        self._meet_limit(batch, row)
+        self._update_limit(batch, row)
         if batch.over:
-            self.seeds = self.seeds or Seeds()
+            self.seeds = self.seeds or SeedSummary()
             self.seeds.add(batch, self.checks)
         for i, check in enumerate(self.checks):
             self._judge(i, check, batch, good, row)
@@ -220,7 +226,7 @@ class Tally:
     def verdicts(self) -> tuple[Verdict, ...]:
         """One for every check, in order."""
         checks = enumerate(self.checks)
-        return tuple(self._decided.get(i) or check.missed() for i, check in checks)
+        return tuple(self._verdicts.get(i) or check.no_case_verdict() for i, check in checks)
 
     @property
     def shared(self) -> dict[str, bool]:
@@ -238,12 +244,14 @@ class Tally:
             if (status := STATUSES[code]) == OK:
                 continue
             places = np.flatnonzero(batch.status == code)
-            self.lost[status] = more(self.lost.get(status), row(int(places[0])), len(places))
+            self.lost[status] = add_cases(
+                self.lost.get(status), row(int(places[0])), len(places)
+            )
 
-    def _stretch(self, batch: Batch, good: NDArray[np.bool_], row: RowAt) -> None:
+    def _update_extremes(self, batch: Batch, good: NDArray[np.bool_], row: RowAt) -> None:
         """Widen the ranges of the metrics; a row is made for none but a new end."""
         every = good.all()
-        for name in NAMES:
+        for name in METRIC_NAMES:
             column = batch.metrics[name]
             column = column if every else np.where(good, column, np.nan)
             low, high = float(np.fmin.reduce(column)), float(np.fmax.reduce(column))
@@ -256,13 +264,15 @@ class Tally:
                 most = Extreme(high, row(int(np.argmax(column == high))))
             self.extremes[name] = least, most
 
-    def _meet_limit(self, batch: Batch, row: RowAt) -> None:
+    def _update_limit(self, batch: Batch, row: RowAt) -> None:
         met = np.flatnonzero(np.nan_to_num(batch.metrics["violations"]) > 0)
         self.beyond += len(met)
         if len(met):
             peaks = np.nan_to_num(batch.metrics["x_r_peak"][met])
             # A limit that all cases share plays no part in which is the worst.
-            beyond = peaks - (batch.points[LIMIT][met] if LIMIT in batch.points else 0.0)
+            beyond = peaks - (
+                batch.points[LIMIT_KEY][met] if LIMIT_KEY in batch.points else 0.0
+            )
             if self.worst is None or beyond.max() > self._beyond:
                 self._beyond = float(beyond.max())
                 self.worst = row(int(met[np.argmax(beyond)]))
@@ -270,18 +280,18 @@ class Tally:
     def _judge(
         self, i: int, check: Check, batch: Batch, good: NDArray[np.bool_], row: RowAt
     ) -> None:
-        reach = check.reach({**batch.points, STATUS: batch.status}, len(batch))
+        applicable = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
         # A case without metrics fails what it is asked for, unless the check leaves it out.
-        at = check.worst(reach, np.where(good, batch.metrics[check.metric], np.nan))
+        at = check.worst(applicable, np.where(good, batch.metrics[check.metric], np.nan))
         if at is not None:
             case = row(at)
             status = "" if good[at] else case.status
             verdict = check.verdict(case.metrics.get(check.metric), case.point, status)
             if case.over:
-                verdict = about_mean(verdict, case.half_widths.get(check.metric), case.seeds)
-            before = self._decided.get(i)
-            if before is None or badness(verdict) > badness(before):
-                self._decided[i] = verdict
+                verdict = with_interval(verdict, case.half_widths.get(check.metric), case.seeds)
+            before = self._verdicts.get(i)
+            if before is None or violation(verdict) > violation(before):
+                self._verdicts[i] = verdict
 
 
 class Count(NamedTuple):
@@ -291,13 +301,13 @@ class Count(NamedTuple):
     first: Row
 
 
-def more(before: Count | None, row: Row, cases: int = 1) -> Count:
+def add_cases(before: Count | None, row: Row, cases: int = 1) -> Count:
     """Give a count with so many more cases in it, the first of which is a row."""
     return Count(before.cases + cases, before.first) if before else Count(cases, row)
 
 
 @dataclass
-class Seeds:
+class SeedSummary:
     """What the cases of one approach have in common that are means over many seeds.
 
     Attributes
@@ -321,8 +331,8 @@ class Seeds:
     most: int = 0
     hashes: set[str] = field(default_factory=set)
     widest: dict[str, Row] = field(default_factory=dict)
-    wide: Count | None = None
-    open: dict[Check, Count] = field(default_factory=dict)
+    too_wide: Count | None = None
+    undecided: dict[Check, Count] = field(default_factory=dict)
 
     def add(self, batch: Batch, checks: Sequence[Check]) -> None:
         """Take a block of cases into account; blocks come in order."""
@@ -343,13 +353,13 @@ class Seeds:
             ):
                 self.widest[name] = row
         if row.over and not row.over.narrow:
-            self.wide = more(self.wide, row)
+            self.too_wide = add_cases(self.too_wide, row)
         for check in checks:
-            if check.applies(row.point) and lies_within(check, row):
-                self.open[check] = more(self.open.get(check), row)
+            if check.applies(row.point) and is_undecided(check, row):
+                self.undecided[check] = add_cases(self.undecided.get(check), row)
 
 
-def lies_within(check: Check, row: Row) -> bool:
+def is_undecided(check: Check, row: Row) -> bool:
     """Tell whether the limit of a check lies within the interval of a mean."""
     mean = row.metrics.get(check.metric)
     return mean is not None and abs(mean - check.limit) < (
@@ -357,10 +367,10 @@ def lies_within(check: Check, row: Row) -> bool:
     )
 
 
-FINENESS = 256
+BINS_PER_E_FOLD = 256
 """Bins to a factor of e: a quantile is known within 0.2 % of its value."""
 
-LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+QUANTILE_LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """The quantiles that are told."""
 
 
@@ -369,7 +379,7 @@ class Quantiles:
 
     def __init__(self) -> None:
         self._counts: Counter[int] = Counter()
-        self._none = 0
+        self._not_positive = 0
         self._low, self._high = np.inf, -np.inf
 
     def add(self, values: NDArray[np.float64]) -> None:
@@ -380,9 +390,9 @@ class Quantiles:
         self._low = min(self._low, float(values.min()))
         self._high = max(self._high, float(values.max()))
         above = values[values > 0.0]
-        self._none += len(values) - len(above)
+        self._not_positive += len(values) - len(above)
         if len(above):
-            bins = np.floor(np.log(above) * FINENESS).astype(np.int64)
+            bins = np.floor(np.log(above) * BINS_PER_E_FOLD).astype(np.int64)
             counts = np.bincount(bins - (first := int(bins.min())))
             held = np.flatnonzero(counts)
             found = zip((held + first).tolist(), counts[held].tolist(), strict=True)
@@ -390,7 +400,7 @@ class Quantiles:
 
     def at(self, level: float) -> float | None:
         """Give a quantile; None where there are no values."""
-        total = self._none + self._counts.total()
+        total = self._not_positive + self._counts.total()
         if not total:
             return None
         for value, below in self._steps():
@@ -398,15 +408,15 @@ class Quantiles:
                 return float(min(max(value, self._low), self._high))
         return self._high
 
-    def told(self) -> dict[str, float]:
-        """Give the quantiles of `LEVELS` by name, such as `0.5`; empty without values."""
-        found = ((f"{level:g}", self.at(level)) for level in LEVELS)
+    def summary(self) -> dict[str, float]:
+        """Give the quantiles of `QUANTILE_LEVELS` by name, such as `0.5`; empty without values."""
+        found = ((f"{level:g}", self.at(level)) for level in QUANTILE_LEVELS)
         return {name: value for name, value in found if value is not None}
 
     def _steps(self) -> Iterator[tuple[float, int]]:
         """Give the middle of every bin and how many values lie up to its end."""
-        below = self._none
+        below = self._not_positive
         yield min(self._low, 0.0), below
         for at in sorted(self._counts):
             below += self._counts[at]
-            yield float(np.exp((at + 0.5) / FINENESS)), below
+            yield float(np.exp((at + 0.5) / BINS_PER_E_FOLD)), below

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import ceil
 
 from drysim.approach.solution import FIXED_STEP, Orbit, Response
-from drysim.core.model import AnyLaw, Stopped
-from drysim.errors import Caution
+from drysim.core.model import AnyLaw, EndStopLaw
+from drysim.errors import WarningMessage
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Metrics
 from drysim.scenario.axes import Axis
@@ -21,285 +21,318 @@ from drysim.study.case import Case
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import (
     FAILED,
-    LIMIT,
+    LIMIT_KEY,
     Row,
     Statistic,
-    most,
-    narrow,
-    until_of,
-    width_of,
+    is_narrow,
+    max_seeds,
+    metric_interval,
+    stopping_rule,
 )
-from drysim.study.table import Count, Seeds, Tally, stroke_limit
-from drysim.wording import length, listed, number, place, several, times
+from drysim.study.table import Count, SeedSummary, Tally, stroke_limit
+from drysim.wording import (
+    describe_case,
+    format_count,
+    format_length,
+    format_number,
+    format_times,
+    join_words,
+)
 
-RESIDUAL = 1e-9
+MAX_ENERGY_RESIDUAL = 1e-9
 """A balance that closes no better than this [-] is no certificate: rounding leaves 1e-12."""
 
-INEXACT = 1e-3
+MAX_STATED_ERROR = 1e-3
 """A stated error beyond this share of the peak [-] shows in a picture: no longer exact."""
 
-MOVED = 0.01
+MAX_END_EFFECT = 0.01
 """Share of a metric by which the ends of a record may move it before that is said [-]."""
 
-RATED = ("a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "v_r_rms", "a_w", "SEAT", "VDV")
+RELATIVE_METRICS = (
+    "a_u",
+    "a_x",
+    "T_a",
+    "T_x",
+    "x_r_rms",
+    "x_r_peak",
+    "v_r_rms",
+    "a_w",
+    "SEAT",
+    "VDV",
+)
 """The metrics that are held against the ends of a record by their relative change."""
 
-CLOSE = 1e-6
+CLOSE_MARGIN = 1e-6
 """A decision nearer than this [-] to its opposite is within what inputs are known to."""
 
 
 # Of one case.
 
 
-def found(
+def response_warnings(
     response: Response,
     metrics: Metrics,
     limit: float | None,
-    late: bool = False,
-    beside: float | None = None,
-) -> Iterator[Caution]:
+    includes_settling: bool = False,
+    window_peak: float | None = None,
+) -> Iterator[WarningMessage]:
     """Give every warning that follows from a response, its metrics and the stroke limit [m].
 
-    Where the stroke is concerned the metrics are those of the whole response, `late` when this
-    is more than the window: the settling, too. The peak of |x_r| in the window [m], `beside`,
+    Where the stroke is concerned the metrics are those of the whole response, `includes_settling` when this
+    is more than the window: the settling, too. The peak of |x_r| in the window [m], `window_peak`,
     gives lengths their unit; default: that of the metrics.
     """
     if limit is not None and metrics["violations"]:
-        yield stroke_violated(metrics, limit, response.law, late, beside)
-    if isinstance(response.law, Stopped) and response.law.rigid and metrics["contacts"]:
-        yield impacts_left_out()
+        yield stroke_warning(metrics, limit, response.law, includes_settling, window_peak)
+    if isinstance(response.law, EndStopLaw) and response.law.rigid and metrics["contacts"]:
+        yield rigid_impact_warning()
     residual = metrics["energy_residual"]
     # Fixed steps leave an open balance by nature: a measure then, not an alarm.
     exact = response.numerics.core != FIXED_STEP
-    if exact and residual is not None and not abs(residual) <= RESIDUAL:
-        yield energy_open(residual)
+    if exact and residual is not None and not abs(residual) <= MAX_ENERGY_RESIDUAL:
+        yield energy_warning(residual)
     error = response.numerics.error
-    if error is not None and not error <= INEXACT:
+    if error is not None and not error <= MAX_STATED_ERROR:
         sentence = (
-            f"x_r may be off by {number(100.0 * error, '%', digits=2)} of its peak: a coarser "
+            f"x_r may be off by {format_number(100.0 * error, '%', digits=2)} of its peak: a coarser "
             "solution is that far away, or the orbit is not closed any better; a smaller "
             "`friction.tolerance` tells whether the motion itself makes small errors large"
         )
-        yield Caution("inexact", sentence, {"error": error})
+        yield WarningMessage("inexact", sentence, {"error": error})
     closest = response.numerics.closest_decision
-    if closest is not None and closest < CLOSE:
+    if closest is not None and closest < CLOSE_MARGIN:
         sentence = (
             f"a stop or the start was decided by a relative margin of {closest:.1e} between "
             "|F_L| and F_fs: an input changed by 1e-6 may change the answer; vary "
             "friction.static a little to see"
         )
-        yield Caution("close-decision", sentence, {"closest_decision": closest})
+        yield WarningMessage("close-decision", sentence, {"closest_decision": closest})
 
 
-def stroke_violated(
-    metrics: Metrics, limit: float, law: AnyLaw, late: bool, beside: float | None = None
-) -> Caution:
+def stroke_warning(
+    metrics: Metrics,
+    limit: float,
+    law: AnyLaw,
+    includes_settling: bool,
+    window_peak: float | None = None,
+) -> WarningMessage:
     """Say where the stroke limit was met, and by how much or how hard."""
     t_first, peak = metrics["t_first_violation"] or 0.0, metrics["x_r_peak"] or 0.0
-    beside = beside or peak
-    if isinstance(law, Stopped):
+    window_peak = window_peak or peak
+    if isinstance(law, EndStopLaw):
         sentence = (
-            f"the mass comes to its end stops, first at t = {number(t_first, 's')} and with up "
-            f"to {number(metrics['impact_speed'], 'm/s')}"
+            f"the mass comes to its end stops, first at t = {format_number(t_first, 's')} and with up "
+            f"to {format_number(metrics['impact_speed'], 'm/s')}"
         )
     else:
         sentence = (
-            f"the stroke limit of {length(limit, beside)} is met "
-            f"{times(metrics['violations'])}, first at t = {number(t_first, 's')}; |x_r| "
-            f"reaches {length(peak, beside)}, {length(peak - limit, beside)} too far"
+            f"the stroke limit of {format_length(limit, window_peak)} is met "
+            f"{format_times(metrics['violations'])}, first at t = {format_number(t_first, 's')}; |x_r| "
+            f"reaches {format_length(peak, window_peak)}, {format_length(peak - limit, window_peak)} too far"
         )
     numbers = {"limit": limit, "x_r_peak": peak, "t_first_violation": t_first}
-    return Caution("stroke-violated", sentence + ", settling included" * late, numbers)
+    return WarningMessage(
+        "stroke-violated", sentence + ", settling included" * includes_settling, numbers
+    )
 
 
-def impacts_left_out() -> Caution:
+def rigid_impact_warning() -> WarningMessage:
     """Say that an impact has no finite acceleration."""
     sentence = (
         "an impact on a rigid stop is an instant of infinite force: a_x and T_a are of the "
         "motion between impacts; bumpers give them a force and a length"
     )
-    return Caution("impacts-left-out", sentence)
+    return WarningMessage("impacts-left-out", sentence)
 
 
-def energy_open(residual: float) -> Caution:
+def energy_warning(residual: float) -> WarningMessage:
     """Say that the energy balance does not close."""
     sentence = (
-        f"the energy balance closes to {residual:.1e} only, not to {RESIDUAL:.0e}: "
+        f"the energy balance closes to {residual:.1e} only, not to {MAX_ENERGY_RESIDUAL:.0e}: "
         "trust no digit beyond it, and please report the scenario"
     )
-    return Caution("energy-open", sentence, {"energy_residual": residual})
+    return WarningMessage("energy-open", sentence, {"energy_residual": residual})
 
 
-def orbit_doubtful(orbit: Orbit, case: Case) -> Iterator[Caution]:
+def orbit_warnings(orbit: Orbit, case: Case) -> Iterator[WarningMessage]:
     """Say when a periodic orbit was not reached, or not without meeting the stroke limit."""
     if not orbit.settled:
-        walks = "" if case.plant.k_x else "without a spring it may walk on for ever; "
+        drift = "" if case.plant.k_x else "without a spring it may walk on for ever; "
         sentence = (
-            f"the motion has not settled after {number(orbit.run_up, 's')}: it still changes "
-            f"by {number(orbit.closure)} a repetition; {walks}measure it with `steady: false`, "
+            f"the motion has not settled after {format_number(orbit.run_up, 's')}: it still changes "
+            f"by {format_number(orbit.closure)} a repetition; {drift}measure it with `steady: false`, "
             "a `settle` and a `duration` instead"
         )
         numbers = {"closure": orbit.closure, "run_up": orbit.run_up}
-        yield Caution("not-settled", sentence, numbers)
+        yield WarningMessage("not-settled", sentence, numbers)
     if not orbit.unique:
         sentence = (
             "the periodic orbit is one of a continuum: next to nothing draws its neighbours to "
             "it, and they close, too; it is the one that this start leads to"
         )
-        yield Caution("not-unique", sentence)
+        yield WarningMessage("not-unique", sentence)
     limit = case.limit
     if limit is not None and orbit.run_up_peak >= limit:
-        way, end = "on the way to the periodic orbit", " before the motion settles"
+        when, end = "on the way to the periodic orbit", " before the motion settles"
         if not orbit.settled:
-            way, end = "in that time", ""
+            when, end = "in that time", ""
         sentence = (
-            f"{way} |x_r| reaches {length(orbit.run_up_peak)}: "
-            f"the stroke limit of {length(limit, orbit.run_up_peak)} is met{end}"
+            f"{when} |x_r| reaches {format_length(orbit.run_up_peak)}: "
+            f"the stroke limit of {format_length(limit, orbit.run_up_peak)} is met{end}"
         )
         numbers = {"limit": limit, "run_up_peak": orbit.run_up_peak}
-        yield Caution("stroke-violated-settling", sentence, numbers)
+        yield WarningMessage("stroke-violated-settling", sentence, numbers)
 
 
-def moves(metrics: Metrics, others: Metrics) -> dict[str, float]:
+def changed_metrics(metrics: Metrics, others: Metrics) -> dict[str, float]:
     """Return by how much metrics differ from others, those beyond a hundredth, by name [-].
 
     Of the share of time that the mass is stuck, the difference counts as it is.
     """
     found = {}
-    for name in (*RATED, "stuck_share"):
+    for name in (*RELATIVE_METRICS, "stuck_share"):
         value, other = metrics.get(name), others.get(name)
         if value is None or other is None:
             continue
         scale = abs(value) or abs(other) or 1.0
         found[name] = (other - value) / (1.0 if name == "stuck_share" else scale)
-    return {name: share for name, share in found.items() if abs(share) > MOVED}
+    return {name: share for name, share in found.items() if abs(share) > MAX_END_EFFECT}
 
 
-def ends_decide(moved: Mapping[str, float], below: float) -> Caution:
+def record_end_warning(moved: Mapping[str, float], below: float) -> WarningMessage:
     """Say that metrics depend on what a high-pass does at the ends of a record."""
-    told = listed(
-        [f"{name} by {number(100.0 * share, '%', digits=2)}" for name, share in moved.items()]
+    changes = join_words(
+        [
+            f"{name} by {format_number(100.0 * share, '%', digits=2)}"
+            for name, share in moved.items()
+        ]
     )
     sentence = (
-        f"the ends of the high-pass at {number(below, 'Hz')} decide: mirrored about their last "
-        f"sample they move {told}; leave out the first and the last "
-        f"{number(1.0 / below, 's', digits=3)} of the record by `excitation.window`, or take a "
+        f"the ends of the high-pass at {format_number(below, 'Hz')} decide: mirrored about their last "
+        f"sample they move {changes}; leave out the first and the last "
+        f"{format_number(1.0 / below, 's', digits=3)} of the record by `excitation.window`, or take a "
         "longer record"
     )
-    return Caution("record-ends", sentence, moved)
+    return WarningMessage("record-ends", sentence, moved)
 
 
 # Of many cases.
 
 
-def statuses(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[Caution]:
+def status_warnings(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[WarningMessage]:
     """Say how many cases of each approach have no numbers, and why the first has none."""
     for tally in tallies:
         for status, (lost, row) in tally.lost.items():
-            first = f"the first at {place(row.point, axes)}: " if row.point else ""
+            first = f"the first at {describe_case(row.point, axes)}: " if row.point else ""
             sentence = (
-                f"{lost} of {several(tally.cases, 'case')} by {tally.approach}: {status}; "
+                f"{lost} of {format_count(tally.cases, 'case')} by {tally.approach}: {status}; "
                 f"{first}{row.note}"
             )
             slug = "case-failed" if status == FAILED else status.replace(" ", "-")
-            yield Caution(slug, sentence, {"cases": lost})
+            yield WarningMessage(slug, sentence, {"cases": lost})
 
 
-def case_strokes(tally: Tally, scenario: Scenario) -> Iterator[Caution]:
+def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningMessage]:
     """Say in how many cases the stroke limit is met, and where the most."""
-    worst, hits = tally.worst, tally.extremes.get("impact_speed")
+    worst, impacts = tally.worst, tally.extremes.get("impact_speed")
     axes = scenario.sweep
-    if hits is not None and hits[1].value and worst is not None:
+    if impacts is not None and impacts[1].value and worst is not None:
         # Where there are end stops, |x_r| hardly tells one case from another.
-        fastest, row = hits[1]
+        fastest, row = impacts[1]
         sentence = (
             f"the mass comes to its end stops in {tally.beyond} of {tally.cases} cases, "
-            f"with up to {number(fastest, 'm/s')}{at(row, axes)}"
+            f"with up to {format_number(fastest, 'm/s')}{format_at(row, axes)}"
         )
         numbers = {"impact_speed": fastest, "cases": tally.beyond}
-        yield Caution("stroke-violated", sentence, numbers)
+        yield WarningMessage("stroke-violated", sentence, numbers)
         if scenario.stops and scenario.stops.stiffness is None:
-            yield impacts_left_out()
+            yield rigid_impact_warning()
     elif worst is not None and (limit := stroke_limit(scenario, worst)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
         some, mean = (", with some seeds", " in the mean") if worst.over else ("", "")
-        beside = tally.greatest("x_r_peak") or peak
-        which = "" if LIMIT in worst.point else f" of {length(limit, beside)}"
+        window_peak = tally.greatest("x_r_peak") or peak
+        which = "" if LIMIT_KEY in worst.point else f" of {format_length(limit, window_peak)}"
         sentence = (
             f"the stroke limit{which} is met in {tally.beyond} of {tally.cases} cases{some}; "
-            f"|x_r| reaches {length(peak, beside)}{mean}{at(worst, axes)}"
+            f"|x_r| reaches {format_length(peak, window_peak)}{mean}{format_at(worst, axes)}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "cases": tally.beyond}
-        yield Caution("stroke-violated", sentence, numbers)
+        yield WarningMessage("stroke-violated", sentence, numbers)
 
 
-def at(row: Row, axes: Sequence[Axis]) -> str:
+def format_at(row: Row, axes: Sequence[Axis]) -> str:
     """Give the point of a row as the end of a sentence, if there is more than one."""
-    return f" at {place(row.point, axes)}" if row.point else ""
+    return f" at {describe_case(row.point, axes)}" if row.point else ""
 
 
-def wide_means(scenario: Scenario, found: Seeds | None) -> Iterator[Caution]:
+def table_interval_warnings(
+    scenario: Scenario, found: SeedSummary | None
+) -> Iterator[WarningMessage]:
     """Say which intervals are wider than asked, and which checks are not decided."""
     if found is None:
         return
-    until = until_of(scenario)
-    if found.wide and until:
+    until = stopping_rule(scenario)
+    if found.too_wide and until:
         sentence = (
-            f"in {found.wide.cases} of {found.cases} cases the interval of {until.metric} is "
-            f"wider than ±{number(100 * until.half_width, '%')} of its mean after "
-            f"{most(scenario)} seeds, the most there may be{first_of(found.wide, scenario)}"
+            f"in {found.too_wide.cases} of {found.cases} cases the interval of {until.metric} is "
+            f"wider than ±{format_number(100 * until.half_width, '%')} of its mean after "
+            f"{max_seeds(scenario)} seeds, the most there may be{describe_first(found.too_wide, scenario)}"
         )
-        yield Caution("interval-wide", sentence, {"cases": found.wide.cases})
-    for check, undecided in found.open.items():
+        yield WarningMessage("interval-wide", sentence, {"cases": found.too_wide.cases})
+    for check, undecided in found.undecided.items():
         sentence = (
             f"`{check}` is not decided in {undecided.cases} of {found.cases} cases"
-            f"{first_of(undecided, scenario)}: the limit lies within the 95 % confidence "
+            f"{describe_first(undecided, scenario)}: the limit lies within the 95 % confidence "
             "interval of the mean; only more seeds can decide"
         )
-        yield Caution("check-undecided", sentence, {"cases": undecided.cases})
+        yield WarningMessage("check-undecided", sentence, {"cases": undecided.cases})
 
 
-def first_of(found: Count, scenario: Scenario) -> str:
+def describe_first(found: Count, scenario: Scenario) -> str:
     """Say where the first of some cases is, unless there is only one place."""
-    where = place(found.first.point, scenario.sweep)
+    where = describe_case(found.first.point, scenario.sweep)
     return f", the first at {where}" if where else ""
 
 
 # Of many seeds of one case.
 
-Found = Mapping[str, Statistic | None]
+SeedStatistics = Mapping[str, Statistic | None]
 
-OF_ALL = {"energy-open", "stroke-violated", "impacts-left-out"}
+REPLACED_SLUGS = {"energy-open", "stroke-violated", "impacts-left-out"}
 """Warnings about a single seed in whose place stand those about all of them."""
 
 
-def remarks(
-    case: Case, rows: Sequence[Row], found: Found, verdicts: Sequence[Verdict], shown: Outcome
-) -> Iterator[Caution]:
+def ensemble_warnings(
+    case: Case,
+    rows: Sequence[Row],
+    found: SeedStatistics,
+    verdicts: Sequence[Verdict],
+    shown: Outcome,
+) -> Iterator[WarningMessage]:
     """Give every warning about an ensemble, those of its case first."""
-    moves = any((row.metrics.get("stuck_share") or 0.0) < 1.0 for row in rows)
-    for caution in case.cautions:
+    has_motion = any((row.metrics.get("stuck_share") or 0.0) < 1.0 for row in rows)
+    for warning in case.warnings:
         # It was said of the first seed; another one may do what that does not.
-        if not (moves and caution.slug == "will-not-move"):
-            yield caution
-    yield from failures(rows)
-    yield from (caution for caution in shown.warnings if caution.slug not in OF_ALL)
+        if not (has_motion and warning.slug == "will-not-move"):
+            yield warning
+    yield from failure_warnings(rows)
+    yield from (warning for warning in shown.warnings if warning.slug not in REPLACED_SLUGS)
     if case.limit is not None:
-        yield from seed_strokes(rows, found, case.limit)
-    if isinstance(case.law, Stopped) and case.law.rigid and contacts(found):
-        yield impacts_left_out()
+        yield from ensemble_stroke_warnings(rows, found, case.limit)
+    if isinstance(case.law, EndStopLaw) and case.law.rigid and has_contacts(found):
+        yield rigid_impact_warning()
     residual = found.get("energy_residual")
-    slugs = {caution.slug for caution in shown.warnings}
-    if residual and residual.greatest[0] > RESIDUAL and "energy-open" in slugs:
-        yield energy_open(residual.greatest[0])
-    yield from wide(case, rows)
-    yield from undecided(verdicts)
+    slugs = {warning.slug for warning in shown.warnings}
+    if residual and residual.greatest[0] > MAX_ENERGY_RESIDUAL and "energy-open" in slugs:
+        yield energy_warning(residual.greatest[0])
+    yield from wide_interval_warnings(case, rows)
+    yield from undecided_warnings(verdicts)
     if case.scenario.measure.spectra:
         sentence = f"spectra.csv and spectra.png are of seed {rows[0].seed} alone"
-        yield Caution("spectra-of-one-seed", sentence)
+        yield WarningMessage("spectra-of-one-seed", sentence)
 
 
-def failures(rows: Sequence[Row]) -> Iterator[Caution]:
+def failure_warnings(rows: Sequence[Row]) -> Iterator[WarningMessage]:
     """Say with how many seeds the numerics failed, and why with the first of them."""
     lost = [row for row in rows if row.status == FAILED]
     if lost:
@@ -307,64 +340,66 @@ def failures(rows: Sequence[Row]) -> Iterator[Caution]:
             f"the numerics failed with {len(lost)} of {len(rows)} seeds, which the means leave "
             f"out; the first is seed {lost[0].seed}: {lost[0].note}"
         )
-        yield Caution("case-failed", sentence, {"seeds": len(lost)})
+        yield WarningMessage("case-failed", sentence, {"seeds": len(lost)})
 
 
-def seed_strokes(rows: Sequence[Row], found: Found, limit: float) -> Iterator[Caution]:
+def ensemble_stroke_warnings(
+    rows: Sequence[Row], found: SeedStatistics, limit: float
+) -> Iterator[WarningMessage]:
     """Say with how many seeds the stroke limit is met, and where the most."""
     beyond = sum(bool(row.metrics.get("violations")) for row in rows)
-    most_of_all, hits = found["stroke_suffices"], found.get("impact_speed")
-    if beyond and hits and contacts(found):
-        fastest, seed = hits.greatest
+    most_of_all, impacts = found["stroke_suffices"], found.get("impact_speed")
+    if beyond and impacts and has_contacts(found):
+        fastest, seed = impacts.greatest
         sentence = (
             f"the mass comes to its end stops with {beyond} of {len(rows)} seeds, with up to "
-            f"{number(fastest, 'm/s')} with seed {seed}"
+            f"{format_number(fastest, 'm/s')} with seed {seed}"
         )
         numbers = {"impact_speed": fastest, "seed": seed, "seeds": beyond}
-        yield Caution("stroke-violated", sentence, numbers)
+        yield WarningMessage("stroke-violated", sentence, numbers)
     elif beyond and most_of_all:
         peak, seed = most_of_all.greatest
         sentence = (
-            f"the stroke limit of {length(limit, peak)} is met with {beyond} of {len(rows)} "
-            f"seeds; |x_r| reaches {length(peak)} with seed {seed}"
+            f"the stroke limit of {format_length(limit, peak)} is met with {beyond} of {len(rows)} "
+            f"seeds; |x_r| reaches {format_length(peak)} with seed {seed}"
         )
         numbers = {"limit": limit, "x_r_peak": peak, "seed": seed, "seeds": beyond}
-        yield Caution("stroke-violated", sentence, numbers)
+        yield WarningMessage("stroke-violated", sentence, numbers)
 
 
-def contacts(found: Found) -> bool:
+def has_contacts(found: SeedStatistics) -> bool:
     """Tell whether the mass comes to end stops within the window of any seed."""
-    hits = found.get("contacts")
-    return hits is not None and hits.greatest[0] > 0
+    impacts = found.get("contacts")
+    return impacts is not None and impacts.greatest[0] > 0
 
 
-def wide(case: Case, rows: Sequence[Row]) -> Iterator[Caution]:
+def wide_interval_warnings(case: Case, rows: Sequence[Row]) -> Iterator[WarningMessage]:
     """Say when the interval is not as narrow as asked after all seeds that there may be."""
-    until = until_of(case.scenario)
-    if until is None or len(rows) < most(case.scenario) or narrow(case.scenario, rows):
+    until = stopping_rule(case.scenario)
+    if until is None or len(rows) < max_seeds(case.scenario) or is_narrow(case.scenario, rows):
         return
-    mean, half_width, known = width_of(rows, until.metric)
-    n, name, asked = len(rows), until.metric, number(100 * until.half_width, "%")
+    mean, half_width, known = metric_interval(rows, until.metric)
+    n, name, target = len(rows), until.metric, format_number(100 * until.half_width, "%")
     if known < n:
         sentence = f"{name} is known with {known} of {n} seeds only, so until never holds"
-        yield Caution("interval-wide", sentence, {"seeds": n, "known": known})
+        yield WarningMessage("interval-wide", sentence, {"seeds": n, "known": known})
     elif not mean or half_width is None:
         sentence = (
-            f"the mean of {name} is 0 after {n} seeds, and no interval is {asked} of that"
+            f"the mean of {name} is 0 after {n} seeds, and no interval is {target} of that"
         )
-        yield Caution("interval-wide", sentence, {"seeds": n})
+        yield WarningMessage("interval-wide", sentence, {"seeds": n})
     else:
         share = half_width / abs(mean)
         needed = ceil(n * (share / until.half_width) ** 2)
         sentence = (
             f"after {n} seeds, the most there may be, the interval of {name} is "
-            f"±{number(100 * share, '%', 3)} of its mean, not ±{asked}: "
-            f"excitation.seeds: {number(needed, digits=2)} would do"
+            f"±{format_number(100 * share, '%', 3)} of its mean, not ±{target}: "
+            f"excitation.seeds: {format_number(needed, digits=2)} would do"
         )
-        yield Caution("interval-wide", sentence, {"half_width": share, "seeds": n})
+        yield WarningMessage("interval-wide", sentence, {"half_width": share, "seeds": n})
 
 
-def undecided(verdicts: Sequence[Verdict]) -> Iterator[Caution]:
+def undecided_warnings(verdicts: Sequence[Verdict]) -> Iterator[WarningMessage]:
     """Say of every check whose limit lies within the interval that it is not decided."""
     for verdict in verdicts:
         if verdict.undecided:
@@ -374,4 +409,4 @@ def undecided(verdicts: Sequence[Verdict]) -> Iterator[Caution]:
                 "interval: only more seeds can decide"
             )
             numbers = {"value": verdict.value or 0.0, "half_width": verdict.half_width or 0.0}
-            yield Caution("check-undecided", sentence, numbers)
+            yield WarningMessage("check-undecided", sentence, numbers)

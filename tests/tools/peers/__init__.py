@@ -12,7 +12,7 @@ from drysim.bench.work import Peer
 from peers import heyoka, mujoco, pathsim, sundials
 
 
-def present() -> tuple[Peer, ...]:
+def installed_peers() -> tuple[Peer, ...]:
     """Give the peers that are installed."""
     known = (heyoka, sundials, pathsim, mujoco)
     return tuple(peer for peer in known if find_spec(peer.PACKAGE) is not None)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.bench.scipy_ivp import lacks
+from drysim.bench.scipy_ivp import omitted
 from drysim.bench.work import Answer, Entry, Run, Work
 
 if TYPE_CHECKING:
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 PACKAGE = "mujoco"
 
-FINER = (1, 8)
+SUBSTEPS = (1, 8)
 """Pieces of a sample that are one step of MuJoCo."""
 
-WORLD = """
+MODEL_XML = """
 <mujoco>
   <option timestep="{step}" gravity="0 0 0" integrator="implicitfast" tolerance="0">
     <flag contact="disable"/>
@@ -40,42 +40,42 @@ SOFTNESS = 2.0
 
 def entries(work: Work) -> Iterator[Entry]:
     """Give MuJoCo at several steps."""
-    for pieces in FINER:
-        step = work.step / pieces
+    for substeps in SUBSTEPS:
+        step = work.step / substeps
         yield Entry(
-            "MuJoCo", "implicitfast", with_step(pieces), step, pieces, lacks=lacks(work)
+            "MuJoCo", "implicitfast", with_step(substeps), step, substeps, omitted=omitted(work)
         )
 
 
-def with_step(pieces: int) -> Callable[[Work], Run]:
+def with_step(substeps: int) -> Callable[[Work], Run]:
     """Give an entry that takes so many steps a sample."""
 
     def ready(work: Work) -> Run:
         import mujoco
         from mujoco.rollout import rollout
 
-        (m, k_x, b), F_fk, step = work.plant, work.law.F_fk, work.step / pieces
-        words = WORLD.format(
+        (m, k_x, b), F_fk, step = work.plant, work.law.F_fk, work.step / substeps
+        words = MODEL_XML.format(
             m=m, k_x=k_x, b=b, F_fk=F_fk, step=step, softness=SOFTNESS * step
         )  # fmt: skip
         model = mujoco.MjModel.from_xml_string(words)
         scene = mujoco.MjData(model)
-        at = np.arange(work.samples * pieces) / pieces
+        at = np.arange(work.samples * substeps) / substeps
         push = -m * np.interp(at, np.arange(work.samples + 1), work.u_dd)
         begin = np.array([[0.0, *work.start]])
 
         def run() -> Answer:
             passed, _ = rollout(model, scene, begin, push[None, :, None])
-            state = np.vstack((begin, passed[0]))[::pieces]
+            state = np.vstack((begin, passed[0]))[::substeps]
             x_r, v_r = state[:, 1], state[:, 2]
-            return Answer(x_r, v_r, lambda: acting(work, x_r, v_r))
+            return Answer(x_r, v_r, lambda: friction_from_motion(work, x_r, v_r))
 
         return run
 
     return ready
 
 
-def acting(work: Work, x_r: Floats, v_r: Floats) -> Floats:
+def friction_from_motion(work: Work, x_r: Floats, v_r: Floats) -> Floats:
     """Give F_f [N] that the motion shows: MuJoCo keeps no force of its own for every sample."""
     m, k_x, b = work.plant
     v_d = np.gradient(v_r, work.step)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from drysim.bench.scipy_ivp import lacks, smoothed, swing
+from drysim.bench.scipy_ivp import motion_scale, omitted, smoothed_answer
 from drysim.bench.work import Answer, Entry, Run, Work
-from drysim.wording import number
+from drysim.wording import format_number
 
 PACKAGE = "pathsim"
 
@@ -21,8 +21,8 @@ SETTINGS = ((1e-6, 1e3),)
 def entries(work: Work) -> Iterator[Entry]:
     """Give PathSim with its adaptive Runge-Kutta method."""
     for tolerance, c in SETTINGS:
-        words = f"RKCK54, {number(tolerance)}, tanh c {number(c)}"
-        yield Entry("PathSim tanh", words, on_smoothed_law(tolerance, c), lacks=lacks(work))
+        words = f"RKCK54, {format_number(tolerance)}, tanh c {format_number(c)}"
+        yield Entry("PathSim tanh", words, on_smoothed_law(tolerance, c), omitted=omitted(work))
 
 
 def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
@@ -48,11 +48,11 @@ def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
             simulation = Simulation(
                 [plant, scope], wires, dt=work.step, Solver=RKCK54, log=False,
                 dt_max=work.step, tolerance_lte_rel=tolerance,
-                tolerance_lte_abs=tolerance * float(swing(work).min()),
+                tolerance_lte_abs=tolerance * float(motion_scale(work).min()),
             )  # fmt: skip
             simulation.run(work.end)
             t, (x_r, v_r) = scope.read()
-            return smoothed(work, np.interp(grid, t, x_r), np.interp(grid, t, v_r), c)
+            return smoothed_answer(work, np.interp(grid, t, x_r), np.interp(grid, t, v_r), c)
 
         return run
 

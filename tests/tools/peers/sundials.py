@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.bench.scipy_ivp import lacks, smoothed, swing
+from drysim.bench.scipy_ivp import motion_scale, omitted, smoothed_answer
 from drysim.bench.work import Answer, Entry, Run, Work
 from drysim.errors import SolverError
-from drysim.wording import number
+from drysim.wording import format_number
 
 if TYPE_CHECKING:
     from drysim.approach.solution import Floats
@@ -22,15 +22,15 @@ PACKAGE = "sksundae"
 SETTINGS = ((1e-6, 1e4), (1e-9, 1e6))
 """Relative tolerances and sharpnesses [s/m]."""
 
-MOST_STEPS = 100_000
+MAX_STEPS = 100_000
 """Steps between two samples after which CVODE counts as stuck."""
 
 
 def entries(work: Work) -> Iterator[Entry]:
     """Give CVODE at several tolerances."""
     for tolerance, c in SETTINGS:
-        words = f"BDF, {number(tolerance)}, tanh c {number(c)}"
-        yield Entry("CVODE tanh", words, on_smoothed_law(tolerance, c), lacks=lacks(work))
+        words = f"BDF, {format_number(tolerance)}, tanh c {format_number(c)}"
+        yield Entry("CVODE tanh", words, on_smoothed_law(tolerance, c), omitted=omitted(work))
 
 
 def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
@@ -48,15 +48,15 @@ def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
             y_d[1] = -base(t) - (k_x * x_r + b * v_r + F_fk * tanh(c * v_r)) / m
 
         solver = CVODE(
-            rates, rtol=tolerance, atol=tolerance * swing(work),
-            max_step=10 * work.step, max_num_steps=MOST_STEPS,
+            rates, rtol=tolerance, atol=tolerance * motion_scale(work),
+            max_step=10 * work.step, max_num_steps=MAX_STEPS,
         )  # fmt: skip
 
         def run() -> Answer:
             found = solver.solve(grid, np.array(work.start))
             if not found.success:
                 raise SolverError(f"CVODE: {found.message}")
-            return smoothed(work, found.y[:, 0].copy(), found.y[:, 1].copy(), c)
+            return smoothed_answer(work, found.y[:, 0].copy(), found.y[:, 1].copy(), c)
 
         return run
 
