@@ -48,7 +48,9 @@ def compute_trajectory(
     duration: float | None,
 ) -> Trajectory:
     """Solve a scene with the core that fits its law, without a grid where it can."""
-    trajectory: Trajectory = solver_module(law).follow(plant, law, motion, start, duration)
+    trajectory: Trajectory = solver_module(law).compute_trajectory(
+        plant, law, motion, start, duration
+    )
     return trajectory
 
 

@@ -110,7 +110,7 @@ class ExactApproach(ApproachBase):
 
         Parameters and errors as in `solve`; under sines no grid takes part.
         """
-        trajectory: Trajectory = solver().follow(
+        trajectory: Trajectory = solver().compute_trajectory(
             plant, self.effective_law(law), motion, start, duration
         )
         return trajectory
