@@ -567,7 +567,7 @@ def test_words_of_which_nothing_is_known_do_not_coincide(laws_scene):
     )
     rows = tuple(replace(row, metrics={}, status=FAILED) for row in made.table.rows)
     assert not [
-        *describe_coinciding(replace(made, table=replace(made.table, rows=rows, told={})))
+        *describe_coinciding(replace(made, table=replace(made.table, rows=rows, summary={})))
     ]
 
 

@@ -80,10 +80,10 @@ def test_quantiles_do_not_depend_on_the_blocks():
     whole.add(values)
     for part in np.array_split(values, 33):
         parts.add(part)
-    assert whole.told() == parts.told()
-    for name, value in whole.told().items():
+    assert whole.summary() == parts.summary()
+    for name, value in whole.summary().items():
         assert value == pytest.approx(np.quantile(values, float(name)), rel=4e-3)
-    assert Quantiles().told() == {}
+    assert Quantiles().summary() == {}
 
 
 def small(huge, **words):

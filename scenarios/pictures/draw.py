@@ -72,7 +72,7 @@ def loop(law: str) -> Figure:
     figure.text(0.02, 0.92, law, weight="bold", size=11)
     if not motion.law.variation:
         beside = {"transform": axes.get_yaxis_transform(), "va": "center", "size": 9}
-        static = motion.law.sticks or motion.law.F_fs > motion.law.F_fk
+        static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
         symbol = "$F_{fs}$" if static else "$F_{fk}$"
         axes.text(1.01, motion.law.F_fs, symbol, **beside)
         axes.text(1.01, -motion.law.F_fs, f"$-${symbol}", **beside)
