@@ -208,6 +208,7 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
     """
     x_limit, direction = law.F_fk / law.k_t, motion_direction(segment.v_r, segment.a, segment.j)
     gap = x_limit * relative_normal_force(law, waves, 0.0)[0] - direction * (segment.x_r - x_0)
+    # Most contacts yield within the first half period, in the direction of motion.
     if direction * at_limit <= 0 and may_reach(segment, direction, gap):
         searched = min(HALF_SWING_RADIANS / math.sqrt(segment.w), h)
         s, x, v = hold_exit_time(segment, waves, law, x_0, direction, False, 0.0, searched)
@@ -230,6 +231,7 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
             if s < NEVER or until >= h:
                 return s, side, x, v
             begin, until = until, min(3.0 * until, h)
+    # Peak by peak: `number` counts half periods, and the contact provably holds up to `safe`.
     number, safe = -1 if transient.phase > 0.0 else 0, 0.0
     while safe < h:
         side = transient.side if number % 2 == 0 else -transient.side
@@ -247,6 +249,7 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
                 return earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
         number += 1
         if peak >= safe:
+            # Skip the peaks of an envelope that stays within the limit.
             safe = safe_until(transient, segment, waves, law, x_0, x_limit, True, peak, h)
             number = max(
                 number, math.floor((transient.omega * safe - transient.phase) / math.pi)

@@ -245,6 +245,7 @@ def safe_step(v, a, j, snap, growth, max_step):
         divisor = third + math.sqrt(third * third + 4.0 * twelfth * j)
         rises = min(2.0 * j / divisor, max_step) if divisor > 0.0 else max_step
         return rises if a >= 0.0 else min(rises, -v / a)
+    # P is concave and below the quadratic, whose root bounds the step from above.
     behind = min(parabola_root(v, a, -j), max_step)
     low = lower_envelope(v, a, j, third, twelfth, behind)
     if low > 0.0:
@@ -255,6 +256,7 @@ def safe_step(v, a, j, snap, growth, max_step):
         if high > 0.0:
             return before + (behind - before) * high / (high - min(low, 0.0))
         behind, low = before, high
+    # The remainder up to `behind`, as a bound on the second derivative.
     return min(behind, parabola_root(v, a, (third + twelfth * behind) * behind - j))
 
 
@@ -336,6 +338,7 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
         return NEVER, x_r
     growth = 0.0
     max_omega = 0.0
+    # Snap at the start: the equation of motion, differentiated twice.
     k = -c * j - w * a
     for i in range(waves.size):
         at = WAVE_COLUMNS * i
@@ -353,8 +356,8 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
             break
         step = safe_step(v, a, j, snap, growth, max_step)
         if j > 0.0 and step < SMALL_STEP_SHARE * max_step:
-            # A tiny positive jerk gives a much shorter step than no jerk at all; strongly
-            # damped motion would need a million steps.
+            # The bound also holds without a positive jerk. Where the jerk is tiny this proves
+            # a longer step; strongly damped motion would otherwise need a million steps.
             step = max(step, safe_step(v, a, 0.0, snap, growth, max_step))
         if s + step >= h:
             # The end of the segment lies within the safe step.
@@ -366,12 +369,14 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
         v, a, j, k = d * v, d * a, d * j, d * k
         if v <= 0.0:
             return s, x
+    # v decreases monotonically to its root, so Newton's method cannot skip another one.
     for _ in range(MAX_NEWTON_ROUNDS):
         step = cubic_taylor_root(v, a, j, k)
         snap = math.sqrt(k * k + w * j * j) + growth * abs(step)
         fourth = (c + math.sqrt(w)) * snap + growth
         s += step
         if has_converged(step, a, fourth, s):
+            # The Taylor series over the last step replaces another evaluation.
             x += d * step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             break
         x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
@@ -473,7 +478,7 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
         value, rate, curvature, _ = derivatives
         step = safe_step(value, rate, curvature, third_bound, growth, max_step)
         if value > 0.0 and curvature > 0.0 and step < max_step:
-            # A tiny positive curvature gives a shorter step than none, as in `slip_exit_time`.
+            # The bound also holds without a positive curvature, see `slip_exit_time`.
             step = max(step, safe_step(value, rate, 0.0, third_bound, growth, max_step))
         if step != 0.0 and now.s + step >= h:
             return NEVER, now.x_r, now.v_r
@@ -485,6 +490,7 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
             return now.s, now.x_r, now.v_r
         third_bound = third_derivative_bound(observable, w, load_bound, now)
     s, x, v, a, j, k = now
+    # The observable decreases monotonically to its root: Newton's method cannot skip another.
     for _ in range(MAX_NEWTON_ROUNDS):
         value, rate, curvature, third_rate = derivatives
         step = cubic_taylor_root(value, rate, curvature, third_rate)

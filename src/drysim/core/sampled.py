@@ -419,6 +419,7 @@ def advance_slip_by_one(steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out)
         x_next = x_x * x_r + x_v * v_r - (x_0 * u_0 + x_1 * u_1 + x_f)
         v_next = v_x * x_r + v_v * v_r - (v_0 * u_0 + v_1 * u_1 + v_f)
         a_next = -(u_1 + c * v_next + w * x_next + f)
+        # At or below the threshold, or a minimum of the speed within the step.
         if d * v_next <= threshold or (d * a < 0.0 and d * a_next > 0.0):
             break
         n += 1
@@ -455,6 +456,7 @@ def advance_slip_by_four(
     before = d * v_d
     threshold = cancellation_threshold(steps, x_d)
     while i + 4 <= until - m:
+        # Four independent chains: samples m + i - 3 to m + i advance by four steps each.
         x_a, v_a = (
             x_x * x_a + x_v * v_a - (x_base_sums[i] + x_f),
             v_x * x_a + v_v * v_a - (v_base_sums[i] + v_f),
@@ -478,6 +480,7 @@ def advance_slip_by_four(
         after = d * v_d
         dip = steps.steep * change + steps.fast * max(before, abs(after))
         if not min(before, after) > dip + threshold:
+            # Keep the states up to the first step that may hold a dip, without branches.
             x_out[m + i + 1] = x_a
             x_out[m + i + 2] = x_b
             x_out[m + i + 3] = x_c
@@ -653,6 +656,7 @@ def step_through_events(
             if abs(v_end) > cancellation_threshold(steps, x_end):
                 return x_end, v_end, math.nan, d, count, closest
             return x_end, v_end, d * a_end, d, count, closest
+        # A stop: Eq. (9) decides between stick and slip.
         x_r += d * way
         v_r = 0.0
         begin = min(begin + stop, h)
@@ -1103,6 +1107,7 @@ def elastic_step_through_events(
                 next_stop(hold_steps, v, push, r, left) if gap > 0.0 else (0.0, 0.0, v)
             )
             if path >= gap:
+                # The contact reaches its limit before the mass stops: it yields.
                 s, x_next = 0.0, x_r
                 if gap > 0.0:
                     s, v = next_crossing(
@@ -1129,6 +1134,7 @@ def elastic_step_through_events(
         if stop > 0.0:
             a, stopped = math.nan, way
         if not holding:
+            # The mass stops: the contact holds, exactly at its limit.
             F_L = limit_force(plant, x_r, u_0 + slope * begin)
             x_0, mode = x_r - mode * x_limit, mode * AT_LIMIT
             at = record_segment(segments, at, n, begin, x_r, v_r, x_0, mode)
