@@ -575,8 +575,8 @@ def break_away_time(plant, law, waves, x_r, u_0, rise, fall, h):
     u_0 : float
         ü without the waves at the start [m/s²].
     rise, fall : float
-        Derivative of that part of ü [m/s³], for the test of F_L against +F_fs and against
-        -F_fs.
+        Derivative of that part of ü [m/s³], less or plus that of F_fs/m: as F_L approaches
+        +F_fs by rising, or -F_fs by falling.
 
     Notes
     -----
@@ -627,6 +627,7 @@ def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
         if s + step > h:
             return NEVER
         if step <= RESOLUTION * s:
+            # A zero of the margin. If it grazes, test its minimum, and step away from it.
             if G_dd <= 0.0 or -G_d * max_omega > GRAZING_ANGLE * G_dd:
                 return s
             step = -G_d / G_dd
