@@ -8,10 +8,10 @@ Problem
 Method
     - The sines ("waves") are rows of a flat table; `set_phases` updates their phases and steady
       responses at the start of a segment.
-    - `motion_at` and `motion_and_snap_at` add the free motion and the steady response of each
-      wave; the start state then lacks the steady state, and the difference decays with the free
-      motion. Where the segment is short or the wave close to resonance, this difference would
-      cancel, and the response from rest (`sine_response`) is used instead.
+    - `motion_at` and `motion_and_snap_at` add the steady response of each wave and the free
+      motion, which starts from the start state less the steady states. Where the time is short
+      or a wave is close to resonance, these two would cancel, and the response from rest
+      (`sine_response`) takes the place of the steady response.
     - `break_away_margin` is F_fs less the limit force F_L on one side (Eq. (9) of the paper).
     - `mean_squares` integrates ü² and u² of a sum of sines in closed form.
 """
@@ -113,7 +113,7 @@ def set_phases(waves, plant, law, t, d):
 
 @inlined
 def phase_at(f, phase, t):
-    """Return the phase 2π f t + phase [rad], reduced without losing digits at large t."""
+    """Return the phase 2π f t + phase of a wave at t [s], whole periods removed [rad]."""
     return 2.0 * math.pi * ((f * t) % 1.0) + phase
 
 

@@ -25,9 +25,9 @@ Method
       that the contact holds.
     - At an end stop the state is xi = x_r - z with z = ±x_rM. A penetration or rebound of any
       size then keeps all its digits, next to a limit however large.
-    - At a rigid stop the rebounds of a chatter accumulate (Zeno). Those below the
+    - At a rigid stop infinitely many rebounds may end in finite time (Zeno). Those below the
       resolution of x_r are not followed one by one: their duration and their contribution to
-      x"² are summed as geometric series.
+      x"² are summed in closed form.
 
 Reference
     Petrov and Ewins, J. Turbomach. 125 (2003) 364, for the contact with normal force.
@@ -81,7 +81,7 @@ from drysim.core.roots import (
     stick_exit_time,
 )
 
-# Elastic contact: its modes, and the oscillator and the force in each of them.
+# Elastic contact: modes, and the oscillator and the force in each.
 
 
 HOLD, FREE, AT_LIMIT = 0, 2, 4
@@ -173,7 +173,7 @@ def closing_mode(law, v_r, rate):
     return sign(v_r) if law.k_t * abs(v_r) > rate else HOLD
 
 
-# Elastic contact: until when it holds, and until when it yields.
+# Elastic contact: exits from hold and yield.
 
 MIN_ENVELOPE_STEP = 0.5
 """Shortest useful step of the envelope bound, in radians of the transient."""
@@ -483,7 +483,7 @@ def end_of_yield(segment, waves, law, d, h):
     return stop, x, 0.0
 
 
-# End stops: the modes of a mass between them, and the force of a bumper.
+# End stops: modes, and the force of a bumper.
 
 APART, TOUCHING, SEPARATED = 0, 1, 2
 """State of the mass with respect to a stop: within the limits; in contact; or beyond the limit
@@ -789,7 +789,7 @@ def chatter_mean_square(plant, law, p, q, z, load):
     return away * (spring_force - friction) ** 2 + (1.0 - away) * (spring_force + friction) ** 2
 
 
-# A normal force that varies, and when it vanishes.
+# Varying normal force, and its zeros.
 
 
 class NormalForceArrays(NamedTuple):

@@ -45,7 +45,7 @@ FLOW_TERMS = 17
 
 OVERDAMPED_CY = 0.75
 """Value of c·y above which the system is overdamped: at critical damping c·y is at most 2/e.
-Then w·Y is below 1 - 0.75, so that 1 - w·Y does not cancel."""
+The spring term w·Y is then small, so that 1 - w·Y does not cancel."""
 
 UNDERDAMPED_SHARE = 0.05
 """Least (ω_d/ω_0)² for which sine and cosine are as accurate as the series."""
