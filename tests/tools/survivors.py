@@ -29,7 +29,7 @@ EXPLAINED = {
     ("roots.py", "return h - h * h * h * k / (6.0 * a - (6.0 * j + 3.0 * k * h) * h)"): (
         "a part of fourth order, and the search ends where all of that order is nothing"
     ),
-    ("roots.py", "fastest = 1.0"): "a step that is shorter than it might be is as safe",
+    ("roots.py", "max_omega = 1.0"): "a step that is shorter than it might be is as safe",
     (
         "compile.py",
         'return jit(plain, "fused", forceinline=False, fastmath={"contract"})',
@@ -48,15 +48,15 @@ EXPLAINED = {
     ): BUILT,
     (
         "modes.py",
-        "if waves.values[at + STEADY] > 0.0 and SLOW * waves.values[at + OMEGA] ** -2 <= w:",
+        "and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** -2 <= w",
     ): STEADIER,
     (
         "modes.py",
-        "if waves.values[at + STEADY] > 0.0 and SLOW / waves.values[at + OMEGA] ** 2 <= w:",
+        "and QUASI_STATIC_RATIO / waves.values[at + OMEGA] ** 2 <= w",
     ): STEADIER,
     (
         "modes.py",
-        "return (way if bent and law.k_t * way * v_r >= rate else HOLD), x_0",
+        "return (direction if deflected and law.k_t * direction * v_r >= rate else HOLD), x_0",
     ): "one that is as fast as its limit yields now or at the next instant",
     ("modes.py", "return sign(v_r) if law.k_t * abs(v_r) >= rate else HOLD"): (
         "one that is as fast as its limit yields now or at the next instant"
@@ -70,7 +70,7 @@ EXPLAINED = {
         "trajectory.py",
         "if s != 1.0:",
     ): "at its own beginning the flow gives what is written there, to rounding",
-    ("sampled.py", "if abs(F_L) < holding_force(plant, law, x_r):"): EDGE,
+    ("sampled.py", "if abs(F_L) < stick_limit(plant, law, x_r):"): EDGE,
     (
         "oscillator.py",
         "if rate > -0.0625:",
@@ -86,21 +86,22 @@ EXPLAINED = {
         "a table holds what a wave of amplitude 1 does: the direction of friction is not in it"
     ),
     ("roots.py", "s = gap / v if 0.0 < gap < v * h else 0.5 / h"): GUESS,
-    ("roots.py", "bend = (value_end - value + rate * h) * per_h * per_h"): GUESS,
+    ("roots.py", "curvature = (value_end - value + rate * h) * per_h * per_h"): GUESS,
     ("roots.py", "if not 1.0 < s <= steps.dt:"): SLOWER,
     (
         "roots.py",
-        "return s + step, way, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / -6.0))",
+        "return s + step, path, v_s + step * (a_s + step * (0.5 * j_s + step * k_s / -6.0))",
     ): LAST,
     ("modes.py", "if t <= s:"): NEITHER,
     (
         "modes.py",
-        "gap = reach * normal_force(law, waves, 1.0)[0] - way * (stretch.x_r - x_0)",
+        "gap = x_limit * relative_normal_force(law, waves, 1.0)[0] "
+        "- direction * (segment.x_r - x_0)",
     ): "whether the mass swings to the limit is guessed: that tells only where to look first",
-    ("modes.py", "if peak > clear:"): SLOWER,
+    ("modes.py", "if peak > safe:"): SLOWER,
     (
         "modes.py",
-        "if far_from_zero(course, most_twist(room, stretch.w, now, bound), bound, "
+        "if far_from_zero(course, most_twist(clearance, segment.w, now, bound), bound, "
         "until + begin):",
     ): SLOWER,
     ("trajectory.py", "length = min(panel_length(own[0], own[-1], waves, s), hi - s)"): (
@@ -125,7 +126,7 @@ EXPLAINED = {
     ("trajectory.py", "steady = w > 1.0 and w - 0.25 * c * c >= CALM * w"): SLOWER,
     (
         "oscillator.py",
-        "a_14, j_14 = term(c, w, a_13, a_12, -14), term(c, w, j_13, j_12, 14)",
+        "a_14, j_14 = next_factor(c, w, a_13, a_12, -14), next_factor(c, w, j_13, j_12, 14)",
     ): LAST,
     ("oscillator.py", "more.a_14 * a + more.j_14 * j, more.a_15 * a - more.j_15 * j,"): LAST,
     (
@@ -152,7 +153,7 @@ EXPLAINED = {
         "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
     ),
     ("model.py", "KEPT = -1 << 20"): "what is not kept is made anew: the same, more slowly",
-    ("sampled.py", "if s < 1.0 or not low < x_r + way * far < high:"): SLOWER,
+    ("sampled.py", "if s < 1.0 or not low < x_r + way * path < high:"): SLOWER,
     ("taylor.py", "limits = Law(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
         "no wave stands for the limits of a dynamic law, so how they swing is not read"
     ),
@@ -160,7 +161,7 @@ EXPLAINED = {
     ("taylor.py", "return last, step, rounds, 0, 1.0"): (
         "how long to wait before bristles are asked again is chosen for speed"
     ),
-    ("oscillator.py", "bend * dt, bend * (0.25 * c - w * dt) * dt,"): (
+    ("oscillator.py", "dip_factor * (0.25 * c - w * dt) * dt,"): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
     ),
@@ -180,10 +181,13 @@ EXPLAINED = {
     ("trajectory.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("roots.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
     ("roots.py", "if now.s - step >= h:"): "what is found behind the end is not told",
-    ("sampled.py", "if v_end > 0.0 and (q[1] >= 0.0 and rate(q, h) <= 0.0):"): SLOWER,
+    (
+        "sampled.py",
+        "if v_end > 0.0 and (q[1] >= 0.0 and series_acceleration(q, h) <= 0.0):",
+    ): SLOWER,
     (
         "modes.py",
-        "faster = Blend(1.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)",
+        "excess_rate = Observable(1.0, 0.0, float(d), 0.0, -law.F_fk / law.k_t)",
     ): "a share of nothing counts from anywhere",
     ("modes.py", "if law.variation >= 0.0:"): SLOWER,
 }

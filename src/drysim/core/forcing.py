@@ -1,12 +1,19 @@
-"""Base acceleration, normal force and the margin to break-away, within a segment.
+"""Forcing and motion within a segment: base acceleration, normal force, break-away margin.
 
-A segment is driven by ü = u_0 + slope s + Σ A sin(omega s + theta). Friction limits that vary
-with the normal force are one more wave, in the direction of sliding. The waves stand in a flat
-table, in which `set_phases` writes their phases as a segment starts.
+Problem
+    Within a segment the base acceleration is ü = u_0 + slope·s + Σ A sin(omega s + theta), with
+    s the time since its start. Friction limits that vary with the normal force add one more
+    sine, in the direction of sliding. The motion and its derivatives are needed at any s.
 
-The motion (`motion_and_snap_at`) is the free flow and, wave by wave, the steady response, with what
-the start lacks of it dying out; where the time is too short, or the steady response too large,
-to set off one against the other, it is the response from rest.
+Method
+    - The sines ("waves") are rows of a flat table; `set_phases` updates their phases and steady
+      responses at the start of a segment.
+    - `motion_at` and `motion_and_snap_at` add the steady response of each wave and the free
+      motion, which starts from the start state less the steady states. Where the time is short
+      or a wave is close to resonance, these two would cancel, and the response from rest
+      (`sine_response`) takes the place of the steady response.
+    - `break_away_margin` is F_fs less the limit force F_L on one side (Eq. (9) of the paper).
+    - `mean_squares` integrates ü² and u² of a sum of sines in closed form.
 """
 
 from __future__ import annotations
@@ -22,39 +29,39 @@ from drysim.core.oscillator import SHORT_SEGMENT, flow, free_response, sine_resp
 # Waves.
 
 WAVE_COLUMNS = 12
-"""Columns of a wave in the flat table: one array is quicker to hand on than one a column."""
+"""Columns of a wave in the flat table. One array costs less per call than one per column."""
 
 A, FREQUENCY, OMEGA, PHASE = 0, 1, 2, 3
 """Amplitude of ü [m/s²], frequency [Hz], angular frequency [rad/s], phase at t = 0 [rad]."""
 
 THETA, SINE, COSINE = 4, 5, 6
-"""Phase at the start of the segment [rad], its sine and cosine."""
+"""Phase at the start of the segment [rad], its sine and its cosine."""
 
 IN_PHASE, QUADRATURE, STEADY_X, STEADY_V, STEADY = 7, 8, 9, 10, 11
-"""Steady response to the wave: ALONG sin + ACROSS cos [m], its state as the segment starts
-[m, m/s], and whether it may be set off against the motion (0 or 1; 2 where a stiff
-spring follows the wave at once)."""
+"""Steady response IN_PHASE·sin + QUADRATURE·cos [m]; its state at the start of the segment
+[m, m/s]; and whether it may be used (0 no, 1 yes once the segment is long enough, 2 yes in a
+stiff system that follows the wave quasi-statically)."""
 
 UNSET_COLUMNS = (0.0,) * (WAVE_COLUMNS - THETA)
-"""What `set_phases` sets."""
+"""Initial values of the columns that `set_phases` computes."""
 
 MAX_AMPLIFICATION_SQUARED = 16.0
-"""Square of the greatest swing, relative to that of an oscillator free or stiff, up to which
-the steady response may be set off against the motion: two bits are lost at most."""
+"""Largest square of the steady amplitude relative to A/(w + omega²) up to which the steady
+response is used: subtracting it then costs at most two bits."""
 
 
 class Waves(NamedTuple):
-    """The sines of a scene.
+    """Sum of sines that drives a segment.
 
     Attributes
     ----------
-    values : array (or list) of float, shape (STRIDE size,)
-        Wave by wave the columns named above; from THETA on they are set by `set_phases`.
+    values : array (or list) of float, shape (WAVE_COLUMNS·size,)
+        Row by row the columns named above; `set_phases` computes those from THETA on.
     size : int
         Number of waves.
     base : int
-        How many of them move the base; one more may stand for friction limits that vary, whose
-        amplitude `set_phases` sets for the direction of sliding.
+        Number of waves of the base motion. If size > base, the last wave is the variation of
+        kinetic friction, whose amplitude `set_phases` computes for the direction of sliding.
     """
 
     values: Any
@@ -64,7 +71,7 @@ class Waves(NamedTuple):
 
 @compiled
 def set_wave(values, i, amplitude, frequency, phase):
-    """Write a wave into the table."""
+    """Write amplitude, frequency and phase of wave i into the table."""
     at = WAVE_COLUMNS * i
     values[at + A] = amplitude
     values[at + FREQUENCY] = frequency
@@ -74,7 +81,10 @@ def set_wave(values, i, amplitude, frequency, phase):
 
 @inlined
 def set_phases(waves, plant, law, t, d):
-    """Start a segment at time t [s] in direction d: set the phases, and friction's wave."""
+    """Start a segment at t [s], sliding in direction d: compute phases and steady responses.
+
+    Also sets the amplitude of the friction wave: d·F_fk·variation/m.
+    """
     c = plant.b / plant.m
     w = plant.k_x / plant.m
     values = waves.values
@@ -103,7 +113,7 @@ def set_phases(waves, plant, law, t, d):
 
 @inlined
 def phase_at(f, phase, t):
-    """Return the phase of a wave at time t [rad]."""
+    """Return the phase 2π f t + phase of a wave at t [s], whole periods removed [rad]."""
     return 2.0 * math.pi * ((f * t) % 1.0) + phase
 
 
@@ -118,7 +128,7 @@ def sine_and_cosine(values, at, omega, s):
 
 @inlined
 def base_motion(waves, u_0, slope, s):
-    """Return ü [m/s²] and its first two rates at time s of a segment."""
+    """Return ü [m/s²] and its first two derivatives at time s of a segment."""
     u_dd = u_0 + slope * s
     rate = slope
     second_rate = 0.0
@@ -136,7 +146,7 @@ def base_motion(waves, u_0, slope, s):
 
 @inlined
 def relative_normal_force(law, waves, s):
-    """Return the normal force at time s, relative to its mean, and its first two rates."""
+    """Return N/N_mean [-] at time s of a segment, and its first two derivatives."""
     if waves.size == waves.base:
         return 1.0, 0.0, 0.0
     sine, cosine = sine_and_cosine(waves.values, WAVE_COLUMNS * waves.base, law.omega, s)
@@ -146,14 +156,14 @@ def relative_normal_force(law, waves, s):
 
 @compiled
 def force_rate_bounds(waves, r):
-    """Return bounds of the first three rates of the force per mass, and the greatest omega.
+    """Return bounds on three derivatives of the force per mass, and the largest omega.
 
     Parameters
     ----------
     waves : Waves
-        Anchored.
+        After `set_phases`.
     r : float
-        Rate of the force per mass besides the waves [m/s³].
+        Derivative of the force per mass without the waves [m/s³].
     """
     first, second, third, fastest = abs(r), 0.0, 0.0, 0.0
     for i in range(waves.size):
@@ -166,11 +176,11 @@ def force_rate_bounds(waves, r):
     return first, second, third, fastest
 
 
-# A scene as a row of numbers: quicker to hand on than tuples.
+# A scene as a row of numbers, which costs less per call than tuples.
 
 M, K_X, B, F_FK, F_FS, VARIATION, OMEGA_N, PHASE_N, X_R, V_R, SCENE_COLUMNS = range(11)
-"""Columns of a scene: plant, law and start; from REST on what its waves hold, or what else a
-kernel asks for."""
+"""Columns of a scene: plant, law and start state. The waves, or other kernel inputs, follow
+from SCENE_COLUMNS on."""
 
 
 @inlined
@@ -182,7 +192,7 @@ def plant_and_law(scene):
 
 @inlined
 def unpack_scene(scene):
-    """Return plant, law and waves of a scene; a normal force that varies is the last wave."""
+    """Return plant, law and waves of a scene; a varying normal force is the last wave."""
     plant, law = plant_and_law(scene)
     values = scene[SCENE_COLUMNS:]
     size = len(values) // WAVE_COLUMNS
@@ -192,18 +202,19 @@ def unpack_scene(scene):
 # Motion and break-away within a segment.
 
 TRANSIENT_DECAYS = 40.0
-"""Decays after which a strong damper has left nothing of what the start lacked in velocity."""
+"""Value of c·s after which a strong damper has removed the initial difference in velocity:
+e^-40 is below rounding."""
 
 
 class Segment(NamedTuple):
-    """A segment of one mode, as it starts.
+    """Start of a segment, in one mode, with linear forcing plus waves.
 
     Attributes
     ----------
     c, w, x_r, v_r, g, r : float
         As in `motion_and_snap_at`.
     a, j, k : float
-        Acceleration [m/s²], jerk [m/s³] and its rate [m/s⁴] at the start.
+        Acceleration [m/s²], jerk [m/s³] and snap [m/s⁴] at the start.
     """
 
     c: float
@@ -219,7 +230,7 @@ class Segment(NamedTuple):
 
 @inlined
 def start_segment(c, w, waves, x_r, v_r, g, r):
-    """Return the segment that starts now, waves anchored; parameters as in `Segment`."""
+    """Return the segment that starts in this state; waves after `set_phases`."""
     push, push_d, push_dd = g, r, 0.0
     for i in range(waves.size):
         at = WAVE_COLUMNS * i
@@ -235,31 +246,31 @@ def start_segment(c, w, waves, x_r, v_r, g, r):
 
 @compiled
 def motion_at(c, w, waves, x_r, v_r, g, r, s):
-    """Return x_r, v_r, a and j as `motion_and_snap_at` does."""
+    """Return x_r, v_r, a and j of `motion_and_snap_at`."""
     return motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)[:4]
 
 
 @inlined
 def motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s):
-    """Return the motion at time s of a segment of sliding.
+    """Return the motion at time s of a segment.
 
     Parameters
     ----------
     c, w : float
         As in `flow`.
     waves : Waves
-        Anchored at the start of the segment.
+        After `set_phases` at the start of the segment.
     x_r, v_r : float
         State at the start [m, m/s].
     g, r : float
-        Force per mass at the start without the waves [m/s²], and its rate [m/s³].
+        Force per mass without the waves at the start [m/s²], and its derivative [m/s³].
     s : float
         Time since the start [s].
 
     Returns
     -------
     x_r, v_r, a, j, k : float
-        Relative displacement [m], velocity [m/s], acceleration [m/s²], jerk [m/s³] and its rate
+        Relative displacement [m], velocity [m/s], acceleration [m/s²], jerk [m/s³] and snap
         [m/s⁴].
     """
     YY = 0.0
@@ -282,7 +293,7 @@ def motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s):
         )
         if steady > 0.0 and is_long:
             swing, rate, push, push_d, push_dd = steady_response(values, at, s)
-            # What the start lacks of the steady response dies out with it.
+            # The start state less the steady state is the free motion.
             x_r -= values[at + STEADY_X]
             v_r -= values[at + STEADY_V]
         else:
@@ -292,8 +303,8 @@ def motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s):
         a += push
         j += push_d
         k += push_dd
-    # What the waves do and what is left of the start are added up apart: a motion that dies out
-    # under a steady force keeps the sign of its velocity and acceleration.
+    # Waves and free motion are summed separately, so that a free motion that decays under a
+    # constant force keeps the signs of its velocity and acceleration.
     p = g - w * x_r
     a_start = (p - c * v_r) * y_d + (r - w * v_r) * y
     v_start = v_r * y_d + p * y + r * Y
@@ -315,7 +326,7 @@ def steady_response(values, at, s):
 
 @inlined
 def response_from_rest(c, w, values, at, s, y, y_d):
-    """Return x_r, v_r, a, j and k that a wave alone has made from rest by time s."""
+    """Return x_r, v_r, a, j and k of the response to a wave from rest at time s."""
     omega = values[at + OMEGA]
     from_sine = -values[at + A] * values[at + COSINE]
     from_cosine = -values[at + A] * values[at + SINE]
@@ -330,20 +341,24 @@ def response_from_rest(c, w, values, at, s, y, y_d):
 
 @inlined
 def break_away_margin(plant, law, waves, x_r, u_0, slope, side, s):
-    """Return the force still missing for break-away on one side, with its first two rates.
+    """Return the force that is missing for break-away on one side, with two derivatives.
 
     Parameters
     ----------
     side : int
-        +1 where F_L would break the contact by rising, -1 by falling.
+        +1 where F_L breaks the contact by rising, -1 by falling.
     s : float
         Time since the start of the segment [s].
 
     Returns
     -------
     G, G_d, G_dd : float
-        F_fs - side·F_L [N], [N/s], [N/s²], roundings allowed for; below zero the mass has
-        broken away.
+        F_fs - side·F_L [N], [N/s], [N/s²], plus the rounding error of F_L. The mass has broken
+        away where G < 0.
+
+    Notes
+    -----
+    Eq. (9) of the paper.
     """
     u_dd, rate, second_rate = base_motion(waves, u_0, slope, s)
     load, load_d, load_dd = relative_normal_force(law, waves, s)
@@ -359,8 +374,8 @@ def break_away_margin(plant, law, waves, x_r, u_0, slope, side, s):
 # Mean squares of a base that moves by sines, in closed form.
 
 SMALL_ANGLE = 0.5
-"""Angle up to which six terms of a series exhaust double precision: 0.5^14·6/15! is 3e-16 of
-the first."""
+"""Angle up to which six terms of the series reach double precision: 0.5^14·6/15! is 3e-16 of
+the first term."""
 
 
 @compiled
@@ -377,7 +392,8 @@ def mean_squares(waves, begin, end):
             p, q = WAVE_COLUMNS * i, WAVE_COLUMNS * j
             at_i = phase_at(values[p + FREQUENCY], values[p + PHASE], middle)
             at_j = phase_at(values[q + FREQUENCY], values[q + PHASE], middle)
-            # About the middle of the window, sines and cosines of what is left do not mix.
+            # Time counts from the middle of the window: products of sine and cosine integrate
+            # to zero.
             half_i = math.pi * values[p + FREQUENCY] * length
             half_j = math.pi * values[q + FREQUENCY] * length
             apart, along = one_minus_sinc(half_i - half_j), one_minus_sinc(half_i + half_j)
@@ -393,7 +409,7 @@ def mean_squares(waves, begin, end):
 
 @compiled
 def one_minus_sinc(x):
-    """Return 1 - sin(x)/x, to its last digits however small x is."""
+    """Return 1 - sin(x)/x without cancellation at small x."""
     if abs(x) > SMALL_ANGLE:
         return 1.0 - math.sin(x) / x
     s = x * x

@@ -1,26 +1,36 @@
-"""Mode automaton of every piecewise-linear law: flow, exits, resets.
+"""Hybrid automaton of the piecewise-linear laws: modes, exits and resets.
 
-In each mode of a law the relative motion is that of a linear oscillator under waves and a force
-that changes linearly. Three laws have more modes than stick and slip:
+Problem
+    In each mode of a law the relative motion is that of a linear oscillator driven by waves and
+    a linearly changing force. A march needs, per mode, the oscillator and the constant force,
+    the first exit from the mode, and the mode and state after it. Three laws have more modes
+    than stick and slip:
 
-======================  ==============================  ===================================
-law                     modes                           exits
-======================  ==============================  ===================================
-elastic contact         hold, yield ±1, lifted off      limit, its rate, normal force
-end stops               apart, touching, away × stick,  position, force of the bumper, v_r
-                        slip ±1
-vanishing normal force  parted, stick, slip ±1          normal force, v_r, break-away
-======================  ==============================  ===================================
+    ======================  ===============================  ================================
+    law                     modes                            exits
+    ======================  ===============================  ================================
+    elastic contact         hold, yield ±1, lifted off       limit, its rate, normal force
+    end stops               apart, touching, separated ×     position, bumper force, v_r,
+                            stick, slip ±1                   break-away
+    vanishing normal force  lifted off, stick, slip ±1       normal force, v_r, break-away
+    ======================  ===============================  ================================
 
-An exit is the first root of an observable, found by `roots`. Only a stiff contact needs more:
-what it has of its own swings fast about its slow response to the base, and fades. The motion is
-within an envelope and comes near it once a swing only, so `end_of_hold` looks at the peaks of
-the swing, and only where the envelope does not show that the contact holds.
+Method
+    An exit is the first root of an observable, which `roots` finds without missing one. Three
+    cases need more:
 
-Beside a stop the mass is placed by xi, how far x_r is beyond z = ±x_rM: so a contact or a
-rebound of any size keeps all its digits, next to a limit however far from zero. The flights of
-a chatter that no number for x_r can show, whose v_r² is below rounding, are not followed one by
-one: what they take of the time and of x"² is summed in closed form.
+    - A stiff contact that holds oscillates fast about its slow response to the base. Its motion
+      lies within an exponentially decaying envelope, which it touches once per half period.
+      `end_of_hold` searches only near these peaks, and only where the envelope does not prove
+      that the contact holds.
+    - At an end stop the state is xi = x_r - z with z = ±x_rM. A penetration or rebound of any
+      size then keeps all its digits, next to a limit however large.
+    - At a rigid stop infinitely many rebounds may end in finite time (Zeno). Those below the
+      resolution of x_r are not followed one by one: their duration and their contribution to
+      x"² are summed in closed form.
+
+Reference
+    Petrov and Ewins, J. Turbomach. 125 (2003) 364, for the contact with normal force.
 """
 
 from __future__ import annotations
@@ -71,18 +81,19 @@ from drysim.core.roots import (
     stick_exit_time,
 )
 
-# Elastic contact: its modes, and the oscillator and the force in each of them.
+# Elastic contact: modes, and the oscillator and the force in each.
 
 
 HOLD, FREE, AT_LIMIT = 0, 2, 4
-"""Modes of the contact besides yielding in direction +1 or -1: it holds, it is lifted off, or,
-with the sign of the direction, it has just ceased to yield and holds at its very limit."""
+"""Modes of the contact besides yielding in direction +1 or -1: it holds; it is lifted off; or,
+with the sign of the direction, it has just ceased to yield and holds exactly at its limit."""
 
 QUASI_STATIC_RATIO = 16.0
-"""Square of how many times as fast as a wave a spring is that follows it at once."""
+"""Least square of the ratio of natural to driving frequency for which a wave is followed
+quasi-statically."""
 
 LIMIT_TOLERANCE = 1e-14
-"""Relative distance from its limit at which a contact that goes on is at its limit."""
+"""Relative distance from its limit below which a contact that continues is at its limit."""
 
 
 @compiled
@@ -93,7 +104,7 @@ def is_holding(mode):
 
 @compiled
 def effective_plant(plant, law, mode):
-    """Return the oscillator as it is in a mode: a holding contact is one more spring."""
+    """Return the oscillator in a mode: a holding contact adds its tangential stiffness."""
     return Plant(plant.m, plant.k_x + (law.k_t if is_holding(mode) else 0.0), plant.b)
 
 
@@ -107,7 +118,7 @@ def constant_force(law, mode, x_0):
 
 @compiled
 def contact_force(law, mode, x_r, x_0, load):
-    """Return the contact force [N]; `load` is the normal force relative to its mean."""
+    """Return the contact force [N]; `load` is the relative normal force."""
     if is_holding(mode):
         return law.k_t * (x_r - x_0)
     return 0.0 if mode == FREE else mode * law.F_fk * load
@@ -115,7 +126,7 @@ def contact_force(law, mode, x_r, x_0, load):
 
 @compiled
 def begin_segment(plant, law, waves, mode, x_0, t):
-    """Set the waves for a segment from t [s]; returns b/m, k/m and steady force/m."""
+    """Set the phases of the waves at t [s]; return c, w and constant force/m of the segment."""
     effective = effective_plant(plant, law, mode)
     set_phases(waves, effective, law, t, mode if abs(mode) == 1 else 0)
     m = plant.m
@@ -134,13 +145,14 @@ def begin_segment(plant, law, waves, mode, x_0, t):
 def initial_contact_mode(law, x_r, v_r, x_0):
     """Return mode and x_0 at t = 0 of a contact that carries no force at x_0 [m].
 
-    One that is bent to its limit, and bent on, yields already: its next event is not at once.
-    One that would be bent beyond, as the rounded sum of an orbit may say, has given way.
+    A contact deflected to its limit, and moving on, yields already, so that no event follows at
+    once. One deflected beyond the limit, as rounding of a periodic orbit may produce, has
+    yielded: x_0 moves.
     """
     load = 1.0 + law.variation * math.sin(law.phase)
     rate = law.F_fk * law.variation * law.omega * math.cos(law.phase)
     if load <= 0.0:
-        # A force that only touches zero parts no surfaces; they carry nothing just then.
+        # A normal force that only touches zero does not separate the surfaces.
         separated = load < 0.0 or (law.variation > 1.0 and rate <= 0.0)
         return FREE if separated else closing_mode(law, v_r, rate), x_r
     direction = sign(x_r - x_0)
@@ -154,20 +166,20 @@ def initial_contact_mode(law, x_r, v_r, x_0):
 
 @inlined
 def closing_mode(law, v_r, rate):
-    """Return the mode of surfaces that carry nothing yet: what outruns their limit yields.
+    """Return the mode of surfaces that just touch: yield where the limit rises slower, or hold.
 
-    `rate` is that of the limit [N/s].
+    `rate` is the rate of the limit force [N/s].
     """
     return sign(v_r) if law.k_t * abs(v_r) > rate else HOLD
 
 
-# Elastic contact: until when it holds, and until when it yields.
+# Elastic contact: exits from hold and yield.
 
 MIN_ENVELOPE_STEP = 0.5
-"""Radians of its own swing below which a contact is no longer led on by its envelope."""
+"""Shortest useful step of the envelope bound, in radians of the transient."""
 
 HALF_SWING_RADIANS = 3.2
-"""Radians of the oscillator within which a contact that its swing makes yield does so."""
+"""Half a period of the oscillator in radians, rounded up: the first search interval."""
 
 
 @compiled
@@ -176,25 +188,27 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
 
     Parameters
     ----------
-    stretch, waves, law, x_0
+    segment, waves, law, x_0
         As in `hold_exit_time`.
-    poised : int
-        The side at whose limit it holds just so, 0 for none.
+    at_limit : int
+        The side at whose limit the contact starts exactly, 0 for none.
     h : float
         Length of the segment [s].
 
     Returns
     -------
     s, side, x_r, v_r
-        Time [s], infinite for never, direction of yielding, and the state then.
+        Time [s], infinite for never; direction of yielding; state at that time.
 
     Notes
     -----
-    A peak of the swing stands for half a swing on either side, so that the one before has
-    covered the other side up to this peak.
+    Each peak of the transient is responsible for one side of the contact over half a period
+    before and after it. The peaks alternate in side, so that both sides are covered at all
+    times.
     """
     x_limit, direction = law.F_fk / law.k_t, motion_direction(segment.v_r, segment.a, segment.j)
     gap = x_limit * relative_normal_force(law, waves, 0.0)[0] - direction * (segment.x_r - x_0)
+    # Most contacts yield within the first half period, in the direction of motion.
     if direction * at_limit <= 0 and may_reach(segment, direction, gap):
         searched = min(HALF_SWING_RADIANS / math.sqrt(segment.w), h)
         s, x, v = hold_exit_time(segment, waves, law, x_0, direction, False, 0.0, searched)
@@ -204,7 +218,8 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
     transient = transient_response(segment, waves)
     if transient.side == 0 or h <= transient.half_period:
         side = direction if direction != 0 else 1
-        # Window by window: a side that never yields is not followed to the end each time.
+        # Search window by window, so that a side that never yields is not searched to the
+        # end each time the other one does.
         fastest = force_rate_bounds(waves, segment.r)[3]
         begin, until = 0.0, min(WINDOW_RADIANS / fastest, h) if fastest > 0.0 else h
         while True:
@@ -216,6 +231,7 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
             if s < NEVER or until >= h:
                 return s, side, x, v
             begin, until = until, min(3.0 * until, h)
+    # Peak by peak: `number` counts half periods, and the contact provably holds up to `safe`.
     number, safe = -1 if transient.phase > 0.0 else 0, 0.0
     while safe < h:
         side = transient.side if number % 2 == 0 else -transient.side
@@ -233,6 +249,7 @@ def end_of_hold(segment, waves, law, x_0, at_limit, h):
                 return earlier_hold_exit(segment, waves, law, x_0, *other, s, x, v)
         number += 1
         if peak >= safe:
+            # Skip the peaks of an envelope that stays within the limit.
             safe = safe_until(transient, segment, waves, law, x_0, x_limit, True, peak, h)
             number = max(
                 number, math.floor((transient.omega * safe - transient.phase) / math.pi)
@@ -246,16 +263,16 @@ def hold_exit_time(segment, waves, law, x_0, side, at_limit, begin, until):
 
     Parameters
     ----------
-    stretch, waves
-        As in `first_root`, with the spring of the contact in the stretch.
-    law : Slider
+    segment, waves
+        As in `first_root`, with the stiffness of the contact in the segment.
+    law : ElasticContactLaw
     x_0 : float
-        Where the contact carries no force [m].
+        Displacement at which the contact carries no force [m].
     side : int
-        +1 where x_r yields upwards, -1 downwards.
-    poised : bool
-        Whether at the start of the segment it holds at this very limit, and just so: value and
-        rate are zero exactly.
+        +1 for yielding with increasing x_r, -1 with decreasing.
+    at_limit : bool
+        Whether the segment starts exactly at this limit: value and rate of the observable are
+        zero.
     begin, until : float
         Times of the segment [s].
     """
@@ -265,9 +282,10 @@ def hold_exit_time(segment, waves, law, x_0, side, at_limit, begin, until):
 
 @compiled
 def earlier_hold_exit(segment, waves, law, x_0, side, at_limit, begin, until, s, x, v):
-    """Return time, side and state of a contact that yields, unless it yields before.
+    """Return time, side and state of the first yielding: to `side`, or at s to the other side.
 
-    s, x and v say when it yields to the other side; the rest is as in `hold_exit_time`.
+    s, x and v are time and state of yielding to the other side. Other parameters as in
+    `hold_exit_time`.
     """
     if begin < until:
         t, x_t, v_t = hold_exit_time(segment, waves, law, x_0, side, at_limit, begin, until)
@@ -278,26 +296,29 @@ def earlier_hold_exit(segment, waves, law, x_0, side, at_limit, begin, until, s,
 
 @compiled
 def may_reach(segment, direction, gap):
-    """Guess whether the oscillator, left alone, goes so far [m] in its direction."""
+    """Return whether the oscillator without waves would move by `gap` [m] in its direction.
+
+    An estimate only: it decides where to search first.
+    """
     lean = direction * segment.a / segment.w
     return lean + math.sqrt(lean * lean + segment.v_r * segment.v_r / segment.w) >= gap
 
 
 class Transient(NamedTuple):
-    """What a segment has besides the steady response to its force.
+    """Free oscillation of a segment: the motion less the steady response to its forcing.
 
     Attributes
     ----------
     side : int
-        Of the swing that is at its peak at about the start: 1 or -1, 0 where it is not known.
-    size, fade : float
-        The motion is side·size·exp(-fade s)·cos(omega s - phase) at time s [m, 1/s].
+        Sign of the first peak, near the start: 1 or -1; 0 where there is no usable transient.
+    size, decay : float
+        The transient is side·size·exp(-decay s)·cos(omega s - phase) at time s [m, 1/s].
     omega, phase : float
-        As above [rad/s, rad]; the phase is within a quarter of a swing.
-    half, grows : float
-        Half a swing [s], and by what share it was more half a swing before.
-    bend : float
-        Greatest acceleration of the steady response [m/s²].
+        As above [rad/s, rad]; the phase lies within ±π/2.
+    half_period, growth : float
+        π/omega [s], and exp(decay·half_period) - 1.
+    max_acceleration : float
+        Bound on the acceleration of the steady response [m/s²].
     """
 
     side: int
@@ -312,7 +333,7 @@ class Transient(NamedTuple):
 
 @compiled
 def transient_response(segment, waves):
-    """Return what a segment has of its own, waves anchored at its start."""
+    """Return the transient of a segment; waves after `set_phases` at its start."""
     c, w, x_r, v_r, _, _, _, g, r = segment
     decay, square = 0.5 * c, w - 0.25 * c * c
     none = Transient(0, 0.0, decay, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -349,7 +370,7 @@ def transient_response(segment, waves):
 
 @inlined
 def steady_motion(segment, waves, s):
-    """Return the steady response at time s of a segment: x_r and v_r."""
+    """Return x_r and v_r of the steady response at time s of a segment."""
     c, w, _, _, _, _, _, g, r = segment
     x, v = (g + r * (s - c / w)) / w, r / w
     for i in range(waves.size):
@@ -363,26 +384,27 @@ def steady_motion(segment, waves, s):
 
 @compiled
 def safe_until(transient, segment, waves, law, center, x_limit, loaded, begin, h):
-    """Return until when x_r surely stays nearer to a middle than some reach, or h.
+    """Return until when x_r provably stays within x_limit of a center, at most h.
 
     Parameters
     ----------
-    own : Ringing
-        Of the segment, known.
-    stretch, waves, law
-        Waves anchored at its start.
-    middle, reach : float
-        Middle and reach [m].
+    transient : Transient
+        Of the segment, with side != 0.
+    segment, waves, law
+        Waves after `set_phases` at the start of the segment.
+    center, x_limit : float
+        Center and half width of the interval [m].
     loaded : bool
-        Whether the reach varies as the normal force does.
+        Whether the half width is proportional to the normal force.
     begin, h : float
         Time of the segment to begin at, and its length [s].
 
     Notes
     -----
-    The room between envelope and reach bends by no more than the steady response, the load and
-    the fading do, the last most of all now: a parabola is below it. Where the envelope comes to
-    the reach the motion itself need not.
+    The clearance between envelope and limit has a second derivative of at least
+    -(max_acceleration + x_limit·variation·omega² + decay²·envelope), and the last term only
+    decreases. So a parabola lies below the clearance, and its root is a safe step. The bound
+    ends where the envelope meets the limit, which the motion itself need not reach.
     """
     max_acceleration = transient.max_acceleration + (
         x_limit * law.variation * law.omega**2 if loaded else 0.0
@@ -408,15 +430,17 @@ def safe_until(transient, segment, waves, law, center, x_limit, loaded, begin, h
 
 @compiled
 def search_time_before_peak(transient, segment, waves, law, x_0, side, peak):
-    """Return how long before a peak of the swing a contact surely holds on one side [s].
+    """Return the length of the interval before a peak that must be searched for yielding [s].
 
-    Below 0 where it holds for half a swing on either side of the peak; half a swing at most.
-    `side` is that of the peak, whose time [s] is `peak`; x_0 is as in `hold_exit_time`.
+    At most half a period. Negative if the contact provably holds for half a period before and
+    after the peak. `side` is that of the peak at time `peak` [s]; x_0 is as in
+    `hold_exit_time`.
 
     Notes
     -----
-    Within half a swing h, cos(omega t) <= 1 - 2 (t/h)², and fading may add no more than
-    2 (exp(fade h) - 1) |t|/h; the rest has moved by no more than its rate and bend allow.
+    Within half a period h of the peak, cos(omega t) <= 1 - 2 (t/h)². Decay adds at most 2
+    (exp(decay·h) - 1) |t|/h, and the steady response and the limit change by at most their
+    rates and bounds on their accelerations allow. The sum is a parabola in t.
     """
     half_period, x_limit = transient.half_period, law.F_fk / law.k_t
     x, v = steady_motion(segment, waves, peak)
@@ -446,8 +470,8 @@ def search_time_before_peak(transient, segment, waves, law, x_0, side, peak):
 def end_of_yield(segment, waves, law, d, h):
     """Return when within h [s] a contact yielding in direction d holds again, and the state.
 
-    It does when the mass no longer outruns the limit of its spring, which with a constant
-    normal force is when it stops.
+    It holds when v_r falls to the rate of the limit over k_t; with constant normal force, when
+    the mass stops.
     """
     c, w, x_r, v_r, a, j, _, g, r = segment
     if law.variation > 0.0:
@@ -459,24 +483,25 @@ def end_of_yield(segment, waves, law, d, h):
     return stop, x, 0.0
 
 
-# End stops: the modes of a mass between them, and the force of a bumper.
+# End stops: modes, and the force of a bumper.
 
 APART, TOUCHING, SEPARATED = 0, 1, 2
-"""How the mass is to a stop: clear of it, pressed against it, or beyond the limit and yet
-apart, as a bumper that only pushes cannot follow what leaves fast; times the side."""
+"""State of the mass with respect to a stop: within the limits; in contact; or beyond the limit
+but separated, because a bumper only pushes and relaxes more slowly than the mass moves away.
+The last two carry the sign of the side."""
 
 BUMPER_STEADY, BREAKING_AWAY, BUMPER_AT_ZERO, CHATTERING = 0, 1, 2, 3
-"""How a segment begins: on its way, breaking away just then, with a bumper's force that is
-zero just then; or it is the rest of a chatter against a rigid stop, with v_r that of the first
+"""How a segment begins: in regular motion; with a break-away; with a bumper force that is
+exactly zero; or as the rest of a chatter against a rigid stop, with v_r of the first
 rebound."""
 
 ARRIVAL = 1000
-"""Mode of a mark that holds the velocity with which the mass comes to a stop."""
+"""Mode of a record that holds the velocity with which the mass arrives at a stop."""
 
 
 @compiled
 def encode_mode(stop_state, d, beginning):
-    """Return touch, direction and beginning (`BUMPER_STEADY`, ...) of a segment in one."""
+    """Return the mode as one integer, from stop state, direction and beginning."""
     return d + 4 * stop_state + 64 * beginning
 
 
@@ -488,44 +513,44 @@ def decode_beginning(mode):
 
 @compiled
 def decode_stop_state(mode):
-    """Return how the mass is to a stop, see `APART`: times the side."""
+    """Return the stop state of a mode, see `APART`, with the sign of the side."""
     return (mode - 64 * decode_beginning(mode) + 1) // 4
 
 
 @compiled
 def decode_direction(mode):
-    """Return the direction of sliding, 0 where stuck."""
+    """Return the direction of sliding, 0 if stuck."""
     return mode - 64 * decode_beginning(mode) - 4 * decode_stop_state(mode)
 
 
 @compiled
 def bumper_acts(law, stop_state):
-    """Return whether a bumper acts."""
+    """Return whether a bumper exerts a force."""
     return law.k_s > 0.0 and abs(stop_state) == TOUCHING
 
 
 @compiled
 def bumper_force(law, stop_state, xi, v_r):
-    """Return the force of a bumper against the mass [N], positive at the positive stop.
+    """Return the force of a bumper on the mass [N], positive at the positive stop.
 
     Notes
     -----
-    F = k_s xi + b_s v_r while xi is beyond the limit and the bumper presses, else 0: it cannot
-    pull. Where the mass leaves faster than the bumper relaxes, contact is lost beyond the limit
-    already; if the mass slows down there enough, the bumper touches it again.
+    F = k_s xi + b_s v_r while the bumper is in contact, else 0; it cannot pull. Where the mass
+    moves away faster than the bumper relaxes, contact is lost beyond the limit, and found again
+    if the mass slows down there.
     """
     return law.k_s * xi + law.b_s * v_r if bumper_acts(law, stop_state) else 0.0
 
 
 @compiled
 def restoring_force(plant, law, stop_state, z, xi):
-    """Return the pull of springs on the mass [N], that of a bumper included."""
+    """Return the static force of the spring and of a bumper [N]."""
     return plant.k_x * (z + xi) + bumper_force(law, stop_state, xi, 0.0)
 
 
 @compiled
 def rigid_stop_side(law, z, xi):
-    """Return the side of the rigid stop that the mass is at, 0 for none."""
+    """Return the side of the rigid stop that the mass touches, 0 for none."""
     if law.k_s > 0.0 or xi != 0.0 or abs(z) != law.x_rM:
         return 0
     return 1 if z > 0.0 else -1
@@ -533,7 +558,7 @@ def rigid_stop_side(law, z, xi):
 
 @compiled
 def stop_coordinates(law, x_r, v_r):
-    """Return z, xi and how the mass is to the stops at a state."""
+    """Return z, xi and the stop state of a motion at x_r, v_r."""
     if abs(x_r) < law.x_rM:
         return 0.0, x_r, APART
     side = 1 if x_r > 0.0 else -1
@@ -560,14 +585,14 @@ def initial_stop_mode(plant, law, x_r, v_r, u_dd, load):
 
 @compiled
 def arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until):
-    """Return when within [0, until] xi, moving in direction d, is at d·far; or infinity.
+    """Return when within [0, until] xi, moving in direction d, is at d·distance; or infinity.
 
     Parameters
     ----------
     c, w, waves, v_r, g, r
-        As in `motion_at`; xi stands for x_r. The velocity does not change its sign up to `until`.
-    far : float
-        Where to, seen in the direction of motion [m].
+        As in `motion_at`, with xi for x_r. The velocity does not change its sign up to `until`.
+    distance : float
+        Target position, in the direction of motion [m].
     """
     gap = distance - d * xi
     if gap <= 0.0:
@@ -594,18 +619,17 @@ def arrival_time(c, w, waves, xi, v_r, g, r, d, distance, until):
 def bumper_zero_time(c, w, waves, law, xi, v_r, g, r, side, at_limit, h):
     """Return when within [0, h] side·(k_s xi + b_s v_r) is no longer above zero, or infinity.
 
-    With the stop's own side that is where contact is lost, with the other one where it is found
-    again.
+    With the side of the stop this is loss of contact, with the other side contact anew.
 
     Parameters
     ----------
     c, w, waves, v_r, g, r
-        As in `motion_at`; xi stands for x_r.
-    law : Stopped
+        As in `motion_at`, with xi for x_r.
+    law : EndStopLaw
     side : int
         +1 or -1.
-    poised : bool
-        Whether the value is zero exactly at the start.
+    at_limit : bool
+        Whether the value is exactly zero at the start.
     h : float
         Length of the segment [s].
     """
@@ -619,7 +643,7 @@ def bumper_zero_time(c, w, waves, law, xi, v_r, g, r, side, at_limit, h):
 @compiled
 def rest_exit_time(plant, law, waves, stop_state, z, xi, u_0, slope, left):
     """Return when a stuck mass breaks away, or infinity, and in which direction."""
-    # What springs pull with is constant: one spring of 1 N/m that is so many metres long.
+    # The spring force is constant while stuck: pass it as the extension of a 1 N/m spring.
     spring_force = restoring_force(plant, law, stop_state, z, xi)
     wall = rigid_stop_side(law, z, xi)
     one = Plant(plant.m, 1.0, 0.0)
@@ -633,9 +657,9 @@ def rest_exit_time(plant, law, waves, stop_state, z, xi, u_0, slope, left):
 
 @compiled
 def direction_from_rest(plant, law, stop_state, z, xi, u_dd, load):
-    """Return the direction in which a mass with v_r = 0 slides on, 0 to stick, and F_L.
+    """Return the direction in which a mass with v_r = 0 starts to slide, 0 to stick; and F_L.
 
-    Eq. (9) with the force of a bumper. A rigid stop bears what presses the mass against it.
+    Eq. (9) of the paper with the force of a bumper. A rigid stop carries any force towards it.
     """
     spring_force = restoring_force(plant, law, stop_state, z, xi)
     F_L = plant.m * u_dd + spring_force
@@ -646,7 +670,7 @@ def direction_from_rest(plant, law, stop_state, z, xi, u_dd, load):
 
 @compiled
 def stick_or_slide(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
-    """Decide whether a mass with v_r = 0 sticks or slides on; returns its mode."""
+    """Record whether a mass with v_r = 0 sticks or slides on; return mode and event count."""
     stop_state = decode_stop_state(mode)
     if abs(stop_state) == SEPARATED:
         stop_state = stop_state // SEPARATED
@@ -657,7 +681,7 @@ def stick_or_slide(plant, law, n, s, xi, z, mode, u_dd, load, log, count):
 
 @compiled
 def release_bumper(stop_state, after, d, n, s, z, xi, F_L, log, count):
-    """Change how the mass is to a bumper on its way inwards; returns xi and mode."""
+    """Change the stop state of a mass that moves inwards; return xi, mode and event count."""
     if abs(after) == SEPARATED and d * xi >= 0.0:
         after = APART
     if abs(stop_state) == TOUCHING:
@@ -671,18 +695,18 @@ def release_bumper(stop_state, after, d, n, s, z, xi, F_L, log, count):
 
 @compiled
 def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count):
-    """Throw the mass back from a rigid stop, or let it chatter to rest; returns v_r and mode.
+    """Reflect v_r at a rigid stop, or start a chatter; return v_r, mode and event count.
 
     Parameters
     ----------
     n, s, t : int, float, float
-        Interval, time in it [s]; and time since the start of the motion [s].
+        Interval; time in it [s]; and time since the start of the motion [s].
     v_r, d : float, int
-        Velocity [m/s] before the impact, and its direction: the side of the stop.
+        Velocity before the impact [m/s], and its direction: the side of the stop.
     z : float
-        Where the stop is [m].
+        Position of the stop [m].
     u_dd, load : float
-        ü [m/s²] and the relative normal force then.
+        ü [m/s²] and relative normal force at the impact.
     """
     F_L = plant.m * u_dd + plant.k_x * z
     count = record_event(log, count, n, s, -d * IMPACT, z, F_L)
@@ -696,25 +720,24 @@ def rebound(plant, law, waves, slope, n, s, t, v_r, z, d, u_dd, load, log, count
 
 @compiled
 def is_unresolved_chatter(plant, law, waves, slope, side, F_L, load, t, v):
-    """Return whether a chatter is such that no number for x_r can show it.
+    """Return whether all further rebounds are below the resolution of x_r and end at rest.
 
     Parameters
     ----------
     plant, law, waves
-        Waves anchored at the impact.
+        Waves after `set_phases` at the impact.
     slope : float
-        Rate of ü besides the waves [m/s³].
+        Derivative of ü without the waves [m/s³].
     side, F_L, load, t
         Side of the stop; F_L [N], relative normal force [-] and time [s] of the impact.
     v : float
-        Speed of the rebound [m/s].
+        Speed after the impact [m/s].
 
     Notes
     -----
-    That is so when the next flight is so low that x_r and the limit are one number, or so short
-    that t and its end are, and when the force provably presses until the last of all flights is
-    over, see `chatter_time`. The motion after them is then the same to the last bit, and what
-    they take of the time is a closed form.
+    This holds if the next flight is too low to change x_r or too short to change t, and if the
+    force provably presses the mass against the stop until the last flight ends, see
+    `chatter_time`. The motion afterwards is then the same to the last bit.
     """
     p, q = return_accelerations(plant, law, side, F_L, load)
     if p <= 0.0:
@@ -727,14 +750,14 @@ def is_unresolved_chatter(plant, law, waves, slope, side, F_L, load, t, v):
 
 @compiled
 def return_accelerations(plant, law, side, F_L, load):
-    """Return what presses the mass to a rigid stop on the way away from it and back [m/s²]."""
+    """Return the accelerations towards a rigid stop, p moving away and q moving back [m/s²]."""
     friction = law.F_fk * load
     return (-side * F_L + friction) / plant.m, (-side * F_L - friction) / plant.m
 
 
 @compiled
 def chatter_time(law, p, q, v):
-    """Return how long all flights after a rebound at speed v last together, and the first [s].
+    """Return the duration of all flights after a rebound at speed v, and of the first one [s].
 
     Parameters
     ----------
@@ -743,8 +766,9 @@ def chatter_time(law, p, q, v):
 
     Notes
     -----
-    The mass flies v²/(2 p) high for v (1/p + 1/√(p q)) and is at the stop again with v √(q/p):
-    the times are a geometric series. Without q friction holds the mass where it turns.
+    A flight reaches the height v²/(2 p), lasts v (1/p + 1/√(p q)), and arrives at speed v
+    √(q/p). With restitution e the durations form a geometric series of ratio e √(q/p). If q <=
+    0, friction holds the mass where it turns.
     """
     if q <= 0.0:
         return v / p, v / p
@@ -755,29 +779,30 @@ def chatter_time(law, p, q, v):
 
 @compiled
 def chatter_mean_square(plant, law, p, q, z, load):
-    """Return the mean square of x" [m²/s⁴] over all flights of a chatter at z [m].
+    """Return the mean square of x" over all flights of a chatter at z [m²/s⁴].
 
-    Friction has its sign on the way away for √q/(√p + √q) of the time: 1/p of 1/p + 1/√(p q).
+    Of each flight, the share √q/(√p + √q) moves away: 1/p of 1/p + 1/√(p q). Friction changes
+    sign at the turning point.
     """
     spring_force, friction = plant.k_x * abs(z) / plant.m, law.F_fk * load / plant.m
     away = math.sqrt(q) / (math.sqrt(p) + math.sqrt(q)) if q > 0.0 else 1.0
     return away * (spring_force - friction) ** 2 + (1.0 - away) * (spring_force + friction) ** 2
 
 
-# A normal force that varies, and when it vanishes.
+# Varying normal force, and its zeros.
 
 
 class NormalForceArrays(NamedTuple):
-    """A law as kernels read it.
+    """A law with varying normal force, as kernels read it.
 
     Attributes
     ----------
     F_fk, F_fs, variation, omega, phase : float
-        As in `Pressed`.
+        As in `NormalForceLaw`.
     load : array of float, shape (n,)
-        Recorded normal force relative to its mean [-].
+        Recorded relative normal force [-].
     step : float
-        Distance of its samples [s]; 0 where there is no record.
+        Sample interval of the record [s]; 0 without a record.
     """
 
     F_fk: float
@@ -790,14 +815,14 @@ class NormalForceArrays(NamedTuple):
 
 
 class LoadRamp(NamedTuple):
-    """The normal force of a segment without its wave, relative to its mean.
+    """Linear part of the relative normal force in a segment, without its wave.
 
     Attributes
     ----------
     load, rate : float
-        At its start [-], and its rate [1/s].
+        Value at the start [-], and derivative [1/s].
     left : float
-        Time to the next sample of the force [s], or infinity.
+        Time to the next sample of the record [s], or infinity.
     """
 
     load: float
@@ -807,7 +832,7 @@ class LoadRamp(NamedTuple):
 
 @compiled
 def load_ramp_at(law, t):
-    """Return the span of the normal force from time t [s] on."""
+    """Return the linear part of the normal force from time t [s] on."""
     if law.step == 0.0:
         return LoadRamp(1.0, 0.0, NEVER)
     last = len(law.load) - 2
@@ -823,14 +848,14 @@ def load_ramp_at(law, t):
 
 @compiled
 def load_at(law, waves, ramp, s):
-    """Return the normal force relative to its mean [-] at time s, and its rate."""
+    """Return the relative normal force [-] at time s, and its derivative [1/s]."""
     swing, swing_d, _ = relative_normal_force(law, waves, s)
     return ramp.load * swing + ramp.rate * s, swing_d + ramp.rate
 
 
 @compiled
 def separation_time(law, waves, ramp, t):
-    """Return how long after t [s] the surfaces part, or infinity."""
+    """Return how long after t [s] the surfaces separate, or infinity."""
     if law.step == 0.0:
         return next_zero_load(law, waves, t, True)
     if ramp.rate < 0.0:
@@ -840,7 +865,7 @@ def separation_time(law, waves, ramp, t):
 
 @compiled
 def closing_time(law, waves, ramp, t):
-    """Return how long after t [s] surfaces that are apart meet, or infinity."""
+    """Return how long after t [s] separated surfaces touch again, or infinity."""
     if law.step == 0.0:
         return next_zero_load(law, waves, t, False)
     return max(-ramp.load / ramp.rate, 0.0) if ramp.rate > 0.0 else NEVER
@@ -848,9 +873,9 @@ def closing_time(law, waves, ramp, t):
 
 @compiled
 def next_zero_load(law, waves, t, falling):
-    """Return how long after t [s] the normal force next falls or rises to zero, or infinity.
+    """Return how long after t [s] the normal force falls or rises through zero, or infinity.
 
-    The segment starts at t; the force is 1 + variation·sin(omega t + phase) of its mean.
+    The segment starts at t; the relative force is 1 + variation·sin(omega t + phase).
     """
     if law.variation <= 1.0:
         return NEVER

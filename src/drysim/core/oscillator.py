@@ -1,19 +1,29 @@
-"""Closed-form flow, sine response, affine step maps, short series of the linear oscillator.
+"""Closed-form flow of the linear oscillator, and step maps and power series made of it.
 
-The equation is x" + c x' + w x = g(s) with c = b/m and w = k_x/m; every exact solution is made
-of its closed-form flow.
+Problem
+    Between events the relative motion obeys x" + c x' + w x = g(s) with constant c = b/m and
+    w = k_x/m. Its solution is needed to rounding, for segments of any length and for any
+    damping: c = 0, critical, far above critical, and w = 0.
 
-- `flow`: response to a kick, a step and a ramp. A short segment is summed as its power series
-  until nothing is left to add; a long one is doubled up from a short one. No damping regime is
-  special: no formula divides by w, by c, or by a difference of roots. `free_response` is the same
-  without the ramp, by the shortest way: what motion under waves needs.
-- `sine_response`: what a sine adds to the flow. Resonance without damping is no special case either.
-- `linear_recursion`: the oscillator without dry friction over samples, without any event code.
-- `velocity_series`, `long_velocity_series`: most steps that hold an event are far shorter than the times of the
-  oscillator; there ten terms of v(s) do the same as the flow for a third of the work, and six
-  more serve a segment five times as long. `chebyshev_stop` finds a stop in them.
-- `SlipSteps` (Coulomb) and `OscillatorSteps` (elastic contact): the affine map of whole steps of sampled base
-  motion, and all else about them that does not change during a march.
+Method
+    - `flow` returns the impulse response, its slope and its first two integrals: the responses
+      to a unit impulse, step and ramp. A short segment is summed as a power series; a long one
+      is halved until it is short and rebuilt by doubling formulas. No formula divides by w, by
+      c or by a difference of characteristic roots, so no damping regime is a special case.
+      `free_response` omits the ramp and uses sine and cosine where these lose no digits.
+    - `sine_response` adds the response to a sine as a divided difference of exp over the
+      frequency and both characteristic roots, which is regular at resonance.
+    - `linear_recursion` solves the oscillator without dry friction on samples.
+    - `velocity_series` and `long_velocity_series` are the Taylor series of v in a segment with
+      linear forcing. Most steps with an event are much shorter than the time constants of the
+      oscillator: there ten terms reach rounding at a third of the cost of `flow`, and sixteen
+      terms serve segments five times as long. `chebyshev_stop` finds the zero of such a series.
+    - `SlipSteps` (sliding under Coulomb friction) and `OscillatorSteps` (elastic contact) hold
+      the affine maps of whole sample steps and all other constants of a march over samples.
+
+Accuracy
+    Every series is truncated below the last bit. Where two equal forms differ in cancellation,
+    the code takes the one that keeps the digits (`OVERDAMPED_CY`, `exponential_difference`).
 """
 
 from __future__ import annotations
@@ -27,29 +37,30 @@ from drysim.core.compile import compiled, inlined
 
 
 SHORT_SEGMENT = 0.5
-"""A segment is short when its length times the fastest rate is below this."""
+"""A segment is short if its length times (c + √w) is at most this: `flow` sums its series
+directly."""
 
 FLOW_TERMS = 17
-"""Terms that exhaust double precision on a short segment: 0.5^17·17/19! is below 1e-20."""
+"""Number of terms of the series on a short segment: 0.5^17·17/19! is below 1e-20."""
 
 OVERDAMPED_CY = 0.75
-"""Value of c y that only a motion far beyond critical damping comes to, critical is 2/e, and
-only while its spring has given back less than the rest of 1."""
+"""Value of c·y above which the system is overdamped: at critical damping c·y is at most 2/e.
+The spring term w·Y is then small, so that 1 - w·Y does not cancel."""
 
 UNDERDAMPED_SHARE = 0.05
-"""Share of w that is left of w - c²/4 where sines and cosines are as good as the series."""
+"""Least (ω_d/ω_0)² for which sine and cosine are as accurate as the series."""
 
 INVERSE_FACTORIAL = tuple(1.0 / math.factorial(n) for n in range(FLOW_TERMS + 4))
 
 
 @compiled
 def flow(c, w, s):
-    """Return the response to a unit kick, its slope, and its first two integrals.
+    """Return the impulse response, its slope and its first two integrals.
 
     Parameters
     ----------
     c, w : float
-        b/m [1/s] and k_x/m [1/s²], at least 0.
+        b/m [1/s] and k_x/m [1/s²], both at least 0.
     s : float
         Length of the segment [s], at least 0.
 
@@ -58,12 +69,13 @@ def flow(c, w, s):
     y, y_d : float
         Solution of y" + c y' + w y = 0, y(0) = 0, y'(0) = 1 [s], and its slope [-].
     Y, YY : float
-        Integral of y from 0 to s [s²], the response to a unit step, and the integral of Y [s³],
-        the response to a unit ramp.
+        Integral of y over [0, s], the response to a unit step [s²]; integral of Y, the response
+        to a unit ramp [s³].
 
     Notes
     -----
-    From x_0, v_0 under g = g_0 + r s: x = x_0 + v_0 y + (g_0 - w x_0) Y + r YY.
+    From x_0, v_0 under the force per mass g_0 + r s, the solution is
+    x = x_0 + v_0 y + (g_0 - w x_0) Y + r YY.
     """
     rate = (c + math.sqrt(w)) * s
     doublings = 0
@@ -82,14 +94,15 @@ def flow(c, w, s):
         second += q * INVERSE_FACTORIAL[n + 2]
         third += q * INVERSE_FACTORIAL[n + 3]
         q, q_before = -(ch * q + wh * q_before), q
-    # The equation, integrated, gives the rest without cancellation on a short stretch.
+    # The oscillator equation, integrated once and twice, gives Y and y without cancellation.
     YY = second * h * h * h
     Y = h * h * (0.5 - ch * second - wh * third)
     y = h - c * Y - w * YY
     y_d = 1.0 - c * y - w * Y
     for _ in range(doublings):
-        # Both are the same; but 1 - w Y loses what is left of a motion that dies away, and
-        # y_d + c y of one that a damper holds doubles the rounding of y each time.
+        # Response to a unit initial displacement: 1 - w Y = y_d + c y. The first form cancels
+        # once the motion has decayed; the second doubles the rounding error of y at every
+        # doubling if the system is overdamped.
         x_x = 1.0 - w * Y if c * y > OVERDAMPED_CY else y_d + c * y
         YY = YY * (1.0 + x_x) + Y * (h + y)
         Y, y, y_d = Y * (1.0 + x_x) + y * y, y * (x_x + y_d), y_d * y_d - w * y * y
@@ -99,7 +112,7 @@ def flow(c, w, s):
 
 @compiled
 def series_terms(rate):
-    """Return the number of series terms that exhaust double precision at rate·length `series_acceleration`."""
+    """Return the number of series terms for double precision at (c + √w)·length = rate."""
     if rate > 0.0625:
         return FLOW_TERMS
     return 10 if rate > 0.004 else 7
@@ -107,9 +120,9 @@ def series_terms(rate):
 
 @inlined
 def free_response(c, w, s):
-    """Return y, y_d and Y as `flow` does: in closed form where that loses nothing.
+    """Return y, y_d and Y of `flow`, in closed form where that loses no digits.
 
-    It would cancel on a short segment, and near critical damping.
+    The closed form cancels on a short segment and near critical damping; `flow` serves these.
     """
     square = w - 0.25 * c * c
     if square < UNDERDAMPED_SHARE * w or w * s * s < SHORT_SEGMENT * SHORT_SEGMENT:
@@ -126,28 +139,32 @@ def free_response(c, w, s):
 
 @compiled
 def sine_response(c, w, omega, s, y, y_d):
-    """Return the response from rest to sin(omega s)/omega, and the wave itself.
+    """Return the response from rest to sin(omega s)/omega, with its derivatives.
 
     Parameters
     ----------
     c, w, s : float
         As in `flow`.
     omega : float
-        Angular frequency of the wave [rad/s], at least 0.
+        Angular frequency [rad/s], at least 0.
     y, y_d : float
-        What `flow` gives for the segment.
+        Impulse response and its slope at s, from `flow` [s, -].
 
     Returns
     -------
     R, P, P_d : float
-        Response from rest to sin(omega s)/omega [s³]; its slope, which is the response to
-        cos(omega s) [s²]; and the slope of that [s].
+        Response from rest to sin(omega s)/omega [s³]; its derivative, which is the response to
+        cos(omega s) [s²]; and the derivative of that [s].
     sine, cosine : float
         sin(omega s)/omega [s] and cos(omega s) [-].
+
+    Notes
+    -----
+    The response to exp(mu s) from rest is the divided difference of z -> exp(z s) over mu and
+    both characteristic roots. It is finite at resonance, where mu meets a root.
     """
     if (c + math.sqrt(w) + omega) * s <= SHORT_SEGMENT:
         return sine_response_series(c, w, omega, s)
-    # The response to exp(mu s) is a divided difference of exponentials over mu and both roots.
     mu = complex(0.0, omega)
     root, other, decay = characteristic_roots(c, w, y, y_d)
     phasor = complex(math.cos(omega * s), math.sin(omega * s))
@@ -165,7 +182,10 @@ def sine_response(c, w, omega, s, y, y_d):
 
 @compiled
 def characteristic_roots(c, w, y, y_d):
-    """Return the slower root of the oscillator [1/s], the other, and exp(root s)."""
+    """Return the slow characteristic root [1/s], the fast one, and exp(slow root·s).
+
+    Where the roots are complex, the one with positive imaginary part comes first.
+    """
     square = w - 0.25 * c * c
     if square > 0.0:
         omega_d = math.sqrt(square)
@@ -179,9 +199,9 @@ def characteristic_roots(c, w, y, y_d):
 
 @compiled
 def exponential_difference(difference, decay, phasor, s):
-    """Return (exp(mu s) - exp(root s))/(mu - root), also where mu and root meet.
+    """Return (exp(mu s) - exp(root s))/(mu - root), also where mu and root coincide.
 
-    `difference` is mu - root [1/s], `decay` exp(root s) and `phasor` exp(mu s).
+    `difference` is mu - root [1/s], `decay` is exp(root s), and `phasor` is exp(mu s).
     """
     z = difference * s
     if abs(z) > 0.25:
@@ -196,7 +216,7 @@ def exponential_difference(difference, decay, phasor, s):
 
 @compiled
 def sine_response_series(c, w, omega, s):
-    """Return what `sine_response` does by a series: short for wave and oscillator."""
+    """Return `sine_response` by its power series, for (c + √w + omega)·s up to 0.5."""
     rate = (c + math.sqrt(w) + omega) * s
     cs = c * s
     ws = w * s * s
@@ -227,7 +247,7 @@ def sine_response_series(c, w, omega, s):
 
 @compiled
 def linear_recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
-    """March from the first sample to the last.
+    """Solve the oscillator without dry friction on sampled base motion.
 
     Parameters
     ----------
@@ -235,11 +255,11 @@ def linear_recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
     u_dd : array, shape (n,)
         Base acceleration [m/s²], linear between samples.
     dt : float
-        Distance of the samples [s].
+        Sample interval [s].
     x_r, v_r : float
         State at the first sample [m, m/s].
     x_out, v_out : array, shape (n,)
-        Written.
+        Overwritten with the state at every sample [m, m/s].
     """
     m, k_x, b = plant
     w = k_x / m
@@ -262,7 +282,10 @@ def linear_recursion(plant, u_dd, dt, x_r, v_r, x_out, v_out):
 
 @compiled
 def end_weights(y, Y, YY, dt):
-    """Return what ü at both ends of a step takes from x_r [s²], and from v_r [s]."""
+    """Return the weights x_0, x_1 [s²], v_0, v_1 [s] of ü at both ends of a step.
+
+    The base subtracts x_0 ü(0) + x_1 ü(dt) from x_r, and v_0 ü(0) + v_1 ü(dt) from v_r.
+    """
     x_1, v_1 = YY / dt, Y / dt
     return Y - x_1, x_1, y - v_1, v_1
 
@@ -270,21 +293,25 @@ def end_weights(y, Y, YY, dt):
 # The power series of a short segment of sliding.
 
 SERIES_TERMS, EXTRA_TERMS = 10, 6
-"""Terms of the series, and those that `long_velocity_series` adds. They are counted from the end, for
-the compiler leaves out what a series has not, but looks whether it could be there."""
+"""Number of terms of `velocity_series`, and of those that `long_velocity_series` adds. The
+functions below index the added terms from the end: numba drops the branch for a short tuple,
+but type-checks constant indices first."""
 
 BRIEF_SEGMENT = 0.1
-"""Radians (or decays) in a brief segment: ten terms of its series exhaust double precision."""
+"""Largest (c + √w)·length for which ten terms of the series reach double precision."""
 
 CHEBYSHEV_TOLERANCE = 1e-6
-"""Relative step of Halley's method, of third order, after which nothing is left to mend."""
+"""Relative step of Chebyshev's third-order method after which the error is below rounding."""
 
 MAX_CHEBYSHEV_ROUNDS = 8
-"""The first guess is off by less than that mostly; what strays takes the general way."""
+"""Two rounds suffice almost always. Where these do not converge, `locate_stop` takes over."""
 
 
 class SeriesFactors(NamedTuple):
-    """How acceleration (a) and jerk (j) at the start go on in the terms of v from s³ to s⁹."""
+    """Factors of acceleration (a) and jerk (j) in the coefficients q_3 to q_9 of v(s).
+
+    With linear forcing, q_n = a_n·a(0) + j_n·j(0) for n >= 3.
+    """
 
     a_3: float
     j_3: float
@@ -303,7 +330,7 @@ class SeriesFactors(NamedTuple):
 
 
 class HigherSeriesFactors(NamedTuple):
-    """How acceleration (a) and jerk (j) at the start go on in v's terms from s¹⁰ to s¹⁵."""
+    """Factors of acceleration (a) and jerk (j) in the coefficients q_10 to q_15 of v(s)."""
 
     a_10: float
     j_10: float
@@ -321,7 +348,7 @@ class HigherSeriesFactors(NamedTuple):
 
 @compiled
 def series_factors(c, w):
-    """Return the tail: each derivative is -(c times the last + w times the one before)."""
+    """Return the factors of q_3 to q_9, from v⁽ⁿ⁾ = -(c v⁽ⁿ⁻¹⁾ + w v⁽ⁿ⁻²⁾)."""
     a_3, j_3 = -w, -c
     a_4, j_4 = -c * a_3, -(c * j_3 + w)
     a_5, j_5 = -(c * a_4 + w * a_3), -(c * j_4 + w * j_3)
@@ -338,7 +365,7 @@ def series_factors(c, w):
 
 @compiled
 def higher_series_factors(factors, c, w):
-    """Return what follows on a tail: each term from the two before it."""
+    """Return the factors of q_10 to q_15, each from the two before it."""
     a_10, j_10 = (
         next_factor(c, w, factors.a_9, factors.a_8, 10),
         next_factor(c, w, factors.j_9, factors.j_8, 10),
@@ -358,13 +385,13 @@ def higher_series_factors(factors, c, w):
 
 @compiled
 def next_factor(c, w, last, one_before, n):
-    """Return the coefficient of sⁿ in v from the two before it."""
+    """Return the factor of sⁿ from the two before it."""
     return -(c * last + w * one_before / (n - 1)) / n
 
 
 @compiled
 def velocity_series(factors, v, a, j):
-    """Return the coefficients of v(s) = q_0 + q_1 s + q_2 s² + ... from v, a and jerk."""
+    """Return the coefficients q_0 to q_9 of v(s) = Σ q_n sⁿ from v, a and jerk j at 0."""
     return (
         v,
         a,
@@ -381,7 +408,7 @@ def velocity_series(factors, v, a, j):
 
 @compiled
 def long_velocity_series(factors, more, v, a, j):
-    """Return the coefficients of `velocity_series` and six more."""
+    """Return the coefficients q_0 to q_15."""
     return (
         *velocity_series(factors, v, a, j),
         more.a_10 * a + more.j_10 * j, more.a_11 * a + more.j_11 * j,
@@ -392,7 +419,7 @@ def long_velocity_series(factors, more, v, a, j):
 
 @compiled
 def series_distance(q, s):
-    """Return the distance slid in time s."""
+    """Return the integral of the series over [0, s]: the distance [m]."""
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * (1.0 / 2.0) * s) + s_2 * (q[2] * (1.0 / 3.0) + q[3] * (1.0 / 4.0) * s)
@@ -412,7 +439,7 @@ def series_distance(q, s):
 
 @compiled
 def series_velocity(q, s):
-    """Return the velocity after time s."""
+    """Return the value of the series at s: the velocity [m/s]."""
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[0] + q[1] * s) + s_2 * (q[2] + q[3] * s)
@@ -428,7 +455,7 @@ def series_velocity(q, s):
 
 @compiled
 def series_acceleration(q, s):
-    """Return the acceleration after time s."""
+    """Return the derivative of the series at s: the acceleration [m/s²]."""
     s_2 = s * s
     s_4 = s_2 * s_2
     low = (q[1] + 2.0 * q[2] * s) + s_2 * (3.0 * q[3] + 4.0 * q[4] * s)
@@ -446,12 +473,26 @@ def series_acceleration(q, s):
 
 @inlined
 def chebyshev_stop(q, h):
-    """Return when in (0, h] a velocity above zero that ends below is zero, and the path there.
+    """Return the zero in (0, h] of a velocity that is positive at 0 and not above zero at h.
 
-    A short segment holds at most one extremum, so there is one such time. The first guess is
-    where the parabola through the start is zero, mended by the next two terms; where Halley's
-    method strays from there, a time of -1 says so. The path is that to the last guess and what
-    the last step adds, so it need not wait for the time.
+    Parameters
+    ----------
+    q : tuple of float
+        Coefficients from `velocity_series` or `long_velocity_series`.
+    h : float
+        Length of the segment [s]; short, so that v has at most one extremum and one such zero.
+
+    Returns
+    -------
+    s, path : float
+        Time of the stop [s] and distance until then [m]; s = -1 where the iteration does not
+        converge.
+
+    Notes
+    -----
+    The first guess is the zero of the quadratic part, corrected by the cubic and quartic terms.
+    Chebyshev's method refines it. The distance is that at the last iterate plus a second-order
+    step, which saves one evaluation of the series.
     """
     square = q[1] * q[1] - 4.0 * q[0] * q[2]
     if square <= 0.0:
@@ -476,21 +517,23 @@ def chebyshev_stop(q, h):
 # Whole steps of sliding.
 
 FINE_STEP = 3.0
-"""Radians (or decays) a fine step may hold: what decays within it leaves a twentieth, far above
-rounding, and extrema are π apart."""
+"""Largest characteristic rate times dt of a fine step. Extrema of v_r are at least π apart in
+these units, so that a fine step holds at most one; and what decays within it keeps a
+twentieth, far above rounding."""
 
 CANCELLATION_SHARE = 1e-6
-"""Share of the force balance below which v_r is carried on with its own rate, see `creep`.
-The smaller it is, the less of the rate survives the rounding of that balance: 1e-10 here."""
+"""Share of the force balance below which the affine map has lost the digits of v_r, and
+`advance_creep` takes over. At 1e-6 the acceleration keeps a relative error of 1e-10."""
 
 DIP_SAFETY = 2.0
-"""What the bound on a dip between samples is widened by, so that rounding cannot matter."""
+"""Safety factor on the bound of a dip of v_r between samples; it exceeds all rounding."""
 
 
 class AffineMap(NamedTuple):
-    """The affine map of a segment of sliding, without what the base does.
+    """Affine map of a segment of sliding, without the contribution of the base.
 
-    x_r becomes x_x x_r + x_v v_r - d x_f, and v_r becomes v_x x_r + v_v v_r - d v_f.
+    x_r becomes x_x x_r + x_v v_r - d x_f, and v_r becomes v_x x_r + v_v v_r - d v_f, with d the
+    direction of sliding.
     """
 
     x_x: float
@@ -502,7 +545,7 @@ class AffineMap(NamedTuple):
 
 
 class SlipSteps(NamedTuple):
-    """The steps of a march.
+    """Constants of whole sample steps of sliding under constant Coulomb friction.
 
     Attributes
     ----------
@@ -512,21 +555,24 @@ class SlipSteps(NamedTuple):
         Length of a step [s].
     whole : tuple of float, shape (4,)
         `flow` over a step.
-    fine, short, brief : bool
-        Whether a step holds one extremum of v_r at most, and whether `long_velocity_series` and
-        `velocity_series` serve it.
-    tail, more : Tail, More
-    one, four : Map
+    fine : bool
+        Whether a step holds at most one extremum of v_r.
+    short, brief : bool
+        Whether `long_velocity_series` and `velocity_series` reach double precision over a step.
+    factors, more : SeriesFactors, HigherSeriesFactors
+        Of these series.
+    step_map, four_step_map : AffineMap
         Of one step and of four.
     x_0, x_1, v_0, v_1 : float
-        What ü at both ends of a step takes from x_r [s²] and v_r [s].
+        Weights of ü at both ends of a step in x_r [s²] and v_r [s], see `end_weights`.
     x_base, v_base : tuple of float, shape (5,)
-        What ü at five samples in a row takes from x_r and v_r in the four steps between them.
+        Weights of ü at five consecutive samples in x_r [s²] and v_r [s] after four steps.
     steep, fast : float
-        Four steps hide no dip of v_r to zero while |v_r| at both ends is above
-        steep max |Δü| + fast max |v_r|; infinite where they are too long to tell.
-    faint_f, faint_x : float
-        v_r is faint where |v_r| <= faint_f + faint_x |x_r|, see `cancellation_threshold`.
+        Bound on a dip: v_r has no zero within four steps while |v_r| at both ends is above
+        steep·max |Δü| + fast·max |v_r|. Infinite where the steps are too long for the bound.
+    threshold_f, threshold_x : float
+        The affine map keeps the digits of v_r while |v_r| is above
+        threshold_f + threshold_x |x_r|, see `cancellation_threshold`.
     """
 
     c: float
@@ -555,20 +601,21 @@ class SlipSteps(NamedTuple):
 
 @compiled
 def slip_steps(plant, law, dt):
-    """Return the steps of a march, each of length dt [s].
+    """Return the constants of steps of length dt [s].
 
     Notes
     -----
-    In four steps |v_r"| <= M = |Δü|/dt + c (v/(4 dt) + 4 M dt) + w (v + 2 M dt²), with v the
-    greater |v_r| of both ends; and a function that bends so little falls at most 2 M dt² below
-    its lower end.
+    Over four steps the second derivative of v_r is at most
+    M = |Δü|/dt + c (v/(4 dt) + 4 M dt) + w (v + 2 M dt²), with v the larger |v_r| of both ends.
+    A function with |v_r"| <= M falls at most 2 M dt² below its lower end. Solved for M, this
+    gives `steep` and `fast`.
     """
     c, w, f = plant.b / plant.m, plant.k_x / plant.m, law.F_fk / plant.m
     radians = (c + math.sqrt(w)) * dt
     whole = flow(c, w, dt)
     y, _, Y, YY = whole
     x_0, x_1, v_0, v_1 = end_weights(y, Y, YY, dt)
-    # What each end of a step gives, one, two and three steps later.
+    # Contributions of ü at the start and at the end of a step one, two and three steps later.
     a, p = free_motion(c, w, dt, x_0, v_0), free_motion(c, w, dt, x_1, v_1)
     b, q = free_motion(c, w, 2.0 * dt, x_0, v_0), free_motion(c, w, 2.0 * dt, x_1, v_1)
     g, r = free_motion(c, w, 3.0 * dt, x_0, v_0), free_motion(c, w, 3.0 * dt, x_1, v_1)
@@ -611,37 +658,37 @@ def affine_map(c, w, f, s):
 
 @compiled
 def free_motion(c, w, s, x_r, v_r):
-    """Return what is left of a state after free motion of length s [s]."""
+    """Return x_r and v_r after a time s [s] without forcing."""
     y, y_d, Y, _ = flow(c, w, s)
     return x_r * (1.0 - w * Y) + v_r * y, v_r * y_d - w * y * x_r
 
 
 @compiled
 def characteristic_rate(c, w):
-    """Return the radians, or the decays of what lasts, that a second holds at most [1/s]."""
+    """Return max(√w, c/2): the phase or the decay per second of the oscillator [1/s]."""
     return max(math.sqrt(w), 0.5 * c)
 
 
 @compiled
 def cancellation_speed(c, w):
-    """Return the largest faint |v_r| [m/s] for forces of 1 N/kg, see `cancellation_threshold`."""
+    """Return the cancellation threshold [m/s] per unit of force per mass [m/s²]."""
     rate = characteristic_rate(c, w)
     return CANCELLATION_SHARE / rate if rate > 0.0 else 0.0
 
 
 @inlined
 def cancellation_threshold(steps, x_r):
-    """Return the |v_r| up to which v_r is faint [m/s].
+    """Return the |v_r| [m/s] at or below which the affine map has lost the digits of v_r.
 
-    The affine map makes v_r of forces that cancel; the rounding of those would decide the sign
-    of a velocity that is fainter still.
+    The map computes v_r as a sum of terms of the size of the forces; where these nearly cancel,
+    their rounding would decide the sign of v_r.
     """
     return steps.threshold_f + steps.threshold_x * abs(x_r)
 
 
 @compiled
 def step_end(steps, x_r, v_r, d, u_0, u_1):
-    """Return x_r and v_r at the end of a step, should nothing happen in it."""
+    """Return x_r and v_r at the end of a step without events."""
     step_map = steps.step_map
     return (
         step_map.x_x * x_r
@@ -656,32 +703,33 @@ def step_end(steps, x_r, v_r, d, u_0, u_1):
 # Whole steps over an elastic contact, and parts of them.
 
 STEP_TERMS = 16
-"""Terms that exhaust double precision on a fine step: 6/19! is below 1e-16."""
+"""Number of terms of `OscillatorSteps.second` and `third`: 6/19! is below 1e-16."""
 
 SERIES_STEP = 1.0
-"""Radians (or decays) a fine step may hold for these terms."""
+"""Largest (c + √w)·dt for which these terms reach double precision."""
 
 
 class OscillatorSteps(NamedTuple):
-    """Steps in one mode of the contact.
+    """Constants of whole sample steps in one mode of an elastic contact.
 
     Attributes
     ----------
     c, w : float
         b/m [1/s] and stiffness/m [1/s²].
     dt, per_dt, rate : float
-        Length of a step [s], its inverse and the fastest rate of the oscillator [1/s].
+        Length of a step [s], its inverse [1/s], and c + √w [1/s].
     fine : bool
-        Whether a step holds one extremum of v_r at most, so that its ends tell of a dip, and
-        `second` and `third` serve it.
-    end : tuple of float
-        The flow of a whole step.
-    one : Map
-        Of the state, with a unit of constant force per mass against it.
+        Whether a step holds at most one extremum of v_r, so that the acceleration at both ends
+        shows any dip, and `second` and `third` reach double precision.
+    end : tuple of float, shape (4,)
+        `flow` over a step.
+    step_map : AffineMap
+        Of one step, with x_f and v_f for a unit of constant force per mass.
     x_0, x_1, v_0, v_1 : float
-        What ü at both ends of a step takes from x_r [s²] and v_r [s].
+        Weights of ü at both ends of a step in x_r [s²] and v_r [s].
     second, third : tuple of float, shape (STEP_TERMS,)
-        Series of the second and third integral of the flow in the share of a step.
+        Coefficients of the second and third integral of the impulse response, divided by s³ and
+        s⁴, as polynomials in s/dt.
     """
 
     c: float
@@ -701,7 +749,7 @@ class OscillatorSteps(NamedTuple):
 
 
 def oscillator_steps(plant, dt):
-    """Return the steps of length dt [s] of an oscillator."""
+    """Return the constants of steps of length dt [s]."""
     c, w = plant.b / plant.m, plant.k_x / plant.m
     rate = c + math.sqrt(w)
     end = flow(c, w, dt)
@@ -722,7 +770,7 @@ def oscillator_steps(plant, dt):
 
 @inlined
 def flow_within_step(steps, s):
-    """Return what `flow` does, for a time s within a step [s]."""
+    """Return `flow` for a time s [s] within a step."""
     c, w = steps.c, steps.w
     if s == steps.dt:
         return steps.end
@@ -739,7 +787,7 @@ def flow_within_step(steps, s):
 
 @inlined
 def evaluate_polynomial(q, z):
-    """Return the sum of a series of `STEP_TERMS` terms."""
+    """Return the polynomial with `STEP_TERMS` coefficients q at z (Estrin's scheme)."""
     z_2 = z * z
     z_4 = z_2 * z_2
     low = q[0] + q[1] * z + z_2 * (q[2] + q[3] * z)

@@ -1,29 +1,33 @@
-"""When a sliding mass stops, a stuck one breaks away, a contact opens: first roots, guaranteed.
+"""First root of an observable of the motion, guaranteed: stops, break-away, contact events.
 
 Problem
-    Within a segment the motion is smooth, and an observable starts at or above zero: a
-    velocity, the force still missing for break-away, what a contact may still bear, the force
-    of a bumper. Find the *first* time at which it reaches zero. Looking for a change of sign
-    between samples is not enough: two roots may lie between them.
+    Within a segment the motion is smooth. An observable y(s), such as a velocity, the force
+    that is missing for break-away, the remaining capacity of a contact or the force of a
+    bumper, starts at or above zero. Find the *first* time at which it reaches zero. A test for
+    a change of sign between samples is not enough: two roots may lie between them.
 
 Method
-    1. The force changes linearly (`locate_stop`): the acceleration obeys the free equation, so
-       the extrema of the velocity are known in closed form; between them it is monotone.
-    2. Waves act (`slip_exit_time` for v_r, `first_root` for any `Observable` of x_r, v_r and normal force):
-       a Taylor polynomial less a bound on its remainder lies below the observable. The first
-       root of the polynomial is a step that cannot skip a root of the observable (`safe_step`).
-       Step there and repeat: the root is approached from one side, and a near miss is passed at
-       its own distance. Once the bound proves that the observable only falls until it is below
-       zero (`is_monotone_to_zero`), Newton's method on the cubic has nothing to miss.
-    3. The mass sticks under waves (`break_away_time`): such steps by a bound on the curvature.
-    4. A power series is given (`first_series_root`): such steps too; the series is moved along.
-    5. A step is far shorter than the times of the oscillator (`next_stop`, `next_crossing`):
-       the cubic through both ends guesses; the closed form at the guess, and the series about
-       that point, leave rounding only. What they do not settle takes the general way.
+    1. Linear forcing (`locate_stop`): the acceleration obeys the free equation, so the extrema
+       of the velocity are known in closed form. Between two of them the velocity is monotone,
+       and Newton's method safeguarded by bisection finds its root.
+    2. Forcing by waves (`first_root` for any `Observable`; `slip_exit_time` for v_r): a Taylor
+       polynomial of y minus a bound on its remainder is a lower envelope P(s) <= y(s). The
+       first root of P is a step that cannot skip a root of y (`safe_step`). Step there and
+       repeat: the root is approached from one side, and a near miss is passed at its own
+       distance. Once the bound proves that y decreases monotonically to its root
+       (`is_monotone_to_zero`), Newton's method on the cubic Taylor polynomial converges in
+       about two iterations.
+    3. Break-away under waves (`break_away_time`): the same with a bound on the second
+       derivative of the margin F_fs - |F_L|.
+    4. A power series (`first_series_root`): the same; the series is shifted after each step.
+    5. A step much shorter than the time constants of the oscillator (`next_stop`,
+       `next_crossing`): the root of the cubic Hermite interpolant is refined by the closed-form
+       flow. The guaranteed search takes over where this does not converge.
 
 Bound
-    The jerk j obeys the oscillator's equation driven by the second rate of the force, so that
-    |j|(s) <= sqrt(j² + w a²) + s·max|second rate|, and likewise one rate higher.
+    The jerk j obeys the oscillator equation driven by the second derivative f" of the forcing,
+    and damping only reduces sqrt(j² + w·a²). So |j(s)| <= sqrt(j² + w·a²) + s·max|f"|, and
+    likewise one derivative higher.
 """
 
 from __future__ import annotations
@@ -50,17 +54,19 @@ from drysim.core.oscillator import flow, flow_within_step
 NEVER = math.inf
 
 RESOLUTION = 4e-16
-"""Relative step below which a root is as sharp as double precision makes it."""
+"""Relative step below which a root is exact to double precision."""
 
 MAX_BISECTIONS = 100
-"""Newton needs about 4 rounds; a halved bracket is down to one float after 60."""
+"""Newton's method takes about 4 iterations; bisection reaches adjacent floats
+after about 60."""
 
 
 @inlined
 def keep_in_bracket(low, high, s):
-    """Return a guess of a root that lies between two bounds, else the middle of them.
+    """Return s if it lies strictly between low and high, else their midpoint.
 
-    What is not between them then, either, is next to `high`: one float is left.
+    If the midpoint does not lie between them either, they are adjacent floats, and `high` is
+    the root.
     """
     return s if low < s < high else 0.5 * (low + high)
 
@@ -70,27 +76,27 @@ def keep_in_bracket(low, high, s):
 
 @compiled
 def locate_stop(c, w, v, a, r, h):
-    """Return the first time in (0, h] at which a velocity above zero is zero again.
+    """Return the first time in (0, h] at which a velocity above zero is zero.
 
     Parameters
     ----------
     c, w : float
         As in `flow`.
     v, a, r : float
-        Velocity in the direction of sliding [m/s], at least 0, and its rate [m/s²] at time 0;
-        rate of the force per mass [m/s³].
+        Velocity in the direction of sliding at time 0 [m/s], at least 0; acceleration [m/s²];
+        derivative of the force per mass [m/s³], constant.
     h : float
         Length of the segment [s].
 
     Returns
     -------
     float
-        Time [s], or infinity when the velocity stays above zero.
+        Time [s], or infinity if the velocity stays above zero.
 
     Notes
     -----
-    No stop is missed: every falling part between extrema is looked at in turn. A velocity
-    that just touches zero has stopped. One that decays for so long that it underflows has not.
+    No stop is missed: every decreasing interval between extrema is tested in turn. A velocity
+    that only touches zero has stopped; one that decays until it underflows has not.
     """
     if (v > 0.0 or a > 0.0) and never_stops(c, w, v, a, r):
         return NEVER
@@ -115,14 +121,14 @@ def locate_stop(c, w, v, a, r, h):
 def never_stops(c, w, v, a, r):
     """Return whether a velocity that is not below zero provably stays so under this force.
 
-    Parameters as in `locate_stop`.
+    Parameters as in `locate_stop`; h is unlimited.
 
     Notes
     -----
-    The velocity is an oscillator of its own under the steady force r, whose energy
-    a² + w v² - 2 r v, counted from rest, only falls; it has to be at least 0 where v = 0.
-    At and beyond critical damping v = A exp(-s_1 t) + B exp(-s_2 t) with s_2 >= s_1 has no zero
-    if a + s_2 v >= 0, and a force r >= 0 only adds to it.
+    The velocity obeys v" + c v' + w v = r. Its energy a² + w v² - 2 r v does not increase, and
+    where v = 0 it is a² >= 0. So v cannot reach zero while the energy is negative. At or above
+    critical damping and with r = 0, v = A exp(-s_1 t) + B exp(-s_2 t) with s_2 >= s_1 has no
+    zero if a + s_2 v >= 0. A force r > 0 only increases v.
     """
     if v < 0.0:
         return False
@@ -134,15 +140,15 @@ def never_stops(c, w, v, a, r):
 
 @compiled
 def first_extremum(c, w, a, j):
-    """Return the first time above 0 [s] at which the acceleration vanishes, or infinity.
+    """Return the first time above 0 [s] at which the acceleration is zero, or infinity.
 
-    `a` and `j` are acceleration [m/s²] and jerk [m/s³] at time 0.
+    `a` and `j` are acceleration [m/s²] and jerk [m/s³] at time 0; the forcing is linear.
     """
     square = w - 0.25 * c * c
     lean = j + 0.5 * c * a
     if square > 0.0:
         omega_d = math.sqrt(square)
-        # a cos + (lean/omega_d) sin = 0; both arguments turn together, so angles are mod π.
+        # Solve a cos + (lean/omega_d) sin = 0. Roots are π apart; take the first above zero.
         angle = math.atan2(-a * omega_d, lean) if a != 0.0 else math.pi
         return (angle if angle > 0.0 else angle + math.pi) / omega_d
     if a == 0.0 or a * lean >= 0.0:
@@ -156,10 +162,10 @@ def first_extremum(c, w, a, j):
 
 @compiled
 def velocity_and_acceleration(c, w, v, a, r, s):
-    """Return velocity and acceleration at time s from those at time 0.
+    """Return velocity and acceleration at time s under linear forcing.
 
-    A motion that dies away keeps its sign: where r = 0 nothing is subtracted from the rest of
-    it.
+    Where r = 0 the velocity is computed without subtraction of a steady part, so a velocity
+    that decays keeps its sign.
     """
     y, y_d, Y, _ = flow(c, w, s)
     return v * y_d + (a + c * v) * y + r * Y, a * y_d + (r - w * v) * y
@@ -167,10 +173,10 @@ def velocity_and_acceleration(c, w, v, a, r, s):
 
 @compiled
 def bracketed_newton(c, w, v, a, r, lo, hi):
-    """Return the zero of a velocity that falls once from lo to hi: guarded Newton."""
+    """Return the zero of a velocity that decreases through zero once between lo and hi."""
     s = hi
     if lo == 0.0 and a < 0.0:
-        # Where the parabola through the start meets zero.
+        # First guess: the root of the quadratic Taylor polynomial.
         square = a * a - 2.0 * v * (r - c * a - w * v)
         if square >= 0.0:
             s = min(2.0 * v / (-a + math.sqrt(square)), hi)
@@ -191,24 +197,24 @@ def bracketed_newton(c, w, v, a, r, lo, hi):
     return s
 
 
-# Safe steps, and Newton's method where it has nothing to miss.
+# Safe steps, and Newton's method once the observable is proved monotone.
 
 MONOTONE_FACTOR = 3.0
-"""A slope this many times what it may lose up to 1.5 times the zero of its parabola leads below
-zero on the way."""
+"""Ratio of |slope| to its largest loss up to 1.5 times the root of the quadratic Taylor
+polynomial. At 3 the slope keeps two thirds of its value, which suffices to reach zero there."""
 
 MAX_NEWTON_ROUNDS = 20
-"""The cubic errs in the fourth order: 2 rounds do, as none is allowed to turn back."""
+"""The cubic has an error of fourth order, so that 2 rounds suffice. The cap guards the loop."""
 
 MAX_STEP_RADIANS = 2.0
-"""Radians of the fastest wave that are tried at once: the bound never proves more."""
+"""Longest step that is tried, in radians of the fastest wave. The bound never proves more."""
 
 SMALL_STEP_SHARE = 0.01
-"""Share of the longest step below which a step is tried without the jerk, too."""
+"""Share of the longest step below which `safe_step` is also tried without a positive jerk."""
 
 MAX_HALVINGS = 60
-"""Of the longest step at most: where a slow wave drags the mass along, the bound may leave a
-millionth of it."""
+"""Most halvings of the longest step. Where a slow wave drives an overdamped mass, the safe step
+may be a millionth of it."""
 
 
 @inlined
@@ -218,23 +224,28 @@ def safe_step(v, a, j, snap, growth, max_step):
     Parameters
     ----------
     v, a, j : float
-        Velocity, at least 0, acceleration and jerk now.
+        Velocity, at least 0, and its first two derivatives now.
     snap, growth : float
-        The rate of the jerk is at most snap + growth·h in magnitude after any h.
-    cap : float
+        Bound on the third derivative: at most snap + growth·h in magnitude at any time h from
+        now.
+    max_step : float
         Longest step that is tried.
 
     Notes
     -----
-    v stays above P = v + a h + j h²/2 - snap h³/6 - growth h⁴/24. Where the jerk is not above
-    zero P bends downwards: a chord from before its zero to behind it ends before it.
+    v stays above the envelope P(h) = v + a h + j h²/2 - snap h³/6 - growth h⁴/24. If j <= 0, P
+    is concave: the chord between a point with P > 0 and one with P <= 0 lies below P, and its
+    zero is a safe step. If j > 0, P stays above v + a h until the remainder exceeds j h²/2.
+
+    The function serves any observable; v, a, j stand for its value and derivatives.
     """
     third, twelfth = snap * (1.0 / 3.0), growth * (1.0 / 12.0)
     if j > 0.0:
-        # Up to here P is above v + a h.
+        # Largest h up to which j h²/2 outweighs the remainder, so that P >= v + a h.
         divisor = third + math.sqrt(third * third + 4.0 * twelfth * j)
         rises = min(2.0 * j / divisor, max_step) if divisor > 0.0 else max_step
         return rises if a >= 0.0 else min(rises, -v / a)
+    # P is concave and below the quadratic, whose root bounds the step from above.
     behind = min(parabola_root(v, a, -j), max_step)
     low = lower_envelope(v, a, j, third, twelfth, behind)
     if low > 0.0:
@@ -245,18 +256,19 @@ def safe_step(v, a, j, snap, growth, max_step):
         if high > 0.0:
             return before + (behind - before) * high / (high - min(low, 0.0))
         behind, low = before, high
+    # The remainder up to `behind`, as a bound on the second derivative.
     return min(behind, parabola_root(v, a, (third + twelfth * behind) * behind - j))
 
 
 @inlined
 def lower_envelope(v, a, j, third, twelfth, h):
-    """Return the lower bound P of `safe_step` after a time h."""
+    """Return the envelope P of `safe_step` at h."""
     return v + h * (a + 0.5 * h * (j - h * (third + twelfth * h)))
 
 
 @inlined
 def parabola_root(v, a, curvature):
-    """Return the largest h up to which v + a h - bend h²/2, not below zero, stays so."""
+    """Return the largest h up to which v + a h - curvature h²/2 stays at or above zero."""
     square = a * a + 2.0 * curvature * v
     if square < 0.0:
         return NEVER
@@ -270,11 +282,9 @@ def parabola_root(v, a, curvature):
 
 @inlined
 def is_monotone_to_zero(v, a, j, snap, growth):
-    """Return whether a velocity falls below zero within 1.5 times the zero of its parabola.
+    """Return whether a velocity provably decreases to zero within 1.5 quadratic Taylor roots.
 
-    It does not rise on the way.
-
-    Parameters as in `safe_step`; the velocity may be below zero.
+    Parameters as in `safe_step`; the velocity may be below zero, which returns False.
     """
     if not a < 0.0 < v:
         return False
@@ -284,21 +294,21 @@ def is_monotone_to_zero(v, a, j, snap, growth):
 
 @inlined
 def quadratic_taylor_root(v, a, j):
-    """Return the time at which v + a h + j h²/2, falling, is zero; infinity for none."""
+    """Return the root of v + a h + j h²/2 for a < 0; infinity if there is none."""
     square = a * a - 2.0 * v * j
     return 2.0 * v / (math.sqrt(square) - a) if square > 0.0 else NEVER
 
 
 @inlined
 def cubic_taylor_root(v, a, j, k):
-    """Return what `quadratic_taylor_root` does with k h³/6 besides, to within a round of Newton's."""
+    """Return the root of v + a h + j h²/2 + k h³/6: one Newton step from the quadratic root."""
     h = quadratic_taylor_root(v, a, j)
     return h - h * h * h * k / (6.0 * a + (6.0 * j + 3.0 * k * h) * h)
 
 
 @inlined
 def has_converged(h, a, fourth, s):
-    """Return whether a zero is sharp: the cubic errs after h by fourth h⁴/24 at most."""
+    """Return whether the error of the cubic, at most fourth·h⁴/24, is below rounding."""
     return fourth * h * h * h * h <= -24.0 * a * RESOLUTION * s or h == 0.0
 
 
@@ -309,14 +319,26 @@ def has_converged(h, a, fourth, s):
 def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
     """Return the first time in (0, h] at which sliding in direction d stops, and x_r there.
 
-    The time is infinite where nothing stops. It is the root of `first_root` for v_r alone, in fewer
+    The time is infinite if the mass does not stop. This is `first_root` for v_r, in fewer
     operations.
+
+    Parameters
+    ----------
+    c, w, waves, x_r, v_r, g, r
+        As in `motion_and_snap_at`.
+    a, j : float
+        Acceleration [m/s²] and jerk [m/s³] at the start.
+    d : int
+        Direction of sliding, 1 or -1.
+    h : float
+        Length of the segment [s].
     """
     moves = d * v_r > 0.0 or d * a > 0.0
     if waves.size == 0 and moves and never_stops(c, w, d * v_r, d * a, d * r):
         return NEVER, x_r
     growth = 0.0
     max_omega = 0.0
+    # Snap at the start: the equation of motion, differentiated twice.
     k = -c * j - w * a
     for i in range(waves.size):
         at = WAVE_COLUMNS * i
@@ -334,8 +356,8 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
             break
         step = safe_step(v, a, j, snap, growth, max_step)
         if j > 0.0 and step < SMALL_STEP_SHARE * max_step:
-            # A jerk that is next to nothing proves less than one that is left out: what is
-            # strongly damped would take a million steps.
+            # The bound also holds without a positive jerk. Where the jerk is tiny this proves
+            # a longer step; strongly damped motion would otherwise need a million steps.
             step = max(step, safe_step(v, a, 0.0, snap, growth, max_step))
         if s + step >= h:
             # The end of the segment lies within the safe step.
@@ -347,12 +369,14 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
         v, a, j, k = d * v, d * a, d * j, d * k
         if v <= 0.0:
             return s, x
+    # v decreases monotonically to its root, so Newton's method cannot skip another one.
     for _ in range(MAX_NEWTON_ROUNDS):
         step = cubic_taylor_root(v, a, j, k)
         snap = math.sqrt(k * k + w * j * j) + growth * abs(step)
         fourth = (c + math.sqrt(w)) * snap + growth
         s += step
         if has_converged(step, a, fourth, s):
+            # The Taylor series over the last step replaces another evaluation.
             x += d * step * (v + step * (0.5 * a + step * (j / 6.0 + step * k / 24.0)))
             break
         x, v, a, j, k = motion_and_snap_at(c, w, waves, x_r, v_r, g, r, s)
@@ -364,16 +388,16 @@ def slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, d, h):
 
 
 class Observable(NamedTuple):
-    """The sum x (x_r - x_0) + v v_r + load N + rate N', N the normal force and N' its rate.
+    """Linear observable y = x (x_r - x_0) + v v_r + load N + rate N'.
 
     Attributes
     ----------
     x_0 : float
-        Where x_r counts from [m].
+        Origin of x_r [m].
     x, v : float
-        Shares of x_r and v_r.
+        Coefficients of x_r and v_r.
     load, rate : float
-        Shares of the normal force relative to its mean, and of its rate.
+        Coefficients of the relative normal force N and of its derivative.
     """
 
     x_0: float
@@ -384,7 +408,7 @@ class Observable(NamedTuple):
 
 
 class InstantState(NamedTuple):
-    """A time of a segment [s], and the motion then as `motion_and_snap_at` gives it."""
+    """Time within a segment [s], and x_r, v_r, a, j, k of `motion_and_snap_at` at this time."""
 
     s: float
     x_r: float
@@ -395,7 +419,7 @@ class InstantState(NamedTuple):
 
 
 class Derivatives(NamedTuple):
-    """A blend at an instant, and its first three rates."""
+    """Value and first three derivatives of an observable at one time."""
 
     value: float
     rate: float
@@ -405,29 +429,30 @@ class Derivatives(NamedTuple):
 
 @compiled
 def first_root(segment, waves, law, observable, zeros, begin, h):
-    """Return the first time in [begin, h] at which a blend is not above zero, and the state.
+    """Return the first time in [begin, h] at which an observable is zero, and the state.
 
     Parameters
     ----------
-    stretch : Stretch
+    segment : Segment
     waves : Waves
-        Anchored at its start.
+        After `set_phases` at its start.
     law
-        Whose normal force it is.
-    blend : Blend
-        What is at least zero at the start, roundings apart.
+        The law that has the normal force.
+    observable : Observable
+        At least zero at `begin`, up to rounding; a root is where it is no longer above zero.
     zeros : int
-        What is zero exactly at the start of the segment: 1 the blend, 2 its rate as well.
+        How many of value and first derivative are exactly zero at the start of the segment: 0,
+        1 (the value) or 2 (both). Their computed values would be rounding only.
     begin, h : float
         Time of the segment to begin at, and its length [s].
 
     Returns
     -------
     s, x_r, v_r : float
-        Time [s], infinite where the blend stays above zero, and the state then.
+        Time [s], infinite if the observable stays above zero, and the state at that time.
     """
     w = segment.w
-    # The third rate of the blend grows so fast at most; the normal force adds so much to it.
+    # Largest growth of the third derivative; contribution of the normal force to it.
     _, second, third, max_omega = force_rate_bounds(waves, segment.r)
     growth = abs(observable.x) * second + abs(observable.v) * third
     load_bound = (
@@ -453,7 +478,7 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
         value, rate, curvature, _ = derivatives
         step = safe_step(value, rate, curvature, third_bound, growth, max_step)
         if value > 0.0 and curvature > 0.0 and step < max_step:
-            # Where it hardly bends upwards, what it bends is better left out.
+            # The bound also holds without a positive curvature, see `slip_exit_time`.
             step = max(step, safe_step(value, rate, 0.0, third_bound, growth, max_step))
         if step != 0.0 and now.s + step >= h:
             return NEVER, now.x_r, now.v_r
@@ -465,6 +490,7 @@ def first_root(segment, waves, law, observable, zeros, begin, h):
             return now.s, now.x_r, now.v_r
         third_bound = third_derivative_bound(observable, w, load_bound, now)
     s, x, v, a, j, k = now
+    # The observable decreases monotonically to its root: Newton's method cannot skip another.
     for _ in range(MAX_NEWTON_ROUNDS):
         value, rate, curvature, third_rate = derivatives
         step = cubic_taylor_root(value, rate, curvature, third_rate)
@@ -492,7 +518,7 @@ def instant_state(segment, waves, s):
 
 @inlined
 def observable_derivatives(law, waves, observable, now):
-    """Return a blend at an instant of a segment."""
+    """Return the value and three derivatives of an observable."""
     s, x, v, a, j, k = now
     value, rate = (
         observable.x * (x - observable.x_0) + observable.v * v,
@@ -514,7 +540,7 @@ def observable_derivatives(law, waves, observable, now):
 
 @inlined
 def third_derivative_bound(observable, w, load_bound, now):
-    """Return a bound of the third rate of a blend, up to what its growth adds."""
+    """Return the bound on the third derivative of an observable at this time."""
     a, j, k = now.a, now.j, now.k
     third_bound = load_bound + abs(observable.x) * math.sqrt(j * j + w * a * a)
     return third_bound + abs(observable.v) * math.sqrt(k * k + w * j * j)
@@ -522,7 +548,7 @@ def third_derivative_bound(observable, w, load_bound, now):
 
 @inlined
 def is_far_from_zero(derivatives, third_bound, growth, h):
-    """Return whether a blend is above zero for h [s] to come, as in most steps of a record."""
+    """Return whether an observable provably stays above zero for h [s]."""
     loses = max(-derivatives.curvature, 0.0) + h * (third_bound + h * growth)
     return derivatives.value > h * (max(-derivatives.rate, 0.0) + h * loses)
 
@@ -530,31 +556,32 @@ def is_far_from_zero(derivatives, third_bound, growth, h):
 # Break-away under waves.
 
 GRAZING_ANGLE = 1e-6
-"""A zero margin this near to its minimum, in radians of the fastest wave, only touches."""
+"""A zero of the margin this near to its minimum, in radians of the fastest wave, counts as a
+touch from above: equality sticks."""
 
 WINDOW_RADIANS = 32.0
-"""Radians of the fastest wave within which either side is looked at first."""
+"""Length of the first search window, in radians of the fastest wave."""
 
 SQUARE_UNDERFLOW = 1e-140
-"""Below this, squares lose digits to the end of double precision."""
+"""Below this, squares come near the end of double precision, and `hypot` takes their place."""
 
 
 @inlined
 def break_away_time(plant, law, waves, x_r, u_0, rise, fall, h):
-    """Return when within h [s] a stuck mass breaks away, or infinity, and which way it slips.
+    """Return when within h [s] a stuck mass breaks away, or infinity, and in which direction.
 
     Parameters
     ----------
     u_0 : float
-        Part of ü that is not waves at the start [m/s²].
+        ü without the waves at the start [m/s²].
     rise, fall : float
-        Its rate as the side sees it where F_L breaks the contact by rising and by falling
-        [m/s³].
+        Derivative of that part of ü [m/s³], less or plus that of F_fs/m: as F_L approaches
+        +F_fs by rising, or -F_fs by falling.
 
     Notes
     -----
-    Both sides are looked at window by window: one that never breaks away must not be followed
-    to the end each time that the other does.
+    Both sides are searched window by window. A side that never breaks away is then not followed
+    to the end of the segment each time the other side does.
     """
     max_omega = 0.0
     if not is_one_sine(waves, u_0, rise) or fall != 0.0:
@@ -570,7 +597,7 @@ def break_away_time(plant, law, waves, x_r, u_0, rise, fall, h):
 
 @inlined
 def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
-    """Return the first time in [begin, h] when |F_L| exceeds F_fs on one side, or infinity.
+    """Return the first time in [begin, h] at which side·F_L exceeds F_fs, or infinity.
 
     A margin that only touches zero does not break away: equality sticks.
     """
@@ -600,6 +627,7 @@ def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
         if s + step > h:
             return NEVER
         if step <= RESOLUTION * s:
+            # A zero of the margin. If it grazes, test its minimum, and step away from it.
             if G_dd <= 0.0 or -G_d * max_omega > GRAZING_ANGLE * G_dd:
                 return s
             step = -G_d / G_dd
@@ -611,13 +639,13 @@ def stick_exit_time(plant, law, waves, x_r, u_0, slope, side, begin, h):
 
 @inlined
 def is_one_sine(waves, u_0, slope):
-    """Return whether one sine alone moves the base."""
+    """Return whether the base moves by a single sine and friction is constant."""
     return waves.size == 1 and waves.base == 1 and u_0 == 0.0 and slope == 0.0
 
 
 @inlined
 def one_sine_exit_time(plant, law, waves, x_r, side, h):
-    """Return what `stick_exit_time` does where one sine moves the base: its inverse."""
+    """Return `stick_exit_time` for a single sine, in closed form."""
     values = waves.values
     F_k, force = plant.k_x * x_r, side * plant.m * values[A]
     level = law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(F_k)) - side * F_k
@@ -627,7 +655,7 @@ def one_sine_exit_time(plant, law, waves, x_r, side, h):
         return NEVER
     theta = values[THETA] if force > 0.0 else values[THETA] + math.pi
     phase = (math.asin(level / abs(force)) - theta) % (2.0 * math.pi)
-    # Rising, and beyond the limit by less than the rounding of an angle.
+    # F_L rises and exceeds the limit by less than the rounding of the phase: now.
     if force * values[COSINE] > 0.0 and phase > math.pi:
         phase = 0.0
     s = phase / values[OMEGA]
@@ -636,7 +664,7 @@ def one_sine_exit_time(plant, law, waves, x_r, side, h):
 
 @compiled
 def concave_parabola_root(value, rate, curvature):
-    """Return the largest h up to which value + rate h - bend h²/2, bend >= 0, is above zero."""
+    """Return the root of value + rate h - curvature h²/2 for value, curvature >= 0."""
     root = math.sqrt(rate * rate + 2.0 * curvature * value)
     if root < SQUARE_UNDERFLOW and value > 0.0:
         root = math.hypot(rate, math.sqrt(2.0 * curvature) * math.sqrt(value))
@@ -647,7 +675,10 @@ def concave_parabola_root(value, rate, curvature):
 
 @compiled
 def step_off_zero(rate, curvature, curvature_bound, third_bound):
-    """Return a step that provably leaves zero upwards; 0 or less where the function falls."""
+    """Return half a step within which a function that is zero now provably stays above zero.
+
+    Zero or less if the function does not increase.
+    """
     by_rate = rate / curvature_bound if rate > 0.0 else 0.0
     by_curvature = 0.0
     if rate >= 0.0 and curvature > 0.0:
@@ -655,30 +686,31 @@ def step_off_zero(rate, curvature, curvature_bound, third_bound):
     return max(by_rate, by_curvature)
 
 
-# A fine step over a spring contact: a stop, or the limit.
+# A fine step of an elastic contact: stop, or limit of the contact.
 
 TAYLOR_RADIUS = 2e-4
-"""Radians from a point within which four terms of the series about it are exact: the next is
-below 1e-16."""
+"""Distance, in radians of the oscillator, within which four terms of the Taylor series reach
+double precision: the next term is below 1e-16."""
 
 MAX_REFINE_ROUNDS = 6
-"""One round does mostly; what has not settled after some takes the general way."""
+"""One round suffices almost always. Where these do not converge, the guaranteed
+search takes over."""
 
 
 @inlined
 def next_stop(steps, v, a, r, h):
-    """Return the first stop within h, or infinity, and the path until then or the end.
+    """Return the first stop within h, or infinity, and the distance until then or until h.
 
     Parameters
     ----------
-    steps : Whole
+    steps : OscillatorSteps
     v, a, r, h : float
-        As in `locate_stop`; h is a step at most.
+        As in `locate_stop`; h is at most one step.
 
     Returns
     -------
-    stop, way, v_end : float
-        Time [s]; distance [m] and velocity [m/s] then, or at the end.
+    stop, path, v_end : float
+        Time of the stop [s]; distance [m] and velocity [m/s] then, or at h.
     """
     y, y_d, _, _ = flow_within_step(steps, h)
     path, v_end = path_and_velocity(steps, v, a, r, h)
@@ -698,10 +730,10 @@ def next_stop(steps, v, a, r, h):
 
 @inlined
 def turning_point(steps, v, a, r, v_end, a_end, h):
-    """Return when a velocity above zero that does not end above it is zero, and the path then.
+    """Return when a velocity above zero that is not above zero at h is zero, and the distance.
 
-    Parameters as in `next_stop`, of fine steps, with velocity and acceleration at the end. The
-    time is negative where the guess was not good.
+    Parameters as in `next_stop`, for fine steps, with velocity and acceleration at h. The time
+    is -1 if the refinement does not converge.
     """
     s, path, _ = refine_root(steps, v, a, r, 0.0, False, hermite_root(v, a, v_end, a_end, h))
     return (s, path) if 0.0 < s <= h else (-1.0, 0.0)
@@ -711,7 +743,7 @@ def turning_point(steps, v, a, r, v_end, a_end, h):
 def next_crossing(steps, v, a, r, gap, path, v_end, h):
     """Return when a mass that does not stop before h [s] has moved by `gap` [m], and v then.
 
-    `path` and `v_end` are those at h, and `path` is not less than `gap`.
+    `path` [m] and `v_end` [m/s] are distance and velocity at h; `path` is at least `gap`.
     """
     s = hermite_root(gap, -v, gap - path, -v_end, h)
     s, _, v_s = refine_root(steps, v, a, r, gap, True, s)
@@ -725,7 +757,8 @@ def next_crossing(steps, v, a, r, gap, path, v_end, h):
 def crossing_time(c, w, v, a, r, gap, h):
     """Return the time in (0, h] at which a mass has moved by `gap` [m], or infinity.
 
-    The other parameters are as in `locate_stop`; the velocity keeps its sign up to h.
+    Other parameters as in `locate_stop`; the velocity does not change its sign up to h.
+    Newton's method is safeguarded by bisection.
     """
     y, _, Y, YY = flow(c, w, h)
     p = a + c * v
@@ -749,7 +782,11 @@ def crossing_time(c, w, v, a, r, gap, h):
 
 @inlined
 def hermite_root(value, rate, value_end, rate_end, h):
-    """Return where the cubic through both ends of a segment falls to zero from above."""
+    """Return a root of the cubic through value and slope at 0 and h, decreasing through zero.
+
+    The root of the quadratic part, with one Newton step for the cubic part. `curvature` and
+    `third_rate` are the divided differences over (0, 0, h) and (0, 0, h, h).
+    """
     per_h = 1.0 / h
     curvature = (value_end - value - rate * h) * per_h * per_h
     root = math.sqrt(max(rate * rate - 4.0 * curvature * value, 0.0))
@@ -761,10 +798,11 @@ def hermite_root(value, rate, value_end, rate_end, h):
 
 @inlined
 def refine_root(steps, v, a, r, gap, crossing, s):
-    """Return the time of which s is a good guess, path and velocity; negative where it is not.
+    """Return the time of a stop or crossing near s, with distance and velocity; -1 if none.
 
-    What is looked for is the path `gap` [m] if `crossing`, else a stop. Parameters as in
-    `next_stop`.
+    The event is the distance `gap` [m] if `crossing`, else v = 0. Other parameters as in
+    `next_stop`. Each round takes one step of Newton's method on the cubic Taylor polynomial
+    about s; the last step also updates distance and velocity by their Taylor series.
     """
     c, w = steps.c, steps.w
     p = a + c * v
@@ -798,35 +836,38 @@ def refine_root(steps, v, a, r, gap, crossing, s):
 
 @inlined
 def path_and_velocity(steps, v, a, r, s):
-    """Return path and velocity at time s of a segment."""
+    """Return distance and velocity at time s within a step."""
     y, y_d, Y, YY = flow_within_step(steps, s)
     p = a + steps.c * v
     return v * y + p * Y + r * YY, v * y_d + p * y + r * Y
 
 
-# The root of a power series.
+# First root of a power series.
 
 MAX_SHORTENINGS = 6
-"""Times at most that the stretch over which the curvature is bounded is made shorter, before
-the series is moved."""
+"""Most reductions of the interval over which the curvature is bounded, before the series is
+shifted."""
 
 
 @compiled
 def first_series_root(c, n, h):
-    """Return the first time in [0, h] at which a series comes down to zero, or infinity.
-
-    A bound on the curvature gives a step that is surely above zero; after it the series is
-    moved there, so that its bounds are those of what is left. A zero at the beginning itself is
-    divided out.
+    """Return the first time in [0, h] at which a power series decreases to zero, or infinity.
 
     Parameters
     ----------
     c : array of float
-        Terms up to n; lost.
+        Coefficients of s⁰ to sⁿ; overwritten.
     n : int
         Last term.
     h : float
-        Length looked at, above 0 [s].
+        Length of the interval, above 0 [s].
+
+    Notes
+    -----
+    A bound on the second derivative gives a step within which the series stays above zero. The
+    series is then shifted to the end of the step, so that the bound is one of the rest. Zeros
+    at s = 0 are divided out first. The search ends early where the value exceeds the sum of all
+    |c_k| hᵏ with k > 0: the series cannot fall by more.
     """
     n, zeros = deflate(c, n)
     if zeros < 0:
@@ -852,7 +893,7 @@ def first_series_root(c, n, h):
 
 @inlined
 def deflate(c, n):
-    """Divide out zeros at the beginning; returns the last term and how many, -1 for all."""
+    """Divide out zeros at s = 0; return the last term and their number, -1 if all are zero."""
     zeros = 0
     while zeros <= n and c[zeros] == 0.0:
         zeros += 1
@@ -864,7 +905,7 @@ def deflate(c, n):
 
 @inlined
 def safe_series_step(c, n, left):
-    """Return a step of a scaled series within which it surely stays above zero."""
+    """Return a step of a scaled series within which it provably stays above zero."""
     best = 0.0
     for _ in range(MAX_SHORTENINGS):
         curvature = 0.0
@@ -876,14 +917,15 @@ def safe_series_step(c, n, left):
         best = max(best, step)
         if step >= 0.5 * left:
             return best
-        # Where the zero is nearer by many powers of ten, halves would never come to it.
+        # If the step is shorter by orders of magnitude, halving takes too long: use the
+        # geometric mean.
         left = min(0.5 * left, math.sqrt(step) * math.sqrt(left))
     return best
 
 
 @inlined
 def taylor_shift(c, n, step):
-    """Move a series to `step` after its beginning."""
+    """Shift the origin of a series to `step`."""
     for i in range(n):
         for k in range(n - 1, i - 1, -1):
             c[k] += step * c[k + 1]

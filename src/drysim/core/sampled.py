@@ -1,25 +1,30 @@
-"""The exact march over sampled base motion: slide, stop, stick, break away; hold and yield.
+"""Exact march over sampled base motion: Coulomb friction and elastic contact.
 
-Between two samples ü is linear, so as long as the mass slides in one direction, sticks, or is
-held by a spring contact, a step is one fixed affine map, and exact. Only a step that holds an
-event needs more. Friction limits are constant here; `march.leap` serves limits that vary.
+Problem
+    Between two samples ü is linear. While the mass slides in one direction, sticks, or is held
+    by an elastic contact, a step is therefore one fixed affine map, and exact. Only a step with
+    an event needs more. Friction limits are constant here; `march.march_sines` serves limits
+    that vary.
 
-Most steps hold no event. `advance_stick` passes those in which the mass sticks, `advance_slip` those in which
-it slides, `advance_hold` those in which a spring contact holds, `advance_between_stops` those between two end stops.
-A step waits for the one before it; but four states in a row, each carried four steps further,
-are four chains that do not wait for each other, and what the base does within four steps hangs
-on no state, so it is summed beforehand (`advance_slip_by_four`).
+Method
+    1. Steps without events. `advance_stick` covers sticking, `advance_slip` sliding,
+       `advance_hold` a contact that holds, and `advance_between_stops` the motion between end
+       stops. Each step depends on the one before, which limits the throughput. Four consecutive
+       states, each advanced by a four-step map, are four independent chains; what the base
+       contributes within four steps does not depend on the state and is summed beforehand
+       (`advance_slip_by_four`).
+    2. Steps with events. `step_through_events`, or `elastic_step_through_events` for an elastic
+       contact, follow any number of events within a step. Stops are located in the power series
+       of a short step; a step too long for that is divided into substeps up to the one with the
+       first stop.
+    3. Creep. Once the base is silent, a mass that creeps to rest has a velocity far below the
+       forces from which the affine map computes it. Below a threshold `advance_creep`
+       propagates velocity and acceleration by themselves, which keeps their relative accuracy.
 
-No stop is missed: a fine step holds at most one extremum of v_r, and the acceleration outlasts
-it, so its signs at both ends tell of a dip. Four steps stand only where both ends are so fast
-that no dip fits in between. Any step in doubt is left to `step_through_events`, or to `elastic_step_through_events` on a
-spring contact, which carry the state through any number of events: stops are located in the
-power series of a short step; one too long for that is walked in parts, up to the one that holds
-its first stop.
-
-A mass that creeps to rest after the base has fallen silent has a velocity far below the forces
-that the affine map makes it of: it is faint, and `advance_creep` carries velocity and acceleration on
-by themselves.
+No stop is missed
+    A fine step holds at most one extremum of v_r, so the acceleration at both ends shows any
+    dip of v_r. Four steps at once are accepted only where |v_r| at both ends is above a bound
+    on the dip in between. Every other step goes to step 2.
 """
 
 from __future__ import annotations
@@ -72,15 +77,15 @@ from drysim.core.roots import (
     turning_point,
 )
 
-# Under Coulomb's friction, stretch by stretch of samples.
+# Coulomb friction, chunk by chunk.
 
 
 CHUNK = 256
-"""Samples prepared at once: a few kilobytes. Chains of steps begin anew at each multiple, so
-that a march handed over there goes on to the last bit."""
+"""Samples per chunk: a few kilobytes. The chains of four steps restart at each multiple, so
+that a march interrupted there continues to the last bit."""
 
 STICK_BLOCK = 16
-"""Stuck samples that are tested at once: two or four in the widest registers."""
+"""Stuck samples that are tested at once; a few vector registers hold them."""
 
 
 def march(
@@ -91,38 +96,43 @@ def march(
     Parameters
     ----------
     plant : Plant
-    law : Law
-        Constant limits only.
+    law : CoulombLaw
+        With constant limits.
     u_dd : array, shape (samples,)
         Base acceleration [m/s²].
     dt : float
-        Distance of the samples [s].
+        Sample interval [s].
     n, end : int
         First and last sample of this march.
     x_r, v_r : float
         State at sample n [m, m/s].
     d : int
-        Direction of sliding at sample n, 0 when stuck.
+        Direction of sliding at sample n, 0 if stuck.
     a : float
-        Relative acceleration at sample n [m/s²]; NaN where x_r and v_r determine it.
+        Relative acceleration at sample n [m/s²] in creep; NaN where x_r and v_r determine it.
     x_out, v_out, d_out : array, shape (samples,)
-        Written from n + 1 to the sample reached; what lies up to `end` may be scribbled on.
-    log : Log
+        Overwritten from n + 1 to the sample reached; values after that, up to `end`, are
+        undefined.
+    log : EventLog
     count, capacity : int
-        Events already in the log, and its length; at least `MAX_EVENTS_PER_STEP` must be free.
+        Number of events in the log, and its length; `MAX_EVENTS_PER_STEP` entries must be free.
 
     Returns
     -------
     n, x_r, v_r, d, a, count, closest
-        Sample reached, the state there, events in the log (negative when one step holds too
-        many) and the tightest stop decision [-]; x_r is no number where a stretch of samples
-        ahead is not of finite numbers. A march that starts there goes on as if never
-        stopped: to the last bit where n is a multiple of `CHUNK` or the log was full, to
-        rounding elsewhere.
+        Sample reached and the state there; number of events in the log, negative if one step
+        holds too many; smallest relative margin of a stick decision [-]. x_r is NaN if the next
+        chunk of samples has values that are not finite.
+
+    Notes
+    -----
+    A march that continues from the returned state gives the same result as one without
+    interruption: to the last bit where n is a multiple of `CHUNK` or the log was full, to
+    rounding elsewhere.
     """
     base_sums = as_engine_array(np.empty(CHUNK)), as_engine_array(np.empty(CHUNK))
     steps = slip_steps(plant, law, dt)
-    # By what comes in place of parts a kernel is compiled for one way or the other.
+    # The type of `substeps` selects one of two compiled versions of the kernel.
     substeps = () if steps.short else make_substeps(steps)
     return march_chunks(
         plant, law, steps, substeps, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out,
@@ -135,7 +145,7 @@ def march_chunks(
     plant, law, steps, substeps, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count,
     capacity, x_base_sums, v_base_sums,
 ):  # fmt: skip
-    """March as `march` says; the last two are scratch for one stretch of samples."""
+    """Run `march` chunk by chunk; the last two arguments are work arrays of length `CHUNK`."""
     closest = math.inf
     full = capacity - MAX_EVENTS_PER_STEP
     while n < end and 0 <= count <= full and x_r == x_r:
@@ -190,7 +200,7 @@ def march_regular(
     x_base_sums,
     v_base_sums,
 ):
-    """March stretch by stretch until v_r is faint; parameters as in `march_chunks`."""
+    """March until v_r is below the cancellation threshold; parameters as in `march_chunks`."""
     begin, until = n, n
     closest = math.inf
     while n < end and 0 <= count <= full:
@@ -243,7 +253,7 @@ def march_regular(
             x_out[n] = x_r
             v_out[n] = v_r
             d_out[n] = d
-            # No event after all: v_r may have become faint.
+            # No event: v_r may have fallen below the cancellation threshold.
             if count == before and d != 0 and abs(v_r) <= cancellation_threshold(steps, x_r):
                 if a != a:
                     a = -(u_dd[n] + steps.c * v_r + steps.w * x_r + d * steps.f)
@@ -256,7 +266,7 @@ def march_creep(
     plant, law, steps, substeps, u_dd, n, end, x_r, v_r, d, a, x_out, v_out, d_out, log, count,
     full,
 ):  # fmt: skip
-    """March while v_r is faint, with its acceleration; parameters as in `march_chunks`."""
+    """March in creep, with v_r and a propagated; parameters as in `march_chunks`."""
     closest = math.inf
     while n < end and a == a and 0 <= count <= full:
         until = min(n - n % CHUNK + CHUNK, end)
@@ -282,7 +292,7 @@ def march_creep(
 
 @compiled
 def all_finite(u_dd):
-    """Tell whether all of these are finite numbers."""
+    """Return whether all values are finite."""
     finite = 0
     for k in range(len(u_dd)):
         finite += abs(u_dd[k]) < math.inf
@@ -291,11 +301,11 @@ def all_finite(u_dd):
 
 @inlined
 def advance_stick(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
-    """Stick until `until` or a step at whose end F_L is more than the contact bears."""
+    """Stick up to sample `until`, or to the step at whose end |F_L| exceeds the limit."""
     F_k = plant.k_x * x_r
     hold = stick_limit(plant, law, x_r)
     if n < 0:
-        # Never so; but the compiler is told that no index counts from the end.
+        # Never true; tells the compiler that no index counts from the end.
         return n
     while n + STICK_BLOCK <= until and stays_stuck(
         plant.m, F_k, hold, u_dd[n + 1 : n + 1 + STICK_BLOCK]
@@ -317,29 +327,30 @@ def advance_stick(plant, law, u_dd, n, until, x_r, x_out, v_out, d_out):
 
 @compiled
 def stays_stuck(m, F_k, hold, u_dd):
-    """Tell whether the contact bears F_L at every one of these samples."""
+    """Return whether |F_L| is within the limit at all of these samples."""
     beyond = 0
     for k in range(len(u_dd)):
         beyond += abs(m * u_dd[k] + F_k) > hold
     return beyond == 0
 
 
-# Sliding for as long as nothing happens.
+# Sliding without events.
 
 
 ONE_STEP_DIP = 0.0625
-"""What one step can hide, relative to what four can: the square of its length."""
+"""Largest dip within one step relative to that within four: it grows with the
+square of the length."""
 
 UNDERFLOW_SPEED, RESCALING = 1e-250, 2.0**300
-"""Below the first a velocity and its rate are multiplied by the second, see `rescale`."""
+"""Speed below which velocity and acceleration are multiplied by RESCALING, see `rescale`."""
 
 
 @compiled
 def sum_base_motion(base, u_dd, base_sums):
-    """Sum what the base takes from the state within every four steps of a stretch.
+    """Compute what the base contributes in every four consecutive steps of a chunk.
 
-    `base` is `Steps.x_base` or `Steps.v_base`, `u_dd` that of the stretch and of the sample
-    behind; `base_sums` is written for the four steps that begin at each sample.
+    `base` is `SlipSteps.x_base` or `v_base`, and `u_dd` holds the chunk and the sample after
+    it. Element i of `base_sums` is for the four steps from sample i on.
     """
     p_0, p_1, p_2, p_3, p_4 = base
     for i in range(len(u_dd) - 4):
@@ -353,24 +364,24 @@ def sum_base_motion(base, u_dd, base_sums):
 def advance_slip(
     steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out, begin, x_base_sums, v_base_sums
 ):
-    """Slide until sample `until`, a step that may hold an event or a faint velocity.
+    """Slide up to sample `until`, or to a step that may hold an event or reach the threshold.
 
     Parameters
     ----------
-    steps : Steps
-        Of fine steps.
+    steps : SlipSteps
+        With `fine` steps.
     u_dd : array, shape (samples,)
         Base acceleration [m/s²].
     n, until : int
-        Sample to begin at, and the last.
+        Sample to start from, and the last one.
     x_r, v_r, d
-        State there [m, m/s], and direction of sliding.
+        State at sample n [m, m/s], and direction of sliding.
     x_out, v_out, d_out : array, shape (samples,)
-        Written from n + 1 to the sample reached; up to three more may be scribbled on.
+        Overwritten from n + 1 to the sample reached; up to three more are undefined.
     begin : int
         Sample, not after n, at which `x_base_sums` and `v_base_sums` begin.
-    x_ahead, v_ahead : array
-        What the base does in every four steps, see `sum_base_motion`.
+    x_base_sums, v_base_sums : array, shape (CHUNK,)
+        Contribution of the base in four steps, from `sum_base_motion`.
 
     Returns
     -------
@@ -408,6 +419,7 @@ def advance_slip_by_one(steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out)
         x_next = x_x * x_r + x_v * v_r - (x_0 * u_0 + x_1 * u_1 + x_f)
         v_next = v_x * x_r + v_v * v_r - (v_0 * u_0 + v_1 * u_1 + v_f)
         a_next = -(u_1 + c * v_next + w * x_next + f)
+        # At or below the threshold, or a minimum of the speed within the step.
         if d * v_next <= threshold or (d * a < 0.0 and d * a_next > 0.0):
             break
         n += 1
@@ -425,14 +437,14 @@ def advance_slip_by_one(steps, u_dd, n, until, x_r, v_r, d, x_out, v_out, d_out)
 def advance_slip_by_four(
     steps, u_dd, n, until, d, x_out, v_out, d_out, begin, x_base_sums, v_base_sums
 ):
-    """Carry the four states up to sample n on, four steps each; gives the sample reached.
+    """Advance the last four states by four steps each; return the sample reached.
 
-    Parameters as in `advance_slip`. Four new states stand when both ends are so fast that no dip fits
-    in between; else those stand that come before the first in doubt.
+    Parameters as in `advance_slip`. All four new states are accepted if |v_r| at both ends is
+    above the bound on a dip in between; else those before the first that may hold one.
     """
     i = n - 3 - begin
     if begin < 0 or i < 0:
-        # Never so; but the compiler is told that no index counts from the end.
+        # Never true; tells the compiler that no index counts from the end.
         return n
     x_x, x_v, x_f, v_x, v_v, v_f = steps.four_step_map
     x_f *= d
@@ -444,6 +456,7 @@ def advance_slip_by_four(
     before = d * v_d
     threshold = cancellation_threshold(steps, x_d)
     while i + 4 <= until - m:
+        # Four independent chains: samples m + i - 3 to m + i advance by four steps each.
         x_a, v_a = (
             x_x * x_a + x_v * v_a - (x_base_sums[i] + x_f),
             v_x * x_a + v_v * v_a - (v_base_sums[i] + v_f),
@@ -467,6 +480,7 @@ def advance_slip_by_four(
         after = d * v_d
         dip = steps.steep * change + steps.fast * max(before, abs(after))
         if not min(before, after) > dip + threshold:
+            # Keep the states up to the first step that may hold a dip, without branches.
             x_out[m + i + 1] = x_a
             x_out[m + i + 2] = x_b
             x_out[m + i + 3] = x_c
@@ -500,15 +514,16 @@ def advance_slip_by_four(
 
 @compiled
 def advance_creep(steps, u_dd, n, until, x_r, v_r, a, d, x_out, v_out, d_out):
-    """Slide with a faint velocity until sample `until` or a step that may hold an event.
+    """Slide in creep up to sample `until`, or to a step that may hold an event.
 
-    Parameters and returns as in `advance_slip`, with the relative acceleration a [m/s²] at the sample.
+    Parameters and returns as in `advance_slip`, with the relative acceleration a [m/s²] at the
+    sample.
 
     Notes
     -----
-    Differentiated, the equation of motion is v" + c v' + w v = -dü/dt. Neither ü, the spring
-    nor friction occurs in it, so v and a keep their relative accuracy however small they are
-    beside the forces. The position follows from the affine map as ever.
+    The derivative of the equation of motion is v" + c v' + w v = -dü/dt. It contains neither ü
+    nor the spring force nor friction, so v and a keep their relative accuracy however small
+    they are compared with these forces. The displacement follows from the affine map as usual.
     """
     c, w = steps.c, steps.w
     y, y_d, Y, _ = steps.whole
@@ -534,59 +549,61 @@ def advance_creep(steps, u_dd, n, until, x_r, v_r, a, d, x_out, v_out, d_out):
 def rescale(v_r, a):
     """Return v_r and a, multiplied by a power of two where they are about to underflow.
 
-    While the base is silent only their ratio decides whether and when the mass stops, and
-    what is lifted is still far below any rounding.
+    While the base is silent only their ratio decides whether and when the mass stops, and the
+    scaled values are still far below the rounding of x_r.
     """
     scale = RESCALING if max(abs(v_r), abs(a)) <= UNDERFLOW_SPEED else 1.0
     return v_r * scale, a * scale
 
 
-# One step that may hold events: stops, break-aways, reversals, any number of each.
+# One step with events: any number of stops, break-aways and reversals.
 
 
 MIN_REMAINDER = 1e-3
-"""Where a reversal leaves less than this share of a velocity, it is worked out afresh."""
+"""Where the update after a reversal leaves less than this share of the velocity, the velocity
+is computed anew instead, because the sum cancels."""
 
 
 @inlined
 def step_through_events(
     plant, law, steps, substeps, carried, u_0, u_1, n, x_r, v_r, d, log, count, closest
 ):  # fmt: skip
-    """Carry the state through a step that may hold any number of events.
+    """Advance the state through a step with any number of events.
 
     Parameters
     ----------
     plant, law, steps
-    parts : Parts or tuple
-        Of such steps; empty where a series serves them.
+    substeps : Substeps or tuple
+        Of such steps; empty where a series serves the whole step.
     carried : tuple of float
-        Relative acceleration at the start of the step [m/s²], which carries a faint velocity
-        on, see `advance_creep`; empty where x_r and v_r determine it.
+        Relative acceleration at the start of the step in creep [m/s²]; empty where x_r and v_r
+        determine it.
     u_0, u_1 : float
         ü at both ends of the step [m/s²].
     n : int
-        Number of the sample at the start of the step.
+        Sample at the start of the step.
     x_r, v_r : float
         State at the start of the step [m, m/s].
     d : int
-        Direction of sliding, 0 when stuck.
-    log : Log
+        Direction of sliding, 0 if stuck.
+    log : EventLog
     count : int
-        Events written so far; there is room for `MAX_EVENTS_PER_STEP` more.
+        Number of events in the log; `MAX_EVENTS_PER_STEP` entries must be free.
     closest : float
-        Tightest stop decision so far [-].
+        Smallest relative margin of a stick decision so far [-].
 
     Returns
     -------
     x_r, v_r, a, d, count, closest
-        At the end of the step, a [m/s²] where v_r is faint and a is carried or the step is
-        long, else NaN; `count` is negative when there is no room for its events.
+        At the end of the step. a [m/s²] is known in creep and after a long step, else NaN.
+        `count` is negative if the step holds too many events.
 
     Notes
     -----
-    `x_end` and `v_end` are the state at the end of the step should nothing more happen. A
-    reversal adds what the jump of the friction force does in the rest of the step: between
-    events the motion is linear. In a long step `slip_long_step` finds that state on its way.
+    `x_end` and `v_end` are the state at the end of the step if no further event follows. A
+    reversal adds the response to the jump of the friction force in the rest of the step,
+    because the motion between events is linear. In a long step `slip_long_step` finds this
+    state on its way.
     """
     h, f = steps.dt, steps.f
     max_count = count + MAX_EVENTS_PER_STEP
@@ -608,7 +625,7 @@ def step_through_events(
             F_L = limit_force(plant, x_r, u_1)
             if abs(F_L) <= stick_limit(plant, law, x_r):
                 return x_r, 0.0, math.nan, 0, count, closest
-            # Break-away: F_L is linear in time, so it meets the limit at a quotient.
+            # Break-away: F_L is linear in time, so the time at the limit is a quotient.
             d = -sign(F_L)
             F_L = -d * law.F_fs
             meets = (F_L - limit_force(plant, x_r, u_0)) / (plant.m * slope)
@@ -629,7 +646,7 @@ def step_through_events(
             )
             x_end, v_end = x_r + d * way, d * v_end
         if stop == NEVER:
-            # What two ways of rounding make of a velocity next to zero.
+            # The search and the end state round differently where v_r is next to zero.
             if d * v_end < 0.0:
                 v_end = 0.0
             if len(substeps) == 0:
@@ -639,6 +656,7 @@ def step_through_events(
             if abs(v_end) > cancellation_threshold(steps, x_end):
                 return x_end, v_end, math.nan, d, count, closest
             return x_end, v_end, d * a_end, d, count, closest
+        # A stop: Eq. (9) decides between stick and slip.
         x_r += d * way
         v_r = 0.0
         begin = min(begin + stop, h)
@@ -665,7 +683,7 @@ def step_through_events(
 
 @inlined
 def slip_by_series(steps, v, a, r, h):
-    """Give distance and velocity after sliding for a time h, parameters as in `locate_stop`."""
+    """Return distance and velocity after sliding for h; parameters as in `locate_stop`."""
     if steps.brief:
         q = velocity_series(steps.factors, v, a, r - steps.c * a - steps.w * v)
         return series_distance(q, h), series_velocity(q, h)
@@ -675,7 +693,7 @@ def slip_by_series(steps, v, a, r, h):
 
 @inlined
 def acceleration_by_series(steps, v, a, r, h):
-    """Return the acceleration after sliding for a time h, parameters as in `locate_stop`."""
+    """Return the acceleration after sliding for h; parameters as in `locate_stop`."""
     j = r - steps.c * a - steps.w * v
     if steps.brief:
         return series_acceleration(velocity_series(steps.factors, v, a, j), h)
@@ -684,19 +702,19 @@ def acceleration_by_series(steps, v, a, r, h):
 
 @inlined
 def stop_in_short_step(steps, v, a, r, v_end, h):
-    """Give the first stop in a short step, or in what is left of it.
+    """Return the first stop in a short step, or in the rest of one.
 
     Parameters
     ----------
     v, a, r, h : float
         As in `locate_stop`.
     v_end : float
-        Velocity at the end, should the mass not stop before [m/s].
+        Velocity at h if the mass does not stop before [m/s].
 
     Returns
     -------
-    stop, way : float
-        When it stops [s] and how far it slides until then [m]; infinity when it does not.
+    stop, path : float
+        Time of the stop [s], infinity for none, and distance until then [m].
     """
     c, w = steps.c, steps.w
     j = r - c * a - w * v
@@ -713,7 +731,7 @@ def stop_in_short_step(steps, v, a, r, v_end, h):
 
 @inlined
 def stop_by_series(q, v_end, h):
-    """Give what `stop_in_short_step` does of a short stretch; -1 leaves it to the general way."""
+    """Return `stop_in_short_step` by the series; a time of -1 if the series does not decide."""
     if v_end > 0.0 and (q[1] >= 0.0 or series_acceleration(q, h) <= 0.0):
         return NEVER, 0.0
     if q[0] > 0.0 and v_end <= 0.0:
@@ -723,7 +741,7 @@ def stop_by_series(q, v_end, h):
 
 @compiled
 def stop_by_flow(c, w, v, a, r, v_end, h):
-    """Give what `stop_in_short_step` does of a stretch of any length, in the general way."""
+    """Return `stop_in_short_step` for any length, by `locate_stop`."""
     stop = locate_stop(c, w, v, a, r, h)
     if stop == NEVER:
         if v_end > 0.0 or v == 0.0:
@@ -733,23 +751,24 @@ def stop_by_flow(c, w, v, a, r, v_end, h):
     return stop, v * y + (a + c * v) * Y + r * YY
 
 
-# A step too long for a series, walked in parts up to the one that holds its first stop.
+# A step too long for a series, divided into substeps up to the first stop.
 
 
 MAX_SUBSTEPS = 64
-"""Parts, each no longer than a fine step, that are walked at most: a stop that is farther off
-is left to the general way. That takes long for each swing, but a creep at one stride."""
+"""Most substeps of a long step; `locate_stop` searches the rest. It tests every extremum in
+turn, but covers creep in one step."""
 
 
 class Substeps(NamedTuple):
-    """What a step too long for a series is walked in.
+    """Division of a step that is too long for a series.
 
     Attributes
     ----------
     h, h_short : float
-        Lengths of a part, which holds one extremum of v_r at most, and of a short one [s].
+        Length of a substep, which holds at most one extremum of v_r, and of a short one, which
+        a series serves [s].
     whole, short : tuple of float, shape (4,)
-        `flow` over them.
+        `flow` over each.
     """
 
     h: float
@@ -760,7 +779,7 @@ class Substeps(NamedTuple):
 
 @compiled
 def make_substeps(steps):
-    """Give the parts of such steps."""
+    """Return the division of such steps."""
     c, w = steps.c, steps.w
     h = steps.dt if steps.fine else FINE_STEP / characteristic_rate(c, w)
     h_short = h / max(math.ceil((c + math.sqrt(w)) * h / SHORT_SEGMENT), 1)
@@ -769,7 +788,7 @@ def make_substeps(steps):
 
 @inlined
 def slip_long_step(steps, substeps, v, a, r, h):
-    """Slide up to the first stop in a long step, or in what is left of it, or to its end.
+    """Slide to the first stop in a long step, or in the rest of one, or to its end.
 
     Parameters
     ----------
@@ -779,8 +798,8 @@ def slip_long_step(steps, substeps, v, a, r, h):
     Returns
     -------
     stop, way, v_end, a_end : float
-        When it stops [s], infinity when it does not; how far it slides until then, or to the
-        end [m]; velocity [m/s] and, at the end, acceleration there [m/s²].
+        Time of the stop [s], infinity for none; distance until then or until the end [m];
+        velocity [m/s] and, at the end, acceleration there [m/s²].
     """
     c, w = steps.c, steps.w
     s, way = 0.0, 0.0
@@ -816,7 +835,7 @@ def slip_long_step(steps, substeps, v, a, r, h):
 
 @inlined
 def skip_substeps(steps, substeps, v, a, r, s, h):
-    """Pass the parts from time s up to h that hold no stop; gives s, the way, v and a there."""
+    """Skip the substeps from s up to h without a stop; return s, distance, v and a there."""
     c, w = steps.c, steps.w
     length, (y, y_d, Y, YY) = substeps.h, substeps.whole
     way, coarse = 0.0, True
@@ -835,41 +854,41 @@ def skip_substeps(steps, substeps, v, a, r, s, h):
         s += length
 
 
-# On a spring contact of constant limit: hold and yield.
+# Elastic contact of constant limit: hold and yield.
 
 
 def march_elastic_samples(
     plant, law, u_dd, dt, n, end, x_r, v_r, x_0, mode, x_out, v_out, d_out, segments, at, log,
     count,
 ):  # fmt: skip
-    """March from sample n to sample `end`, or until trail or log is nearly full.
+    """March an elastic contact of constant limit to sample `end`, or until a log is full.
 
     Parameters
     ----------
-    law : Slider
-        Of constant normal force.
+    law : ElasticContactLaw
+        With constant normal force.
     x_0 : float
-        Where the contact carries no force [m].
+        Displacement at which the contact carries no force [m].
     mode : int
-        Of the contact, as in `touch`.
+        Of the contact, see `modes.HOLD`.
     d_out : array, shape (samples,)
-        Written: in which direction the contact yields, 0 where it holds.
-    trail, at : Trail, int
-        Where to write each beginning of a mode, and how many are written.
-    log, count : Log, int
-        Where to write changes of mode, and how many are written.
+        Overwritten with the direction of yielding, 0 while the contact holds.
+    segments, at : SeriesSegments, int
+        Log of the beginnings of modes, and number of entries.
+    log, count : EventLog, int
+        Log of the changes of mode, and number of entries.
     others
         As in `march`.
 
     Returns
     -------
     n, x_r, v_r, x_0, mode, at, count
-        The sample reached, the state there, and what is written; `count` is negative when one
+        Sample reached, the state there, and the numbers of entries; `count` is negative if one
         step holds too many events.
     """
     yield_steps = oscillator_steps(plant, dt)
     hold_steps = oscillator_steps(Plant(plant.m, plant.k_x + law.k_t, plant.b), dt)
-    # A contact that yields holds with the force it has, so a faint velocity decides nothing.
+    # A contact that ceases to yield keeps its force, so the sign of a tiny v_r decides nothing.
     yield_slip_steps = slip_steps(plant, law, dt)._replace(threshold_f=0.0, threshold_x=0.0)
     base_sums = as_engine_array(np.empty(CHUNK)), as_engine_array(np.empty(CHUNK))
     return march_elastic_chunks(
@@ -920,7 +939,7 @@ def march_elastic_chunks(
     x_base_sums,
     v_base_sums,
 ):
-    """March stretch by stretch, as `march_elastic_samples` says; the last two are scratch for one."""
+    """Run `march_elastic_samples` chunk by chunk; the last two arguments are work arrays."""
     x_limit = law.F_fk / law.k_t
     stiffness, f_k = law.k_t / plant.m, law.F_fk / plant.m
     begin, until = n, n
@@ -992,16 +1011,17 @@ def march_elastic_chunks(
 
 @inlined
 def advance_hold(steps, u_dd, n, until, x_r, v_r, f, low, high, x_out, v_out, d_out):
-    """Take whole steps while the contact holds: between two limits of x_r, there and back.
+    """Advance by whole steps while the contact holds: x_r stays between two limits.
 
-    Parameters and returns as in `advance_slip`, with the constant contact force per mass f [m/s²], and
-    the limits low and high [m] in place of the direction; `steps` is a `Whole`.
+    Parameters and returns as in `advance_slip`, with the constant contact force per mass f
+    [m/s²], and the limits `low` and `high` [m] in place of the direction; `steps` is an
+    `OscillatorSteps`.
 
     Notes
     -----
-    A fine step holds one extremum of v_r at most. So a velocity that falls as the step begins
-    is no greater than then until the mass turns, and no greater than at the end once it has
-    turned twice: where that takes x_r to no limit, its turns need not be known.
+    A fine step holds at most one extremum of v_r. If the speed decreases at first, it is at
+    most |v_r| up to the first reversal, and at most |v| after a second one. If moving at these
+    speeds for a whole step reaches no limit, the reversals need not be located.
     """
     c, w, dt, step_map = steps.c, steps.w, steps.dt, steps.step_map
     x_0, x_1, v_0, v_1 = steps.x_0, steps.x_1, steps.v_0, steps.v_1
@@ -1056,15 +1076,16 @@ def elastic_step_through_events(
     log,
     count,
 ):
-    """Carry the state through one step that may hold any number of events.
+    """Advance an elastic contact through a step with any number of events.
 
-    `stiffness` and `f_k` are k_t [1/s²] and F_fk [m/s²] per mass, the rest as in `march_elastic_samples`.
+    `stiffness` and `f_k` are k_t/m [1/s²] and F_fk/m [m/s²]; other parameters as in
+    `march_elastic_samples`.
     """
     h, c = yield_steps.dt, yield_steps.c
     slope = (u_1 - u_0) / h
     begin = 0.0
     max_count = count + MAX_EVENTS_PER_STEP
-    # The force of the contact does not jump, so neither does a: what takes no time keeps it.
+    # The contact force is continuous, and so is a: keep a over events that take no time.
     a, stopped = math.nan, 0
     while count < max_count:
         left = h - begin
@@ -1074,7 +1095,7 @@ def elastic_step_through_events(
         w, f = (hold_steps.w, -stiffness * x_0) if holding else (yield_steps.w, mode * f_k)
         if a != a:
             a = -(u_0 + slope * begin + c * v_r + w * x_r + f)
-            # A velocity that has just fallen to zero does not rise by the rounding of forces.
+            # A velocity that has just reached zero does not grow again by rounding of forces.
             a = 0.0 if stopped * a > 0.0 else a
         way = motion_direction(v_r, a, -slope)
         if way == 0:
@@ -1086,6 +1107,7 @@ def elastic_step_through_events(
                 next_stop(hold_steps, v, push, r, left) if gap > 0.0 else (0.0, 0.0, v)
             )
             if path >= gap:
+                # The contact reaches its limit before the mass stops: it yields.
                 s, x_next = 0.0, x_r
                 if gap > 0.0:
                     s, v = next_crossing(
@@ -1112,6 +1134,7 @@ def elastic_step_through_events(
         if stop > 0.0:
             a, stopped = math.nan, way
         if not holding:
+            # The mass stops: the contact holds, exactly at its limit.
             F_L = limit_force(plant, x_r, u_0 + slope * begin)
             x_0, mode = x_r - mode * x_limit, mode * AT_LIMIT
             at = record_segment(segments, at, n, begin, x_r, v_r, x_0, mode)
@@ -1119,38 +1142,38 @@ def elastic_step_through_events(
     return x_r, v_r, x_0, mode, at, -1
 
 
-# On the way between two end stops.
+# Between two end stops.
 
 
 @compiled
 def advance_between_stops(
     plant, u_dd, dt, n, end, xi, v_r, f, low, high, segments, at, full, z, mode
 ):
-    """Take whole steps while the mass goes on in its direction between two limits.
+    """Advance by whole steps while the mass moves in one direction between two limits.
 
     Parameters
     ----------
     u_dd, dt : array, float
-        Base acceleration at the samples [m/s²], and their distance [s].
+        Base acceleration at the samples [m/s²], and their interval [s].
     n, end : int
-        Step to begin with and the one to stop before.
+        First step, and the one to stop before.
     xi, v_r : float
         State at sample n [m, m/s].
     f, low, high : float
         Constant force per mass against the motion [m/s²], and limits of xi [m].
-    trail, at, full : Trail, int, int
-        Where to write the steps, how many are written and may be.
+    segments, at, full : Segments, int, int
+        Log of the steps, number of entries, and the most there may be.
     z, mode : float, int
-        What is written with each step.
+        Recorded with each step.
 
     Returns
     -------
     n, xi, v_r, at
-        The first step that wants a closer look, and the state there.
+        The first step that may hold an event, and the state there.
     """
     c, w = plant.b / plant.m, plant.k_x / plant.m
     if characteristic_rate(c, w) * dt > FINE_STEP:
-        # Only a fine step tells by its ends of a dip of v_r in between.
+        # Only in a fine step does the acceleration at both ends show a dip of v_r.
         return n, xi, v_r, at
     y, _, Y, YY = flow(c, w, dt)
     step_map = affine_map(c, w, 1.0, dt)
