@@ -26,6 +26,7 @@ from drysim.friction import (
     PetrovEwins,
     Stribeck,
 )
+from drysim.manual import pages
 from drysim.metrics.table import measure
 from drysim.scenario.load import load
 from drysim.scenario.reading import LAWS, numeric_keys
@@ -146,8 +147,7 @@ def test_exponent_between_is_taken():
 
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-SECTION = README[README.index("### Friction laws") : README.index("### All keys")]
+LAWS_PAGE, KEYS_PAGE = (pages()[name].text for name in ("friction", "keys"))
 LAW_M = PAPER.m
 STEPPING = [
     name for name in APPROACHES_BY_NAME if not hasattr(APPROACHES_BY_NAME[name], "orbit")
@@ -221,9 +221,9 @@ class TestWords:
         assert getattr(LAWS[name], "symbols", {}).keys() <= LAWS[name].model_fields.keys()
 
     def test_readme_tells_the_law_its_keys_and_shows_its_loop(self, name):
-        assert f"| `{name}` |" in SECTION
-        assert f"loops/friction-{name}.png" in SECTION
-        assert f"#### `friction` with `law: {name}`" in README
+        assert f"| `{name}` |" in LAWS_PAGE
+        assert f"loops/friction-{name}.png" in LAWS_PAGE
+        assert f"## `friction` with `law: {name}`" in KEYS_PAGE
 
 
 class TestFaults:

@@ -1,7 +1,8 @@
-"""README.md: nothing in it goes stale, and what it names is there."""
+"""README.md and the manual: nothing in them goes stale, and what they name is there."""
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import subprocess
@@ -12,15 +13,28 @@ from types import SimpleNamespace
 import proof
 import pytest
 import readme
-from readme import CONSOLE, MADE, PART, PYTHON, README, made
+from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, made
 
 import drysim
 from drysim import errors
 from drysim.cli import main
+from drysim.manual import SHELVES, for_terminal, pages
+from drysim.manual.words import COLUMN, KEY, METRIC, WARNING, entries, explain, similar
+from drysim.metrics.table import METRICS
 
 ROOT = Path(__file__).parents[1]
-BLOCKS = CONSOLE.findall(README)
-PROGRAMS = [(program, told) for _, program, told in PYTHON.findall(README)]
+ALL = "\n".join(TEXTS.values())
+FOLLOWED = [name for name, text in TEXTS.items() if CONSOLE.search(text) or PYTHON.search(text)]
+BLOCKS = [
+    pytest.param(name, at, id=f"{name}-{at}")
+    for name in FOLLOWED
+    for at in range(len(CONSOLE.findall(TEXTS[name])))
+]
+PROGRAMS = [
+    pytest.param(name, at, id=f"{name}-{at}")
+    for name in FOLLOWED
+    for at in range(len(PYTHON.findall(TEXTS[name])))
+]
 
 ROUNDING = (
     (r"\d+\.\d+\.\d+", "version"),
@@ -41,27 +55,58 @@ def rounded(text):
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
-    """Follow the README in a process of its own, which starts as a user's does."""
-    folder = tmp_path_factory.mktemp("readme")
-    command = [sys.executable, readme.__file__, str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
-    assert done.returncode == 0, done.stderr
-    return SimpleNamespace(folder=folder, **json.loads(done.stdout))
+    """Follow a page in a process of its own, which starts as a user's does; once each."""
+    seen = {}
+
+    def follow(name):
+        if name not in seen:
+            folder = tmp_path_factory.mktemp(name)
+            command = [sys.executable, readme.__file__, "--follow", name, str(folder)]
+            done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
+            assert done.returncode == 0, done.stderr
+            seen[name] = SimpleNamespace(folder=folder, **json.loads(done.stdout))
+        return seen[name]
+
+    return follow
 
 
 @pytest.mark.parametrize("name", MADE)
 def test_table_is_that_of_today(name):
-    parts = {name: part for _, name, part in PART.findall(README)}
+    parts = {name: part for _, name, part in PART.findall(ALL)}
     assert parts[name] == made(name), "`make readme` writes it anew"
 
 
-@pytest.mark.parametrize("at", range(len(BLOCKS)), ids=[b.splitlines()[0] for b in BLOCKS])
-def test_console_block_is_what_the_commands_print_today(walk, at):
-    assert rounded(BLOCKS[at]) == rounded(walk.screens[at])
+@pytest.mark.parametrize(("name", "at"), BLOCKS)
+def test_console_block_is_what_the_commands_print_today(walk, name, at):
+    assert rounded(CONSOLE.findall(TEXTS[name])[at]) == rounded(walk(name).screens[at])
+
+
+@pytest.mark.parametrize(("name", "at"), PROGRAMS)
+def test_python_example_prints_what_stands_below_it(walk, name, at):
+    assert rounded(PYTHON.findall(TEXTS[name])[at][2]) == rounded(walk(name).printed[at])
+
+
+def test_shell_commands_of_drysim_name_commands_and_options_that_exist():
+    lines = [
+        line.split("#")[0].split()
+        for block in re.findall(r"^```sh\n(.*?)^```$", ALL, re.S | re.M)
+        for line in block.splitlines()
+        if line.startswith("drysim ")
+    ]
+    assert lines
+    parts = re.findall(r"## `drysim (\w+).*?\n(.*?)(?=\n## |\Z)", TEXTS["commands"], re.S)
+    helped = dict(parts)
+    for _, command, *words in lines:
+        options = [word.partition("=")[0] for word in words if word.startswith("--")]
+        assert [word for word in options if word not in helped[command]] == []
+
+
+def test_readme_is_short():
+    assert len(README.splitlines()) <= 250
 
 
 def test_table_of_speed_and_error_has_the_shape_of_a_measured_one():
-    _, _, *lines = proof.PART.search(README)[2].splitlines()
+    _, _, *lines = proof.PART.search(TEXTS["speed"])[2].splitlines()
     rows = [line.strip("| ").split(" | ") for line in lines]
     known = [" ".join(filter(None, entry)) for entry in proof.ENTRIES]
     assert [name for name, *_ in rows] == known
@@ -76,33 +121,51 @@ def test_table_of_speed_and_error_has_the_shape_of_a_measured_one():
 def test_commands_behind_the_table_of_speed_and_error_are_named_and_known():
     for words in proof.COMMANDS.values():
         kept = [word for word in words if word not in ("--quiet", "--no-plots")]
-        assert f"`drysim {' '.join(kept[: kept.index('--out')])}`" in README
+        assert f"`drysim {' '.join(kept[: kept.index('--out')])}`" in TEXTS["speed"]
         assert main([*words, "--dry-run"]) == 0
 
 
-def test_python_example_prints_what_stands_below_it(walk):
-    assert PROGRAMS
-    for (_, told), heard in zip(PROGRAMS, walk.printed, strict=True):
-        assert rounded(told) == rounded(heard)
-
-
-def test_every_file_written_and_every_column_in_it_is_named(walk):
-    written = [file for file in walk.folder.glob("out/*/*") if file.is_file()]
-    names = {file.name for file in written}
+def test_every_file_written_and_every_column_in_it_is_explained(walk):
+    written = [file for name in FOLLOWED for file in walk(name).folder.glob("out/*/*")]
+    names, columns = {file.name for file in written if file.is_file()}, set()
     for file in written:
         if file.suffix == ".csv":
-            names |= set(file.read_text().splitlines()[0].split(","))
-    assert "t [s]" in names
-    swept = {name for name in names if re.match(r"\w+\.\w+ \[", name)}
-    assert [name for name in sorted(names - swept) if f"`{name}`" not in README] == []
+            columns |= set(file.read_text().splitlines()[0].split(","))
+    assert "t [s]" in columns
+    assert [name for name in sorted(names) if f"`{name}`" not in TEXTS["files"]] == []
+    assert [name for name in sorted(columns) if not explain(name)] == []
 
 
 def test_links_lead_somewhere():
-    heads = re.findall(r"^#+ (.*)$", README, re.M)
-    anchors = {"#" + re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
-    links = re.findall(r"\]\((?!https?:)([^)]*)\)", README)
-    assert links
-    assert [to for to in links if to not in anchors and not (ROOT / to).is_file()] == []
+    wrong = []
+    for name, text in TEXTS.items():
+        home = FILES[name].parent
+        for to in re.findall(r"\]\((?!https?:)([^)]*)\)", text):
+            file, _, anchor = to.partition("#")
+            target = (home / file) if file else FILES[name]
+            if not target.is_file() or (anchor and anchor not in anchors(target.read_text())):
+                wrong.append((name, to))
+    assert wrong == []
+
+
+def anchors(text):
+    """Return the anchors of the headings of a page."""
+    heads = re.findall(r"^#+ (.*)$", text, re.M)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def test_every_page_lies_in_its_shelf_and_is_listed():
+    home = ROOT / "src" / "drysim" / "manual"
+    there = {(file.parent.name, file.stem) for file in home.glob("*/*.md")}
+    assert there == {(shelf, name) for shelf, names in SHELVES.items() for name in names}
+    assert all(page.text.startswith("# ") for page in pages().values())
+
+
+def test_pages_for_the_terminal_have_no_pictures_and_no_markers():
+    for page in pages().values():
+        text = for_terminal(page)
+        assert "![" not in text
+        assert "<!--" not in text
 
 
 def test_every_public_name_exit_code_and_scenario_is_named():
@@ -110,11 +173,78 @@ def test_every_public_name_exit_code_and_scenario_is_named():
     gallery = {file.stem for file in (ROOT / "scenarios").glob("*.yaml")}
     for words in (codes, gallery, {f"drysim.{name}" for name in drysim.__all__}):
         assert words
-        assert [word for word in sorted(words) if f"`{word}`" not in README] == []
+        assert [word for word in sorted(words) if f"`{word}`" not in ALL] == []
 
 
 def test_every_make_target_named_is_there():
-    named = set(re.findall(r"\bmake (?:\w+=\S+ )?([a-z]+)\b", README))
+    named = set(re.findall(r"(?:^|`)make (?:\w+=\S+ )?([a-z]+)\b", ALL, re.M))
     there = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.M))
     assert "demo" in named
     assert named <= there
+
+
+def test_site_holds_every_page_and_needs_no_network(tmp_path):
+    pytest.importorskip("mkdocs")
+    command = [sys.executable, str(ROOT / "tests" / "tools" / "docs.py"), str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
+    assert done.returncode == 0, done.stderr  # a broken link or anchor is an error
+    html = {file.relative_to(tmp_path): file.read_text() for file in tmp_path.rglob("*.html")}
+    for page in pages().values():
+        assert Path(page.shelf, f"{page.name}.html") in html
+    assert "seat-on-em1" in (tmp_path / "search" / "search_index.json").read_text()
+    for text in html.values():
+        assert re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"?https?:", text) == []
+
+
+# What `explain` knows.
+
+
+def slugs():
+    """Return the slugs of all warnings in the source."""
+    found = set()
+    for file in (ROOT / "src" / "drysim").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "WarningMessage":
+                first = node.args[0]
+                if isinstance(first, ast.Constant):
+                    found.add(first.value)
+    return found
+
+
+def test_every_warning_in_the_source_is_explained_and_none_besides():
+    known = {one.word for one in entries() if one.kind == WARNING}
+    built = {"case-failed", "check-cannot-fail", "slow-scene", "large-response"}
+    assert known == slugs() | built
+
+
+def test_every_metric_and_every_key_of_the_schema_is_explained():
+    assert {one.word for one in entries() if one.kind == METRIC} == {one[0] for one in METRICS}
+    keys = {one.word for one in entries() if one.kind == KEY}
+    assert {"oscillator.mass", "friction.kinetic", "sweep", "checks", "measure.steady"} <= keys
+    assert all(one.text for one in entries())
+
+
+def test_exit_codes_events_approaches_and_laws_are_explained():
+    codes = [value for name, value in vars(errors).items() if name.startswith("EXIT_")]
+    assert all(explain(f"exit {code}") for code in codes)
+    for word in ("stick", "lift", "stick-slip", "signum", "leuven", "harmonic", "x_r", "F_L"):
+        assert explain(word), word
+
+
+def test_word_that_ends_keys_lists_them_and_a_misspelled_one_is_suggested():
+    assert {one.word for one in explain("kinetic")} == {"friction.kinetic"}
+    assert explain("frequancy") == []
+    assert "excitation.frequency" in similar("excitation.frequancy")
+    assert [one.kind for one in explain("t [s]")] == [COLUMN]
+
+
+def test_manual_and_explain_refuse_unknown_words_with_a_hint(drysim):
+    done = drysim("manual", "sweeep")
+    assert (done.code, done.out) == (2, "")
+    assert "did you mean `sweep`?" in done.err
+    done = drysim("explain", "stuck_shar")
+    assert (done.code, done.out) == (2, "")
+    assert "`stuck_share`" in done.err
+    assert drysim("explain", "T_a").out.startswith("T_a: metric\n")
+    assert drysim("manual", "--list").out.startswith("start\n  symbols")
+    assert drysim("manual").out.startswith("# Symbols\n")

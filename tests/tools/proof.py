@@ -1,6 +1,6 @@
-"""The table of speed and error in README.md: `make proof` measures it and writes it anew.
+"""The table of speed and error in the manual: `make proof` measures it and writes it anew.
 
-It runs the two benches that the README names beside it, with all other programs that are
+It runs the two benches that the page names beside it, with all other programs that are
 installed. Timings vary from run to run, so its numbers are not compared with those of today;
 `tests/test_readme.py` checks its shape.
 """
@@ -8,16 +8,16 @@ installed. Timings vary from run to run, so its numbers are not compared with th
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import peers
 
 from drysim.bench import scipy_ivp, speed_error
 from drysim.bench.score import BenchCase
 from drysim.bench.timing import BenchOptions
+from drysim.manual import pages
 from drysim.wording import format_number
 
-FILE = Path(__file__).parents[2] / "README.md"
+FILE = pages()["speed"].file
 PART = re.compile(r"(<!-- proof -->\n)(.*?)(?=<!-- end -->)", re.S)
 
 TERMS = {"repeats": 9, "patience": 0.1}

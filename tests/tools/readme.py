@@ -1,7 +1,8 @@
-"""What a machine can write of README.md: tables of keys and metrics, and what is printed.
+"""Generated parts of README.md and the manual: tables from the code, and what commands print.
 
-`make readme` runs this file, which writes them anew. With the name of a folder it works there,
-and prints what it has seen.
+`make readme` runs this file, which writes them anew; names of pages limit it to these. Every
+page is followed in a folder of its own. `--follow PAGE FOLDER` follows one and prints what it
+has seen.
 """
 
 from __future__ import annotations
@@ -17,140 +18,124 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
-from drysim.cli import main
+from typer.main import get_command
+
+from drysim.cli import app, main
 from drysim.errors import EXIT_BUG
+from drysim.manual import pages
+from drysim.manual.words import Entry, blocks
 from drysim.metrics.table import METRICS
-from drysim.scenario import schema
 
-FILE = Path(__file__).parents[2] / "README.md"
-README = FILE.read_text(encoding="utf-8")
-PART = re.compile(r"(<!-- (keys|metrics) -->\n)(.*?)(?=<!-- end -->)", re.S)
+ROOT = Path(__file__).parents[2]
+FILES = {"README": ROOT / "README.md"} | {name: page.file for name, page in pages().items()}
+"""The README and the pages of the manual, by name."""
+
+TEXTS = {name: file.read_text(encoding="utf-8") for name, file in FILES.items()}
+README = TEXTS["README"]
+PART = re.compile(r"(<!-- (keys|metrics|commands|speed) -->\n)(.*?)(?=<!-- end -->)", re.S)
+YAML = re.compile(r"<!-- file (\S+) -->\n```yaml\n(.*?)^```$", re.S | re.M)
 PYTHON = re.compile(r"(^```python\n(.*?)^```\n+```text\n)(.*?)(?=^```$)", re.S | re.M)
 CONSOLE = re.compile(r"(?<=^```console\n).*?(?=^```$)", re.S | re.M)
 
 TERMINAL = {"COLUMNS": "100", "LINES": "50", "TERM": "dumb", "DRYSIM_ENGINE": "compiled"}
-"""A screen as wide as the README; a dumb terminal takes no colour and no progress bar."""
-
-CONSTANT = {"const", "default"}
-"""A key with the first of these and without the other tells kinds of a block apart."""
-
-
-NOTES = "Notes\n-----"
-"""A heading of docstrings, which has no place within a line."""
-
-OPTIONS = "Options of another law, any of its keys: they count where a comparison names it."
-"""What stands for the blocks of all laws that a block of one law may hold."""
+"""A terminal as wide as the pages; a dumb one takes no colour and no progress bar."""
 
 
 def keys() -> Iterator[str]:
-    """Give a heading and a table for every block of a scenario, and for every kind of one."""
-    words = schema()
-    yield table(list(rows(words, words, deep=False)))
-    for key, field in words["properties"].items():
-        for way, block in blocks(words, field):
-            tag = [f"`{name}: {given['const']}`" for name, given in constants(block)]
-            yield f"\n#### {' with '.join([f'`{key}{way}`', *tag])}\n\n"
-            about = " ".join(block.get("description", "").replace(NOTES, "").split())
-            parts = [about, table(list(rows(words, block)))]
-            yield "\n\n".join(filter(None, parts)).rstrip("\n") + "\n"
+    """Write a heading and a table for every block of a scenario, and for every kind of it."""
+    for block in blocks():
+        if block.path:
+            kind = f" with `{block.kind}`" if block.kind else ""
+            yield f"\n## `{block.path}`{kind}\n\n"
+        prefix = f"{block.path}." if block.path else ""
+        lines = [row(one, prefix) for one in block.keys]
+        yield "\n\n".join(filter(None, [block.text, table(lines)])).rstrip("\n") + "\n"
+
+
+def row(key: Entry, prefix: str) -> tuple[str, ...]:
+    """Return a key as a row, without the path of its block."""
+    name, unit = key.word.removeprefix(prefix), key.unit.replace("-", "–")
+    return f"`{name}`", unit, shown(key.default), key.text.replace("|", "\\|")
+
+
+def shown(default: str) -> str:
+    """Return a default as a cell: values in code, what must be given in bold."""
+    if default.startswith("required"):
+        return re.sub("^required", "**required**", default)
+    return f"`{default}`" if default else "–"
 
 
 def table(lines: list[tuple[str, ...]]) -> str:
-    """Give a table of keys, if there are any."""
-    if not lines:
-        return ""
+    """Write a table of keys, if there are any."""
     head = ("key", "unit", "default", "meaning")
     cells = [head, ("---",) * len(head), *lines]
-    return "".join(f"| {' | '.join(line)} |\n" for line in cells)
-
-
-def rows(words, block, prefix="", deep=True) -> Iterator[tuple[str, ...]]:
-    """Give key, unit, default and meaning of every key of a block, and of the blocks in it."""
-    tags, told = [name for name, _ in constants(block)], False
-    for key, field in block["properties"].items():
-        if key in tags or (optional(field) and told):
-            continue
-        told = told or optional(field)
-        if optional(field):
-            yield f"`{prefix}<law>`", "", "–", OPTIONS
-            continue
-        text, unit = meaning(field)
-        yield f"`{prefix}{key}`", unit, default(block, key, field), text
-        for way, inner in blocks(words, field) if deep else ():
-            yield from rows(words, inner, f"{prefix}{key}{way}.")
-
-
-def optional(field) -> bool:
-    """Whether a field holds the options of another friction law."""
-    return field.get("$ref", "").endswith("Options")
-
-
-def meaning(field) -> tuple[str, str]:
-    """Give what a key means, and the unit that its text names in brackets."""
-    text = " ".join(field["description"].split())
-    unit = "".join(re.findall(r" \[([^\], ]+)\]", re.sub("`[^`]*`", "", text))[:1])
-    text = text.replace(f" [{unit}]", "", 1).replace("|", "\\|")
-    choices = field.get("enum", ())
-    if choices and not (str(choices[0]) in text and str(choices[-1]) in text):
-        text += f" One of {', '.join(f'`{word}`' for word in choices)}."
-    return text, unit.replace("-", "–")
-
-
-def default(block, key, field) -> str:
-    """Give what a key is when nobody says it."""
-    if key in block.get("required", ()):
-        return "**required**"
-    for rule in block.get("allOf", ()):
-        either = [option["required"][0] for option in rule.get("oneOf", ())]
-        if key in either:
-            others = " or ".join(f"`{other}`" for other in either if other != key)
-            return f"**required**, or {others}"
-    value = field.get("default")
-    for rule in block.get("allOf", ()):
-        either = [option["required"][0] for option in rule.get("anyOf", ())]
-        if key in either and value is not None:
-            others = " or ".join(f"`{other}`" for other in either if other != key)
-            return f"**required**, or {others}: then `{value}`"
-    if isinstance(value, bool | float):
-        value = f"{value:g}" if isinstance(value, float) else str(value).lower()
-    return "–" if value in (None, "", []) or isinstance(value, dict) else f"`{value}`"
-
-
-def constants(block) -> list[tuple[str, dict]]:
-    """Give the keys by which a block says of what kind it is."""
-    properties = block["properties"].items()
-    return [(key, field) for key, field in properties if {"const"} == field.keys() & CONSTANT]
-
-
-def blocks(words, field) -> Iterator[tuple[str, dict]]:
-    """Give the blocks that a field may hold, and the way there: a list, a key, or none."""
-    if "$ref" in field:
-        field = words["$defs"][field["$ref"].rpartition("/")[2]]
-    if "properties" in field:
-        yield "", field
-    for part in (*field.get("oneOf", ()), *field.get("anyOf", ())):
-        yield from blocks(words, part)
-    for key, way in (("items", "[]"), ("additionalProperties", ".<key>")):
-        if isinstance(field.get(key), dict):
-            yield from ((way + further, block) for further, block in blocks(words, field[key]))
-    for named in field.get("patternProperties", {}).values():
-        yield from ((".<key>" + further, block) for further, block in blocks(words, named))
+    return "".join(f"| {' | '.join(line)} |\n" for line in cells) if lines else ""
 
 
 def metrics() -> Iterator[str]:
-    """Give the table of metrics."""
+    """Write the table of metrics."""
     yield "| metric | unit | meaning |\n| --- | --- | --- |\n"
     for name, unit, about in METRICS:
         about = about.replace("|", "\\|")
         yield f"| `{name}` | {unit.replace('m/s2', 'm/s²').replace('-', '–')} | {about} |\n"
 
 
-MADE = {"keys": keys, "metrics": metrics}
+def commands() -> Iterator[str]:
+    """Write every command with its help and a table of its arguments and options."""
+    group = get_command(app)
+    for name, command in group.commands.items():
+        words = " ".join(filter(None, [f"drysim {name}", *map(usage, command.params)]))
+        yield f"\n## `{words}`\n\n{command.help}\n\n"
+        yield "| option | meaning |\n| --- | --- |\n"
+        for one in command.params:
+            if one.name == "help":
+                continue
+            about = " ".join((getattr(one, "help", "") or "").split()).replace("|", "\\|")
+            yield f"| `{spelled(one)}` | {about} |\n"
+    yield "\n"
+
+
+def usage(one) -> str:
+    """Return an argument as the usage line has it; nothing for options."""
+    if one.param_type_name != "argument":
+        return ""
+    word = one.metavar or one.name.upper()
+    return (word if one.required else f"[{word}]") + "..." * (one.nargs == -1)
+
+
+def spelled(one) -> str:
+    """Return an option or argument with its metavar."""
+    if one.param_type_name == "argument":
+        return one.metavar or one.name.upper()
+    names = ", ".join([*one.opts, *one.secondary_opts])
+    if one.is_flag:
+        return names
+    choices = get_args(one.type_descriptor.annotation)
+    words = [word for word in choices if isinstance(word, str)]
+    word = one.metavar or "|".join(words) or "N"
+    return f"{names} {word}".replace("|", "\\|")
+
+
+SHORT = ("stick-slip", "moreau", "signum", "solve_ivp events DOP853", "solve_ivp tanh LSODA")
+"""Rows of the measured table of speed and error that the README shows, by their beginnings."""
+
+
+def speed() -> Iterator[str]:
+    """Write the short table of speed and error, from the measured one."""
+    lines = re.search(r"<!-- proof -->\n(.*?)<!-- end -->", TEXTS["speed"], re.S)[
+        1
+    ].splitlines()
+    shown = [line for line in lines[2:] if line.removeprefix("| ").startswith(SHORT)]
+    yield from (f"{line}\n" for line in [*lines[:2], *shown])
+
+
+MADE = {"keys": keys, "metrics": metrics, "commands": commands, "speed": speed}
 
 
 def made(name: str) -> str:
-    """Give what belongs between the markers of a name."""
+    """Return what belongs between the markers of a name."""
     return "".join(MADE[name]())
 
 
@@ -158,12 +143,12 @@ class Screen(io.StringIO):
     """Stdout and stderr as a terminal shows them."""
 
     def isatty(self) -> bool:
-        """Say yes, so that long sentences are set in lines."""
+        """Claim to be a terminal, so that long sentences are wrapped."""
         return True
 
 
 def said(command: str, code: int) -> tuple[str, int]:
-    """Give what a command shows, and its exit code; `$?` is the code of the one before."""
+    """Return what a command prints, and its exit code; `$?` is the code of the one before."""
     if command.startswith("drysim "):
         screen = Screen()
         with contextlib.redirect_stdout(screen), contextlib.redirect_stderr(screen):
@@ -177,10 +162,10 @@ def said(command: str, code: int) -> tuple[str, int]:
     return done.stdout, done.returncode
 
 
-def screens() -> Iterator[str]:
-    """Type every command of the README, block after block, and give each block anew."""
+def screens(text: str) -> Iterator[str]:
+    """Type every command of a page, block after block, and return each block anew."""
     code = 0
-    for block in CONSOLE.findall(README):
+    for block in CONSOLE.findall(text):
         screen = ""
         for line in re.findall(r"^\$ (.*)$", block, re.M):
             answer, code = said(line, code)
@@ -189,33 +174,41 @@ def screens() -> Iterator[str]:
 
 
 def printed(program: str) -> str:
-    """Give what a program of the README prints."""
+    """Return what a program of a page prints."""
     screen = io.StringIO()
     with contextlib.redirect_stdout(screen):
         exec(program, {})
     return screen.getvalue()
 
 
-def followed(folder: str) -> dict[str, list[str]]:
-    """Follow the README in a folder from its first command to its last, then its Python."""
+def followed(name: str, folder: str) -> dict[str, list[str]]:
+    """Follow a page in a folder from its first command to its last, then its Python."""
     os.chdir(folder)
     os.environ.pop("FORCE_COLOR", None)
     os.environ |= TERMINAL
-    programs = [program for _, program, _ in PYTHON.findall(README)]
-    return {"screens": list(screens()), "printed": [printed(program) for program in programs]}
+    text = TEXTS[name]
+    for file, content in YAML.findall(text):
+        Path(file).write_text(content, encoding="utf-8")
+    programs = [program for _, program, _ in PYTHON.findall(text)]
+    return {
+        "screens": list(screens(text)),
+        "printed": [printed(program) for program in programs],
+    }
 
 
-def renewed(seen: dict[str, list[str]]) -> str:
-    """Give the README with its tables of today, and with what was seen on the way."""
-    text = PYTHON.sub(lambda part: part[1] + seen["printed"].pop(0), README)
+def renewed(text: str, seen: dict[str, list[str]]) -> str:
+    """Return a page with its tables of today, and with what was seen on the way."""
+    text = PYTHON.sub(lambda part: part[1] + seen["printed"].pop(0), text)
     text = CONSOLE.sub(lambda _: seen["screens"].pop(0), text)
     return PART.sub(lambda part: part[1] + made(part[2]), text)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:]:
-        print(json.dumps(followed(sys.argv[1])))
+    if sys.argv[1:2] == ["--follow"]:
+        print(json.dumps(followed(*sys.argv[2:])))
     else:
-        with tempfile.TemporaryDirectory() as folder:
-            text = renewed(followed(folder))
-        FILE.write_text(text, encoding="utf-8", newline="\n")
+        for name in sys.argv[1:] or TEXTS:
+            with tempfile.TemporaryDirectory() as folder:
+                text = renewed(TEXTS[name], followed(name, folder))
+                os.chdir(ROOT)
+            FILES[name].write_text(text, encoding="utf-8", newline="\n")

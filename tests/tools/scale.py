@@ -1,6 +1,6 @@
 """What a case of a large sweep costs, in threads and on a cluster: `make scale` prints it.
 
-README.md's plan for 1e6, 1e9 and 1e12 cases stands on these figures.
+The manual's plan for 1e6, 1e9 and 1e12 cases stands on these figures.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ import typer
 from typer.core import TyperGroup
 
 from drysim.cli import commands, options, process
+from drysim.cli.manual import explain, manual
 from drysim.cli.process import (
     INTERRUPT_REQUESTED,
     STREAM_ERRORS,
@@ -39,6 +40,7 @@ from drysim.errors import (
 COMMANDS: tuple[Callable[..., int], ...] = (
     commands.init, commands.run, commands.sweep, commands.compare, commands.validate,
     commands.summarise, commands.bench, commands.schema, commands.doctor,
+    manual, explain,
 )  # fmt: skip
 """As somebody new may need them, and as the help lists them."""
 

@@ -1,0 +1,92 @@
+"""The commands `manual` and `explain`, and the words that the shell completes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated
+
+import typer
+
+from drysim.cli.process import tolerate_closed_pipe
+from drysim.errors import EXIT_OK, UsageError
+
+CHECKS = "checks="
+"""Key whose values are completed by metrics."""
+
+
+def page_names() -> list[str]:
+    """Return the pages of the manual, for the completion of the shell."""
+    from drysim.manual import pages
+
+    return list(pages())
+
+
+def known_words() -> list[str]:
+    """Return all words that `explain` knows, for the completion of the shell."""
+    from drysim.manual.words import entries
+
+    return [entry.word for entry in entries()]
+
+
+def overrides_begun(incomplete: str) -> Iterator[str]:
+    """Complete `--set`: keys of a scenario, and metrics behind `checks=`."""
+    from drysim.manual.words import KEY, METRIC, entries
+
+    if incomplete.startswith(CHECKS):
+        head = incomplete.rstrip("_abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
+        yield from (head + one.word for one in entries() if one.kind == METRIC)
+    else:
+        yield from dict.fromkeys(f"{one.word}=" for one in entries() if one.kind == KEY)
+
+
+Name = Annotated[
+    str | None,
+    typer.Argument(metavar="PAGE", autocompletion=page_names, help="Default: the symbols."),
+]
+List = Annotated[bool, typer.Option("--list", help="List the pages.")]
+Word = Annotated[
+    str,
+    typer.Argument(
+        metavar="WORD",
+        autocompletion=known_words,
+        help="Scenario key, metric, column, warning, exit code, approach, law or event.",
+    ),
+]
+
+
+def manual(name: Name = None, listed: List = False) -> int:
+    """Show a page of the manual."""
+    from drysim.console.pages import list_pages, show_page
+    from drysim.manual import FIRST, pages
+
+    known = pages()
+    if name is not None and name not in known:
+        from difflib import get_close_matches
+
+        close = get_close_matches(name, known, 1)
+        hint = f"did you mean `{close[0]}`? " if close else ""
+        raise UsageError(f"no page `{name}` in the manual", f"{hint}see `drysim manual --list`")
+    with tolerate_closed_pipe():
+        if listed:
+            list_pages()
+        else:
+            show_page(known[name or FIRST])
+    return EXIT_OK
+
+
+def explain(word: Word) -> int:
+    """Explain a word: a key, metric, column, warning, exit code, approach, law or event."""
+    from drysim.console.pages import show_entries
+    from drysim.manual.words import explain as meanings
+    from drysim.manual.words import similar
+
+    found = meanings(word)
+    if not found:
+        close = ", ".join(f"`{other}`" for other in similar(word))
+        hint = (
+            f"did you mean {close}?" if close else "`drysim manual symbols` lists the symbols"
+        )
+        raise UsageError(f"no word `{word}`", hint)
+    with tolerate_closed_pipe():
+        show_entries(found)
+    return EXIT_OK

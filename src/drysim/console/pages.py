@@ -1,0 +1,48 @@
+"""Pages of the manual, and explanations of words, in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from drysim.console import terminal
+from drysim.manual import SHELVES, Page, for_terminal, pages
+from drysim.manual.words import Entry
+
+WIDEST = 100
+"""Columns of a page at most: longer lines are hard to read."""
+
+
+def show_page(page: Page) -> None:
+    """Show a page: set by rich at a terminal, as Markdown in a pipe."""
+    text, paper = for_terminal(page), terminal.stdout()
+    if isinstance(paper, terminal.Plain):
+        terminal.print_stdout(text.rstrip("\n"))
+        return
+    from rich.markdown import Markdown
+
+    paper.print(Markdown(text), width=min(paper.width, WIDEST), soft_wrap=False)
+
+
+def list_pages() -> None:
+    """Show the names and titles of all pages, by shelf."""
+    known = pages()
+    width = 2 + max(map(len, known))
+    for shelf, names in SHELVES.items():
+        terminal.print_stdout(shelf)
+        for name in names:
+            terminal.print_stdout(f"  {name:<{width}}{known[name].title}")
+
+
+def show_entries(entries: Iterable[Entry]) -> None:
+    """Show what a word means; several meanings follow each other."""
+    for i, entry in enumerate(entries):
+        if i:
+            terminal.print_stdout("")
+        unit = f" [{entry.unit}]" if entry.unit and entry.unit not in "-–" else ""
+        terminal.print_stdout(f"{entry.word}{unit}: {entry.kind}")
+        paper = terminal.stdout()
+        terminal.print_paragraph(paper, "  ", entry.text)
+        facts = {"default": entry.default, "where": entry.where, "example": entry.example}
+        for name, fact in facts.items():
+            if fact:
+                terminal.print_paragraph(paper, f"  {name + ':':<9}", fact)
