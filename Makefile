@@ -7,43 +7,50 @@ RUN := $(VENV)/bin/python -m
 OLDEST ?= python3.11
 MINIMUM := .venv-minimum
 READY := $(VENV)/.ready
+TOOLS := $(VENV)/.tools
 INPUTS ?= 1000000
 CHANGES ?= 6
 FILES ?=
 SHARED := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help install fmt lint types layers test minimum slow fuzz mutate coverage check bench proof scale laws demo paper readme pictures schema clean
+.PHONY: help install fmt lint types layers test minimum slow fuzz mutate coverage check bench proof scale laws demo paper readme docs pictures schema clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' Makefile
 
-install: $(READY) ## make .venv with drysim and the tools of its developers
+install: $(TOOLS) ## make .venv with drysim and the tools of its developers
 
-# The stamp comes last, so an interrupted installation starts afresh.
+# Stamps come last, so an interrupted installation starts afresh.
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "drysim needs Python 3.11 or newer; name one: make PYTHON=python3.11 install" >&2; exit 1; }
-	$(PYTHON) -m venv $(VENV)
-	$(RUN) pip install --quiet --disable-pip-version-check --editable '.[dev]'
-	$(RUN) compileall -q src
+	@echo "installing drysim into $(VENV): numpy, scipy, numba, matplotlib and some more"
+	@$(PYTHON) -m venv $(VENV)
+	@$(RUN) pip install --quiet --disable-pip-version-check --editable .
+	@$(RUN) compileall -q src
 	@touch $@
 
-fmt: $(READY) ## put the code into shape
+$(TOOLS): $(READY)
+	@echo "installing the developers' tools into $(VENV)"
+	@$(RUN) pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+fmt: $(TOOLS) ## put the code into shape
 	$(RUN) ruff check --fix src tests
 	$(RUN) ruff format src tests
 
-lint: $(READY) ## ruff: rules and shape
+lint: $(TOOLS) ## ruff: rules and shape
 	$(RUN) ruff check src tests
 	$(RUN) ruff format --check src tests
 
-types: $(READY) ## mypy, strict
+types: $(TOOLS) ## mypy, strict
 	$(RUN) mypy
 
-layers: $(READY) ## who may import whom
+layers: $(TOOLS) ## who may import whom
 	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo
 
-test: $(READY) ## the tests, all but the slow ones; three minutes on two cores
+test: $(TOOLS) ## the tests, all but the slow ones; three minutes on two cores
 	$(RUN) pytest -m "not slow" $(SHARED)
 
 minimum: $(MINIMUM)/.ready ## the same tests on the lowest versions that drysim declares
@@ -56,16 +63,16 @@ $(MINIMUM)/.ready: pyproject.toml tests/minimum.txt
 	@touch $@
 
 # Some of the slow tests start processes of their own.
-slow: $(READY) ## the slow tests; seven minutes on two cores
+slow: $(TOOLS) ## the slow tests; seven minutes on two cores
 	$(RUN) pytest -m slow $(SHARED) --maxprocesses 2
 
-fuzz: $(READY) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
+fuzz: $(TOOLS) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
 	cd tests && PYTHONPATH=tools ../$(RUN) fuzz --inputs $(INPUTS)
 
-mutate: $(READY) ## change the core in one place at a time, and see whether tests notice; hours
+mutate: $(TOOLS) ## change the core in one place at a time, and see whether tests notice; hours
 	$(VENV)/bin/python tests/tools/mutate.py $(CHANGES) $(FILES)
 
-coverage: $(READY) ## branch coverage of src under the plain engine, gaps named; a quarter of an hour
+coverage: $(TOOLS) ## branch coverage of src under the plain engine, gaps named; a quarter of an hour
 	$(RUN) coverage erase
 	DRYSIM_ENGINE=plain $(RUN) coverage run -m pytest -m "not slow" $(SHARED)
 	$(RUN) coverage combine --quiet
@@ -73,22 +80,25 @@ coverage: $(READY) ## branch coverage of src under the plain engine, gaps named;
 
 check: lint types layers test ## all but the slow tests
 
-bench: $(READY) ## time every approach by pytest-benchmark; apart from the tests
+bench: $(TOOLS) ## time every approach by pytest-benchmark; apart from the tests
 	$(RUN) pytest tests/bench -o python_files='speed_*.py' --benchmark-max-time=0.3 \
 	  --benchmark-columns=min,median,iqr,rounds --benchmark-group-by=group
 
-proof: $(READY) ## measure the table of speed and error in README.md anew; some minutes
+proof: $(TOOLS) ## measure the table of speed and error in README.md anew; some minutes
 	$(VENV)/bin/python tests/tools/proof.py
 
-scale: $(READY) ## measure what a case of a large sweep costs, in threads and on a cluster; a minute
+scale: $(TOOLS) ## measure what a case of a large sweep costs, in threads and on a cluster; a minute
 	$(VENV)/bin/python tests/tools/scale.py
 
-laws: $(READY) ## time the laws without a closed form beside scipy's integrators; half a minute
+laws: $(TOOLS) ## time the laws without a closed form beside scipy's integrators; half a minute
 	$(VENV)/bin/python tests/tools/law_speed.py
 
-demo: $(READY) ## compute and draw a seat on the EM1 base motion, and the paper's Fig. 3
-	$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1
-	$(RUN) drysim sweep scenarios/paper-low-friction.yaml --out out/paper-low-friction
+demo: $(READY) ## compute and draw a seat on a recorded base motion, and the paper's Fig. 3
+	@echo "a driver's seat on a recorded floor: drysim run scenarios/seat-on-em1.yaml"
+	@$(RUN) drysim run scenarios/seat-on-em1.yaml --out out/seat-on-em1
+	@echo "its picture: out/seat-on-em1/response.png"
+	@echo "288 harmonic cases: drysim sweep scenarios/paper-low-friction.yaml (compiles first)"
+	@$(RUN) drysim sweep scenarios/paper-low-friction.yaml --out out/paper-low-friction
 	@echo "The pictures:"; ls out/seat-on-em1/*.png out/paper-low-friction/*.png
 
 paper: $(READY) ## compute and draw the paper's Figs. 3, 4 and 5
@@ -98,10 +108,13 @@ paper: $(READY) ## compute and draw the paper's Figs. 3, 4 and 5
 	$(RUN) drysim compare signum vs stick-slip -s scenarios/paper-random.yaml --out out/paper-random-compare
 	@echo "The pictures:"; ls out/paper-*/*.png
 
-readme: $(READY) ## write tables and console output of README.md anew
+readme: $(TOOLS) ## write tables and console output of README.md and the manual anew
 	$(VENV)/bin/python tests/tools/readme.py
 
-pictures: $(READY) ## draw the pictures of README.md
+docs: $(TOOLS) ## build the manual as a web site in out/site
+	$(VENV)/bin/python tests/tools/docs.py out/site
+
+pictures: $(TOOLS) ## draw the pictures of README.md and the manual
 	$(VENV)/bin/python scenarios/pictures/draw.py
 
 schema: $(READY) ## write the JSON schema of scenarios beside the gallery
