@@ -103,8 +103,8 @@ def import_numba() -> Any:
         reason, *_ = str(fault).partition(". ")
         raise DrysimError(
             f"the compiler (numba) cannot be loaded: {reason}",
-            f"it takes some 0.5 GB of address space (ulimit -v); {ENGINE_VARIABLE}={PLAIN} does "
-            "without it, more slowly",
+            "it needs about 0.5 GB of address space (see ulimit -v); "
+            f"{ENGINE_VARIABLE}={PLAIN} runs without it, more slowly",
         ) from fault
     return numba
 
@@ -208,7 +208,7 @@ def checked_cache_class() -> Any:
                 sealed = stream.read()
             checksum, words = sealed[:CHECKSUM_BYTES], sealed[CHECKSUM_BYTES:]
             if hashlib.sha256(words).digest() != checksum:
-                raise ValueError("a kernel on disk is not what was written")
+                raise ValueError("checksum of a cached kernel does not match")
             return pickle.loads(words)
 
         def _write(self, path: str, data: Any) -> None:

@@ -465,7 +465,7 @@ def interpolate_displacement(
     motion: Samples, n: NDArray[np.intp], q: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return u [m] at the fraction q of the steps n: the cubic whose second derivative is ü."""
-    assert motion.u is not None, "asked for where u is known only"
+    assert motion.u is not None, "u must be known"
     p = 1.0 - q
     u_dd = motion.u_dd[:]
     bend = (p**3 - p) * u_dd[n] + (q**3 - q) * u_dd[n + 1]
