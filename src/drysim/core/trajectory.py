@@ -1546,7 +1546,7 @@ def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi)
 def write_turning_points(
     plant, law, waves, u_dd, dt, segments, lengths, whole, x_rM, at, t_out, x_out
 ):
-    """Write the start of each segment and its turning points, until all or the buffer is done.
+    """Write the start of each segment and its turning points, until the buffer is full.
 
     Parameters
     ----------
