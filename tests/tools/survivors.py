@@ -16,14 +16,17 @@ SPARE = "the last lines of trail and log are held in reserve: one more is free"
 EXPLAINED = {
     (
         "dynamic_friction.py",
-        "return (math.sqrt(FLAT) if law.exponent == -2 else FLAT ** (1.0 / law.exponent)) "
-        "* law.v_s",
+        "math.sqrt(FLAT_EXPONENT) if law.exponent == -2 "
+        "else FLAT_EXPONENT ** (1.0 / law.exponent)",
     ): "a square root is a power, too, and is written for its speed",
     ("march.py", "while n <= end and at <= full and count < full:"): SPARE,
-    ("march.py", "if stalled >= STALL:"): "a hundred events without progress are as many",
     (
         "march.py",
-        "kind = LIFT if mode == FREE else (STICK if holds(mode) else mode / SLIP)",
+        "if stalled >= MAX_STALLED_EVENTS:",
+    ): "a hundred events do as well",
+    (
+        "march.py",
+        "kind = LIFT if mode == FREE else (STICK if is_holding(mode) else mode / SLIP)",
     ): "a slip is the number 1",
     ("roots.py", "if low > 1.0:"): "a step that is shorter than it might be is as safe",
     ("roots.py", "return h - h * h * h * k / (6.0 * a - (6.0 * j + 3.0 * k * h) * h)"): (
@@ -82,7 +85,7 @@ EXPLAINED = {
     ("taylor.py", "if slow > 0.0 and d * v < slow:"): (
         "no speed is the one from which friction has fallen to the last bit"
     ),
-    ("trajectory.py", "anchor(waves, plant, law, t[0], 1.0)"): (
+    ("trajectory.py", "set_phases(waves, plant, law, t[0], 1.0)"): (
         "a table holds what a wave of amplitude 1 does: the direction of friction is not in it"
     ),
     ("roots.py", "s = gap / v if 0.0 < gap < v * h else 0.5 / h"): GUESS,
@@ -121,9 +124,9 @@ EXPLAINED = {
     ),
     (
         "orbit.py",
-        "answer[STATUS] = STORM if count < 0 else (CROWDED if reached <= length else OVERFLOW)",
+        "ENDLESS_EVENTS if count < 0 else (LOG_FULL if reached <= length else OVERFLOW)",
     ): ("a crowded case is solved once more by itself, and that says what it is"),
-    ("trajectory.py", "steady = w > 1.0 and w - 0.25 * c * c >= CALM * w"): SLOWER,
+    ("trajectory.py", "steady = w > 1.0 and w - 0.25 * c * c >= UNDERDAMPED_SHARE * w"): SLOWER,
     (
         "oscillator.py",
         "a_14, j_14 = next_factor(c, w, a_13, a_12, -14), next_factor(c, w, j_13, j_12, 14)",
@@ -138,10 +141,10 @@ EXPLAINED = {
     ),
     ("model.py", "omega: float = 1.0"): "what does not vary has no frequency",
     ("march.py", "return (down, 1) if down <= up else (up, -1)"): NEITHER,
-    ("trajectory.py", "span, g, r, u_0, slope = span_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
+    ("trajectory.py", "span, g, r, u_0, slope = load_ramp_at(law, 0.0), 1.0, 0.0, 0.0, 0.0"): (
         FIRST
     ),
-    ("orbit.py", "if events <= 0 or events + ROOM >= capacity:"): (
+    ("orbit.py", "if events <= 0 or events + SINES_LOG_RESERVE >= capacity:"): (
         "a log that is full to the last line stands for one that is too small"
     ),
     ("oscillator.py", "square = q[1] * q[1] + 4.0 * q[0] * q[2]"): GUESS,
@@ -149,23 +152,23 @@ EXPLAINED = {
         "taylor.py",
         "return 1.0, h, 0",
     ): "no last term is read of bristles that have not settled",
-    ("taylor.py", "for rounds in range(1, MOST_ROUNDS - 1):"): (
+    ("taylor.py", "for iterations in range(1, MAX_ITERATIONS - 1):"): (
         "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
     ),
-    ("model.py", "KEPT = -1 << 20"): "what is not kept is made anew: the same, more slowly",
+    ("model.py", "MAX_KEPT = -1 << 20"): "what is not kept is made anew: the same, more slowly",
     ("sampled.py", "if s < 1.0 or not low < x_r + way * path < high:"): SLOWER,
-    ("taylor.py", "limits = Law(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
+    ("taylor.py", "limits = CoulombLaw(law.F_fs, law.F_fs, 1.0, 0.0, 0.0)"): (
         "no wave stands for the limits of a dynamic law, so how they swing is not read"
     ),
     ("taylor.py", "if down <= up:"): NEITHER,
-    ("taylor.py", "return last, step, rounds, 0, 1.0"): (
+    ("taylor.py", "return last, step, iterations, 0, 1.0"): (
         "how long to wait before bristles are asked again is chosen for speed"
     ),
     ("oscillator.py", "dip_factor * (0.25 * c - w * dt) * dt,"): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
     ),
-    ("trajectory.py", "if stretch.w * (h - turn) * (h - turn) < math.pi / math.pi:"): SLOWER,
+    ("trajectory.py", "if segment.w * (h - turn) * (h - turn) < math.pi / math.pi:"): SLOWER,
     ("trajectory.py", "low, high = (0.0, x_rM) if size <= x_rM else (x_rM, math.inf)"): (
         "at the very limit both sides end there"
     ),
@@ -175,9 +178,9 @@ EXPLAINED = {
     ),
     (
         "taylor.py",
-        "s = length if min(stay, looked) > left else s + min(stay, looked)",
+        "s = length if min(stay, horizon) > left else s + min(stay, horizon)",
     ): "s + left is the length but for rounding, and a step of a rounding more ends there",
-    ("events.py", "ENOUGH = -3"): "trail and log have more room than a kernel may fill",
+    ("events.py", "LOG_RESERVE = -3"): "trail and log have more room than a kernel may fill",
     ("trajectory.py", "if t[middle] < at:"): "two stretches have one state where they meet",
     ("roots.py", "square = a * a + 2.0 * v * (r - c * a - w * v)"): GUESS,
     ("roots.py", "if now.s - step >= h:"): "what is found behind the end is not told",

@@ -1,13 +1,13 @@
-"""The engine: kernels compiled by numba or as plain Python, and their cache.
+"""Engine of the core: kernels compiled by numba or run as plain Python, and their cache.
 
-The kernels of the core have one source and two engines: compiled by numba, or left as plain
-Python. The engine is settled once, before the first kernel is imported.
+The kernels have one source and two engines. The engine is chosen once, before the first kernel
+is imported.
 
-Compiled kernels are kept in the user's cache folder under a name made from the core's source,
-Python and numba, so that they are never stale. A power loss may leave a file that is cut short
-or ends in zeros. Numba would fail on the first in every process, and run the second: so each
-file is kept with its checksum, which is verified before a byte is unpickled, and one that is
-not whole counts as not there and is compiled again. Nor is a full disk an error.
+Compiled kernels are cached on disk in the user's cache folder, under a key made of the core's
+source, Python and numba versions, so a cached kernel is never stale. A power loss may truncate
+a cached file or fill its end with zeros. Numba would fail on the first in every process and
+execute the second. Each file is therefore stored with its checksum, which is verified before
+unpickling; a damaged file counts as missing and is compiled again. A full disk is not an error.
 """
 
 from __future__ import annotations
@@ -33,39 +33,39 @@ ENGINE_VARIABLE = "DRYSIM_ENGINE"
 PLAIN, COMPILED, AUTO = "plain", "compiled", "auto"
 
 MAX_PLAIN_STEPS = 200_000
-"""Up to this many steps plain Python ends before the compiler is loaded (2 µs a step)."""
+"""Most steps for which plain Python (2 µs per step) is faster than loading the compiler."""
 
 COLD_CACHE_FACTOR = 10
-"""So many times as much work is worth it to compile what a law has of its own: 20 s, once."""
+"""Multiple of `MAX_PLAIN_STEPS` that justifies compiling kernels not yet cached: 20 s, once."""
 
 CHECKSUM_BYTES = 32
-"""Bytes at the beginning of a cached file: the SHA-256 of all behind them."""
+"""Length of the SHA-256 checksum at the start of a cached file."""
 
 
 # The kernels.
 
 
 def compiled(function: Kernel) -> Kernel:
-    """Compile a kernel with numba and keep it on disk; leave it alone in the plain engine.
+    """Compile a kernel with numba and cache it on disk; unchanged in the plain engine.
 
-    A kernel may not allocate: arrays come from its caller and are not counted as references,
-    which would cost more than a step at each call. One that serves small scenes takes few
-    arguments and no tuples: numba looks at each of them, and longest at those.
+    A kernel must not allocate: arrays come from the caller and are not reference-counted, which
+    would cost more than a step per call. A kernel for small scenes takes few arguments and no
+    tuples, because numba unboxes every argument at each call, tuples most slowly.
     """
     return function if is_plain() else jit(function, forceinline=False)
 
 
 def inlined(function: Kernel) -> Kernel:
-    """Compile a kernel like `compiled`, into its callers: for what a hot loop calls often."""
+    """Compile a kernel like `compiled`, inlined into its callers: for hot loops."""
     return function if is_plain() else jit(function, forceinline=True)
 
 
 def inlined_with_fma(function: Kernel) -> Kernel:
-    """Compile a kernel like `inlined`, with the sum of a product rounded once, not twice.
+    """Compile a kernel like `inlined`, with fused multiply-add (one rounding, not two).
 
-    That is less work where all lanes of a register are busy. What is mirrored stays so; plain
-    Python rounds twice and agrees to rounding. A kernel that others share may be given too: it
-    stays what it is for them.
+    It is faster where all vector lanes are busy. Mirror symmetry is preserved; plain Python
+    rounds twice and agrees to rounding. A kernel shared with other callers is not changed for
+    them.
     """
     if is_plain():
         return function
@@ -74,7 +74,7 @@ def inlined_with_fma(function: Kernel) -> Kernel:
 
 
 def jit(function: Kernel, subfolder: str = "", **options: Any) -> Kernel:
-    """Compile a kernel, with the cache folder of exactly this source, or one beneath it."""
+    """Compile a kernel with the cache folder of this source, or a subfolder of it."""
     numba = import_numba()
     make: Any = numba.njit
     kernel = make(nogil=True, error_model="numpy", _nrt=False, **options)(function)
@@ -90,12 +90,12 @@ def jit(function: Kernel, subfolder: str = "", **options: Any) -> Kernel:
 
 
 def import_numba() -> Any:
-    """Return numba.
+    """Import and return numba.
 
     Raises
     ------
     DrysimError
-        When it cannot be loaded: a part of it may be missing, or the memory for it.
+        If numba cannot be loaded, for lack of a file or of memory.
     """
     try:
         import numba
@@ -103,20 +103,20 @@ def import_numba() -> Any:
         reason, *_ = str(fault).partition(". ")
         raise DrysimError(
             f"the compiler (numba) cannot be loaded: {reason}",
-            f"it takes some 0.5 GB of address space (ulimit -v); {ENGINE_VARIABLE}={PLAIN} does "
-            "without it, more slowly",
+            "it needs about 0.5 GB of address space (see ulimit -v); "
+            f"{ENGINE_VARIABLE}={PLAIN} runs without it, more slowly",
         ) from fault
     return numba
 
 
 def is_compiling() -> bool:
-    """Return whether a kernel is being compiled just now, which nothing may interrupt."""
+    """Return whether a kernel is being compiled now, which must not be interrupted."""
     lock = sys.modules.get("numba.core.compiler_lock")
     return lock is not None and bool(lock.global_compiler_lock.is_locked())
 
 
 def as_engine_array(values: Any) -> Any:
-    """Return an array as the engine reads it fastest: plain Python indexes lists."""
+    """Return an array in the fastest form for the engine: plain Python indexes lists."""
     return values.tolist() if is_plain() and hasattr(values, "tolist") else values
 
 
@@ -124,12 +124,12 @@ def as_engine_array(values: Any) -> Any:
 
 
 def engine() -> str:
-    """Return the engine in force: `plain` or `compiled`.
+    """Return the requested engine: `plain` or `compiled`.
 
     Raises
     ------
     ValueError
-        When the environment variable DRYSIM_ENGINE holds another word.
+        If the environment variable DRYSIM_ENGINE has another value.
     """
     word = os.environ.get(ENGINE_VARIABLE, AUTO)
     if word not in (PLAIN, COMPILED, AUTO):
@@ -141,19 +141,20 @@ def engine() -> str:
 
 @cache
 def is_plain() -> bool:
-    """Return whether the kernels are plain; the first kernel settles it for all of them."""
+    """Return whether the kernels are plain; the first call fixes the answer for the process."""
     return engine() == PLAIN
 
 
 def choose_engine(steps: int, kernels: str = "") -> None:
-    """Settle `auto` for a job of so many steps; nothing to do once kernels are loaded.
+    """Choose the engine for `auto` from the size of a job; no effect once kernels are loaded.
 
     Parameters
     ----------
     steps : int
-        In steps of sampled motion under Coulomb's law.
+        Work in steps of sampled motion with Coulomb friction.
     kernels : str
-        What the job needs besides, as `module.function`, any of them, separated by blanks.
+        Kernels specific to the job as `module.function`, separated by blanks; one of them
+        suffices.
     """
     loaded = "drysim.core.oscillator" in sys.modules
     if loaded or os.environ.get(ENGINE_VARIABLE, AUTO) != AUTO:
@@ -165,7 +166,7 @@ def choose_engine(steps: int, kernels: str = "") -> None:
 
 
 def is_cached(kernels: str) -> bool:
-    """Return whether one of these kernels is on disk already, named as in `choose_engine`."""
+    """Return whether one of these kernels, named as in `choose_engine`, is on disk."""
     folder = cache_folder()
     return not kernels or any(
         folder is not None and any(folder.glob(f"*/{name}-*.nbi")) for name in kernels.split()
@@ -177,14 +178,14 @@ def is_cached(kernels: str) -> bool:
 
 @cache
 def checked_cache_class() -> Any:
-    """Return the class of numba's caches that hold what is whole, and else nothing.
+    """Return a numba cache class that verifies checksums and ignores damaged files.
 
-    The folder is that which numba is set to, see `cache_folder`.
+    The folder is the one set in numba's configuration, see `cache_folder`.
     """
     from numba.core.caching import FunctionCache, IndexDataCacheFile
 
     class ChecksummedIndex(IndexDataCacheFile):
-        """The index of a function's kernels, and the kernels, in files with a checksum."""
+        """Index and kernels of a function, in files with a checksum."""
 
         def _load_index(self) -> Any:
             try:
@@ -207,7 +208,7 @@ def checked_cache_class() -> Any:
                 sealed = stream.read()
             checksum, words = sealed[:CHECKSUM_BYTES], sealed[CHECKSUM_BYTES:]
             if hashlib.sha256(words).digest() != checksum:
-                raise ValueError("a kernel on disk is not what was written")
+                raise ValueError("checksum of a cached kernel does not match")
             return pickle.loads(words)
 
         def _write(self, path: str, data: Any) -> None:
@@ -216,7 +217,7 @@ def checked_cache_class() -> Any:
                 stream.write(hashlib.sha256(words).digest() + words)
 
     class CheckedCache(FunctionCache):
-        """The kernels of one function that can be read."""
+        """Cache of the kernels of one function."""
 
         def __init__(self, py_func: Any) -> None:
             super().__init__(py_func)
@@ -226,16 +227,16 @@ def checked_cache_class() -> Any:
             )
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
-            """Return a kernel, or None where there is none that is whole."""
+            """Return a kernel, or None if there is no undamaged one."""
             try:
                 return super().load_overload(sig, target_context)
-            except Exception:  # what numba makes of a file of another machine may be anything
+            except Exception:  # a file of another machine may raise anything
                 with contextlib.suppress(OSError):
                     self.flush()
                 return None
 
         def save_overload(self, sig: Any, data: Any) -> None:
-            """Keep a kernel, if there is room for it."""
+            """Save a kernel if the disk has room for it."""
             with contextlib.suppress(OSError):
                 super().save_overload(sig, data)
 
@@ -244,14 +245,14 @@ def checked_cache_class() -> Any:
 
 @cache
 def cache_folder() -> Path | None:
-    """Return a folder for kernels of exactly this source that the user alone may write.
+    """Return a folder for the kernels of this source that only the user may write, or None.
 
-    It lies in the user's cache folder, else below the temporary folder, where anybody may have
-    made one before: there each folder on the way must be the user's own. None without either.
+    It lies in the user's cache folder, else below the temporary folder. As anybody may create
+    folders there, each folder on that path must be owned by the user.
     """
     name, own = f"kernels-{source_key()}", f"cache-{_user_id()}"
     home = os.environ.get("XDG_CACHE_HOME", "")
-    if not os.path.isabs(home):  # which the specification says to ignore
+    if not os.path.isabs(home):  # relative: to be ignored by the XDG specification
         home = os.path.join(os.path.expanduser("~"), ".cache")
     cache, temporary = Path(home, "drysim"), Path(tempfile.gettempdir())
     user_folder = temporary / own
@@ -274,7 +275,7 @@ def cache_folder() -> Path | None:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether a folder, no link, is the user's own, and nobody else may write there."""
+    """Return whether a path is a folder, not a link, that only the user owns and may write."""
     about = folder.lstat()
     if not stat.S_ISDIR(about.st_mode) or about.st_uid != _user_id():
         return False
@@ -282,19 +283,19 @@ def _is_private(folder: Path) -> bool:
 
 
 def _user_id() -> int:
-    """Return the number of the user; 0 where the system knows none."""
+    """Return the user ID; 0 where the system has none."""
     return os.getuid() if hasattr(os, "getuid") else 0
 
 
 def source_key() -> str:
-    """Return a short name that changes with any line of the core, Python and numba."""
+    """Return a short key that changes with the core's source, Python and numba."""
     numba = import_numba()
     words = f"{sys.version}{numba.__version__}{source_digest()}"
     return hashlib.sha256(words.encode()).hexdigest()[:16]
 
 
 def source_digest() -> str:
-    """Return the SHA-256 of the core's source (hex): what makes two tables of numbers alike."""
+    """Return the SHA-256 of the core's source (hex), which identifies the numerical results."""
     digest = hashlib.sha256()
     for file in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(file.read_bytes())

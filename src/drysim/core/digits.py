@@ -1,9 +1,8 @@
-"""Floats written into bytes as their shortest decimals, just as `repr` gives them.
+"""Shortest decimal representation of floats as bytes, identical to `repr`.
 
-Compiled only: plain Python has `repr`. It gives the shortest decimal that reads back as the
-same, and of these the closest. Schubfach finds it (Giulietti, "The Schubfach way to render
-doubles", 2020): the interval of all decimals that round to a double, and the shortest one in
-it, in whole numbers of 64 bits.
+Compiled only: plain Python uses `repr`. The result is the shortest decimal that reads back as
+the same float, and of these the closest one, computed in 64-bit integers (R. Giulietti, "The
+Schubfach way to render doubles", 2020).
 """
 
 from __future__ import annotations

@@ -1,11 +1,29 @@
-"""Forces of Stribeck, Dahl, LuGre and Leuven friction, their series, and what Leuven remembers.
+"""Forces of Stribeck, Dahl, LuGre and Leuven friction as Taylor series; Leuven's hysteresis.
 
-`force_term` gives the friction force of a law term by term: in that alone the series of one law
-differs from another's. `drysim.core.taylor` makes the motion of it.
+Problem
+    The four laws differ in the friction force only; `core.taylor` supplies the motion. With
+    g(v) the Stribeck curve, d the direction of motion and z the deflection:
 
-The bristles of Leuven remember where they turned, and the branch they are on. Everything is
-told by the force alone, as the deflection z = F_h/σ_0 that it stands for, so the force goes on
-without a jump whatever loop closes or is forgotten.
+    - Stribeck: F = d g(v);
+    - Dahl, LuGre: z' = v - σ_0 |v| z/g(v), F = σ_0 z + σ_1 z' + σ_2 v;
+    - Leuven: F = σ_0 z + σ_1 w + σ_2 v with σ_0 z the hysteresis force F_h, the rate of travel
+      w = v (1 - sgn(p) |p|^power) and p = F_h d/g(v).
+
+Method
+    `force_term` computes the force term by term, each from the terms before it by Cauchy
+    products. Powers of a series follow from their differential equation.
+
+    The hysteresis force of Leuven follows Masing's rule with non-local memory: the virgin curve
+    is exponential, a branch after a reversal is the same curve scaled by two, and a closed loop
+    is removed from the stack of reversals together with its two reversal points. All of this is
+    stated in terms of z = F_h/σ_0 alone, so the force stays continuous when a loop closes or is
+    dropped.
+
+Why nothing is missed
+    The end of a branch is the first root of a polynomial (`branch_exit`), found by safe steps.
+
+Reference: V. Lampaert, J. Swevers and F. Al-Bender, IEEE Trans. Autom. Control 47 (2002) 683;
+C. Canudas de Wit et al., ibid. 40 (1995) 419.
 """
 
 from __future__ import annotations
@@ -18,20 +36,20 @@ from drysim.core.model import LEUVEN, STRIBECK
 from drysim.core.roots import NEVER, first_series_root
 
 FLAT_EXPONENT = 37.0
-"""Exponent from which on the Stribeck curve is flat to double precision."""
+"""Exponent above which the Stribeck curve is flat to double precision: exp(-37) is 9e-17."""
 
 NEGLIGIBLE_SPEED_FACTOR = 100.0
-"""Tolerances of a speed that it takes to tell a fractional power of it from its series: at a
-few tolerances the terms of the series are beyond the numbers."""
+"""Speed, in tolerances, from which on a fractional power of it is expanded in a series; at a
+few tolerances the coefficients overflow."""
 
 
 @compiled
 def dynamic_force(law, d, v, z):
-    """Give the friction force while the mass moves [N].
+    """Return the friction force of a moving mass [N].
 
     Parameters
     ----------
-    law : Dynamic
+    law : DynamicLaw
     d : int
         Direction of motion, -1 or +1.
     v, z : float
@@ -49,7 +67,7 @@ def dynamic_force(law, d, v, z):
 
 @compiled
 def stribeck_curve(law, v):
-    """Give the Stribeck curve at a speed [N]: F_fs at rest, F_fk far from it."""
+    """Return the Stribeck curve at a speed [N]: F_fs at rest, F_fk at high speed."""
     if law.F_fs == law.F_fk:
         return law.F_fk
     q = abs(v) / law.v_s
@@ -59,7 +77,7 @@ def stribeck_curve(law, v):
 
 @inlined
 def flat_speed(law):
-    """Give the speed [m/s] from which on the Stribeck curve is flat."""
+    """Return the speed [m/s] above which the Stribeck curve is flat."""
     if law.exponent == 1:
         return FLAT_EXPONENT * law.v_s
     return (
@@ -69,22 +87,22 @@ def flat_speed(law):
 
 @inlined
 def has_fractional_exponent(law):
-    """Tell whether the Stribeck curve is a series in the speed away from rest alone."""
+    """Return whether the Stribeck curve is analytic in the speed only away from rest."""
     return law.exponent != 1 and law.exponent != 2
 
 
 @inlined
 def negligible_speed(law, series):
-    """Give the speed [m/s] at which a fractional power of it counts as none; 0 for the others.
+    """Return the speed [m/s] below which a fractional power of it is neglected; 0 if analytic.
 
-    What this neglects is the share of a tolerance by which friction has fallen.
+    The error is the share of a tolerance by which friction has fallen there.
     """
     if not has_fractional_exponent(law):
         return 0.0
     return NEGLIGIBLE_SPEED_FACTOR * law.tolerance * max(series.scale[0], law.v_s)
 
 
-# The force term by term.
+# The series of the force.
 
 
 @inlined
@@ -93,14 +111,14 @@ def force_term(law, series, d, n, falls, per_curve):
 
     Parameters
     ----------
-    law, jet, d
-        As in `grow`.
+    law, series, d
+        As in `extend_series`.
     n : int
-        All terms before it are set.
+        Index of the term; all terms before it are set.
     falls : bool
-        Whether friction changes with the speed here.
+        Whether the Stribeck curve depends on speed here.
     per_curve : float
-        One over the Stribeck curve at the beginning [1/N].
+        Reciprocal of the Stribeck curve at the start [1/N].
     """
     known = excess_term(law, series, d, n) if falls and n > 0 else 0.0
     if law.kind == STRIBECK:
@@ -109,7 +127,7 @@ def force_term(law, series, d, n, falls, per_curve):
     if law.kind == LEUVEN:
         series.p[n] = (d * law.sigma_0 * series.z[n] - known) * per_curve
         z_d = travel_term(law, series, d, n)
-        # The deflection rises less and less with the travel.
+        # z' = (slope[0] + slope[1] z) w.
         rise = series.slope[0] * series.w[n] + series.slope[1] * product_term(
             series.w, series.z, n
         )
@@ -124,7 +142,7 @@ def force_term(law, series, d, n, falls, per_curve):
 
 @inlined
 def start_excess(law, series, d, v):
-    """Set the beginning of the Stribeck curve's excess over F_fk [N], and of its exponent."""
+    """Set term 0 of the excess of the Stribeck curve over F_fk [N], and of its exponent."""
     q = d * v / law.v_s
     series.s[0] = q if law.exponent == 1 else (q * q if law.exponent == 2 else q**law.exponent)
     series.g[0] = (law.F_fs - law.F_fk) * math.exp(-series.s[0])
@@ -132,11 +150,13 @@ def start_excess(law, series, d, v):
 
 @inlined
 def excess_term(law, series, d, n):
-    """Set term n, above 0, of the excess: its rate is -s' times it.
+    """Set term n > 0 of the excess g - F_fk of the Stribeck curve, from its derivative.
 
-    `series.s` holds n times the terms of the exponent, but for the first. Gives the part of term n
-    of the curve times p that is known before p's own. The sums go on side by side: each has to
-    wait for its last term.
+    The excess e = (F_fs - F_fk) exp(-s) obeys e' = -s' e.
+
+    `series.s` holds n times the coefficients of the exponent s for n > 0. Returns the part of
+    term n of e·p that does not contain p[n]. The three sums share one loop because each waits
+    for its own last addition.
     """
     square, fall, known = 0.0, 0.0, 0.0
     if n % 2 == 0:
@@ -164,7 +184,7 @@ def excess_term(law, series, d, n):
 
 @inlined
 def product_term(one, two, n):
-    """Give term n of the product of two series, from both ends at once."""
+    """Return term n of the Cauchy product of two series."""
     total = one[n // 2] * two[n // 2] if n % 2 == 0 else 0.0
     for k in range((n - 1) // 2, -1, -1):
         total += one[k] * two[n - k] + one[n - k] * two[k]
@@ -182,7 +202,7 @@ def travel_term(law, series, d, n):
     else:
         series.square[n] = product_term(series.p, series.p, n)
         if law.power == 2:
-            # Whether the deflection is above zero, or goes there from zero.
+            # The sign of p along the motion, also when it starts at zero.
             up = series.z[0] > 0.0 or (series.z[0] == 0.0 and series.slope[1] < 0.0)
             side = 1.0 if up == (d > 0) else -1.0
             series.w[n] = series.v[n] - side * product_term(series.v, series.square, n)
@@ -194,7 +214,7 @@ def travel_term(law, series, d, n):
 
 @inlined
 def power_term(law, series, n):
-    """Set term n of sgn(p) |p|^power, from its rate; of a faint force all of them are 0."""
+    """Set term n of q = sgn(p) |p|^power from p q' = power p' q; 0 for a negligible force."""
     if n == 0:
         faint = abs(series.z[0]) <= negligible_deflection(law)
         series.share[0] = (
@@ -211,40 +231,42 @@ def power_term(law, series, n):
 
 @inlined
 def has_general_power(law):
-    """Tell whether the share that bristles take is a series away from zero force alone."""
+    """Return whether sgn(p) |p|^power has a series away from zero force only."""
     return law.power != 1 and law.power != 2 and law.power != 3
 
 
 @inlined
 def negligible_deflection(law):
-    """Give the deflection [m] within which a general power of the force counts as none.
+    """Return the deflection [m] below which a general power of the force is neglected.
 
-    What this neglects on the way from zero is a tolerance of the deflection at F_fk.
+    The error while passing zero is one tolerance of the deflection at F_fk.
     """
     return law.tolerance ** (1.0 / (law.power + 1.0)) * law.F_fk / law.sigma_0
 
 
-# What the bristles of Leuven remember, and what ends a branch.
+# Hysteresis of Leuven: stack of reversals and ends of branches.
 
 
 COUNT, DIRECTION, AT_LIMIT = 0, 1, 2
-"""Places in `Jet.branch`: how many turns are remembered, the direction of travel, and whether
-the hysteresis force equals the sliding limit just now."""
+"""Indices in `TaylorSeries.branch`: number of reversals, direction of travel, and whether
+the hysteresis force equals the sliding limit at this instant."""
 
 LIMIT_REACHED, LOOP_CLOSED, SMOOTH_END = 1, 2, 3
-"""What ends a branch: travel comes to rest at the sliding limit, a loop closes; or what ends
-a series: the deflection comes near zero, where all powers but the odd are not smooth."""
+"""What ends a branch: travel stops at the sliding limit, or a loop closes; or what ends a
+series: the deflection comes near zero, where powers of |p| other than odd ones are not
+smooth."""
 
 LIMIT_ROUNDING = 1e-13
-"""Share of F_fs by which force and sliding limit may differ in rounding alone: some hundred
-roundings. Bristles that follow the limit that closely have no direction of their own."""
+"""Share of F_fs by which force and sliding limit may differ by rounding alone: some hundred
+roundings. Bristles this close to the limit keep the direction of their branch."""
 
 
 @compiled
 def update_branch(law, series, d, v, z):
-    """Let the bristles travel as they do for a mass in direction d at speed v [m/s].
+    """Set the direction of travel for a mass moving in direction d at speed v [m/s].
 
-    Bristles that are as near the sliding limit as rounding lets them be keep their branch.
+    A change of direction is a reversal. Within rounding of the sliding limit the branch is
+    kept.
     """
     gap = stribeck_curve(law, v) - d * law.sigma_0 * z
     direction = d * sign(gap)
@@ -257,10 +279,11 @@ def update_branch(law, series, d, v, z):
 
 @compiled
 def push_reversal(series, z):
-    """Turn the bristles round at deflection z [m]."""
+    """Reverse the travel at deflection z [m] and push the reversal onto the stack."""
     count = series.branch[COUNT]
     direction = series.branch[DIRECTION]
     series.branch[DIRECTION] = -direction
+    # Without deflection in this direction there is no loop yet: stay on the virgin curve.
     if count == 0 and z * direction <= 0.0:
         return
     if count == len(series.reversals):
@@ -272,9 +295,10 @@ def push_reversal(series, z):
 
 @compiled
 def drop_smallest_loop(series):
-    """Forget the two turns in a row whose neighbours are the most like them.
+    """Remove the two successive reversals i, i + 1 of least effect from the stack.
 
-    The force does not notice; later on it errs as if these neighbours were one.
+    That is where z[i - 1] and z[i + 1], and z[i] and z[i + 2], differ least. The present force
+    is unchanged; its later error is of the size of these differences.
     """
     count = series.branch[COUNT]
     reversals = series.reversals
@@ -292,10 +316,10 @@ def drop_smallest_loop(series):
 
 @compiled
 def set_masing_slope(law, series):
-    """Set the rise of z per travel on the present branch: Masing's rule.
+    """Set the slope of z per travel on the present branch by Masing's rule.
 
-    The virgin curve is z = L (1 - exp(-travel/L)), L = F_h/σ_0; a branch from a turn is the
-    same curve twice as large. Either way the rise falls linearly with z.
+    The virgin curve is z = L (1 - exp(-travel/L)) with L = F_h/σ_0; a branch after a reversal
+    is the same curve scaled by two. In both cases the slope is linear in z.
     """
     count = series.branch[COUNT]
     span = law.F_h / law.sigma_0 * (1.0 if count == 0 else 2.0)
@@ -307,9 +331,9 @@ def set_masing_slope(law, series):
 
 @compiled
 def branch_exit(law, series, n, d, h):
-    """Give when within h [s] the present branch ends, and what ends it; infinity and 0 if not.
+    """Return when within h [s] the present branch ends, or infinity, and the cause.
 
-    `series.share` is worked in.
+    `series.share` is used as work space.
     """
     first, cause = NEVER, 0
     if h <= 0.0:
@@ -334,8 +358,8 @@ def branch_exit(law, series, n, d, h):
             first, cause = crossing, SMOOTH_END
     if first > 0.0 and set_limit_gap(law, series, work, n, d, h) > LIMIT_ROUNDING * law.F_fs:
         even = first_series_root(work, n - 1, min(h, first))
-        # Bristles that the limit turned just now go its way: what turns them back at the same
-        # instant is rounding, and on a loop of no width it would do so for ever.
+        # Right after a reversal at the limit the gap is zero. A root at the same instant is
+        # rounding, and on a loop of zero width it would recur without end.
         if even < first and (even > 0.0 or series.branch[AT_LIMIT] == 0):
             first, cause = even, LIMIT_REACHED
     return first, cause
@@ -343,7 +367,7 @@ def branch_exit(law, series, n, d, h):
 
 @inlined
 def loop_closure(series):
-    """Give the deflection at which the present loop closes [m], else infinity."""
+    """Return the deflection at which the present loop closes [m], or infinity."""
     count = series.branch[COUNT]
     if count == 0:
         return series.branch[DIRECTION] * NEVER
@@ -352,9 +376,10 @@ def loop_closure(series):
 
 @inlined
 def smooth_end(law, series):
-    """Give how far along the branch, as z [m], the power of the force stops to be a series.
+    """Return the deflection along the branch at which the series stops being valid [m].
 
-    That of 2 does so at zero; a general one where the force is faint, and where no longer.
+    The power of the force is not analytic there. For power 2 this is zero; for a general power,
+    both ends of the range of negligible deflection.
     """
     z = series.branch[DIRECTION] * series.z[0]
     if law.power == 2:
@@ -369,9 +394,10 @@ def smooth_end(law, series):
 
 @inlined
 def set_limit_gap(law, series, work, n, d, h):
-    """Set the distance of the force from the sliding limit; gives its size at most [N].
+    """Set the series of limit minus force in the work array; return a bound on its size [N].
 
-    It is no more than that limit varies: bristles come to one that stays without ever turning.
+    The bound is at most the variation of the limit: under a constant limit the bristles
+    approach it without a reversal.
     """
     side = d * series.branch[DIRECTION]
     size, varies = 0.0, 0.0
@@ -390,13 +416,13 @@ def set_limit_gap(law, series, work, n, d, h):
 
 @compiled
 def next_branch(law, series, cause, z):
-    """Go over to the next branch; gives the deflection [m] there, freed of rounding."""
+    """Continue on the next branch; return the deflection there [m] without rounding error."""
     if cause == LOOP_CLOSED:
         level = loop_closure(series)
         if law.sigma_0 * abs(level - z) > LIMIT_ROUNDING * law.F_fs:
             series.branch[AT_LIMIT] = 0
         z = level
-        # The two turns of the loop are forgotten, the older branch goes on.
+        # Both reversals of the closed loop are removed; the older branch continues.
         series.branch[COUNT] -= min(series.branch[COUNT], 2)
     elif cause == SMOOTH_END:
         z = series.branch[DIRECTION] * smooth_end(law, series)

@@ -1,7 +1,8 @@
-"""Codes of events, the log they are written to, and whether a mass sticks at the start.
+"""Event kinds, the logs of events and segments, and the initial mode.
 
-A march writes what happens to a `EventLog`, and to a `SeriesSegments` or `Segments` where each segment of the
-motion begins: parallel arrays, as kernels do not allocate.
+A march writes its events to an `EventLog` and the start of each segment to `Segments`, or to
+`SeriesSegments` for Taylor series: parallel arrays that the caller allocates, because kernels
+do not allocate.
 """
 
 from __future__ import annotations
@@ -13,20 +14,22 @@ from drysim.core.compile import compiled, inlined
 
 STICK, SLIP, REVERSAL, LIFT = 0, 1, 2, 3
 CONTACT, RELEASE, IMPACT = 4, 5, 6
-"""Kinds of event; but for stick and lift they carry the sign of the new direction."""
+"""Kinds of event. All but stick and lift-off are multiplied by the sign of the new direction
+of v_r."""
 
 FORCE_ROUNDING = 1e-15
-"""Relative error of a limit force: the product and the sum round, as does the state."""
+"""Relative rounding error of a limit force: of the product, the sum and the state."""
 
 MAX_EVENTS_PER_STEP = 4096
-"""Most events that one step may hold; more is a scene at the end of double precision."""
+"""Most events in one step; more than this is a motion that double precision does not
+resolve."""
 
 LOG_RESERVE = 3
-"""Events and steps that one step may add to their logs, and one to spare."""
+"""Events and segments that one step may add to their logs, and one spare place."""
 
 
 class EventLog(NamedTuple):
-    """Where a march writes its events: parallel arrays (or lists) of one length.
+    """Events of a march: parallel arrays (or lists) of one length.
 
     Attributes
     ----------
@@ -35,8 +38,8 @@ class EventLog(NamedTuple):
     s : array of float, shape (capacity,)
         Time since that sample [s].
     kind : array of int8, shape (capacity,)
-        0 stick, ±1 slip, ±2 reversal, ±4, ±5, ±6 contact with an end stop, its end, an impact;
-        the sign is the new direction of v_r.
+        0 stick, ±1 slip, ±2 reversal, 3 lift-off, ±4 contact with an end stop, ±5 release from
+        it, ±6 impact; the sign is the new direction of v_r.
     x_r, F_L : array of float, shape (capacity,)
         Relative displacement [m] and limit force [N].
     """
@@ -49,7 +52,7 @@ class EventLog(NamedTuple):
 
 
 class Segments(NamedTuple):
-    """Where each segment of a motion begins that is solved in closed form, as in `SeriesSegments`."""
+    """Start of each closed-form segment of a motion; fields as in `SeriesSegments`."""
 
     n: Any
     s: Any
@@ -60,25 +63,25 @@ class Segments(NamedTuple):
 
 
 class SeriesSegments(NamedTuple):
-    """Where each piece begins: parallel arrays (or lists) of one length.
+    """Start of each segment of a motion: parallel arrays (or lists) of one length.
 
     Attributes
     ----------
     n : array of int
-        Sample at or before the beginning; 0 under sines.
+        Sample at or before the start; 0 under sines.
     s : array of float
         Time since that sample [s].
     x_r, v_r, z : array of float
-        The state there [m, m/s, m].
+        State at the start [m, m/s, m].
     d : array of int
-        Direction of motion, 0 where stuck or at rest on bristles; 2 and -2 where the mass
-        breaks away just then, or leaves its equilibrium on bristles; 3
-        and -3 where it is too slow for friction to have fallen. Under bristles, above 2: how
-        many rounds a series on settled ones took, as in `settle`.
+        Direction of motion, times a code: 0 stuck or in equilibrium on bristles; ±1 moving; ±2
+        at a break-away or leaving an equilibrium on bristles; ±3 (`CREEPING`) too slow for the
+        Stribeck curve to have fallen. Under bristles, magnitudes above 2 (`QUASI_STEADY`) are 2
+        plus the iterations of a quasi-steady series.
     terms : array of int
-        Last term of its series; else not written.
+        Degree of its series; unused otherwise.
     rise, bend : array of float
-        Slope of the branch that bristles with a memory are on, as in `Jet`; else not written.
+        Slope of its hysteresis branch as in `TaylorSeries`; unused otherwise.
     """
 
     n: Any
@@ -94,7 +97,7 @@ class SeriesSegments(NamedTuple):
 
 @compiled
 def record_event(log, count, n, s, kind, x_r, F_L):
-    """Write one event; returns the new count."""
+    """Write one event; return the new number of events."""
     log.n[count] = n
     log.s[count] = s
     log.kind[count] = kind
@@ -105,7 +108,7 @@ def record_event(log, count, n, s, kind, x_r, F_L):
 
 @inlined
 def record_segment(segments, at, n, s, x_r, v_r, z, d):
-    """Write where a segment begins; returns the new number of segments."""
+    """Write the start of a segment; return the new number of segments."""
     segments.n[at] = n
     segments.s[at] = s
     segments.x_r[at] = x_r
@@ -123,13 +126,13 @@ def direction_after(kind):
 
 @compiled
 def sign(value):
-    """Return -1, 0 or 1."""
+    """Return the sign of a number: -1, 0 or 1."""
     return 1 if value > 0.0 else (-1 if value < 0.0 else 0)
 
 
 @inlined
 def motion_direction(v_r, a, j):
-    """Return the direction in which a mass sets out: of v_r, else of acceleration or jerk."""
+    """Return the direction of motion: sign of v_r, else of a, else of the jerk j."""
     if v_r != 0.0:
         return sign(v_r)
     return sign(a) if a != 0.0 else sign(j)
@@ -137,29 +140,29 @@ def motion_direction(v_r, a, j):
 
 @compiled
 def limit_force(plant, x_r, u_dd):
-    """Force the interface must carry for the mass to stay stuck [N].
+    """Return F_L, the force that the interface must carry to keep the mass stuck [N], Eq. (9).
 
     Notes
     -----
-    Valid at v_r = 0 only: no damper term. Not to be confused with F_f, which balances it while
-    stuck. Eq. (9).
+    Valid at v_r = 0 only, as it has no damper term. Not to be confused with the friction force
+    F_f, which is -F_L while stuck.
     """
     return plant.m * u_dd + plant.k_x * x_r
 
 
 @compiled
 def stick_limit(plant, law, x_r):
-    """Return the greatest |F_L| that a stuck mass bears [N]: F_fs, to the rounding of F_L.
+    """Return the greatest |F_L| at which the mass sticks [N]: F_fs plus the rounding of F_L.
 
-    Equality sticks, and a force a few roundings beyond is equal: else a mass that creeps up to
-    its limit would stop and start at each rounding.
+    Equality sticks, and an excess of a few roundings counts as equality. Otherwise a mass that
+    creeps up to its limit would stop and start at every rounding.
     """
     return law.F_fs + FORCE_ROUNDING * (law.F_fs + abs(plant.k_x * x_r))
 
 
 @compiled
 def decision_margin(F_L, F_fs):
-    """Relative distance of a stop decision from the other outcome [-]."""
+    """Return the relative distance of a stop decision from the opposite outcome [-]."""
     larger = max(abs(F_L), F_fs)
     return abs(abs(F_L) - F_fs) / larger if larger > 0.0 else 1.0
 
@@ -175,9 +178,9 @@ def initial_direction(plant, law, x_r, v_r, u_dd):
 
 @compiled
 def initial_mode(plant, law, x_r, v_r, u_dd):
-    """Return the mode at t = 0, F_L, and how near the mode is to the other [-].
+    """Return the mode at t = 0, F_L [N], and the margin of the decision [-].
 
-    The limits may vary; the margin is infinite where nothing pulls.
+    The friction limits may vary. The margin is infinite where v_r ≠ 0 or F_L = 0.
     """
     load = 1.0 + law.variation * math.sin(law.phase)
     F_L = limit_force(plant, x_r, u_dd)

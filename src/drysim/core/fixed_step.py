@@ -1,9 +1,13 @@
-"""Fixed-step marches: what most programs do, kept here to be measured against.
+"""Fixed-step methods for comparison: sign approximations, velocity band, Moreau-Jean.
 
-Each writes the state at the end of every step; none locates an event. `march_fixed_step` has a
-function of velocity, smooth or not, stand in for the sign, and so knows no stick;
-`march_switch` lets the mass stick within a band of velocities (Karnopp's way); `march_moreau`
-solves for the sign as a set, step by step.
+Each march writes the state at the end of every step and locates no event.
+
+- `march_fixed_step` replaces the sign in Eq. (7) by a function of velocity, smooth or not, and
+  therefore has no stick.
+- `march_switch` lets the mass stick within a velocity band (Karnopp, J. Dyn. Syst. Meas.
+  Control 107 (1985) 100).
+- `march_moreau` solves each step for the set-valued sign (Acary and Brogliato, Numerical
+  Methods for Nonsmooth Dynamical Systems, 2008).
 """
 
 from __future__ import annotations
@@ -14,7 +18,7 @@ from drysim.core.compile import compiled
 from drysim.core.events import sign
 
 SIGN, ARCTAN, TANH, ERF, RATIONAL = 0, 1, 2, 3, 4
-"""Forms of the sliding force; all but the first are Eq. (8)."""
+"""Forms of the sign function; all but the first are smooth, Eq. (8)."""
 
 EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
 """Integrators of `march_fixed_step`."""
@@ -22,7 +26,7 @@ EULER, SEMI_IMPLICIT, HEUN, RK4 = 0, 1, 2, 3
 
 @compiled
 def regularised_sign(form, c, v_r):
-    """Give the sliding force relative to F_fk [-].
+    """Return the friction force relative to F_fk [-].
 
     Parameters
     ----------
@@ -46,20 +50,20 @@ def regularised_sign(form, c, v_r):
 
 @compiled
 def regularise_signs(form, c, values):
-    """Replace velocities [m/s] by their sliding force relative to F_fk, in place."""
+    """Replace velocities [m/s] by the friction force relative to F_fk [-], in place."""
     for n in range(len(values)):
         values[n] = regularised_sign(form, c, values[n])
 
 
 @compiled
 def acceleration(c, w, f, form, sharpness, u_dd, x_r, v_r):
-    """Give the relative acceleration [m/s²], Eq. (7) with a function in place of the sign."""
+    """Return the relative acceleration [m/s²] of Eq. (7) with a regularised sign."""
     return -(u_dd + c * v_r + w * x_r + f * regularised_sign(form, sharpness, v_r))
 
 
 @compiled
 def march_fixed_step(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_out, v_out):
-    """March with a sliding force that is a function of velocity.
+    """Integrate Eq. (7) with a friction force that is a function of velocity.
 
     Parameters
     ----------
@@ -111,10 +115,12 @@ def march_fixed_step(plant, F_fk, form, sharpness, method, u_dd, u_mid, dt, x_ou
 
 @compiled
 def march_switch(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
-    """March with the paper's velocity band: within it the mass may stick, Eq. (10).
+    """Integrate with the paper's velocity band, within which the mass may stick, Eq. (10).
 
     Parameters
     ----------
+    plant, u_dd, dt, x_out, v_out
+        As in `march_fixed_step`.
     F_fk, F_fs : float
         Kinetic friction force and static limit [N].
     eps : float
@@ -148,13 +154,14 @@ def march_switch(plant, F_fk, F_fs, eps, u_dd, dt, x_out, v_out, F_out, d_out):
 
 @compiled
 def march_moreau(plant, F_fk, u_dd, dt, x_out, v_out, F_out, d_out):
-    """March by Moreau and Jean's time stepping, θ = 1/2: the sign as a set, solved each step.
+    """Integrate by Moreau-Jean time stepping with θ = 1/2.
+
+    Parameters as in `march_switch`.
 
     Notes
     -----
-    The friction impulse of a step is the point of [-F_fk dt, F_fk dt] that leaves the least
-    speed; the mass sticks where it can leave none. Acary and Brogliato (2008). Parameters as in
-    `march_switch`.
+    The friction impulse of a step is the point of [-F_fk dt, F_fk dt] that minimises the final
+    speed; the mass sticks where this speed is zero. Acary and Brogliato (2008).
     """
     m, k_x, b = plant
     c = b / m

@@ -1,24 +1,22 @@
-"""Many records of base motion in one call: marched side by side and measured.
+"""Many sampled records in one call, vectorised over the records (seeds).
 
-Nothing is kept of the motion. The lanes of vector registers hold one record each. All lanes are
-at the same sample, and all their numbers lie in one array, a row for each kind, so that the
-compiler sees which of them do not overlap and works at as many lanes at once as the processor
-has room for.
+Problem
+    An ensemble needs the metrics of hundreds of records but not their motion. One march per
+    record leaves the vector units of the processor idle.
 
-1. All lanes take a stride of four steps as if nothing happened. A bound on what a step may hide
-   (`pace_of`) tells those apart in which one of the steps may hold an event: they stay where
-   they are, and wait.
-2. Those that wait are gathered, so that they fill whole registers. They walk step by step up to
-   the first step in doubt and are led through it abreast: it may hold one event. What is not so
-   plain - two events in a step, a velocity that only touches zero, a root that strays - is left
-   to the march of one record. They are put back when all have reached the end of the stride.
-
-The integrals come from sums over samples. Within a step the motion is smooth, so the series of
-Euler and Maclaurin is exact: the rule of trapezia, and at either end of a step a form of what
-the motion is there. Where one step ends and the next begins, nothing but the slope of ü has
-changed, so of two forms one term is left: a step costs a few sums in place of all products of
-what it is made of. In a step with events, what these sums make of it is taken off, and the
-integrals over what lies on either side of each event are put in its place.
+Method
+    - One lane per record: all lanes are at the same sample, and each quantity is a row of one
+      array, so that the compiler vectorises over the lanes.
+    - All lanes take four steps as if no event occurred. A bound on what a step may hide
+      (`pace_of`) finds the lanes in which an event is possible; they keep their state.
+    - These lanes are gathered into full registers and advance step by step. A step with one
+      event is solved in vector form. Any other case (two events in a step, a velocity that only
+      touches zero, a root search that fails) is left to the march of a single record. The lanes
+      are scattered back at the end of the four steps.
+    - Integrals come from sums over samples by the Euler-Maclaurin formula, which is exact for
+      the smooth motion within a step: the trapezoidal rule plus end terms. Where two steps
+      meet, only the slope of ü differs, so one end term per sample remains. In a step with
+      events the formula is replaced by integrals over the segments between them.
 """
 
 from __future__ import annotations

@@ -1,16 +1,31 @@
-"""The exact march from event to event, with no grid in between.
+"""Event-driven march: exact propagation from event to event, without a time grid.
 
-Each kernel follows the motion in one setting: `march_sines` under Coulomb's friction and waves, limits
-that vary included; `march_elastic` over a spring contact that yields and lifts off; `march_stops` between end
-stops; `march_normal_force` under Coulomb's friction whose normal force may vanish, or was recorded. (Sampled
-base motion under constant limits has a faster way, see `sampled`.)
+Problem
+    With dry friction the equation of motion depends on the mode of the contact (stick, slip,
+    hold, yield, separated, at a stop). Within a mode it is linear and has a closed-form
+    solution. The time at which a mode ends, the event, must be found without missing an earlier
+    one, and the solution continued in the mode that follows.
 
-From an event on the motion is known in closed form, until the mode of the contact ends. So each
-turn of a march finds when it ends - the mass stops or breaks away, the surfaces part or meet,
-an end stop is met or left - by `roots` and `modes`, which miss none, goes there at once, and
-settles what follows. An interval between two samples that holds no event is one such turn. An
-event that needs no time is followed by the next, but not for ever: a scene in which a hundred
-do is at the end of double precision, and the march says so.
+Method
+    Each step of a march finds the earliest exit of the current mode within the interval of ü
+    (`core.roots`, `core.modes`), propagates the closed-form motion to it, sets v_r = 0 exactly
+    at a stop, and decides the next mode there. An interval between two samples without an event
+    is one step. There is one kernel per setting:
+
+    - `march_sines`: Coulomb friction under waves, friction limits that vary included;
+    - `march_elastic`: an elastic contact that holds, yields and separates;
+    - `march_stops`: Coulomb friction between end stops;
+    - `march_normal_force`: Coulomb friction under a normal force that may vanish or is
+      recorded.
+
+    Sampled motion under constant limits has a faster march, `core.sampled`.
+
+Why nothing is missed
+    The exit searches return the first root of their observable, proved by bounds on its
+    derivatives. There is no velocity tolerance: a stop is a root of v_r, and the mode is part
+    of the state. An event may be followed by another at the same time; `MAX_STALLED_EVENTS` of
+    them in a row mean that double precision does not resolve the motion, and the march reports
+    it.
 """
 
 from __future__ import annotations
@@ -96,42 +111,50 @@ from drysim.core.roots import (
 from drysim.core.sampled import advance_between_stops, rescale
 
 MAX_STALLED_EVENTS = 100
-"""Events in a row without progress in time that put a scene at the end of double precision."""
+"""Events in a row without progress in time after which double precision is exhausted."""
 
 
-# Coulomb's friction under waves: slide, stop, stick, break away.
+# Coulomb friction under waves: slip, stop, stick, break away.
 
 
 @compiled
 def march_sines(
     plant, law, waves, u_0, slope, n, t, h, begin, x_r, v_r, d, log, count, capacity
 ):
-    """Solve one interval from event to event, or until the log is nearly full.
+    """Solve one interval with Coulomb friction from event to event.
+
+    The march stops early when the log is nearly full.
 
     Parameters
     ----------
-    plant, law : Plant, Law
+    plant, law : Plant, CoulombLaw
     waves : Waves
     u_0, slope : float
-        Part of ü that is not waves: at the start of the interval [m/s²], and its rate [m/s³].
+        Part of ü besides the waves at the start of the interval [m/s²], and its rate [m/s³].
     n : int
-        Number of the interval, for the log.
+        Index of the interval, for the log.
     t, h : float
         Start and length of the interval [s].
     begin : float
-        Where in the interval to start [s].
+        Start of the solution within the interval [s].
     x_r, v_r, d
         State there [m, m/s] and direction of sliding, 0 when stuck.
-    log : Log
+    log : EventLog
     count, capacity : int
-        Events already in the log, and its length.
+        Number of events in the log, and its length.
 
     Returns
     -------
     begin, x_r, v_r, d, count, closest
-        Time reached within the interval and the state there, events in the log
-        (negative when they follow each other without end), tightest stop decision [-]. A leap
-        that starts there goes on as if never stopped.
+        Time reached within the interval and state there, number of events in the log (-1 if
+        events recur without progress in time), smallest margin of a stop decision [-]. A call
+        that starts from the returned state continues as if uninterrupted.
+
+    Notes
+    -----
+    With F_fs = F_fk a slip starts with zero relative acceleration. The acceleration just after
+    a break-away is therefore set to d (F_fs - F_fk) N/m exactly instead of evaluated with
+    rounding.
     """
     m, k_x, b = plant
     c = b / m
@@ -170,11 +193,13 @@ def march_sines(
         stalled = 0 if begin > before else stalled + 1
         if stalled > MAX_STALLED_EVENTS:
             return begin, x_r, v_r, d, -1, closest
+        # v_r is set to zero exactly: the stop is an event, not a small velocity.
         x_r, v_r = x_stop, 0.0
         u_dd = base_motion(waves, u_begin, slope, stop)[0]
         F_L = limit_force(plant, x_r, u_dd)
         F_fs = law.F_fs * relative_normal_force(law, waves, stop)[0]
         closest = min(closest, decision_margin(F_L, F_fs))
+        # Equality sticks, to within the rounding of F_L.
         if abs(F_L) <= F_fs + FORCE_ROUNDING * (F_fs + abs(k_x * x_r)):
             d = 0
             count = record_event(log, count, n, begin, STICK, x_r, F_L)
@@ -188,9 +213,9 @@ def march_sines(
 def march_sines_from_start(scene, end, log, kind):
     """Solve a scene under waves alone from t = 0 to `end` [s], or until the log is nearly full.
 
-    Returns as in `march_sines`; it begins with the state at t = 0, and `closest` counts how near its
-    mode is to the other. The scene is an array as in `drysim.core.forcing`, its waves included;
-    `log` are the rows of a log as one array, `kind` its kinds.
+    `scene` is an array as in `drysim.core.forcing` with its waves; `log` holds the rows of an
+    event log as one array and `kind` its kinds. Returns as `march_sines`; `closest` includes
+    the margin of the initial mode.
     """
     plant, law, waves = unpack_scene(scene)
     x_r, v_r = scene[X_R], scene[V_R]
@@ -210,10 +235,10 @@ def march_sines_from_start(scene, end, log, kind):
 def march_varying_limits(
     plant, law, waves, past, u_dd, dt, n, end, x_r, v_r, d, x_out, v_out, d_out, log, count, cap
 ):
-    """March over samples where the friction limits vary: one leap a step; else like `march`.
+    """March over samples with varying friction limits, one call of `march_sines` per step.
 
-    `past` is how many samples of the motion come before those that are given; `cap` is the
-    capacity of the log.
+    Parameters as in `sampled.march`. `past` is the number of samples of the motion before the
+    given ones and `cap` the capacity of the log.
     """
     closest = NEVER
     while n < end and count + MAX_EVENTS_PER_STEP <= cap:
@@ -232,7 +257,7 @@ def march_varying_limits(
     return n, x_r, v_r, d, count, closest
 
 
-# A spring contact that yields: hold, yield, lift off, meet.
+# Elastic contact: hold, yield, separate, close.
 
 
 @compiled
@@ -240,10 +265,11 @@ def march_elastic(
     plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, x_0, mode, segments, at, log, count,
     capacity,
 ):  # fmt: skip
-    """Follow the motion over intervals of ü, or until steps or log are nearly full.
+    """Solve the motion over an elastic contact from interval to interval.
 
-    Parameters and result as in `trace`, with x_0 where the contact carries no force [m] in
-    place of z, and the mode in place of the direction.
+    The march stops early when one of the logs is nearly full. Parameters and returns as in
+    `march_taylor`, with the displacement x_0 at which the contact carries no force [m] in place
+    of z, and the mode in place of the direction.
     """
     stalled = 0
     full = capacity - LOG_RESERVE
@@ -261,6 +287,7 @@ def march_elastic(
         stalled = 0 if t + step > t else stalled + 1
         if stalled > MAX_STALLED_EVENTS:
             return n, s, x_r, v_r, x_0, mode, at, -1
+        # The exit search returns the state at its root, with v_r = 0 exactly after a yield.
         if change < NEVER and mode != FREE and after != FREE:
             x_r, v_r = x, v
         else:
@@ -284,10 +311,10 @@ def march_elastic(
 
 @compiled
 def mode_exit(law, waves, segment, mode, x_0, left, t):
-    """Give when within `left` [s] a mode ends, what is after it, and the state then.
+    """Return when within `left` [s] a mode ends, the mode that follows, and the state then.
 
-    It begins at time t; the rest is as in `leave_hold`. Where surfaces part or meet, which no
-    motion changes, the state is not given.
+    The mode starts at time t [s]; parameters as in `end_of_hold`. The state is not computed
+    where surfaces separate or close, which does not depend on the motion.
     """
     until = min(next_zero_load(law, waves, t, mode != FREE), left)
     change, after, x, v = NEVER, HOLD, segment.x_r, segment.v_r
@@ -303,7 +330,7 @@ def mode_exit(law, waves, segment, mode, x_0, left, t):
 
 @compiled
 def next_mode(law, waves, mode, after, x_r, v_r, x_0, force, s):
-    """Give the mode that follows, and where its contact carries no force."""
+    """Return the mode that follows, and the x_r at which its contact carries no force."""
     if after == FREE:
         return FREE, x_r
     if mode == FREE:
@@ -313,11 +340,11 @@ def next_mode(law, waves, mode, after, x_r, v_r, x_0, force, s):
     return after, x_0
 
 
-# Between end stops: slide, stop, meet a stop, leave it.
+# End stops: slip, stop, reach an end stop, leave it.
 
 
 STOPS_LOG_RESERVE = 4
-"""Steps and events that one step may add to trail and log, and one to end with."""
+"""Segments and events that one step may add to their logs, and one final entry."""
 
 
 @compiled
@@ -341,15 +368,17 @@ def march_stops(
     count,
     capacity,
 ):
-    """Follow the motion over intervals of ü, or until steps or log are nearly full.
+    """Solve the motion between end stops from interval to interval.
 
-    Parameters and result as in `march_elastic` of a spring contact, with x_r as z + xi.
+    The march stops early when one of the logs is nearly full. Parameters and returns as in
+    `march_elastic`, with x_r = z + xi: z is the position of the stop that acts (0 if none), and
+    xi keeps the full precision of a small distance from it.
     """
     stalled = 0
     full = capacity - STOPS_LOG_RESERVE
     m = plant.m
-    # Relative acceleration from one interval to the next while v_r is faint, see `creep`. The
-    # next call works it out afresh, to rounding.
+    # Where |v_r| is so small that the sum of forces cancels, the acceleration is carried from
+    # interval to interval instead, as in `advance_creep`.
     a_carried = math.nan
     no_waves = waves.size == 0
     while n <= end and at < full and count < full:
@@ -358,6 +387,7 @@ def march_stops(
             decode_direction(mode),
             decode_beginning(mode),
         )
+        # Sampled slip clear of the stops: whole steps by an affine map while no event is near.
         if no_waves and s == 0.0 and touch == APART and d * v_r > 0.0:
             f = d * law.F_fk / m + plant.k_x / m * z
             low, high = -law.x_rM - z, law.x_rM - z
@@ -373,13 +403,14 @@ def march_stops(
         t = n * dt + s
         at = record_segment(segments, at, n, s, xi, v_r, z, mode)
         c, w, g = begin_stops_segment(plant, law, waves, mode, z, u_0, t)
+        # Chatter: the impacts accumulate at a finite time and are solved as one segment.
         if fresh == CHATTERING:
             F_L = m * base_motion(waves, u_0, slope, 0.0)[0] + plant.k_x * z
             load = relative_normal_force(law, waves, 0.0)[0]
             p, q = return_accelerations(plant, law, 1 if z > 0.0 else -1, F_L, load)
             duration = chatter_time(law, p, q, abs(v_r))[0] if p > 0.0 else 0.0
             step = min(duration, left)
-            # The time that is left falls with the speed of the rebound.
+            # The remaining time of a chatter is proportional to the rebound speed.
             v_r *= 1.0 - step / duration if duration > left else 0.0
             if duration <= left:
                 mode = encode_mode(APART, 0, BUMPER_STEADY)
@@ -387,7 +418,7 @@ def march_stops(
                 count = record_event(log, count, then, ends, STICK, z, F_L)
         elif d == 0:
             step, direction = rest_exit_time(plant, law, waves, touch, z, xi, u_0, slope, left)
-            # At the very end of an interval the next one decides.
+            # An exit at the end of the interval is decided in the next one.
             if step < left:
                 touch = touch if bumper_acts(law, touch) else APART
                 mode = encode_mode(touch, direction, BREAKING_AWAY)
@@ -395,6 +426,7 @@ def march_stops(
                 count = record_event(log, count, n, s + step, direction * SLIP, z + xi, F_L)
         else:
             _, _, a, j = motion_at(c, w, waves, xi, v_r, g, -slope, 0.0)
+            # At a break-away F_L = ±F_fs, so the acceleration is known without cancellation.
             if fresh == BREAKING_AWAY:
                 load = relative_normal_force(law, waves, 0.0)[0]
                 a_exact = d * (law.F_fs - law.F_fk) * load / m
@@ -422,6 +454,7 @@ def march_stops(
                 then, ends = interval_time(n, s + step, length, end)
                 u_then = base_motion(waves, u_0, slope, step)[0]
                 load = relative_normal_force(law, waves, step)[0]
+                # Record the arrival with its velocity, then measure xi from the stop.
                 if step == change and touch == APART:
                     at = record_segment(
                         segments, at, then, ends, xi, max(d * v_r, 0.0) * d, z, ARRIVAL
@@ -464,7 +497,7 @@ def march_stops(
 
 @compiled
 def interval_time(n, s, length, end):
-    """Give interval and time in it of an instant, of the next one where an interval ends."""
+    """Return interval and time of an event; the end of an interval is the start of the next."""
     if s < length:
         return n, s
     return (n + 1, 0.0) if n < end else (n, length)
@@ -472,7 +505,7 @@ def interval_time(n, s, length, end):
 
 @compiled
 def begin_stops_segment(plant, law, waves, mode, z, u_0, t):
-    """Set the waves for a stretch from time t [s]; gives b/m, k/m and the force per mass."""
+    """Set the phases for a segment from time t [s]; return c, w and the force per mass g."""
     touch, d = decode_stop_state(mode), decode_direction(mode)
     k, b = plant.k_x, plant.b
     if bumper_acts(law, touch):
@@ -485,9 +518,9 @@ def begin_stops_segment(plant, law, waves, mode, z, u_0, t):
 
 @compiled
 def next_stop_transition(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, until):
-    """Give when the mass meets a stop or a bumper lets go or is felt again, or infinity.
+    """Return when the mass reaches a stop, or a bumper releases or acts again, else infinity.
 
-    Gives also how it is to the stops then.
+    Returns also the state relative to the stops that follows.
     """
     if touch == APART:
         far = law.x_rM - d * z
@@ -508,7 +541,7 @@ def next_stop_transition(c, w, waves, law, xi, v_r, g, r, z, touch, d, poised, u
 
 @inlined
 def slip_end_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h):
-    """Give the first time in (0, h] at which v_r is zero, or infinity."""
+    """Return the first time in (0, h] at which v_r is zero, or infinity."""
     if direction == 0:
         return NEVER
     if waves.size == 0:
@@ -516,15 +549,15 @@ def slip_end_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h):
     return slip_exit_time(c, w, waves, x_r, v_r, a, j, g, r, direction, h)[0]
 
 
-# Coulomb's friction whose normal force may vanish, or was recorded: rub, stick, lift off.
+# Coulomb friction under a normal force that may vanish or is recorded: slip, stick, separate.
 #
-# Between the samples of base and force both are linear, so that limits, sticking and sliding
-# are solved as under constant limits.
+# ü and the normal force are linear between their samples, so the equation of slip has linear
+# forcing, and the stick limits F_fs N(t) are linear, as in `march_sines` without waves.
 
 
 STUCK, LIFTED_OFF, BREAK_AWAY = 0, 3, 2
-"""Modes besides sliding in direction +1 or -1: stuck, lifted off, or, with the sign of the
-direction, breaking away just then."""
+"""Modes besides slip in direction +1 or -1: stuck; separated; or, times the direction, the
+start of a slip at a break-away."""
 
 
 @compiled
@@ -532,15 +565,15 @@ def march_normal_force(
     plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, mode, segments, at, log, count,
     capacity,
 ):  # fmt: skip
-    """Follow the motion over intervals of ü, or until steps or log are nearly full.
+    """Solve the motion under a normal force that may vanish or is recorded.
 
-    Parameters and result as in `trace`; z has no meaning here and is handed through, and the
-    mode stands in place of the direction.
+    The march stops early when one of the logs is nearly full. Parameters and returns as in
+    `march_taylor`, with the mode in place of the direction; z is passed through unused.
     """
     stalled = 0
     full = capacity - LOG_RESERVE
-    # Relative acceleration from one interval to the next while v_r is faint, see `creep`. The
-    # next call works it out afresh, to rounding.
+    # Where |v_r| is so small that the sum of forces cancels, the acceleration is carried from
+    # interval to interval instead, as in `advance_creep`.
     a_carried = math.nan
     c, w = plant.b / plant.m, plant.k_x / plant.m
     while n <= end and at < full and count < full:
@@ -569,6 +602,7 @@ def march_normal_force(
             g, r = -u_0 - f * span.load, -slope - f * span.rate
             segment = start_segment(c, w, waves, x_r, v_r, g, r)
             a, j = segment.a, segment.j
+            # At a break-away F_L = ±F_fs N, so the acceleration is known without cancellation.
             if abs(mode) == BREAK_AWAY:
                 load = load_at(law, waves, span, 0.0)[0]
                 start = d * (law.F_fs - law.F_fk) * load / plant.m
@@ -627,24 +661,24 @@ def march_normal_force(
 
 @compiled
 def slip_direction(mode):
-    """Give the direction of sliding in contact, 0 where the surfaces do not rub."""
+    """Return the direction of sliding in contact, 0 where there is no sliding friction."""
     return 0 if mode == LIFTED_OFF else sign(mode)
 
 
 @compiled
 def is_within_static_limit(plant, law, x_r, F_L, load):
-    """Tell whether a mass at rest stays: |F_L| is within the static limit, roundings apart."""
+    """Return whether a mass at rest sticks: |F_L| <= F_fs to within rounding."""
     F_fs = law.F_fs * max(load, 0.0)
     return abs(F_L) <= F_fs + FORCE_ROUNDING * (F_fs + abs(plant.k_x * x_r))
 
 
 @compiled
 def initial_normal_force_mode(plant, law, waves, u_0, slope, x_r, v_r):
-    """Give the mode at t = 0."""
+    """Return the mode at t = 0."""
     set_phases(waves, plant, law, 0.0, 0)
     span = load_ramp_at(law, 0.0)
     load, rate = load_at(law, waves, span, 0.0)
-    # A force that only touches zero parts no surfaces.
+    # A normal force that only touches zero does not separate the surfaces.
     lifts = law.step > 0.0 or law.variation > 1.0
     if load < 0.0 or (load == 0.0 and rate <= 0.0 and lifts):
         return LIFTED_OFF
@@ -656,9 +690,9 @@ def initial_normal_force_mode(plant, law, waves, u_0, slope, x_r, v_r):
 
 @inlined
 def stick_exit_normal_force(plant, law, waves, span, x_r, u_0, slope, h):
-    """Give when within h [s] a stuck mass breaks away, or infinity, and in which direction."""
+    """Return when within h [s] a stuck mass breaks away, or infinity, and its direction."""
     if waves.base == 0 and slope == 0.0 and limit_force(plant, x_r, u_0) == 0.0:
-        # Nothing pulls, also where the limit itself comes and goes.
+        # F_L stays 0, and no limit is exceeded even where it vanishes.
         return NEVER, 0
     limits = CoulombLaw(
         law.F_fk * span.load, law.F_fs * span.load, law.variation, law.omega, law.phase

@@ -1,7 +1,7 @@
-"""Plant, friction laws, end stops, Sines, Samples, State, Totals as named tuples.
+"""Named tuples of a scene in SI units: plant, friction laws, base motion, state and integrals.
 
-The plain values of a scene, in SI units: kernels read them as they are. At the end what every
-reader of a base motion needs: its values, its squares, and any signal block by block.
+Kernels read these values as they are. The functions at the end serve every user of a base
+motion: its values, the integrals of its squares, and block-wise access to signals.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from drysim.errors import WarningMessage
 
 
 class Plant(NamedTuple):
-    """Mass on spring and damper.
+    """Mass on a spring and a damper.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Plant(NamedTuple):
 
 
 class CoulombLaw(NamedTuple):
-    """Coulomb's dry friction; both limits may follow a normal force that varies as a sine.
+    """Coulomb friction; both limits may follow a normal force that varies as a sine.
 
     The limits at time t are `F_fk` and `F_fs` times 1 + variation·sin(omega·t + phase).
 
@@ -66,27 +66,27 @@ class CoulombLaw(NamedTuple):
 
     @property
     def can_stick(self) -> bool:
-        """Whether a contact under this law can hold still."""
+        """Whether the mass can stick under this law."""
         return True
 
 
 class EndStopLaw(NamedTuple):
-    """Coulomb's dry friction on a stroke that ends at a stop on either side.
+    """Coulomb friction with an end stop on either side.
 
-    A stop is a bumper where `k_s` is above 0, and rigid where it is 0.
+    A stop is a bumper (spring and damper) where `k_s` is above 0, and rigid where it is 0.
 
     Attributes
     ----------
     F_fk, F_fs : float
         Kinetic friction force [N], at least 0, and static limit [N], at least that.
     x_rM : float
-        Where the stops are [m]: at |x_r| = x_rM, above 0.
+        Position of the stops [m]: at |x_r| = x_rM, above 0.
     k_s, b_s : float
         Stiffness [N/m] and damping [N·s/m] of a bumper, at least 0.
     e : float
-        Restitution of a rigid stop [-], 0 to 1.
+        Coefficient of restitution of a rigid stop [-], 0 to 1.
     variation, omega, phase : float
-        Of the normal force, as in `CoulombLaw`.
+        Variation of the normal force as in `CoulombLaw`.
     """
 
     F_fk: float
@@ -101,12 +101,12 @@ class EndStopLaw(NamedTuple):
 
     @property
     def can_stick(self) -> bool:
-        """Whether a contact under this law can hold still."""
+        """Whether the mass can stick under this law."""
         return True
 
     @property
     def rigid(self) -> bool:
-        """Whether the stops give way to nothing."""
+        """Whether the stops are rigid."""
         return self.k_s == 0.0
 
     @property
@@ -116,10 +116,10 @@ class EndStopLaw(NamedTuple):
 
 
 class ElasticContactLaw(NamedTuple):
-    """A contact that is a spring until it yields; its normal force may vary as a sine.
+    """Elastic contact with a friction limit (Jenkins element); the limit may vary as a sine.
 
-    The limit at time t is `F_fk` times 1 + variation·sin(omega·t + phase); where that is below
-    zero the surfaces have parted and there is no force.
+    The limit at time t is `F_fk` times 1 + variation·sin(omega·t + phase). Where that is
+    negative the surfaces are separated and there is no force.
 
     Attributes
     ----------
@@ -131,6 +131,10 @@ class ElasticContactLaw(NamedTuple):
         Relative amplitude of the normal force [-], at least 0.
     omega, phase : float
         Angular frequency of the variation [rad/s] and its phase at t = 0 [rad].
+
+    Notes
+    -----
+    Source: E. P. Petrov and D. J. Ewins, J. Turbomach. 125 (2003) 364.
     """
 
     F_fk: float
@@ -141,21 +145,21 @@ class ElasticContactLaw(NamedTuple):
 
     @property
     def F_fs(self) -> float:
-        """F_fk [N]: one limit serves both."""
+        """Static limit [N]: equal to F_fk."""
         return self.F_fk
 
     @property
     def can_stick(self) -> bool:
-        """False: the contact yields a little before it slides."""
+        """False: the contact deforms before it slides."""
         return False
 
 
 STRIBECK, BRISTLE, LEUVEN = 0, 1, 2
-"""Kinds of dynamic law; that of bristles serves Dahl's, too."""
+"""Kinds of dynamic law; `BRISTLE` is LuGre, with Dahl as a special case."""
 
 
 class DynamicLaw(NamedTuple):
-    """A friction force that depends on the speed or on a deflection z before sliding.
+    """Friction force that depends on velocity or on the deflection z of bristles.
 
     Attributes
     ----------
@@ -164,19 +168,19 @@ class DynamicLaw(NamedTuple):
     kind : int
         `STRIBECK`, `BRISTLE` or `LEUVEN`.
     v_s : float
-        Stribeck velocity [m/s], above 0; of no account where F_fs = F_fk.
+        Stribeck velocity [m/s], above 0; unused where F_fs = F_fk.
     exponent : float
-        Of |v/v_s| in the Stribeck curve, above 0; 2 for all kinds but `STRIBECK`.
+        Exponent of |v/v_s| in the Stribeck curve, above 0; 2 for all kinds but `STRIBECK`.
     sigma_0, sigma_1, sigma_2 : float
         Stiffness [N/m] and damping [N·s/m] of the bristles, viscous friction [N·s/m].
     F_h : float
-        Force that the hysteresis of `LEUVEN` would come to [N], above `F_fs`.
+        Asymptote of the hysteresis force of `LEUVEN` [N], above `F_fs`.
     power : float
-        Of the approach to sliding under `LEUVEN`, above 0.
+        Exponent of the transition from pre-sliding to sliding of `LEUVEN`, above 0.
     depth : int
-        How many turns the bristles of `LEUVEN` remember at most.
+        Most reversals that the hysteresis of `LEUVEN` remembers.
     tolerance : float
-        Share of the motion that one step of the solution may neglect [-].
+        Relative change of the motion that one step of the solution may neglect [-].
     """
 
     F_fk: float
@@ -199,17 +203,17 @@ class DynamicLaw(NamedTuple):
 
     @property
     def can_stick(self) -> bool:
-        """Whether a contact under this law can hold still; bristles always give a little."""
+        """Whether the mass can stick; bristles always deform."""
         return self.kind == STRIBECK
 
 
 class NormalForceLaw(NamedTuple):
-    """Coulomb's dry friction under a normal force that may vanish or be any recorded one.
+    """Coulomb friction under a normal force that may vanish or is recorded.
 
-    The limits at time t are `F_fk` and `F_fs` times the normal force relative to its mean:
-    1 + variation·sin(omega·t + phase), or what `force_record` says. Where that is not above zero
-    the surfaces have parted and there is no friction. Not to be confused with `CoulombLaw`, whose
-    surfaces never part.
+    The limits at time t are `F_fk` and `F_fs` times the normal force relative to its mean: 1 +
+    variation·sin(omega·t + phase), or `force_record`. Where it is not above zero the surfaces
+    are separated and there is no friction. Not to be confused with `CoulombLaw`, whose surfaces
+    never separate.
 
     Attributes
     ----------
@@ -219,8 +223,8 @@ class NormalForceLaw(NamedTuple):
         Relative amplitude of the normal force [-], at least 0.
     omega, phase : float
         Angular frequency of the variation [rad/s] and its phase at t = 0 [rad].
-    pressure : Pressure or None
-        The recorded normal force, in place of a variation.
+    force_record : NormalForceRecord or None
+        Recorded normal force, in place of a variation.
     """
 
     F_fk: float
@@ -232,11 +236,11 @@ class NormalForceLaw(NamedTuple):
 
     @property
     def can_stick(self) -> bool:
-        """Whether a contact under this law can hold still."""
+        """Whether the mass can stick under this law."""
         return True
 
     def load(self, t: Any) -> Any:
-        """Return the normal force relative to its mean [-] at times t [s], 0 where parted."""
+        """Return the normal force relative to its mean [-] at times t [s]; 0 if separated."""
         if self.force_record is None:
             found = 1.0 + self.variation * np.sin(self.omega * t + self.phase)
         else:
@@ -247,22 +251,22 @@ class NormalForceLaw(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class NormalForceRecord:
-    """A recorded normal force, linear between its samples; equal to itself alone.
+    """Recorded normal force, linear between its samples; compared by identity.
 
     Attributes
     ----------
     relative : ndarray, shape (n,)
-        The force relative to its mean [-]; the first sample is t = 0.
+        Force relative to its mean [-]; the first sample is t = 0.
     step : float
-        Distance of the samples [s].
+        Sampling interval [s].
     mean : float
         Mean of the samples [N], above 0.
     inputs : tuple of Input
-        The file behind it.
-    cautions : tuple of Caution
-        What a reader of the numbers should know about it.
+        File it was read from.
+    warnings : tuple of WarningMessage
+        Warnings about the record.
     clean_up : tuple of mapping
-        What was done to it on request, step by step.
+        Cleaning steps applied on request, in order.
     """
 
     relative: NDArray[np.float64]
@@ -274,7 +278,7 @@ class NormalForceRecord:
 
     @cached_property
     def kernel_input(self) -> Any:
-        """The force as the kernels want it."""
+        """The relative force in the form that the kernels take."""
         return as_engine_array(self.relative)
 
     @property
@@ -284,10 +288,10 @@ class NormalForceRecord:
 
 
 AnyLaw = CoulombLaw | DynamicLaw | ElasticContactLaw | EndStopLaw | NormalForceLaw
-"""What a scene may rub with, and run against."""
+"""Any friction law, with or without end stops."""
 
 
-# The state of a motion, and what it adds up to.
+# State of a motion and its integrals.
 
 
 class State(NamedTuple):
@@ -298,15 +302,15 @@ class State(NamedTuple):
 
 
 class ContactState(NamedTuple):
-    """A state with what a contact remembers.
+    """State of a motion with the internal state of its contact.
 
     Attributes
     ----------
     x_r, v_r, z : float
-        Relative displacement [m] and velocity [m/s], deflection of the bristles [m]; of a
-        spring contact the x_r at which it carries no force [m].
-    turned : tuple of float
-        Deflections at which it turned and to which it returns [m], the oldest first.
+        Relative displacement [m] and velocity [m/s]; deflection of the bristles [m], or for an
+        elastic contact the x_r at which it carries no force [m].
+    reversals : tuple of float
+        Deflections at the remembered reversals [m], the oldest first.
     """
 
     x_r: float
@@ -316,7 +320,7 @@ class ContactState(NamedTuple):
 
 
 AnyState = State | ContactState
-"""Where a motion may start."""
+"""Any start of a motion."""
 
 
 class Totals(NamedTuple):
@@ -325,11 +329,12 @@ class Totals(NamedTuple):
     Attributes
     ----------
     x2, v2, x_dd2 : float
-        Integrals of x_r² [m²s], v_r² [m²/s] and x_dd² [m²/s³].
+        Integrals of x_r² [m²s], v_r² [m²/s] and of the squared absolute acceleration x_dd²
+        [m²/s³].
     power : float
         Integral of ü v_r [m²/s²]: minus the work of the base per mass.
-    rub : float
-        Integral of |v_r| times the relative normal force [m].
+    sliding_distance : float
+        Integral of |v_r| times the relative normal force [m]: friction work divided by F_fk.
     stuck : float
         Time without relative motion [s]; 0 under laws that never stick.
     u_dd2 : float
@@ -337,7 +342,7 @@ class Totals(NamedTuple):
     u2 : float or None
         Integral of u² [m²s]; None where u is not known.
     hits : float
-        Work that the mass did on end stops [J].
+        Work done by the mass on the end stops [J].
     """
 
     x2: float
@@ -354,34 +359,35 @@ class Totals(NamedTuple):
 # The motion of the base.
 
 BLOCK_SIZE = 65_536
-"""Numbers worked on at a time: a few megabytes, which stay near the processor."""
+"""Numbers processed at a time: half a megabyte per array, which stays in the cache."""
 
 MAX_KEPT = 1 << 20
-"""Numbers up to which what can be had again is kept: some megabytes. A longer motion is solved
-by parts, each made anew whenever it is asked for: that costs a tenth of writing it down."""
+"""Most numbers of a recomputable signal that are kept: some megabytes. A longer motion is
+solved in parts that are recomputed on demand, which costs a tenth of writing them to disk."""
 
 HALF_GAUSS_RULE = (
     (0.0694318442029737, 0.1739274225687269),
     (0.3300094782075719, 0.3260725774312731),
 )
-"""Half of four Gauss-Legendre nodes and weights on 0..1: exact for the square of a cubic."""
+"""Half of the four Gauss-Legendre nodes and weights on [0, 1]: exact for the square of a
+cubic."""
 
 STEPS_PER_SUM = 8192
-"""Steps whose squares are summed at once: so few that no linear algebra starts threads."""
+"""Steps whose squares are summed at once: few enough that BLAS starts no threads."""
 
 
 class Signal(Protocol):
-    """Numbers of which any part can be had as an array; arrays are signals."""
+    """Sequence of numbers that can be read by slices; arrays are signals."""
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of samples."""
 
     def __getitem__(self, part: slice, /) -> NDArray[np.float64]:
-        """Return a part of them."""
+        """Return a slice as an array."""
 
 
 class Input(NamedTuple):
-    """A file that was read: name in the scenario, SHA-256 (hex) and size [bytes]."""
+    """File that was read: name in the scenario, SHA-256 (hex) and size [bytes]."""
 
     file: str
     sha256: str
@@ -416,16 +422,16 @@ class Samples(NamedTuple):
     u_dd : ndarray, shape (n,), or another signal
         Base acceleration [m/s²]; the first sample is t = 0.
     dt : float
-        Distance of the samples [s].
+        Sampling interval [s].
     u : ndarray, shape (n,), or None
-        Base displacement [m] at the samples where the source knows it; the cubic between two
+        Base displacement [m] at the samples where the source provides it; the cubic between two
         samples follows from `u` and `u_dd`. Only T_x needs it.
     inputs : tuple of Input
-        The files behind the samples.
-    cautions : tuple of Caution
-        What a reader of the numbers should know about them.
+        Files the samples were read from.
+    warnings : tuple of WarningMessage
+        Warnings about the signal.
     realised : mapping
-        Of a generated signal: what was asked for and what came out, by name and in SI.
+        For a generated signal: requested and realised values by name, in SI units.
     """
 
     u_dd: Signal
@@ -437,7 +443,7 @@ class Samples(NamedTuple):
 
 
 def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ü of sines at any times [m/s²], shape of `t` [s]."""
+    """Return ü of sines [m/s²] at times t [s], in the shape of `t`."""
     u_dd = np.zeros_like(t)
     for A, f, phase in zip(*sines, strict=True):
         u_dd += A * np.sin(2.0 * np.pi * ((f * t) % 1.0) + phase)
@@ -445,7 +451,7 @@ def base_acceleration(sines: Sines, t: NDArray[np.float64]) -> NDArray[np.float6
 
 
 def acceleration_at(motion: Sines | Samples, t: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ü of any base motion at times [s] within it, shape of `t` [m/s²]."""
+    """Return ü of any base motion [m/s²] at times t [s] within it, in the shape of `t`."""
     if isinstance(motion, Sines):
         return base_acceleration(motion, t)
     n = np.minimum((t / motion.dt).astype(np.intp), len(motion.u_dd) - 2)
@@ -458,8 +464,8 @@ def acceleration_at(motion: Sines | Samples, t: NDArray[np.float64]) -> NDArray[
 def interpolate_displacement(
     motion: Samples, n: NDArray[np.intp], q: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return u [m] at the share q of the steps n: the cubic whose second derivative is ü."""
-    assert motion.u is not None, "asked for where u is known only"
+    """Return u [m] at the fraction q of the steps n: the cubic whose second derivative is ü."""
+    assert motion.u is not None, "u must be known"
     p = 1.0 - q
     u_dd = motion.u_dd[:]
     bend = (p**3 - p) * u_dd[n] + (q**3 - q) * u_dd[n + 1]
@@ -473,7 +479,7 @@ def integrate_base_squares(
     """Return the integrals of ü² and, where u is known, of u² over a window of samples."""
     dt = motion.dt
     first, last = int(begin / dt), min(math.ceil(end / dt), len(motion.u_dd) - 1)
-    # Steps that the window cuts are integrated by a rule, the whole ones by their forms.
+    # Steps cut by the window are integrated by quadrature, whole steps by closed forms.
     lo = first + (first * dt < begin)
     hi = max(last - (last * dt > end), lo)
     u_dd2, u2 = 0.0, 0.0
@@ -491,7 +497,7 @@ def integrate_base_squares(
 def partial_step_squares(
     motion: Samples, n: int, begin: float, end: float
 ) -> tuple[float, float]:
-    """Return the integrals of ü² and u² over what of step n lies in a window."""
+    """Return the integrals of ü² and u² over the part of step n within a window."""
     dt, u_dd2, u2 = motion.dt, 0.0, 0.0
     lo = max(begin / dt - n, 0.0)
     width = min(end / dt - n, 1.0) - lo
@@ -507,7 +513,7 @@ def partial_step_squares(
 
 
 def whole_step_squares(motion: Samples, first: int, last: int) -> tuple[float, float]:
-    """Return the integrals of ü² and u² over the steps from one sample to another."""
+    """Return the integrals of ü² and u² over the steps between two samples."""
     u_dd, dt = motion.u_dd[first : last + 1], motion.dt
     a_0, a_1 = u_dd[:-1], u_dd[1:]
     own, next_to = np.dot(a_0, a_0), np.dot(a_0, a_1)
@@ -518,7 +524,7 @@ def whole_step_squares(motion: Samples, first: int, last: int) -> tuple[float, f
     path = motion.u[first : last + 1]
     x_0, x_1 = path[:-1], path[1:]
     bend = dt * dt / 6.0
-    # Integrals of the cubics whose second derivative is ü, of a step of length 1.
+    # Closed-form integrals of the squared cubics over a step, scaled to unit length.
     squares = (np.dot(x_0, x_0) + np.dot(x_0, x_1) + np.dot(x_1, x_1)) / 3.0
     bent = (np.dot(x_0, a_0) + np.dot(x_1, a_1)) * 4.0 / 15.0
     bent += (np.dot(x_0, a_1) + np.dot(x_1, a_0)) * 7.0 / 30.0
@@ -527,7 +533,7 @@ def whole_step_squares(motion: Samples, first: int, last: int) -> tuple[float, f
 
 
 def blocks(signal: Signal, size: int = BLOCK_SIZE) -> Iterator[NDArray[np.float64]]:
-    """Return a signal block by block."""
+    """Return an iterator over a signal, block by block."""
     return (signal[at : at + size] for at in range(0, len(signal), size))
 
 
@@ -539,5 +545,5 @@ def mean_and_std(signal: Signal) -> tuple[float, float]:
 
 
 def max_abs(signal: Signal) -> float:
-    """Return the greatest magnitude in a signal."""
+    """Return the greatest absolute value of a signal."""
     return max((float(np.abs(part).max()) for part in blocks(signal)), default=0.0)

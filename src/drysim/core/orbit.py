@@ -1,17 +1,29 @@
-"""The periodic orbits of scenes under sines: found, told apart from a continuum, and measured.
+"""Periodic orbits under sines: convergence, uniqueness and measures of the orbit.
 
-A start is followed period by period (`iterate_period_map`) until the state comes back to where it was one
-or several periods before: the orbit is closed, of that multiple. That may take long where
-little dies out. So, close to an orbit, Newton's method takes over (`newton_step`): it needs the
-slopes of the period map, which the events on the way give in closed form (`period_map_jacobian`); it must
-bring the change down at every step, else the motion goes on from where it was.
+Problem
+    The motion from a given start converges to a periodic orbit: a fixed point of the period map
+    P (the state after one period of the excitation) or of a power P^k. With little damping the
+    iterates approach it slowly, and a small change per period does not prove that the orbit is
+    near.
 
-A change that is small need not mean that the orbit is near. Where what dies out slowest hardly
-does so within a repetition, `uniqueness_and_distance` sums up what the motion would go on changing by; and an
-orbit whose map does not draw its neighbours is one of a continuum, which no start settles. A
-mass that only creeps is given few periods (`period_budget`).
+Method
+    1. Iterate P (`iterate_period_map`) until the state repeats after k periods to within
+       `CLOSURE_TOLERANCE`. The closure residual is the scaled change over the repetition.
+    2. Close to an orbit and with an unchanged number of events per period, take Newton steps (I
+       - DP)⁻¹ (P(x) - x) (`newton_step`). The Jacobian DP is the product of the segment flows
+       and of a saltation matrix per event, all in closed form (`period_map_jacobian`). A step
+       must reduce the residual by `NEWTON_REDUCTION` and the spectral radius of DP must be
+       below 1; otherwise the iteration resumes from its own state.
+    3. Where the free motion decays little per repetition, sum the geometric series of the
+       remaining changes, (I - DP)⁻¹ (P(x) - x) (`uniqueness_and_distance`). A large sum means
+       that the orbit is not reached. A spectral radius of 1 means that the orbit is one of a
+       continuum: neutrally stable and not unique.
 
-`solve_orbits` finds and measures the orbits of a block of scenes in one call.
+A creeping overdamped mass gets few periods (`period_budget`). `solve_orbits` handles a block of
+scenes in one call.
+
+Reference: R. I. Leine and H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+Systems (2004), for saltation matrices and the Poincaré map of systems with friction.
 """
 
 from __future__ import annotations
@@ -46,43 +58,43 @@ from drysim.core.trajectory import (
     state_at,
 )
 
-# Many scenes: one call finds and measures a block.
+# A block of scenes in one call.
 
 
 PERIOD, X_RM, SINES = range(SCENE_COLUMNS, SCENE_COLUMNS + 3)
-"""Columns of a scene behind those of `drysim.core.forcing`: period of the excitation [s],
-stroke limit (infinite for none); from SINES on amplitude [m/s²], frequency [Hz] and phase [rad]
-of each sine."""
+"""Columns of a scene after those of `drysim.core.forcing`: period of the excitation [s] and
+stroke limit [m] (infinite for none); from SINES on amplitude [m/s²], frequency [Hz] and
+phase [rad] of each sine."""
 
 (
     STATUS, TIME, MULTIPLE, CLOSURE, RUN_UP, RUN_UP_PEAK, X_BEGIN, V_BEGIN, X_END, V_END,
     X2, V2, X_DD2, POWER, SLIDING_DISTANCE, STUCK, U_DD2, U2, PEAK, UPCROSSINGS, ENTRIES,
     EXCURSIONS, T_FIRST, TIME_BEYOND, ANSWER_COLUMNS,
 ) = range(25)  # fmt: skip
-"""Columns of an answer: status; the time that a failure is told with [s]; periods, closure [-]
-and run-up [s, m] as in `iterate_period_map`; the states at both ends of one repetition; its integrals as in
-`Totals`; greatest |x_r| [m], upcrossings of zero and entries beyond the limit; excursions as in
-`excursions`. FOUND is their number."""
+"""Columns of an answer: status; time reported with a failure [s]; periods per repetition,
+closure residual [-] and run-up [s, m] as in `iterate_period_map`; states at both ends of one
+repetition; its integrals as in `Totals`; greatest |x_r| [m], upcrossings of zero and entries
+beyond the limit; excursions as in `excursions`. ANSWER_COLUMNS is the number of columns."""
 
 CONVERGED, NOT_CONVERGED, NOT_UNIQUE, ENDLESS_EVENTS, OVERFLOW, LOG_FULL = range(6)
-"""What became of a scene; the last three have no orbit: events without end, a motion beyond the
-numbers, and more events in a repetition than the log holds."""
+"""Status of a scene. The last three have no orbit: endless events without progress in time,
+a state that is not finite, and more events per repetition than the log holds."""
 
 
 @compiled
 def solve_orbits(scenes, answers, values, past_x, past_v, most, log, capacity):
-    """Find and measure the orbit of every scene.
+    """Find and measure the periodic orbit of every scene.
 
     Parameters
     ----------
     scenes : array, shape (n, SINES + 3 sines)
         The columns named above.
-    answers : array, shape (n, FOUND)
+    answers : array, shape (n, ANSWER_COLUMNS)
         Written.
-    values : array, shape (STRIDE (sines + 1),)
-        Scratch, as are `past_x`, `past_v` and the log, which has `capacity` places.
+    values : array, shape (WAVE_COLUMNS (sines + 1),)
+        Work space, as are `past_x`, `past_v` and the log of length `capacity`.
     most : int
-        Periods after which a scene counts as not settled.
+        Number of periods after which a scene counts as not converged.
     """
     for i in range(len(scenes)):
         scene, answer = scenes[i], answers[i]
@@ -113,7 +125,7 @@ def solve_orbits(scenes, answers, values, past_x, past_v, most, log, capacity):
 
 @compiled
 def scene_waves(scene, values, law):
-    """Give the waves of a scene, written into a table that has room for them."""
+    """Return the waves of a scene, written into a table with room for them."""
     base = (len(scene) - SINES) // 3
     for k in range(base):
         at = SINES + 3 * k
@@ -126,7 +138,7 @@ def scene_waves(scene, values, law):
 
 @compiled
 def measure_orbit(plant, law, waves, x_r, v_r, length, x_rM, log, capacity, answer):
-    """Follow one repetition of an orbit from its beginning, and write what it comes to."""
+    """Solve one repetition of an orbit and write its integrals, peaks and crossings."""
     d = initial_direction_under_sines(plant, law, waves, x_r, v_r)
     log.s[0], log.kind[0], log.x_r[0] = 0.0, d, x_r
     reached, x, v, _, count, _ = march_sines(
@@ -162,40 +174,42 @@ def measure_orbit(plant, law, waves, x_r, v_r, length, x_rM, log, capacity, answ
         )
 
 
-# The orbit that a start leads to: a fixed point of the period map or of its powers.
+# Fixed points of the period map and of its powers.
 
 
 MAX_MULTIPLE, USUAL_MULTIPLE = 64, 8
-"""Longest repetition looked for, in periods of the excitation; and up to which in each period,
-as hardly any orbit takes longer."""
+"""Longest repetition tested, in periods of the excitation; and the longest one tested after
+every period, as hardly any orbit is longer."""
 
 LONG_MULTIPLE_INTERVAL = 16
-"""Periods from one look for the longer ones to the next."""
+"""Periods between two tests for the longer repetitions."""
 
 CLOSURE_TOLERANCE = 1e-13
 """Scaled change over one repetition at which the orbit is closed: a few hundred roundings."""
 
 STAGNATION_TOLERANCE = 1e-10
-"""A change below this that has long found no smaller one is rounding of a stiff scene."""
+"""Closure accepted when it has stopped decreasing: rounding of a stiff scene."""
 
 STAGNATION_PERIODS = 20
-"""Periods without a new smallest change: swings of the change itself are shorter."""
+"""Periods without a new smallest change that count as stagnation; oscillations of the change
+are shorter."""
 
 NEWTON_RADIUS = 1e-2
-"""Scaled change below which Newton's method may take over."""
+"""Scaled change per period below which Newton's method is tried."""
 
 NEWTON_REDUCTION = 0.5
-"""Share of the change before to which each of Newton's steps must bring it."""
+"""Factor by which each Newton step must reduce the change."""
 
 NEWTON_PAUSE = 10
-"""Periods of the motion itself after Newton's method has failed first; then twice as many."""
+"""Periods of plain iteration after the first failure of Newton's method; doubled at each
+failure."""
 
 
 @compiled
 def find_orbit(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, capacity):
-    """Give the periodic orbit that a start leads to.
+    """Return the periodic orbit to which the motion from a start converges.
 
-    Parameters as in `iterate_period_map`, from rest on; without dry friction the steady motion itself is
+    Parameters as in `iterate_period_map`. Without dry friction the linear steady state replaces
     the start.
 
     Returns
@@ -203,7 +217,7 @@ def find_orbit(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, c
     x_r, v_r, multiple, closure, periods, peak
         As in `iterate_period_map`.
     unique : bool
-        Whether neighbours are drawn to the orbit; false for one of a continuum.
+        Whether the orbit attracts its neighbours; false if it is one of a continuum.
     """
     if law.F_fs == 0.0 and plant.k_x > 0.0 and plant.b > 0.0:
         x_r, v_r = linear_steady_state(plant, waves)
@@ -235,7 +249,7 @@ def find_orbit(plant, law, waves, period, x_r, v_r, most, past_x, past_v, log, c
 
 @compiled
 def initial_direction_under_sines(plant, law, waves, x_r, v_r):
-    """Give the direction of sliding at t = 0, 0 for stuck."""
+    """Return the direction of sliding at t = 0, 0 for stuck."""
     u_dd = 0.0
     for i in range(waves.base):
         at = WAVE_COLUMNS * i
@@ -247,7 +261,7 @@ def initial_direction_under_sines(plant, law, waves, x_r, v_r):
 
 @compiled
 def linear_steady_state(plant, waves):
-    """Give the steady x_r and v_r at t = 0 of the oscillator without dry friction."""
+    """Return x_r and v_r at t = 0 of the steady response without dry friction."""
     x_r, v_r = 0.0, 0.0
     for i in range(waves.base):
         at = WAVE_COLUMNS * i
@@ -264,37 +278,37 @@ def linear_steady_state(plant, waves):
 def iterate_period_map(
     plant, law, waves, period, x_r, v_r, d, most, past_x, past_v, log, capacity
 ):
-    """Follow a start to the periodic orbit it leads to.
+    """Iterate the period map from a start to a periodic orbit, with Newton steps near it.
 
     Parameters
     ----------
     plant, law, waves
     period : float
-        Of the excitation [s].
+        Period of the excitation [s].
     x_r, v_r, d
-        State at t = 0.
+        State at t = 0 [m, m/s] and direction of sliding.
     most : int
-        Periods after which the scene counts as not settled.
-    past_x, past_v : array, shape (MOST_MULTIPLE,)
-        Scratch.
-    log : Log
-        Scratch.
+        Number of periods after which the scene counts as not converged.
+    past_x, past_v : array, shape (MAX_MULTIPLE,)
+        Work space: states at the start of the latest periods.
+    log : EventLog
+        Work space.
     capacity : int
         Length of the log.
 
     Returns
     -------
     x_r, v_r, d
-        At the beginning of the repetition.
+        State at the start of the repetition.
     multiple : int
-        Excitation periods in the repetition; 0 when not settled, -1 when events follow each
-        other without end.
+        Excitation periods per repetition; 0 if not converged, -1 if events recur without
+        progress in time.
     closure : float
-        Largest scaled change over the repetition [-].
+        Closure residual: largest scaled change over the repetition [-].
     periods : int
-        Periods followed.
+        Periods solved.
     peak : float
-        Largest |x_r| on the way [m].
+        Largest |x_r| during the run-up [m].
     """
     rate = characteristic_rate(plant, period)
     highest = abs(x_r)
@@ -319,7 +333,7 @@ def iterate_period_map(
             events == events_before and d == d_before and events + SINES_LOG_RESERVE <= capacity
         )
         if refined and not (same_events and step < NEWTON_REDUCTION * step_before):
-            # Newton leads astray: the motion goes on from where it was.
+            # The Newton step failed: resume the iteration from the last state of its own.
             x_r, v_r, d = fallback_x, fallback_v, fallback_d
             for i in range(MAX_MULTIPLE):
                 past_x[i] = math.inf
@@ -327,6 +341,7 @@ def iterate_period_map(
             continue
         highest = max(highest, peak)
         scale = peak if peak > 0.0 else 1.0
+        # Compare with the states 1, 2, ... periods before: the shortest repetition counts.
         for multiple in range(1, min(n + 1, USUAL_MULTIPLE) + 1):
             i = (n + 1 - multiple) % MAX_MULTIPLE
             change = max(abs(x_r - past_x[i]), abs(v_r - past_v[i]) / rate) / scale
@@ -338,6 +353,7 @@ def iterate_period_map(
                 and change <= 10.0 * smallest
                 and n - smallest_at > STAGNATION_PERIODS
             )
+            # A closed repetition of k > 1 periods requires a change within a single period.
             is_distinct = multiple == 1 or step > STAGNATION_TOLERANCE * scale
             if is_distinct and (change <= CLOSURE_TOLERANCE or stagnant):
                 return x_r, v_r, d, multiple, change, n + 1, highest
@@ -354,8 +370,8 @@ def iterate_period_map(
                 return x_r, v_r, d, multiple, change / scale, n + 1, highest
         wait -= 1
         if wait <= 0 and step < NEWTON_RADIUS * scale and same_events:
-            # Where a mass may come to rest depends on its way there, if F_fs exceeds F_fk: a
-            # step that leads to no orbit must leave no trace then.
+            # With F_fs > F_fk the rest position depends on the path. A failed sequence of
+            # Newton steps must then not change the state from which the iteration resumes.
             if not refined or law.F_fs <= law.F_fk:
                 fallback_x, fallback_v, fallback_d = x_r, v_r, d
             refined, x_r, v_r = newton_step(
@@ -370,11 +386,21 @@ def iterate_period_map(
 
 @compiled
 def find_long_multiple(past_x, past_v, n, x_r, v_r, rate, limit):
-    """Return the shortest repetition beyond the usual over which a state changes little enough.
+    """Return the shortest repetition above `USUAL_MULTIPLE` that closes, and its change.
 
-    `past_x` and `past_v` are the states at the beginning of the latest periods, the last of
-    which is the n-th and ends with the state given; a change of x_r and v_r/rate up to `limit`
-    [m] is little. Gives the repetition in periods, 0 for none, and its change [m].
+    Parameters
+    ----------
+    past_x, past_v : array, shape (MAX_MULTIPLE,)
+        States at the start of the latest periods; period n ends in state x_r, v_r.
+    limit : float
+        Largest change of x_r and v_r/rate that counts as closed [m].
+
+    Returns
+    -------
+    multiple : int
+        Repetition in periods, 0 for none.
+    change : float
+        Its change [m].
     """
     for multiple in range(USUAL_MULTIPLE + 1, min(n + 1, MAX_MULTIPLE) + 1):
         i = (n + 1 - multiple) % MAX_MULTIPLE
@@ -384,30 +410,31 @@ def find_long_multiple(past_x, past_v, n, x_r, v_r, rate, limit):
     return 0, math.inf
 
 
-# How far a motion that hardly changes any more still is from its orbit.
+# Distance of a slowly changing motion from its orbit.
 
 
 SLOW_DECAYS = 1e-2
-"""Decays over a repetition below which little change does not yet mean a closed orbit."""
+"""Time constants of decay per repetition below which a small change does not prove
+convergence."""
 
 CREEP_DECAYS, CREEP_PERIODS = 0.1, 100
-"""Decays over all the periods that a motion is given, below which an overdamped mass only
-creeps; and the periods that it is given then."""
+"""Time constants of decay over all allowed periods below which an overdamped mass only
+creeps, and the number of periods allowed in that case."""
 
 MAX_ORBIT_DISTANCE = 1e-6
-"""Scaled distance from an orbit at which a motion that hardly changes has not reached it."""
+"""Scaled distance from an orbit above which a slowly changing motion has not converged."""
 
 REST_SPREAD = 1e-9
-"""Share of the largest |x_r| within which a mass that sticks in each period is as good as at
-rest: it creeps to the edge of where it may stay, and any place within is like another."""
+"""Share of the largest |x_r| within which a mass that sticks in each period is at rest. It
+creeps towards the edge of its stick zone, and all positions in that zone are equivalent."""
 
 SINES_LOG_RESERVE = 2
-"""Places that `march_sines` leaves free in a log that held all events of a period."""
+"""Free places that `march_sines` leaves in a log that held all events of a period."""
 
 
 @compiled
 def decay_count(plant, length):
-    """Give how often what dies out slowest falls by e within a time [s]; 0 for never."""
+    """Return the number of time constants of the slowest decay within a time [s], or 0."""
     half = 0.5 * plant.b / plant.m
     w = plant.k_x / plant.m
     square = half * half - w
@@ -418,10 +445,11 @@ def decay_count(plant, length):
 
 @compiled
 def period_budget(plant, period, most):
-    """Give after how many periods, `most` as a rule, a motion counts as not settled.
+    """Return the number of periods after which a motion counts as not converged.
 
-    Where all of them would take it a tenth of its way at best, Newton's method or a sum of
-    changes leads it to its orbit soon, or nothing does.
+    It is `most`, or `CREEP_PERIODS` for a creeping mass: all `most` periods would cover a tenth
+    of its motion at best, so Newton's method or the summed series converges early or nothing
+    does.
     """
     half = 0.5 * plant.b / plant.m
     creeps = (
@@ -433,16 +461,16 @@ def period_budget(plant, period, most):
 
 @compiled
 def uniqueness_and_distance(plant, law, waves, length, x_r, v_r, d, log, capacity):
-    """Tell whether an orbit is the only one around, and how far from it the motion still is.
+    """Return whether an orbit is isolated, and the distance of the motion from it.
 
     Returns
     -------
     unique : bool
-        Whether the map of its repetition, `length` [s], draws neighbours; false for one that
-        keeps distances, as those of a continuum do. Without a spring only speeds are drawn: no
-        place is like another then.
+        Whether the map of the repetition of `length` [s] is a contraction; false if it keeps
+        distances, as for an orbit of a continuum. Without a spring only the velocity contracts
+        and all positions are equivalent.
     left : float
-        What the motion would go on changing by, summed up and over its largest |x_r| [-].
+        Sum of all further changes of the state, relative to the largest |x_r| [-].
     """
     x_end, v_end, _, events, peak = period_map(
         plant, law, waves, length, x_r, v_r, d, log, capacity
@@ -456,6 +484,7 @@ def uniqueness_and_distance(plant, law, waves, length, x_r, v_r, d, log, capacit
     gap_x, gap_v = x_end - x_r, v_end - v_r
     if plant.k_x == 0.0:
         a, b, gap_x = 0.0, 0.0, 0.0
+    # Written so that a NaN counts as not contracting.
     if not spectral_radius(a, b, c, e) < MAX_SPECTRAL_RADIUS:
         return False, 0.0
     left_x, left_v = fixed_point_offset(a, b, c, e, rate, gap_x, gap_v)
@@ -464,32 +493,33 @@ def uniqueness_and_distance(plant, law, waves, length, x_r, v_r, d, log, capacit
 
 @compiled
 def event_spread(log, events, x_r):
-    """Give how far from a place the events of a repetition are [m]."""
+    """Return the largest distance of the events of a repetition from a displacement [m]."""
     most = 0.0
     for i in range(events):
         most = max(most, abs(log.x_r[i] - x_r))
     return most
 
 
-# The period map: what one period of the excitation makes of a state, and of its neighbours.
+# The period map and its Jacobian.
 
 
 MAX_SPECTRAL_RADIUS = 1.0 - 1e-7
-"""A map that shrinks distances less than this is marginal; Newton would pick any orbit."""
+"""Spectral radius above which the period map counts as neutral: its fixed point is not
+isolated."""
 
 
 @compiled
 def period_map(plant, law, waves, period, x_r, v_r, d, log, capacity):
-    """Carry a state through one period.
+    """Propagate a state through one period.
 
     Returns
     -------
     x_r, v_r, d
-        At the end of the period.
+        State at the end of the period.
     events : int
-        Number of events, negative when they follow each other without end.
+        Number of events; negative if they recur without progress in time.
     peak : float
-        Largest |x_r| at an event or an end [m].
+        Largest |x_r| at an event or at an end of the period [m].
     """
     begin = 0.0
     events = 0
@@ -508,20 +538,20 @@ def period_map(plant, law, waves, period, x_r, v_r, d, log, capacity):
 
 @compiled
 def characteristic_rate(plant, period):
-    """Give what turns velocities into displacements of like size [1/s]."""
+    """Return the rate that scales velocities to displacements [1/s]."""
     return max(2.0 * math.pi / period, math.sqrt(plant.k_x / plant.m))
 
 
 @compiled
 def newton_step(plant, law, waves, period, rate, x_r, v_r, d, image, log):
-    """Take one Newton step from a state, of which `period_map` made `image`, to a fixed point.
+    """Take one Newton step from a state with known image under `period_map` to a fixed point.
 
     Returns
     -------
     good : bool
-        Whether the map contracts there, so that the better state may be trusted.
+        Whether the map contracts there, so that the new state is trusted.
     x_r, v_r : float
-        The better state; the image where there is none.
+        The new state; the image if it is not trusted.
     """
     a, b, c, e = period_map_jacobian(plant, law, waves, period, rate, d, image[3], log)
     if not spectral_radius(a, b, c, e) < MAX_SPECTRAL_RADIUS:
@@ -536,17 +566,19 @@ def newton_step(plant, law, waves, period, rate, x_r, v_r, d, image, log):
 
 @compiled
 def spectral_radius(a, b, c, e):
-    """Give the factor by which a map with these slopes stretches in the long run."""
+    """Return the spectral radius of the matrix [[a, b], [c, e]]."""
     mean = 0.5 * (a + e)
+    # Eigenvalues mean ± sqrt(root); of a complex pair the modulus is the root of det.
     root = mean * mean - (a * e - b * c)
     return abs(mean) + math.sqrt(root) if root > 0.0 else math.sqrt(a * e - b * c)
 
 
 @compiled
 def fixed_point_offset(a, b, c, e, rate, gap_x, gap_v):
-    """Give how far [m, m/s] the fixed point of a map with these slopes is from a state.
+    """Return the offset [m, m/s] from a state to the fixed point of the linearised map.
 
-    The gaps are what the map changes of that state.
+    `gap_x` and `gap_v` are image minus state; a, b, c, e are scaled as in
+    `period_map_jacobian`.
     """
     gap_v /= rate
     determinant = (1.0 - a) * (1.0 - e) - b * c
@@ -558,21 +590,22 @@ def fixed_point_offset(a, b, c, e, rate, gap_x, gap_v):
 
 @compiled
 def period_map_jacobian(plant, law, waves, period, rate, d, events, log):
-    """Give the slopes of the period map at a state, from the events on its way.
+    """Return the Jacobian of the period map at a state, from the events of one period.
 
-    `period_map` has written those to the log; it began in direction d. `rate` is that of
-    `characteristic_rate`.
+    `period_map` has written the events to the log; the period starts in direction d. `rate` is
+    the scale of `characteristic_rate`.
 
     Returns
     -------
     a, b, c, e : float
-        Change of x_r and v_r/rate at the end for one of x_r (a, c) and of v_r/rate (b, e);
-        infinite where a neighbour, however near, does something else.
+        Derivatives of x_r and v_r/rate at the end with respect to x_r (a, c) and to v_r/rate
+        (b, e) at the start; infinite where the map is not differentiable.
 
     Notes
     -----
-    An event that comes later by tau leaves a neighbour that, seen at one instant, lags by the
-    acceleration times tau: what dynamics with jumps calls a saltation matrix.
+    The Jacobian is the product of the segment flows and of a saltation matrix per event. An
+    event that comes later by tau shifts a neighbouring solution, seen at the same time, by the
+    jump of the acceleration times tau.
     """
     damping = plant.b / plant.m
     w = plant.k_x / plant.m
@@ -582,6 +615,7 @@ def period_map_jacobian(plant, law, waves, period, rate, d, events, log):
         until = log.s[i] if i < events else period
         if d != 0:
             y, y_d, _, _ = flow(damping, w, until - begin)
+            # Free motion of the deviation, with velocities divided by `rate`.
             keep = y_d + damping * y
             a, c = keep * a + y * rate * c, y_d * c - w * y / rate * a
             b, e = keep * b + y * rate * e, y_d * e - w * y / rate * b
@@ -590,7 +624,7 @@ def period_map_jacobian(plant, law, waves, period, rate, d, events, log):
         begin, after = until, direction_after(log.kind[i])
         set_phases(waves, plant, law, begin, d)
         lag = saltation_factor(plant, law, waves, d, after, log.x_r[i])
-        # Stops are felt by the velocity before them, break-aways by the place of the mass.
+        # A stop depends on the velocity before it, a break-away on the displacement.
         c, e = (lag * c, lag * e) if d != 0 else (lag * a / rate, lag * b / rate)
         d = after
     return a, b, c, e
@@ -598,21 +632,23 @@ def period_map_jacobian(plant, law, waves, period, rate, d, events, log):
 
 @compiled
 def saltation_factor(plant, law, waves, d, after, x_r):
-    """Give what an event makes of a neighbour's distance: the factor on its velocity.
+    """Return the factor that an event applies to a deviation of the state.
 
-    At a break-away it is the velocity for a distance in x_r [1/s]; waves are anchored at the
-    event.
+    At a stop it multiplies the deviation of v_r. At a break-away it is the deviation of v_r per
+    deviation of x_r [1/s]. The phases of the waves must be set at the event.
     """
     u_dd, u_ddd, _ = base_motion(waves, 0.0, 0.0, 0.0)
     load, load_d, _ = relative_normal_force(law, waves, 0.0)
     free = -(u_dd + plant.k_x / plant.m * x_r)
     slip = law.F_fk * load / plant.m
     if d == 0:
+        # Jump of the acceleration, and rate at which F_L approaches the static limit.
         away = after * (law.F_fs - law.F_fk) * load / plant.m
         approach = law.F_fs * load_d + after * plant.m * u_ddd
         if away == 0.0:
             return 0.0
         return away * after * plant.k_x / approach if approach != 0.0 else math.inf
+    # Ratio of the accelerations after and before the stop; 0 if the mass sticks.
     stop = free - d * slip
     if after == 0:
         return 0.0

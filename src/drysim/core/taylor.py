@@ -1,21 +1,32 @@
-"""The motion under laws with a rate or a state of their own: Taylor series, one after another.
+"""Taylor-series solution for friction laws that depend on velocity or on an internal state.
 
-Stribeck, Dahl, LuGre and Leuven friction have no closed form. Every term of the motion's series
-about one instant follows from those before it by sums of products, so a series costs little,
-tells its own radius, and is the motion between the instants as well. `march_taylor` follows a motion
-from series to series and keeps only where each begins; `evaluate_series` and `integrate_series` make it
-anew from there.
+Problem
+    With Stribeck, Dahl, LuGre and Leuven friction the motion has no closed form, but within a
+    direction of motion it is analytic. Fixed-step methods smear the events and need tiny steps
+    for stiff bristles.
 
-Nothing is missed: the velocity's first zero in a step is reached from below, by steps that a
-bound on the curvature proves safe; the ends of the branches of Leuven's bristles likewise (see
-`drysim.core.dynamic_friction`). Where the last terms do not foresee the Stribeck curve, a step
-ends early.
+Method
+    - The Taylor coefficients of x_r, v_r and z about an instant follow one from the other by
+      Cauchy products (automatic differentiation), up to order `ORDER`. The last coefficients
+      give the step over which the truncation error is below the tolerance. The series is also
+      the dense output.
+    - `march_taylor` proceeds from series to series and stores only the start of each;
+      `evaluate_series` and `integrate_series` rebuild the series from there.
+    - Stiff bristles relax within a distance F/σ_0, and a series that resolves this transient
+      takes about ten steps per such distance. After the transient z lies on the slow manifold z
+      = d g(v) (1 - w/v)^(1/power)/σ_0, where g is the Stribeck curve and w is the rate of the
+      bristle deflection (for Leuven the rate of travel). Fixed-point iteration on this equation
+      converges by the ratio of the fast and the slow time scale, and the series of the result
+      is as long as the slow motion permits (`solve_quasi_steady`).
 
-Stiff bristles: at stiffness σ_0 they settle within the distance F/σ_0. A series that resolves
-this takes steps of some ten such distances, however smooth the motion. Once they have settled,
-z is the solution of z = d g(v) (1 - w/v)/σ_0 with w its own rate: each round through this
-equation is nearer by the ratio of the two times, and the series is as long as the slow motion
-allows.
+Why nothing is missed
+    The first zero of v_r within a step is approached from below by steps that a bound on the
+    second derivative proves safe (`first_series_root`); likewise the ends of the hysteresis
+    branches (`core.dynamic_friction`). A step ends early where the last coefficients do not yet
+    reflect the rise of the Stribeck curve.
+
+Reference: E. Hairer, S. P. Nørsett and G. Wanner, Solving Ordinary Differential Equations I
+(1993), section I.8.
 """
 
 from __future__ import annotations
@@ -62,10 +73,11 @@ from drysim.core.trajectory import (
 )
 
 ORDER = 20
-"""Terms of a series at most: near the least work for errors of rounding size."""
+"""Highest order of a series: near the minimum of work for errors of rounding size."""
 
 FLAT_MARGIN = 1.05
-"""A series that begins nearer than this to the edge of the flat part foresees the rise."""
+"""A series that starts below this multiple of the speed `flat_speed` includes the curve's
+rise."""
 
 
 class TaylorSeries(NamedTuple):
@@ -74,27 +86,28 @@ class TaylorSeries(NamedTuple):
     Attributes
     ----------
     x, v, z : array of float
-        Of relative displacement [m], velocity [m/s] and deflection [m], each per s^n.
+        Coefficients of x_r [m], v_r [m/s] and the deflection z [m], each per s^n.
     u : array of float
-        Of ü.
+        Coefficients of ü [m/s²].
     F : array of float
-        Of the friction force [N].
+        Coefficients of the friction force [N].
     s, g, p : array of float
-        Work: exponent of the Stribeck curve, its terms n times each; its excess over F_fk; and
-        |v| z over the curve, or under `LEUVEN` the deflecting force over the curve.
-        The excess is held apart: far above v_s it is below the rounding of the curve.
+        Work: n times the coefficients of the Stribeck exponent; the excess of the Stribeck
+        curve over F_fk [N]; and |v| z over the curve, or for `LEUVEN` the hysteresis force over
+        the curve. The excess is held apart because far above v_s it is below the rounding of
+        the curve.
     w : array of float
-        Rate of the bristles' travel [m/s]; `LEUVEN` alone.
+        Rate of bristle travel [m/s]; for `LEUVEN` and for quasi-steady series.
     square, share : array of float
-        Powers of p; `LEUVEN` alone.
+        Powers of p.
     scale : array of float
-        Its first value is the greatest speed so far [m/s], the measure of what is small.
+        scale[0] is the greatest speed so far [m/s], to which tolerances refer.
     slope : array of float
-        Rise of the deflection per travel: slope[0] + slope[1] z; `LEUVEN` alone.
-    turned : array of float
-        Deflections at which the bristles turned and which they remember [m]; `LEUVEN` alone.
+        Slope dz/dtravel = slope[0] + slope[1] z of the hysteresis branch; `LEUVEN` only.
+    reversals : array of float
+        Deflections at the remembered reversals of the bristles [m]; `LEUVEN` only.
     branch : array of int
-        How many those are, the direction of travel, and whether z is at its limit just now.
+        Number of reversals, direction of travel, and whether z is at its limit; `LEUVEN` only.
     """
 
     x: Any
@@ -114,14 +127,15 @@ class TaylorSeries(NamedTuple):
     branch: Any
 
 
-# The motion series after series, with every zero of the velocity.
+# The march from series to series.
 
 
 CREEPING = 3
-"""Besides the sign, the direction in a trail of a mass too slow for friction to have fallen."""
+"""Magnitude of d in `SeriesSegments` for a mass too slow for the Stribeck curve to have
+fallen."""
 
 MAX_STALLED_STEPS = 100
-"""Changes in a row without progress in time that put a scene at the end of double precision."""
+"""Events in a row without progress in time after which double precision is exhausted."""
 
 
 @compiled
@@ -129,36 +143,36 @@ def march_taylor(
     plant, law, waves, u_dd, dt, n, s, h, end, x_r, v_r, z, d, series, segments, at, log, count,
     capacity,
 ):  # fmt: skip
-    """Follow the motion over intervals of ü, or until steps or log are nearly full.
+    """Solve the motion from interval to interval of ü, until one of the logs is nearly full.
 
     Parameters
     ----------
-    plant, law, waves : Plant, Dynamic, Waves
+    plant, law, waves : Plant, DynamicLaw, Waves
     u_dd : array, shape (samples,)
-        Base acceleration besides the waves [m/s²], linear in between.
+        Base acceleration besides the waves [m/s²], linear between samples.
     dt : float
         Length of an interval [s].
     n, s : int, float
-        Where to begin: the interval, and the time within it [s].
+        Start: interval, and time within it [s].
     h : float
         Length of the last interval [s], at most `dt`.
     end : int
-        The last interval.
+        Index of the last interval.
     x_r, v_r, z, d
-        The state there, and the direction as in `Trail`.
-    jet : Jet
-        To work in.
-    trail, at : Trail, int
-        Where to write the steps, and how many are written.
-    log, count : Log, int
-        The same for events.
+        State at the start [m, m/s, m], and direction as in `SeriesSegments`.
+    series : TaylorSeries
+        Work space, with the remembered reversals.
+    segments, at : SeriesSegments, int
+        Log of the segments, and the number of those written.
+    log, count : EventLog, int
+        Log of the events, and the number of those written.
     capacity : int
-        Length of both.
+        Length of both logs.
 
     Returns
     -------
     n, s, x_r, v_r, z, d, at, count
-        As given; `count` is -1 where the time no longer moves on.
+        Time and state reached, and numbers of entries; `count` is -1 if time does not progress.
     """
     z_tolerance = law.tolerance * law.F_fs / law.sigma_0 if law.kind != STRIBECK else 0.0
     requested = NEVER
@@ -171,7 +185,7 @@ def march_taylor(
         t = n * dt + s
         u_0 = u_dd[n] + slope * s
         if d == 0 and law.kind != STRIBECK:
-            # Whoever rested without a cause to move may have one now, to either side.
+            # The forcing of this interval may move a mass in equilibrium, to either side.
             d = motion_direction_at(plant, law, waves, series, u_0, slope, t, x_r, v_r, z)
             if law.kind == LEUVEN and d != 0:
                 update_branch(law, series, sign(d), v_r, z)
@@ -232,6 +246,7 @@ def march_taylor(
                 v_tolerance,
             )
             event = min(stop, end_of_branch)
+            # A creeping mass whose step is below the resolution of time stops here.
             if slow > 0.0 and event == NEVER and step <= RESOLUTION * (t + step):
                 event = stop = step
             no_progress = (
@@ -267,7 +282,7 @@ def march_taylor(
                 )
                 if law.kind == LEUVEN and d != 0:
                     update_branch(law, series, sign(d), 0.0, z)
-                # Bristles never stick: a mass that rests on them has no event until it moves.
+                # A mass on bristles does not stick: at rest it has no event until it moves.
                 if d != 0 or law.kind == STRIBECK:
                     count = record_event(log, count, n, s, REVERSAL * sign(d), x_r, F_L)
         if s >= length:
@@ -278,7 +293,7 @@ def march_taylor(
 
 @compiled
 def motion_direction_at(plant, law, waves, series, u_0, slope, t, x_r, v_r, z):
-    """Return the direction of motion as in `Trail`: 0 for stuck or without a cause to move."""
+    """Return the direction as in `SeriesSegments`: 0 if stuck or in lasting equilibrium."""
     if v_r != 0.0:
         return sign(v_r)
     if law.kind == STRIBECK:
@@ -291,9 +306,10 @@ def motion_direction_at(plant, law, waves, series, u_0, slope, t, x_r, v_r, z):
 
 @compiled
 def bristle_start_direction(plant, law, waves, series, u_0, slope, t, x_r, z):
-    """Return the direction in which a mass at rest on bristles starts, as in `Trail`.
+    """Return the direction in which a mass at rest on bristles starts to move.
 
-    It is 2 or -2 in equilibrium, from where ü moves the mass, and 0 where no term of ü does.
+    The code is that of `SeriesSegments`: ±2 in equilibrium if a coefficient of ü moves the
+    mass, and 0 if none does.
     """
     set_forcing(series, waves, u_0, slope, t)
     a = series.u[0] + (plant.k_x * x_r + law.sigma_0 * z) / plant.m
@@ -307,10 +323,10 @@ def bristle_start_direction(plant, law, waves, series, u_0, slope, t, x_r, z):
 
 @compiled
 def equilibrium_tolerance(plant, law, series, x_r, z):
-    """Return the acceleration [m/s²] up to which a mass at rest on bristles is in equilibrium.
+    """Return the acceleration [m/s²] that counts as equilibrium on bristles.
 
-    It is that of rounding; or that of a swing on the bristles whose speed may be neglected.
-    Bristles near their limit give way without end, and no swing comes of it.
+    It is the rounding of the forces, or the acceleration of an oscillation on the bristles with
+    a negligible speed. Near their limit the bristles have no stiffness and do not oscillate.
     """
     m, k_x, _ = plant
     pull = law.sigma_0 * abs(z)
@@ -322,7 +338,7 @@ def equilibrium_tolerance(plant, law, series, x_r, z):
 
 @compiled
 def wave_time_scale(waves):
-    """Give the longest step [s] of a stuck mass, within which a series knows the waves."""
+    """Return 1/omega of the fastest wave [s], or infinity."""
     fastest = 0.0
     for i in range(waves.size):
         fastest = max(fastest, waves.values[WAVE_COLUMNS * i + OMEGA])
@@ -331,21 +347,21 @@ def wave_time_scale(waves):
 
 @compiled
 def plant_time_scale(plant):
-    """Give the shortest time of the oscillator itself [s]."""
+    """Return the shortest time scale of the oscillator without friction [s], or infinity."""
     rate = max(math.sqrt(plant.k_x / plant.m), plant.b / plant.m)
     return 1.0 / rate if rate > 0.0 else NEVER
 
 
 @compiled
 def stribeck_break_away(plant, law, waves, x_r, u_0, slope, t, h):
-    """Give when a stuck mass breaks away within h [s], or infinity, and in which direction."""
+    """Return when a stuck mass breaks away within h [s], or infinity, and its direction."""
     limits = CoulombLaw(law.F_fs, law.F_fs, 0.0, 0.0, 0.0)
     set_phases(waves, plant, limits, t, 0)
     return break_away_time(plant, limits, waves, x_r, u_0, slope, slope, h)
 
 
 MAX_QUASI_STEADY_PAUSE = 31
-"""Steps at most before bristles that had not settled are asked again."""
+"""Most steps between two attempts at a quasi-steady series."""
 
 
 @inlined
@@ -366,26 +382,27 @@ def begin_step(
     pause,
     wait,
 ):
-    """Set the series of a step: of settled bristles where they have, else of all that moves.
+    """Set the series of a step: quasi-steady where that converges, else the full one.
 
     Parameters
     ----------
-    plant, law, jet, x_r, v_r, z, v_least, z_least
+    plant, law, series, x_r, v_r, z, v_tolerance, z_tolerance
         As in `extend_series`.
     d : int
-        Direction as in `Trail`.
-    creeps : bool
-        Whether the mass is too slow for friction to have fallen.
-    left, calm, wish : float
-        What is left of the interval, what is short beside the oscillator's own times, and the
-        length that is wished for [s].
+        Direction as in `SeriesSegments`.
+    creeping : bool
+        Whether the mass is too slow for the Stribeck curve to have fallen.
+    left, time_scale, requested : float
+        Rest of the interval, time scale of waves and oscillator, and requested length [s].
     pause, wait : int
-        Steps before bristles are asked again whether they have settled: still, and in all.
+        Steps left before the next attempt at a quasi-steady series, and the length of that
+        pause.
 
     Returns
     -------
-    last, step, rounds, pause, wait
-        Last term, length for which the series holds [s], and rounds of settled bristles.
+    last, step, iterations, pause, wait
+        Degree of the series, its valid length [s], and the iterations of the quasi-steady
+        series, 0 for a full series.
     """
     direction = 1 if d >= 0 else -1
     if law.kind != STRIBECK and relaxation_rate(law, v_r, z) * time_scale > STIFF_RATIO:
@@ -421,28 +438,29 @@ def begin_step(
 def step_extent(
     plant, law, series, last, direction, step, settled, creeping, slow, v_tolerance
 ):
-    """Give how far a series is used [s], and what ends it there.
+    """Return the length over which a series is used [s], and what ends it there.
 
     Parameters
     ----------
-    plant, law, jet, last, way, step
-        The series up to its last term, the direction, and the length for which it holds [s].
-    settled, creeps : bool
-        Whether it is one of settled bristles, or of a mass too slow for friction to fall.
+    plant, law, series, last, direction, step
+        The series of degree `last`, the direction of motion, and its valid length [s].
+    settled, creeping : bool
+        Whether it is quasi-steady, or of a mass too slow for the Stribeck curve to have fallen.
     slow : float
-        Speed within which it creeps [m/s].
-    v_least : float
-        What may be neglected [m/s].
+        Speed below which the mass creeps [m/s].
+    v_tolerance : float
+        Negligible change of speed [m/s].
 
     Returns
     -------
-    step, stop, end, what
-        Length [s]; when v_r is zero and when a branch of the bristles ends, or infinity; and
-        what ends it, as in `branch_exit`.
+    step, stop, end, cause
+        Length [s]; time at which v_r is zero and time at which a hysteresis branch ends, or
+        infinity; and the cause of that end as in `branch_exit`.
     """
     step = curve_valid_length(law, series, last, direction, step, slow)
     stop = first_series_root(series.v, last, direction, step)
     if settled and stop != NEVER:
+        # Near v_r = 0 the slow manifold does not exist: approach it, then use the full series.
         step, stop = 0.5 * stop, NEVER
     end, cause = NEVER, 0
     if law.kind == LEUVEN:
@@ -455,11 +473,11 @@ def step_extent(
     return step, stop, end, cause
 
 
-# A traced motion between its steps.
+# Evaluation and integrals of a solution.
 
 
 NO_TRUNCATION = 1e-300
-"""Nothing that a series has may be neglected where it is read."""
+"""Tolerance at which a rebuilt series keeps all its terms."""
 
 
 @compiled
@@ -470,14 +488,14 @@ def evaluate_series(
 
     Parameters
     ----------
-    plant, law, waves, u_dd, dt, jet, trail
-        As in `march_taylor`; `segments` ends with its last step.
+    plant, law, waves, u_dd, dt, series, segments
+        As in `march_taylor`; `segments` holds the segments written and no more.
     t : array, shape (n,)
-        Ascending, not before the first step [s].
+        Ascending times, not before the first segment [s].
     x_out, v_out, z_out, F_out : array, shape (n,)
         Written: state [m, m/s, m] and friction force [N].
     d_out : array of int, shape (n,)
-        Written: direction of motion, 0 where stuck; bristles never stick.
+        Written: direction of motion, 0 where stuck; a mass on bristles is never stuck.
     """
     i = 0
     known = -1
@@ -505,10 +523,10 @@ def evaluate_series(
 
 @compiled
 def integrate_series(plant, law, waves, u_dd, dt, series, segments, begin, end):
-    """Integrate a traced motion from `begin_step` to `end` [s].
+    """Integrate the motion from `begin` to `end` [s].
 
-    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `sliding_distance` is the loss in the
-    contact over F_fk.
+    Returns x2, v2, x_dd2, power, sliding_distance and stuck as in `Totals`; `sliding_distance`
+    is the energy lost in the contact divided by F_fk.
     """
     m, k_x, b = plant
     x2, v2, x_dd2, power, sliding_distance, stuck = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -541,9 +559,9 @@ def integrate_series(plant, law, waves, u_dd, dt, series, segments, begin, end):
 
 @compiled
 def rebuild_series(plant, law, waves, u_dd, dt, series, segments, i):
-    """Make the series of step i anew; gives the last term that counts, 0 where nothing moves.
+    """Rebuild the series of segment i; return its degree, 0 where nothing moves.
 
-    What comes behind it is not the motion: the rise of the Stribeck curve, a step away.
+    Coefficients above that degree must not be used.
     """
     t, u_0, slope = segment_base(u_dd, dt, segments, i)
     d = segments.d[i]
@@ -581,12 +599,12 @@ def rebuild_series(plant, law, waves, u_dd, dt, series, segments, i):
     return segments.terms[i]
 
 
-# The series of all that moves.
+# The series of the full equation of motion.
 
 
 @compiled
 def set_forcing(series, waves, u_0, slope, t):
-    """Set the series of ü about time t [s]: u_0 + slope s and waves."""
+    """Set the series of ü about time t [s]: u_0 + slope s and the waves."""
     for n in range(ORDER + 1):
         series.u[n] = 0.0
     series.u[0] = u_0
@@ -605,31 +623,32 @@ def set_forcing(series, waves, u_0, slope, t):
 
 @compiled
 def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, z_tolerance):
-    """Set the series of the motion from one state on, as far as they are needed.
+    """Compute the series of the full equation of motion to the order needed.
 
     Parameters
     ----------
-    plant, law : Plant, Dynamic
-    jet : Jet
-        Driven; the rest is written.
+    plant, law : Plant, DynamicLaw
+    series : TaylorSeries
+        With the forcing set; the rest is written.
     d : int
         Direction of motion.
     x, v, z : float
-        The state [m, m/s, m].
+        State [m, m/s, m].
     poised : bool
-        Whether the mass rests or breaks away just now: its relative acceleration is exactly
-        zero.
+        Whether the mass rests or breaks away at this instant: its relative acceleration is
+        exactly zero.
     slow : bool
-        Whether the mass is too slow for friction to have fallen.
+        Whether the mass is too slow for the Stribeck curve to have fallen.
     h : float
-        Length that is wished for [s].
-    v_least, z_least : float
-        What may be neglected [m/s, m].
+        Requested length [s].
+    v_tolerance, z_tolerance : float
+        Negligible changes [m/s, m].
 
     Returns
     -------
     n, h : int, float
-        The last term, and the length for which the series holds [s], at most that asked for.
+        Degree of the series, and the length over which it is valid [s], at most the requested
+        one.
     """
     m, k_x, b = plant
     per_m = 1.0 / m
@@ -651,7 +670,8 @@ def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, 
         if law.kind != STRIBECK:
             tiny = tiny and abs(series.z[n + 1]) * power <= z_tolerance
         small = small + 1 if tiny else 0
-        # Odd and even terms may vanish in turn, and ü has two terms that the state has not.
+        # Three in a row: odd or even terms may vanish by symmetry, and the linear part of ü
+        # enters v two orders after x.
         if small == 3:
             return n + 1, h
     return ORDER, min(h, truncation_length(law, series, v_tolerance, z_tolerance))
@@ -659,7 +679,7 @@ def extend_series(plant, law, series, d, x, v, z, poised, slow, h, v_tolerance, 
 
 @inlined
 def start_stribeck_series(law, series, d, v, slow):
-    """Begin the series of the Stribeck curve; tells whether it changes with the speed here."""
+    """Start the series of the Stribeck curve; return whether it depends on speed here."""
     falls = not slow and law.F_fs != law.F_fk and d * v <= FLAT_MARGIN * flat_speed(law)
     if falls:
         start_excess(law, series, d, v)
@@ -673,7 +693,7 @@ def start_stribeck_series(law, series, d, v, slow):
 
 @compiled
 def truncation_length(law, series, v_tolerance, z_tolerance):
-    """Give the length [s] at which the last terms of the series are what may be neglected."""
+    """Return the length [s] up to which the last terms of the series are within tolerance."""
     h = math.inf
     for n in range(ORDER - 1, ORDER + 1):
         size = abs(series.v[n]) / v_tolerance
@@ -686,7 +706,7 @@ def truncation_length(law, series, v_tolerance, z_tolerance):
 
 @compiled
 def horner(coefficients, n, s):
-    """Give the value of a series up to term n at s."""
+    """Evaluate a polynomial of degree n at s by Horner's rule."""
     total = coefficients[n]
     for k in range(n - 1, -1, -1):
         total = total * s + coefficients[k]
@@ -695,7 +715,7 @@ def horner(coefficients, n, s):
 
 @compiled
 def series_state(series, n, s):
-    """Give x, v and z [m, m/s, m] at s from terms up to n: three at the price of one."""
+    """Return x, v and z [m, m/s, m] at s from the terms up to n, by Horner's rule."""
     x, v, z = series.x[n], series.v[n], series.z[n]
     for k in range(n - 1, -1, -1):
         x = x * s + series.x[k]
@@ -704,26 +724,28 @@ def series_state(series, n, s):
     return x, v, z
 
 
-# Sliding on stiff bristles that have settled: their deflection follows the speed.
+# Quasi-steady sliding on stiff bristles: the deflection follows the speed.
 
 
 QUASI_STEADY = 2
-"""What a direction in a trail has besides the rounds of a series on settled bristles."""
+"""Offset added to the iterations of a quasi-steady series in the codes of
+`SeriesSegments.d`."""
 
 STIFF_RATIO = 40.0
-"""Times of settling in a step from which on the settled series pays: four steps that resolve
-them cost as much as its rounds."""
+"""Relaxation times per step from which on the quasi-steady series pays: four steps that
+resolve the transient cost as much as its iterations."""
 
 MAX_ITERATIONS = 12
-"""Rounds after which bristles count as not settled: each takes a power of a small ratio."""
+"""Iterations after which the bristles count as not relaxed; each gains a factor, the small
+ratio of time scales."""
 
 QUASI_STEADY_DISTANCE = 0.1
-"""Relative distance from the sliding limit beyond which bristles surely have not settled."""
+"""Relative distance from the sliding limit above which bristles are surely not quasi-steady."""
 
 
 @inlined
 def relaxation_rate(law, v, z):
-    """Give the rate at which bristles settle [1/s]; 0 where they are far from it."""
+    """Return the rate at which bristles relax [1/s]; 0 where they are far from quasi-steady."""
     limit = stribeck_curve(law, v)
     pull = law.sigma_0 * abs(z)
     return (
@@ -735,10 +757,10 @@ def relaxation_rate(law, v, z):
 
 @compiled
 def solve_quasi_steady(plant, law, series, d, x, v, z, h, v_tolerance, z_tolerance):
-    """Set the series of the motion on settled bristles; parameters as in `extend_series`.
+    """Compute the series of the motion on the slow manifold by fixed-point iteration.
 
-    Returns the last term, the length for which the series holds [s], and the rounds that it
-    took; 0 where the bristles at z have not settled.
+    Parameters as in `extend_series`. Returns the degree, the valid length [s], and the number
+    of iterations; 0 iterations if the deflection z is not quasi-steady.
     """
     rate = law.sigma_0 * abs(v) / stribeck_curve(law, v)
     for n in range(ORDER + 2):
@@ -752,6 +774,7 @@ def solve_quasi_steady(plant, law, series, d, x, v, z, h, v_tolerance, z_toleran
         change = update_deflection_rate(
             plant, law, series, last, rate, h, v_tolerance, z_tolerance
         )
+        # Not stiff enough to pay, or the iteration does not contract.
         if rate * h < STIFF_RATIO or (iterations > 2 and not change < 0.5 * before):
             return 0, h, 0
         if change <= 1.0:
@@ -762,7 +785,7 @@ def solve_quasi_steady(plant, law, series, d, x, v, z, h, v_tolerance, z_toleran
 
 @compiled
 def rebuild_quasi_steady(plant, law, series, d, x, v, iterations):
-    """Set the whole series of settled bristles after so many rounds."""
+    """Rebuild the quasi-steady series after a number of iterations."""
     for n in range(ORDER + 2):
         series.w[n] = 0.0
     for _ in range(iterations):
@@ -772,7 +795,7 @@ def rebuild_quasi_steady(plant, law, series, d, x, v, iterations):
 
 @compiled
 def quasi_steady_iteration(plant, law, series, d, x, v, h, v_tolerance, z_tolerance):
-    """Go once through the equation of settled bristles; gives the last term that counts."""
+    """Iterate the quasi-steady equation once with the present w; return the degree needed."""
     m, k_x, b = plant
     series.x[0] = x
     series.v[0] = v
@@ -799,7 +822,7 @@ def quasi_steady_iteration(plant, law, series, d, x, v, h, v_tolerance, z_tolera
 
 @inlined
 def quasi_steady_term(law, series, d, n, falls):
-    """Give term n of z = d g(v) (1 - w/v)^(1/power)/σ_0 [m]."""
+    """Return term n of z = d g(v) (1 - w/v)^(1/power)/σ_0 [m]."""
     if falls and n > 0:
         excess_term(law, series, d, n)
     lag = series.w[n]
@@ -815,7 +838,7 @@ def quasi_steady_term(law, series, d, n, falls):
 
 @inlined
 def fractional_root_term(law, series, n):
-    """Give term n of (1 - p)^(1/power)."""
+    """Set and return term n of (1 - p)^(1/power)."""
     rest = 1.0 - series.p[0]
     if n == 0:
         return rest if law.power == 1 else rest ** (1.0 / law.power)
@@ -829,7 +852,7 @@ def fractional_root_term(law, series, n):
 
 @compiled
 def update_deflection_rate(plant, law, series, last, rate, h, v_tolerance, z_tolerance):
-    """Set w from the series of z; gives how far that moves z or v, over what may be."""
+    """Update w from the series of z; return the change of z or v relative to its tolerance."""
     change = 0.0
     power = 1.0
     for n in range(ORDER + 1):
@@ -846,19 +869,20 @@ def update_deflection_rate(plant, law, series, last, rate, h, v_tolerance, z_tol
     return change
 
 
-# How far a series may be trusted, and where its velocity is zero first.
+# Valid length of a series, and the first zero of its velocity.
 
 
 CURVE_TOLERANCE = 10.0
-"""Tolerances of F_fs that the curve at the end of a series may be off; roundings add up."""
+"""Error of the curve at the end of a series, in tolerances of F_fs, that is accepted;
+roundings add up."""
 
 
 @compiled
 def first_series_root(coefficients, n, d, h):
-    """Give the first time in (0, h] at which a velocity in direction d is zero, or infinity.
+    """Return the first zero in (0, h] of a velocity in direction d, or infinity.
 
-    Steps that a bound on the curvature proves safe lead to the first zero from below, so none
-    is missed; a zero at the beginning itself is divided out.
+    A bound on the second derivative gives steps that cannot skip a root, so the first root is
+    approached from below. Leading zero coefficients, a root at 0 itself, are divided out.
     """
     first = 0
     while first <= n and coefficients[first] == 0.0:
@@ -873,6 +897,7 @@ def first_series_root(coefficients, n, d, h):
         rest += size * power * h
         bend += k * (k - 1) * size * power_before
         power_before, power = power, power * h
+    # The first coefficient exceeds the sum of all others on (0, h]: no root.
     if abs(coefficients[first]) > rest:
         return NEVER
     s = 0.0
@@ -894,11 +919,10 @@ def first_series_root(coefficients, n, d, h):
 
 @compiled
 def curve_valid_length(law, series, n, d, h, slow):
-    """Give the length [s], at most h, over which a series foresees the Stribeck curve.
+    """Return the length [s], at most h, over which a series represents the Stribeck curve.
 
-    Where the speed is far above v_s the rise of the curve lies beyond the last term, so a
-    series ends where the rise begins to count; and where it is too slow for friction to have
-    fallen, at `slow` [m/s].
+    Far above v_s the rise of the curve is beyond the last term, so a series ends where the
+    speed falls to the rise. A series of a creeping mass ends at the speed `slow` [m/s].
     """
     if law.F_fs == law.F_fk:
         return h
@@ -913,7 +937,7 @@ def curve_valid_length(law, series, n, d, h, slow):
 
 @compiled
 def speed_crossing_time(series, n, d, level, h):
-    """Give when within h [s] the velocity in direction d comes down to a level [m/s]."""
+    """Return when within h [s] the velocity in direction d decreases to a level [m/s]."""
     v = series.v[0]
     series.v[0] = v - d * level
     arrives = first_series_root(series.v, n, d, h)
@@ -923,14 +947,12 @@ def speed_crossing_time(series, n, d, level, h):
 
 @compiled
 def curve_checked_length(plant, law, series, n, d, h, v_tolerance):
-    """Give the length [s], at most h, at whose end the series still is the Stribeck curve.
+    """Return the length [s], at most h, at whose end the series matches the Stribeck curve.
 
-    Near rest a curve that is steep there may be off by what changes the speed by
-    `v_tolerance` [m/s].
-
-    Near the edge of the flat part the terms of the rise grow for long before they fall, so
-    small terms alone do not tell that a series is complete. One that begins on the flat part
-    is `curve_valid_length` to stay there.
+    Near the edge of the flat part, the terms of the rise grow for long before they decrease, so
+    small terms alone do not prove that a series is complete. The curve at the end is therefore
+    compared with its exact value. A fractional curve is steep near rest and may be off by what
+    changes the speed by `v_tolerance` [m/s].
     """
     if law.F_fs == law.F_fk or d * series.v[0] > FLAT_MARGIN * flat_speed(law):
         return h

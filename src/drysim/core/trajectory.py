@@ -1,19 +1,26 @@
-"""From the beginnings of stretches to states, grids, integrals and turning points.
+"""Trajectory of an exact solution: state at any time, output grids, integrals, turning points.
 
-A march or a leap leaves where each stretch of a motion begins: time, state and mode. Within a
-stretch the motion is in closed form, so whatever is asked for later follows from there alone:
+Problem
+    A march (`core.march`, `core.sampled`) returns only the start of every segment: time, state
+    and mode. Everything else is derived here from these values without a new solution.
 
-- the state at any instant, by the flow of the stretch;
-- states on a grid: what the oscillator and the waves do in whole numbers of steps is put into a
-  table once, and points are sums of its columns, so that none waits for the one before it;
-- integrals: Gauss and Legendre's rules on panels short enough to exhaust double precision, as a
-  panel never holds more than a few radians of the fastest thing that is still alive; quadratic
-  forms for whole steps of sliding over samples; and sums of exponentials for a contact that
-  holds for long;
-- turning points, between two of which x_r is monotone: peaks, zeros and stroke limits.
+Method
+    Within a segment the motion has a closed form, so no interpolation error arises.
 
-Solutions of Coulomb friction come as events, all others as a trail whose entry i begins at time
-trail.s[i] of step trail.n[i]. Kernels that read a trail go through ascending times.
+    - State at any time: the flow of the segment, `motion_at`.
+    - Output grid under sines: the flow and the sine responses over 0, 1, ... grid steps are
+      tabulated once. Every grid point is then a linear combination of table columns and does
+      not depend on the point before it.
+    - Integrals: Gauss-Legendre quadrature on panels of at most `PANEL_RADIANS` of the fastest
+      rate that is still present, with an error below rounding; quadratic forms of the state for
+      whole sampled steps; sums of complex exponentials for long holding segments.
+    - Turning points of x_r: v_r = 0 within a segment. Between two of them x_r is monotone, so
+      peaks, zero crossings and crossings of the stroke limit follow from them and none is
+      missed.
+
+A solution with Coulomb friction is stored as its events: v_r is 0 after each event except the
+first. Every other solution is stored as `Segments`; segment i starts at the time segments.s[i]
+within step segments.n[i]. Kernels that evaluate segments expect ascending times.
 """
 
 from __future__ import annotations
@@ -88,7 +95,7 @@ from drysim.core.oscillator import (
 )
 from drysim.core.roots import MAX_BISECTIONS, NEVER, RESOLUTION, next_stop, slip_exit_time
 
-# Gauss and Legendre's rules on a panel of length 1: to import them takes longer.
+# Gauss-Legendre nodes and weights on [0, 1], as literals: importing them from numpy is slow.
 
 
 FOUR_NODES = (
@@ -119,12 +126,16 @@ TWELVE_WEIGHTS = (
 )  # fmt: skip
 
 
-# States between events, at any instant.
+# State at any time between events.
 
 
 @compiled
 def segment_state(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
-    """Give x_r and v_r at time s of a stretch that starts at time t with this state."""
+    """Return x_r and v_r at time s [s] of a segment that starts at time t in state x_r, v_r, d.
+
+    `u_0` and `slope` are the part of ü besides the waves at its start [m/s²] and its rate
+    [m/s³].
+    """
     if d == 0:
         return x_r, 0.0
     set_phases(waves, plant, law, t, d)
@@ -135,7 +146,17 @@ def segment_state(plant, law, waves, u_0, slope, t, x_r, v_r, d, s):
 
 @compiled
 def state_at(plant, law, waves, t, kind, x_r, v_first, at):
-    """Give x_r and v_r at a time [s] by events; the first is the start at `v_first` [m/s]."""
+    """Return x_r [m] and v_r [m/s] at the time `at` [s] of a solution stored as events.
+
+    Parameters
+    ----------
+    t, kind, x_r : array, shape (events,)
+        Time [s], kind and displacement [m] of the events; the first event is the start.
+    v_first : float
+        Velocity at the start [m/s]; it is 0 at every later event.
+    at : float
+        Time, not before the first event [s].
+    """
     i = last_event_index(t, at)
     v_r = v_first if i == 0 else 0.0
     d = direction_after(kind[i])
@@ -144,7 +165,7 @@ def state_at(plant, law, waves, t, kind, x_r, v_first, at):
 
 @inlined
 def last_event_index(t, at):
-    """Give the number of the last event that is not after a time [s]; the first is not."""
+    """Return the index of the last event at or before a time [s], by bisection."""
     low, high = 0, len(t)
     while high - low > 1:
         middle = (low + high) // 2
@@ -155,51 +176,53 @@ def last_event_index(t, at):
     return low
 
 
-# States on a grid under sines: sums of columns of a table.
+# States on a grid under sines: linear combinations of table columns.
 
 
 TABLE_ROWS = 128
-"""Numbers of steps in the table: a few kilobytes for one wave, made once for a whole grid."""
+"""Number of grid steps in the table: a few kilobytes per wave, computed once per grid."""
 
 FLOW_COLUMNS = 3
 """Columns of the free motion: y, y_d and Y of `flow`."""
 
 ANGLE_COLUMN = 3
-"""First of the columns of a wave's angle."""
+"""First of the two columns of a wave that hold its sine and cosine."""
 
 RESPONSE_COLUMNS = 5
-"""Columns of a wave: R, P and P_d of `sine_response`, or where the response to it is steady
-sin(omega s)/omega, cos(omega s) and the slope of that; and sine and cosine of its angle."""
+"""Columns of a wave: R, P and P_d of `sine_response`, or sin(omega s)/omega, cos(omega s)
+and the derivative of the latter where the steady response is used; then sin(omega s) and
+cos(omega s)."""
 
 
 def table_size(size: int) -> int:
-    """Give the length of the table for so many waves."""
+    """Return the length of the table for a number of waves."""
     return TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * size)
 
 
 @compiled
 def sample_coulomb_grid(scene, t, kind, x_r, first, dt, table, out, d_out):
-    """Write a solution under waves on the grid n·dt, from point `first` on.
+    """Write a solution with Coulomb friction under waves at the grid points n·dt.
 
     Parameters
     ----------
     scene : array
-        As in `drysim.core.forcing`, its waves included.
+        Plant, law, start and waves as in `drysim.core.forcing`.
     t, kind, x_r : array, shape (events,)
-        The events; the first is the start.
+        Time [s], kind and displacement [m] of the events; the first event is the start.
     first : int
-        Number of the first point.
+        Index of the first grid point.
     dt : float
-        Distance of the grid points [s].
+        Grid spacing [s].
     table : array, shape (`table_size`,)
-        Room for what the oscillator and the waves do in whole numbers of steps.
+        Work space for the responses over whole grid steps.
     out, d_out : array, shape (2, n) and (n,)
-        Written: x_r and v_r, and the direction of sliding.
+        Written: x_r [m] and v_r [m/s], and the direction of sliding.
 
     Notes
     -----
-    The sums begin anew at the first of every `TABLE_ROWS` points behind an event: always the same
-    ones, so that blocks change no number.
+    The sums restart at every `TABLE_ROWS`-th point after an event, counted from the event and
+    not from `first`. The result is therefore independent of the blocks in which a grid is
+    written.
     """
     plant, law, waves = unpack_scene(scene)
     x_out, v_out = out[0], out[1]
@@ -239,7 +262,7 @@ def sample_coulomb_grid(scene, t, kind, x_r, first, dt, table, out, d_out):
 def sample_slip(
     plant, law, waves, table, t, x_r, v_r, d, start, n, end, first, dt, x_out, v_out, d_out
 ):
-    """Write a slip from point n to the one before `end`, its mode included."""
+    """Write the grid points n to end - 1 of a slip segment, with the direction of sliding."""
     g, at = -d * law.F_fk / plant.m, n - first
     write_segment(
         plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
@@ -248,16 +271,16 @@ def sample_slip(
         return
     for k in range(at, end - first):
         if v_out[k] * d <= 0.0:
-            # Rounding has the last word where the velocity is next to nothing.
+            # The sum of columns may have the wrong sign where |v_r| is of the size of rounding.
             s = (first + k) * dt - t
             x_out[k], v_out[k] = segment_state(plant, law, waves, 0.0, 0.0, t, x_r, v_r, d, s)
 
 
 @inlined
 def write_direction(d, at, rows, v_out, d_out):
-    """Write the direction of sliding; tells whether every velocity has it."""
+    """Write the direction of sliding; return whether all velocities have its sign."""
     if at < 0:
-        # Never so; but the compiler is told that no index counts from the end.
+        # Never true, but it tells the compiler that no index wraps around.
         return False
     for k in range(rows):
         d_out[at + k] = d
@@ -271,18 +294,18 @@ def write_direction(d, at, rows, v_out, d_out):
 def sample_elastic_grid(
     plant, law, waves, segments, first, dt, bare, sprung, x_out, v_out, F_out, d_out
 ):
-    """Write a solution under waves on the grid n·dt, from point `first` on.
+    """Write a solution with an elastic contact under waves at the grid points n·dt.
 
     Parameters
     ----------
-    trail : Trail
-        Where each piece begins; the first one is before the first point.
+    segments : Segments
+        The first one starts at or before the first grid point.
     first, dt
         As in `sample_coulomb_grid`.
     bare, sprung : array, shape (`table_size`,)
-        Room for the tables of the oscillator without and with the spring of the contact.
+        Work space for the tables of the oscillator without and with the contact stiffness.
     x_out, v_out, F_out, d_out : array, shape (n,)
-        Written: x_r, v_r, the contact force [N] and the direction of motion.
+        Written: x_r [m], v_r [m/s], contact force [N] and direction of motion.
     """
     last = first + len(x_out)
     n, filled, filled_sprung = first, 0, 0
@@ -298,7 +321,7 @@ def sample_elastic_grid(
         while n < until:
             start = n - (n - begin) % TABLE_ROWS
             end = min(until, start + TABLE_ROWS)
-            # Which waves have a steady response hangs on the spring.
+            # Whether a steady response is usable depends on the stiffness.
             set_phases(waves, effective, law, t, d)
             if is_holding(mode):
                 table = sprung
@@ -340,10 +363,10 @@ def sample_elastic_grid(
 def write_segment(
     plant, law, waves, table, t, x_r, v_r, d, g, start, n, end, first, dt, x_out, v_out
 ):
-    """Write a stretch from point n to the one before `end`, by its state at point `start`.
+    """Write the grid points n to end - 1 of a segment from its state at grid point `start`.
 
-    It begins at time t [s] under the steady force g per mass [m/s²]. What it lacks of the
-    steady response to the waves fades from there.
+    The segment starts at time t [s] and has the constant force per mass g [m/s²]. The motion is
+    the steady response plus a free motion that starts with the difference from it.
     """
     w = plant.k_x / plant.m
     set_phases(waves, plant, law, t, d)
@@ -359,7 +382,7 @@ def write_segment(
 
 @inlined
 def wave_coefficients(waves, i):
-    """Give by how much each column of a wave counts from where it is anchored."""
+    """Return the coefficients of the sine and cosine columns of wave i at row 0."""
     values, wave = waves.values, WAVE_COLUMNS * i
     if values[wave + STEADY] > 0.0:
         return values[wave + STEADY_V], values[wave + STEADY_X]
@@ -369,9 +392,10 @@ def wave_coefficients(waves, i):
 
 @inlined
 def transient_state(c, w, waves, x_r, v_r, g, s):
-    """Give x_r and v_r at time s of a slip, less the steady response to the waves.
+    """Return x_r and v_r at time s of a segment minus the steady response to the waves.
 
-    A wave that has none counts with what it has made from rest. Parameters as in `motion_at`.
+    A wave without a usable steady response contributes its response from rest instead.
+    Parameters as in `motion_at`.
     """
     values = waves.values
     y, y_d, Y = free_response(c, w, s)
@@ -391,16 +415,16 @@ def transient_state(c, w, waves, x_r, v_r, g, s):
 
 @inlined
 def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x_out, v_out):
-    """Write the motion from a state [m, m/s] under a steady force per mass [m/s²].
+    """Write the free motion from a state [m, m/s] under a constant force per mass [m/s²].
 
-    What the first wave adds is in it, by its parts as in `add_wave_response`: 0 where there is none.
+    The response to the first wave is included, with coefficients as in `add_wave_response`.
     """
     if row < 0 or at < 0:
-        # Never so; but the compiler is told that no index counts from the end.
+        # Never true, but it tells the compiler that no index wraps around.
         return
-    # Added up here, not in the loop, or neighbours would not be loaded side by side.
+    # Offsets computed outside the loop, so that the compiler vectorises the loads.
     second, third = row + TABLE_ROWS, row + 2 * TABLE_ROWS
-    # Without a wave there are no columns of it: nothing times any others is nothing.
+    # Without a wave both coefficients are 0, and any existing column will do.
     wave = row + FLOW_COLUMNS * TABLE_ROWS if from_sine != 0.0 or from_cosine != 0.0 else row
     wave_second, wave_third = wave + TABLE_ROWS, wave + 2 * TABLE_ROWS
     for k in range(rows):
@@ -412,10 +436,10 @@ def write_motion(table, row, rows, x_r, v_r, push, from_sine, from_cosine, at, x
 
 @inlined
 def add_wave_response(table, i, row, rows, from_sine, from_cosine, at, x_out, v_out):
-    """Add what wave i has done since row 0, or its steady response, of such parts there."""
+    """Add the response to wave i: its sine and cosine columns times their coefficients."""
     begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i)
     if begin < 0 or at < 0:
-        # Never so; but the compiler is told that no index counts from the end.
+        # Never true, but it tells the compiler that no index wraps around.
         return
     second, third = begin + TABLE_ROWS, begin + 2 * TABLE_ROWS
     for k in range(rows):
@@ -426,9 +450,10 @@ def add_wave_response(table, i, row, rows, from_sine, from_cosine, at, x_out, v_
 
 @compiled
 def fill_table(plant, waves, dt, table, begin, end):
-    """Write the motion from row `begin` to the one before `end`; gives the rows written.
+    """Write the rows `begin` to end - 1 of the table; return the number of valid rows.
 
-    The waves are anchored, wherever that may be: it tells which of them have a steady response.
+    The phases of the waves must be set at some time, because `set_phases` decides which waves
+    have a usable steady response.
     """
     c, w = plant.b / plant.m, plant.k_x / plant.m
     for k in range(begin, end):
@@ -453,7 +478,7 @@ def fill_table(plant, waves, dt, table, begin, end):
 
 @inlined
 def grid_index_before(t, dt):
-    """Give the number of the last grid point before time t [s]; -1 for none."""
+    """Return the index of the last grid point before time t [s]; -1 if there is none."""
     n = int(t / dt)
     while n * dt >= t:
         n -= 1
@@ -464,10 +489,10 @@ def grid_index_before(t, dt):
 
 @compiled
 def sample_base_grid(waves, first, dt, table, u_out):
-    """Write ü of the base [m/s²] on the grid n·dt, from point `first` on.
+    """Write ü of the waves [m/s²] at the grid points n·dt, from index `first` on.
 
-    Each wave is the sum of its sine and cosine after whole steps, with the parts that it has at
-    the first of every `TABLE_ROWS` points.
+    Within `TABLE_ROWS` points, each wave is expanded by the addition theorem about the first
+    point.
     """
     values = waves.values
     last = first + len(u_out)
@@ -496,29 +521,30 @@ def sample_base_grid(waves, first, dt, table, u_out):
 
 @compiled
 def add_wave_acceleration(table, i, row, rows, sine, cosine, at, u_out):
-    """Add a wave itself, of which it began with these parts [m/s²]."""
+    """Add the acceleration of a wave whose sine and cosine parts at row 0 are given [m/s²]."""
     begin = row + TABLE_ROWS * (FLOW_COLUMNS + RESPONSE_COLUMNS * i + ANGLE_COLUMN)
     if begin < 0 or at < 0:
-        # Never so; but the compiler is told that no index counts from the end.
+        # Never true, but it tells the compiler that no index wraps around.
         return
     second = begin + TABLE_ROWS
     for k in range(rows):
         u_out[at + k] += sine * table[second + k] + cosine * table[begin + k]
 
 
-# Integrals over the stretches of Coulomb friction, in panels.
+# Integrals over segments of Coulomb friction, by panels.
 
 
 PANEL_RADIANS = 4.0
-"""Radians (or decays) a panel may hold: 12 nodes integrate exp(±2i·4) to 4e-17."""
+"""Radians (or decays) per panel. A square varies twice as fast: twelve nodes integrate
+exp(±2i·4) with an error of 4e-17."""
 
 NEGLIGIBLE_DECAYS = 90.0
-"""What decays with rate c/2 is below double precision after 90/c."""
+"""A motion that decays at rate c/2 is below double precision after the time 90/c."""
 
 
 @compiled
 def panel_length(c, w, waves, s):
-    """Give the length of the panel that may start at time s of a stretch [s]."""
+    """Return the length of the quadrature panel that starts at time s of a segment [s]."""
     rate = 0.0
     for i in range(waves.size):
         rate = max(rate, waves.values[WAVE_COLUMNS * i + OMEGA])
@@ -528,7 +554,7 @@ def panel_length(c, w, waves, s):
 
 @compiled
 def fastest_rate(c, w, s):
-    """Give the fastest rate of the oscillator that is still alive at time s of a stretch."""
+    """Return the fastest rate of the oscillator still present at time s of a segment [1/s]."""
     if c * s < NEGLIGIBLE_DECAYS:
         return c + math.sqrt(w)
     return w / (0.5 * c + math.sqrt(0.25 * c * c - w)) if 0.25 * c * c > w else 0.0
@@ -538,8 +564,8 @@ def fastest_rate(c, w, s):
 def integrate_coulomb_events(plant, law, waves, t, kind, x_r, v_first, begin, end):
     """Integrate a solution under waves from `begin` to `end` [s].
 
-    It is given by its events as in `state_at`. Returns x2, v2, x_dd2, power, rub and stuck, as
-    in `Totals`.
+    The solution is given by its events as in `state_at`. Returns x2, v2, x_dd2, power,
+    sliding_distance and stuck as in `Totals`.
     """
     sums, stuck = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
     for i in range(len(t)):
@@ -562,28 +588,28 @@ def integrate_coulomb_events(plant, law, waves, t, kind, x_r, v_first, begin, en
 def integrate_coulomb_steps(
     plant, law, waves, u_dd, dt, first, steps, x_r, v_r, d, log, begin, end
 ):
-    """Integrate the named steps of a march; each may hold events or an end of the window.
+    """Integrate selected steps of a sampled march; they may hold events or ends of the window.
 
     Parameters
     ----------
     u_dd : array, shape (samples,)
         Base acceleration [m/s²].
     dt : float
-        Distance of the samples [s].
+        Sampling interval [s].
     first : int
-        How many samples of the motion come before those that are given.
+        Number of samples of the motion before the first one in `u_dd`.
     steps : array of int, shape (steps,)
-        Numbers of the steps, ascending; they and the log count from `first`.
+        Indices of the steps, ascending; like those in the log, they count from `first`.
     x_r, v_r, d : array, shape (samples,)
-        The march.
-    log : Log
-        Its events, ascending.
+        State [m, m/s] and direction of sliding at the samples.
+    log : EventLog
+        Events of the march, ascending.
     begin, end : float
-        The window [s].
+        Window of integration [s].
 
     Returns
     -------
-    x2, v2, x_dd2, power, rub, stuck : float
+    x2, v2, x_dd2, power, sliding_distance, stuck : float
         As in `Totals`.
     """
     sums, stuck, event = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0
@@ -616,7 +642,7 @@ def integrate_coulomb_steps(
 
 @inlined
 def add_sums(sums, more):
-    """Give the sums of x2, v2, x_dd2, power and rub of two stretches."""
+    """Return the elementwise sum of two tuples (x2, v2, x_dd2, power, sliding_distance)."""
     x2, v2, x_dd2, power, sliding_distance = sums
     return (
         x2 + more[0],
@@ -629,20 +655,20 @@ def add_sums(sums, more):
 
 @compiled
 def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
-    """Integrate one stretch.
+    """Integrate one segment of Coulomb friction.
 
     Parameters
     ----------
     u_0, slope : float
-        Part of ü that is not waves: at the start of the stretch [m/s²], and its rate [m/s³].
+        Part of ü besides the waves at the start of the segment [m/s²], and its rate [m/s³].
     t, x_r, v_r, d
-        Start of the stretch [s], state there [m, m/s] and direction of sliding, 0 when stuck.
+        Start of the segment [s], state there [m, m/s] and direction of sliding, 0 when stuck.
     lo, hi : float
-        Limits, counted from the start [s].
+        Limits of integration, counted from the start [s].
 
     Returns
     -------
-    x2, v2, x_dd2, power, rub : float
+    x2, v2, x_dd2, power, sliding_distance : float
         As in `Totals`.
     """
     m, k_x, b = plant
@@ -655,7 +681,7 @@ def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
         and waves.size == 0
         and (c + math.sqrt(w)) * hi <= NEGLIGIBLE_DECAYS
     ):
-        # Without waves a panel by series takes half the time, until what decays is gone.
+        # Without waves, panels by series halve the time until the free motion has decayed.
         factors = series_factors(c, w)
         return integrate_slip_series(
             c, w, f, factors, higher_series_factors(factors, c, w), u_0, slope, x_r, v_r, d, hi
@@ -664,7 +690,7 @@ def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
     s = lo
     while s < hi:
-        own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck oscillator has no rate of its own
+        own = (c, w) if d != 0 else (0.0, 0.0)  # a stuck mass has no free motion
         length = min(panel_length(own[0], own[1], waves, s), hi - s)
         for i in range(len(TWELVE_NODES)):
             at = s + length * TWELVE_NODES[i]
@@ -687,12 +713,12 @@ def integrate_segment(plant, law, waves, u_0, slope, t, x_r, v_r, d, lo, hi):
     return x2, v2, x_dd2, power, sliding_distance
 
 
-# Integrals of sliding without waves: the velocity as a series, and whole steps at once.
+# Integrals of slip without waves: velocity series, and whole sampled steps.
 
 
 @inlined
 def integrate_linear_segment(steps, u_0, slope, x_r, v_r, d, h):
-    """Give x2, v2, x_dd2, power and rub of one stretch between events, as in `Totals`."""
+    """Return x2, v2, x_dd2, power and sliding_distance of a segment with linear ü, no waves."""
     if d == 0:
         u_1 = u_0 + slope * h
         u2 = h / 3.0 * (u_0 * u_0 + u_0 * u_1 + u_1 * u_1)
@@ -704,16 +730,17 @@ def integrate_linear_segment(steps, u_0, slope, x_r, v_r, d, h):
         )
     a = -(u_0 + c * v_r + w * x_r + f)
     q = velocity_series(steps.factors, v_r, a, -slope - c * a - w * v_r)
-    # Four exhaust double precision where `velocity_series` serves: the error is below (2·0.1)⁸/10⁹.
+    # Four nodes suffice where `velocity_series` holds: the error is below (2·0.1)⁸/10⁹.
     sums = gauss_sums(q, FOUR_NODES, FOUR_WEIGHTS, c, w, f, u_0, slope, x_r, h)
     return *sums, d * series_distance(q, h)
 
 
 @compiled
 def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
-    """Give what `integrate_linear_segment` gives of sliding for any length, in panels that a series serves.
+    """Integrate a slip segment of any length with linear ü, by velocity series on short panels.
 
-    `f` is the friction force per mass, with its sign [m/s²].
+    `f` is the friction force per mass with its sign [m/s²]. Returns as
+    `integrate_linear_segment`.
     """
     radians = c + math.sqrt(w)
     longest = SHORT_SEGMENT / radians if radians > 0.0 else math.inf
@@ -723,7 +750,7 @@ def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
         length = min(longest, h - s)
         q = long_velocity_series(factors, more, v_r, a, -slope - c * a - w * v_r)
         u = u_0 + slope * s
-        # Six do where `long_velocity_series` serves: (2·0.5)¹²/10¹⁵.
+        # Six nodes suffice where `long_velocity_series` holds: (2·0.5)¹²/10¹⁵.
         sums = gauss_sums(q, SIX_NODES, SIX_WEIGHTS, c, w, f, u, slope, x, length)
         x2, v2 = x2 + sums[0], v2 + sums[1]
         x_dd2, power = x_dd2 + sums[2], power + sums[3]
@@ -738,7 +765,7 @@ def integrate_slip_series(c, w, f, factors, more, u_0, slope, x_r, v_r, d, h):
 
 @inlined
 def gauss_sums(q, nodes, weights, c, w, f, u_0, slope, x_r, h):
-    """Give x2, v2, x_dd2 and power of a motion whose velocity is a series."""
+    """Return x2, v2, x_dd2 and power by Gauss quadrature of a motion with velocity series q."""
     x2, v2, x_dd2, power = 0.0, 0.0, 0.0, 0.0
     for i in range(len(nodes)):
         s = h * nodes[i]
@@ -755,11 +782,11 @@ PRODUCT_PAIRS = (
     (0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3), (1, 4),
     (1, 5), (3, 4), (3, 5), (4, 4), (4, 5), (5, 5), (2, 4),
 )  # fmt: skip
-"""Two of the `step_variables` of every product that a form asks for."""
+"""Pairs of `step_variables` whose products occur in a quadratic form."""
 
 
 def step_variables(c, w, f, x_r, v_r, u_0, u_1):
-    """Give what a step of sliding is made of, such that no integral is a small difference.
+    """Return the variables of sampled slip steps in which the integrals do not cancel.
 
     Parameters
     ----------
@@ -773,14 +800,14 @@ def step_variables(c, w, f, x_r, v_r, u_0, u_1):
     Returns
     -------
     ndarray, shape (6, steps)
-        x_r; v_r; the force per mass at the start that all but the damper exert, the change of
-        ü, and ü at the start; and x_dd at the start. The third and the last have their sign
-        changed.
+        x_r; v_r; ü + w x_r + f at the start; the increment of ü; ü at the start; and
+        -x_dd = c v_r + w x_r + f at the start, with x_dd the absolute acceleration.
 
     Notes
     -----
-    Spring and friction may all but balance, so that x_dd and the way are far smaller than
-    either: they are formed once, here, and integrated as such.
+    Spring force and friction may nearly balance. Then x_dd and the displacement increment are
+    far smaller than either, and expanding their squares would cancel. The differences are
+    therefore formed once, here, and integrated as variables of their own.
     """
     rows = np.empty((6, len(x_r)))
     rows[0] = x_r
@@ -796,7 +823,7 @@ def step_variables(c, w, f, x_r, v_r, u_0, u_1):
 
 
 def step_quadratic_forms(c, w, dt):
-    """Give the forms that integrate a whole step of sliding, in its `step_variables`.
+    """Return the quadratic forms that integrate a whole slip step in its `step_variables`.
 
     Parameters
     ----------
@@ -806,9 +833,9 @@ def step_quadratic_forms(c, w, dt):
     Returns
     -------
     squares : ndarray, shape (4, 6, 6)
-        Quadratic forms of x_r², v_r², x_dd² and ü v_r.
-    way : ndarray, shape (6,)
-        Linear form of v_r: the distance slid.
+        Quadratic forms of the integrals of x_r², v_r², x_dd² and ü v_r.
+    distance : ndarray, shape (6,)
+        Linear form of the integral of v_r, the distance slid.
     """
     squares = np.zeros((4, 6, 6))
     begin = 0.0
@@ -832,25 +859,26 @@ def step_quadratic_forms(c, w, dt):
 
 
 def integrals_from_products(forms, products, direction):
-    """Give the integrals over steps of sliding from sums over these steps.
+    """Return the integrals over many slip steps from the sums of products over these steps.
 
     Parameters
     ----------
     forms : tuple
-        As `step_quadratic_forms` gives them.
+        Result of `step_quadratic_forms`.
     products : sequence of float, or of arrays of one shape
-        Sums of the products of two `step_variables`, in the order of `PRODUCT_PAIRS`.
-    way : sequence likewise
-        Sums of rows 1 to 3 times the direction of sliding.
+        Sums over the steps of the products of two `step_variables`, in order of
+        `PRODUCT_PAIRS`.
+    direction : sequence likewise
+        Sums over the steps of the variables 1 to 3, each times the direction of sliding.
 
     Returns
     -------
     ndarray, shape (6,) or (6, n)
-        x2, v2, x_dd2, power, rub and a last row of zeros, as in `Totals`.
+        x2, v2, x_dd2, power, sliding_distance and a last row of zeros, as in `Totals`.
 
     Notes
     -----
-    Term by term: what a column comes to does not depend on the others.
+    The terms are added one by one, so that a column does not depend on the other columns.
     """
     squares, distance = forms
     sums = np.zeros((6, *np.shape(direction[0])))
@@ -858,18 +886,18 @@ def integrals_from_products(forms, products, direction):
         terms = squares[:, i, j] + (squares[:, j, i] if i != j else 0.0)
         for k in np.flatnonzero(terms):
             sums[k] += terms[k] * product
-    sums[:3] = np.maximum(sums[:3], 0.0)  # squares, whatever rounding says
+    sums[:3] = np.maximum(sums[:3], 0.0)  # rounding may make a square negative
     for i, part in enumerate(direction, 1):
         sums[4] += distance[i] * part
     return sums
 
 
-# Trails, whatever the law.
+# Segments of any law.
 
 
 @inlined
 def segment_base(u_dd, dt, segments, i):
-    """Give when piece i begins [s], and ü and its rate besides the waves there."""
+    """Return the start time of segment i [s], and ü besides the waves there with its rate."""
     n, s = segments.n[i], segments.s[i]
     slope = (u_dd[n + 1] - u_dd[n]) / dt
     return n * dt + s, u_dd[n] + slope * s, slope
@@ -877,7 +905,7 @@ def segment_base(u_dd, dt, segments, i):
 
 @inlined
 def segment_index(segments, dt, i, t):
-    """Give the number of the piece that holds time t [s], from number i on."""
+    """Return the index of the segment that contains time t [s], searching upwards from i."""
     while i + 1 < len(segments.n) and segments.n[i + 1] * dt + segments.s[i + 1] <= t:
         i += 1
     return i
@@ -885,7 +913,7 @@ def segment_index(segments, dt, i, t):
 
 @inlined
 def segment_window(segments, dt, i, begin, end):
-    """Give from when to when piece i is in a window, counted from its beginning [s]."""
+    """Return the part of segment i within a window, as times since its start [s]."""
     t = segments.n[i] * dt + segments.s[i]
     hi = end - t
     if i + 1 < len(segments.n):
@@ -893,24 +921,26 @@ def segment_window(segments, dt, i, begin, end):
     return max(begin - t, 0.0), hi
 
 
-# A motion over a spring contact between its steps.
+# A motion over an elastic contact: evaluation and integrals.
 
 
 SIX_NODE_PANELS = 0.125
-"""Panels up to which six nodes serve: half a radian, where they err by 2e-16 of a product."""
+"""Panels, as a share of `panel_length`, up to which six nodes suffice: half a radian, where
+their error is 2e-16 of a product."""
 
 LONG_HOLD_PANELS = 2.0
-"""Panels from which on a hold is integrated in closed form: more than a swing of its own."""
+"""Length of a holding segment, in panels, above which it is integrated in closed form."""
 
 
 @compiled
 def evaluate_elastic(
     plant, law, waves, u_dd, dt, segments, t, x_out, v_out, z_out, F_out, d_out
 ):
-    """Write the motion at ascending times t [s].
+    """Write a motion over an elastic contact at ascending times t [s].
 
-    `x_out`, `v_out` and `F_out` are state [m, m/s] and friction force [N], `z_out` is where the
-    contact carries no force [m], and `d_out` the direction of motion.
+    `x_out`, `v_out` and `F_out` are displacement [m], velocity [m/s] and contact force [N];
+    `z_out` is the displacement at which the contact would carry no force [m], `d_out` the
+    direction of motion.
     """
     i = 0
     known = -1
@@ -936,17 +966,17 @@ def evaluate_elastic(
 
 @compiled
 def resume_elastic(plant, law, waves, u_dd, dt, segments, i):
-    """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
+    """Set the phases at the start of segment i; return c, w, g, r, u_0 and slope."""
     t, u_0, slope = segment_base(u_dd, dt, segments, i)
     c, w, f = begin_segment(plant, law, waves, segments.d[i], segments.z[i], t)
     return c, w, -u_0 - f, -slope, u_0, slope
 
 
 def integrate_elastic(plant, law, waves, u_dd, dt, segments, begin, end):
-    """Integrate a motion over a spring contact from `begin` to `end` [s].
+    """Integrate a motion over an elastic contact from `begin` to `end` [s].
 
-    Returns x2, v2, x_dd2, power, rub and stuck, as in `Totals`; `sliding_distance` is the work that the
-    contact took over F_fk.
+    Returns x2, v2, x_dd2, power, sliding_distance and stuck as in `Totals`; `sliding_distance`
+    is the work done on the contact divided by F_fk.
     """
     n, s = np.asarray(segments.n), np.asarray(segments.s)
     lengths = np.append(np.diff(n) * dt + np.diff(s), math.inf)
@@ -958,9 +988,9 @@ def integrate_elastic(plant, law, waves, u_dd, dt, segments, begin, end):
 
 @compiled
 def integrate_elastic_segments(plant, law, waves, u_dd, dt, segments, lengths, begin, end):
-    """Integrate pieces of some lengths [s] as far as they lie between `begin` and `end` [s].
+    """Integrate segments of given lengths [s] over their parts between `begin` and `end` [s].
 
-    Returns as in `integrate_elastic`, without the last.
+    Returns as `integrate_elastic` without the last value.
     """
     sums = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(segments.n)):
@@ -991,7 +1021,7 @@ def integrate_elastic_segments(plant, law, waves, u_dd, dt, segments, lengths, b
 def integrate_elastic_panels(
     plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, lo, hi
 ):
-    """Integrate a piece from lo to hi [s] by panels; returns as `integrate_elastic_segments`."""
+    """Integrate a segment from lo to hi [s]; returns as `integrate_elastic_segments`."""
     scene = plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0
     longest = panel_length(c, w, waves, lo)
     if hi - lo <= SIX_NODE_PANELS * longest:
@@ -1009,7 +1039,7 @@ def integrate_elastic_panels(
 def integrate_elastic_panel(
     nodes, weights, plant, law, waves, c, w, g, r, u_0, slope, mode, x_r, v_r, x_0, s, length
 ):  # fmt: skip
-    """Integrate one panel that begins at time s [s]; returns as `integrate_elastic_segments`."""
+    """Integrate one panel from time s [s] on; returns as `integrate_elastic_segments`."""
     m, k_x, b = plant
     x2, v2, x_dd2, power, sliding_distance = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(nodes)):
@@ -1028,7 +1058,7 @@ def integrate_elastic_panel(
 
 @compiled
 def is_sum_of_exponentials(c, w, waves):
-    """Tell whether the motion is one that fades while it swings, and steady responses."""
+    """Return whether the motion is an underdamped free motion plus steady responses."""
     steady = w > 0.0 and w - 0.25 * c * c >= UNDERDAMPED_SHARE * w
     for i in range(waves.base):
         at = WAVE_COLUMNS * i
@@ -1038,12 +1068,12 @@ def is_sum_of_exponentials(c, w, waves):
 
 @compiled
 def integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
-    """Integrate a hold that `is_sum_of_exponentials` from lo to hi [s]: sums of exponentials.
+    """Integrate a holding segment from lo to hi [s] as a sum of complex exponentials.
 
-    Not for short ones: there the parts of the motion all but cancel, and so would the sums.
-    Returns as `integrate_elastic_segments`.
+    The motion must satisfy `is_sum_of_exponentials`. The method is not used for short segments,
+    where the exponentials nearly cancel. Returns as `integrate_elastic_segments`.
     """
-    middle = g / w  # where the mass would rest without waves
+    middle = g / w  # static equilibrium without waves
     x_transient, rate = x_r - middle, v_r
     for i in range(waves.base):
         at = WAVE_COLUMNS * i
@@ -1063,6 +1093,7 @@ def integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
                 other, x_k, u_k = exponential_term(c, w, waves, x_transient, rate, k, lo)
                 twice, turn_k = 2.0, cmath.exp(other * length)
             v_k, x_dd_k = other * x_k, -(w + c * other) * x_k
+            # Re(x e^pt) Re(y e^qt) = Re(x y e^(p + q)t + x y* e^(p + q*)t)/2, * the conjugate.
             both = 0.5 * integral_of_exponential(root + other, turn * turn_k, length)
             against = 0.5 * integral_of_exponential(
                 root + other.conjugate(), turn * turn_k.conjugate(), length
@@ -1081,10 +1112,10 @@ def integrate_hold_exponentials(law, waves, c, w, g, x_r, v_r, x_0, lo, hi):
 
 @inlined
 def exponential_term(c, w, waves, x_transient, rate, i, s):
-    """Give one part of the motion at time s: the waves in turn, then what fades.
+    """Return term i of the motion at time s: steady response to wave i, or free motion (last).
 
-    At first x_r and v_r lacked `x_transient` and `series_acceleration` of the steady response [m, m/s]. Returns root,
-    x and u_dd: the part of x_r is the real part of x exp(root·time), that of ü likewise.
+    `x_transient` and `rate` are the differences of x_r and v_r from the steady response at the
+    start [m, m/s]. Returns root, x and u_dd: x_r has the part Re(x exp(root·time)), ü likewise.
     """
     if i == waves.base:
         omega_d = math.sqrt(w - 0.25 * c * c)
@@ -1105,12 +1136,13 @@ def exponential_term(c, w, waves, x_transient, rate, i, s):
 
 
 EXPONENTIAL_TERMS = 16
-"""Terms that exhaust double precision where z·length is below `SHORT_SEGMENT`."""
+"""Terms of the series that exhaust double precision where |z|·length is below
+`SHORT_SEGMENT`."""
 
 
 @inlined
 def integral_of_exponential(z, end_value, length):
-    """Give the integral of exp(z s) from 0 to a length, where it is `end_value` at the end."""
+    """Return the integral of exp(z s) over 0 <= s <= length, with end_value = exp(z length)."""
     q = z * length
     if abs(q) > SHORT_SEGMENT:
         return (end_value - 1.0) / z
@@ -1120,16 +1152,16 @@ def integral_of_exponential(z, end_value, length):
     return length * (1.0 + total)
 
 
-# A motion between end stops between its steps: at any instant, its integrals, its hits.
+# A motion between end stops: evaluation, integrals, peak bumper force.
 
 
 @compiled
 def evaluate_stops(
     plant, law, waves, u_dd, dt, segments, t, x_out, v_out, stop_out, F_out, d_out
 ):
-    """Write the motion at ascending times t [s], as `evaluate_elastic` does.
+    """Write a motion between end stops at ascending times t [s], as `evaluate_elastic` does.
 
-    `stop_out` is the force of a stop [N], and `d_out` the direction of sliding, 0 where stuck.
+    `stop_out` is the force of a stop [N] and `d_out` the direction of sliding, 0 where stuck.
     """
     i = 0
     known = -1
@@ -1157,8 +1189,8 @@ def evaluate_stops(
 def integrate_stops(plant, law, waves, u_dd, dt, segments, begin, end):
     """Integrate a motion between end stops from `begin` to `end` [s].
 
-    Returns x2, v2, x_dd2, power, rub, stuck and hits, as in `Totals`; `hits` without what rigid
-    stops take, which is at instants.
+    Returns x2, v2, x_dd2, power, sliding_distance, stuck and hits as in `Totals`. `hits` does
+    not include the energy lost in rigid impacts, which has no duration.
     """
     m, k_x, b = plant
     x2, v2, x_dd2, power, sliding_distance, stuck, hits = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -1206,7 +1238,7 @@ def integrate_stops(plant, law, waves, u_dd, dt, segments, begin, end):
 
 @compiled
 def resume_stops(plant, law, waves, u_dd, dt, segments, i):
-    """Set the waves for step i; gives c, w, g, r, and ü and its rate besides the waves."""
+    """Set the phases at the start of segment i; return c, w, g, r, u_0 and slope."""
     t, u_0, slope = segment_base(u_dd, dt, segments, i)
     c, w, g = begin_stops_segment(plant, law, waves, segments.d[i], segments.z[i], u_0, t)
     return c, w, g, -slope, u_0, slope
@@ -1214,9 +1246,10 @@ def resume_stops(plant, law, waves, u_dd, dt, segments, i):
 
 @compiled
 def friction_and_stop_forces(plant, law, mode, z, xi, v_r, u_dd, load):
-    """Give friction force and force of a stop [N]; what neither shows is decided so.
+    """Return the friction force and the force of a stop [N].
 
-    At rest against a rigid stop friction bears what it can and the stop the rest.
+    At rest against a rigid stop only their sum is determined: friction then carries as much as
+    its static limit allows, the stop the rest.
     """
     touch, d = decode_stop_state(mode), decode_direction(mode)
     if d != 0:
@@ -1230,12 +1263,13 @@ def friction_and_stop_forces(plant, law, mode, z, xi, v_r, u_dd, load):
 
 
 PEAK_SUBDIVISIONS = 40.0
-"""Parts of a panel that a force has one extremum in at most: a tenth of a radian each."""
+"""Parts per panel, a tenth of a radian each, in which a bumper force has at most one
+extremum."""
 
 
 @compiled
 def peak_bumper_force(plant, law, waves, u_dd, dt, segments, begin, end):
-    """Give the greatest force of a bumper between `begin` and `end` [N]."""
+    """Return the greatest force of a bumper between `begin` and `end` [N]."""
     greatest = 0.0
     for i in range(len(segments.n)):
         s, hi = segment_window(segments, dt, i, begin, end)
@@ -1264,14 +1298,14 @@ def peak_bumper_force(plant, law, waves, u_dd, dt, segments, begin, end):
 
 @compiled
 def bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s):
-    """Give the force of a bumper [N] and its rate [N/s] at time s of a stretch."""
+    """Return the force of a bumper [N] and its rate [N/s] at time s of a segment."""
     x, v, a, _ = motion_at(c, w, waves, xi, v_r, g, r, s)
     return side * (law.k_s * x + law.b_s * v), side * (law.k_s * v + law.b_s * a)
 
 
 @compiled
 def local_force_peak(c, w, waves, law, xi, v_r, g, r, side, low, high):
-    """Give the greatest force of a bumper between two times at which it rises and falls [N]."""
+    """Return the maximum of a bumper force that rises at time `low` and falls at `high` [N]."""
     s = 0.5 * (low + high)
     for _ in range(MAX_BISECTIONS):
         rate = bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s)[1]
@@ -1282,7 +1316,7 @@ def local_force_peak(c, w, waves, law, xi, v_r, g, r, side, low, high):
     return bumper_force_and_rate(c, w, waves, law, xi, v_r, g, r, side, s)[0]
 
 
-# A motion under a normal force that varies, between its steps.
+# A motion under a normal force that may vanish or is recorded: evaluation and integrals.
 
 
 @compiled
@@ -1339,7 +1373,7 @@ def integrate_normal_force(plant, law, waves, u_dd, dt, segments, begin, end):
             stuck += hi - s
             x2 += x_r * x_r * (hi - s)
         while s < hi:
-            # A stuck oscillator has no rate of its own.
+            # A stuck mass has no free motion.
             own = (0.0, 0.0) if mode == STUCK else (c, w)
             length = min(panel_length(own[0], own[1], waves, s), hi - s)
             for k in range(len(TWELVE_NODES)):
@@ -1363,7 +1397,7 @@ def integrate_normal_force(plant, law, waves, u_dd, dt, segments, begin, end):
 
 @compiled
 def resume_normal_force(plant, law, waves, u_dd, dt, segments, i):
-    """Set the waves for step i; gives the span of the force, g, r, ü and its rate."""
+    """Set the phases at the start of segment i; return load ramp, g, r, u_0 and slope."""
     t, u_0, slope = segment_base(u_dd, dt, segments, i)
     d = slip_direction(segments.d[i])
     set_phases(waves, plant, law, t, d)
@@ -1374,27 +1408,28 @@ def resume_normal_force(plant, law, waves, u_dd, dt, segments, i):
 
 @compiled
 def relative_friction(law, waves, span, mode, s):
-    """Give the friction force of sliding relative to F_fk [-] at time s of a stretch."""
+    """Return the friction force of sliding relative to F_fk [-] at time s of a segment."""
     if mode == LIFTED_OFF:
         return 0.0
     return slip_direction(mode) * max(load_at(law, waves, span, s)[0], 0.0)
 
 
-# What follows from the turning points of a solution.
+# Peaks, crossings and excursions from the turning points.
 
 
 MAX_NEWTON_STEPS = 100
-"""Newton needs about 5 rounds; a halved bracket is down to one float after 60."""
+"""Newton's method needs about 5 steps; repeated bisection reaches one float after 60."""
 
 
 @compiled
 def peak_and_crossings(t, x_r, x_begin, x_end, end, x_rM):
-    """Count what x_r does on its way from turn to turn, from 0 to the end of a window.
+    """Return the peak of |x_r| and the counts of zero and limit crossings.
 
     Parameters
     ----------
     t, x_r : array, shape (events,)
-        The events.
+        Time [s] and displacement [m] of the events; x_r is monotone between
+        them.
     x_begin, x_end, end : float
         Displacement at both ends of the window [m], and its end [s].
     x_rM : float
@@ -1405,7 +1440,8 @@ def peak_and_crossings(t, x_r, x_begin, x_end, end, x_rM):
     peak : float
         Greatest |x_r| [m].
     upcrossings, entries : int
-        How often x_r passes zero upwards, and |x_r| reaches the limit anew.
+        Number of zero crossings with positive slope, and of entries of |x_r| into the range at
+        or beyond the limit.
     """
     peak = max(abs(x_begin), abs(x_end))
     upcrossings, entries = 0, 0
@@ -1428,7 +1464,7 @@ def peak_and_crossings(t, x_r, x_begin, x_end, end, x_rM):
 
 @compiled
 def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repeats):
-    """Give how often |x_r| is at or beyond a limit, when first [s], and for how long [s].
+    """Return the number of excursions to a limit, the time of the first and the total time.
 
     Parameters
     ----------
@@ -1439,14 +1475,16 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repea
     x_rM : float
         Stroke limit [m], above 0.
     repeats : bool
-        Whether the end goes on at the start, as on a periodic orbit.
+        Whether the motion is periodic, so that an excursion at the end continues at the start.
 
     Returns
     -------
     times : int
+        Number of excursions |x_r| >= x_rM.
     first : float
-        Below 0 when there is none.
+        Time of the first one [s]; negative if there is none.
     beyond : float
+        Total time at or beyond the limit [s].
     """
     scene = (plant, law, waves, t, kind, x_r, v_first)
     begins = sign(x_r[0]) if abs(x_r[0]) >= x_rM else 0
@@ -1459,6 +1497,7 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repea
         now = sign(x) if abs(x) >= x_rM else 0
         if now == side:
             continue
+        # The total time is the sum of the leaving times minus that of the entering times.
         if side != 0:
             left += level_crossing_time(*scene, side * x_rM, t[i], until)
         if now != 0:
@@ -1469,14 +1508,17 @@ def excursions(plant, law, waves, t, kind, x_r, v_first, x_end, end, x_rM, repea
         side = now
     if side != 0:
         left += end
-    # An excursion across the seam of an orbit is one, unless there is nothing else.
+    # On an orbit, an excursion across the end of the period counts once.
     seam = 1 if repeats and begins != 0 and side == begins and times > 1 else 0
     return times - seam, first, left - entered
 
 
 @compiled
 def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi):
-    """Give the time at which x_r, monotone from lo to hi, is at a level [m] in between."""
+    """Return the time at which x_r, monotone between lo and hi [s], crosses a level [m].
+
+    Newton's method, safeguarded by bisection.
+    """
     scene = (plant, law, waves, t, kind, x_r, v_first)
     rising = state_at(*scene, hi)[0] > state_at(*scene, lo)[0]
     at = 0.5 * (lo + hi)
@@ -1497,36 +1539,42 @@ def level_crossing_time(plant, law, waves, t, kind, x_r, v_first, level, lo, hi)
     return at
 
 
-# Turns of a mass on a spring contact, as far as they tell anything of its way.
-#
-# A contact that rings while it holds turns hundreds of times and more, and nearly none of them
-# leads anywhere: neither through zero nor a limit of the stroke, nor as far as it goes anyway.
+# Turning points of x_r on an elastic contact, skipping those that cannot set a new extreme.
 
 
 @compiled
 def write_turning_points(
     plant, law, waves, u_dd, dt, segments, lengths, whole, x_rM, at, t_out, x_out
 ):
-    """Write the beginning of each piece and its turns, until all is told or no room is left.
+    """Write the start of each segment and its turning points, until the buffer is full.
 
     Parameters
     ----------
-    plant, law, waves, u_dd, dt, trail, lengths
+    plant, law, waves, u_dd, dt, segments, lengths
         The solution, as in `integrate_elastic_segments`.
-    whole : array, shape (pieces,)
-        Whether every turn of a piece is wanted, as of the last one, or only what tells.
+    whole : array, shape (segments,)
+        Whether all turning points of a segment are required, as for the last one, or only those
+        that can set a new extreme or cross zero or the limit.
     x_rM : float
-        Limit of the stroke [m]; infinite for none.
+        Stroke limit [m]; infinite for none.
     at : tuple
-        Where to go on: piece, time since its beginning [s], x_r and v_r then [m, m/s], and the
-        farthest that is told of the half cycle [m].
-    t_out, x_out : array, shape (room,)
+        Where to continue: segment, time since its start [s], x_r [m] and v_r [m/s] there, and
+        the farthest displacement written in this half cycle [m].
+    t_out, x_out : array, shape (n,)
         Written: time [s] and displacement [m].
 
     Returns
     -------
     at, count
-        Where to go on, at the number of pieces where all is told; and how many are written.
+        Where to continue, with the number of segments if all is written; and the number of
+        values written.
+
+    Notes
+    -----
+    A holding contact may reverse hundreds of times without consequence. Segments, and the rest
+    of a segment, are skipped as long as a bound on the motion (`is_hold_uneventful`,
+    `uneventful_until`) proves that x_r crosses neither zero nor the limit nor sets a new
+    extreme.
     """
     i, s, x_r, v_r, far = at
     count = 0
@@ -1535,9 +1583,10 @@ def write_turning_points(
         if s == 0.0:
             x_r, v_r = segments.x_r[i], segments.v_r[i]
             t_out[count], x_out[count] = t, x_r
-            # What was told before a piece that a window cuts may lie outside the window.
+            # After a segment cut by a window, the known extreme may lie outside the window.
             far = x_r if i > 0 and whole[i - 1] else half_cycle_extreme(far, x_r)
             count += 1
+            # Under a constant limit a yielding contact has no turning point within its segment.
             yields = abs(mode) == 1 and law.variation == 0.0
             if yields or (
                 only and is_holding(mode) and is_hold_uneventful(law, segments, i, x_rM)
@@ -1591,21 +1640,26 @@ def write_turning_points(
 def write_sampled_turning_points(
     plant, law, sprung, u_dd, x_out, v_out, segments, whole, x_rM, at, t_out, x_turning
 ):  # fmt: skip
-    """Write what `write_turning_points` does, of a march over samples; a contact of constant limit.
+    """Write turning points of a sampled march with a constant contact limit.
 
     Parameters
     ----------
-    plant, law, trail, whole, x_rM
+    plant, law, segments, whole, x_rM
         As in `write_turning_points`.
-    sprung : Whole
+    sprung : OscillatorSteps
         The steps of a contact that holds.
     u_dd, x_out, v_out : array, shape (samples,)
         Base acceleration [m/s²], and the state [m, m/s].
     at : tuple
-        Where to go on: piece, sample, time since it [s], x_r and v_r then [m, m/s]; the sample
-        is negative at the beginning of a piece.
-    t_told, x_told : array, shape (room,)
+        Where to continue: segment, sample, time since it [s], x_r [m] and v_r [m/s] there; the
+        sample is negative at the start of a segment.
+    t_out, x_turning : array, shape (n,)
         Written: time [s] and displacement [m].
+
+    Returns
+    -------
+    at, count
+        As in `write_turning_points`.
     """
     i, n, s, x, v = at
     c, w, dt, stiffness = sprung.c, sprung.w, sprung.dt, law.k_t / plant.m
@@ -1647,15 +1701,15 @@ def write_sampled_turning_points(
 
 
 EXTREME_TOLERANCE = 1e-14
-"""Relative distance by which what is as far as something else may seem to be farther."""
+"""Relative excess over a known extreme that counts as rounding and sets no new extreme."""
 
 
 @compiled
 def uneventful_range(x_r, far, x_rM):
-    """Give between which displacements around x_r [m] nothing is told of a way.
+    """Return the interval of displacements in which turning points have no effect [m].
 
-    Zero, the limit of the stroke x_rM and how far the mass is known to go on this side of zero
-    (all in m) lie outside, or on the ends.
+    It contains x_r and is bounded by zero, the stroke limit x_rM and the extreme `far` on the
+    side of x_r [m].
     """
     size = abs(x_r)
     low, high = (0.0, x_rM) if size < x_rM else (x_rM, math.inf)
@@ -1665,7 +1719,7 @@ def uneventful_range(x_r, far, x_rM):
 
 @compiled
 def is_hold_uneventful(law, segments, i, x_rM):
-    """Tell whether the limits of a holding contact alone keep it where nothing is told."""
+    """Return whether the contact limits keep x_r within its uneventful range while holding."""
     side = sign(segments.x_r[i])
     low, high = uneventful_range(segments.x_r[i], side * segments.x_r[i + 1], x_rM)
     reach = law.F_fk / law.k_t * (1.0 + law.variation)
@@ -1674,20 +1728,22 @@ def is_hold_uneventful(law, segments, i, x_rM):
 
 @compiled
 def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, h):
-    """Give until when the motion after a turn tells nothing, by its envelope [s].
+    """Return the time until which the motion after a turning point stays uneventful [s].
 
     Parameters
     ----------
-    law, waves, stretch
-        The stretch of holding, and the waves anchored at its start.
+    law, waves, segment
+        The holding segment, with the phases set at its start.
     x_turn, far, x_end : float
-        Where it turns, the farthest that is told of this half cycle, and where the piece
-        ends [m]: whoever stays on this side until then is told to come by there.
+        Displacement at the turning point, farthest displacement written in this half cycle, and
+        displacement at the end of the segment [m]. A motion that stays on one side of zero
+        passes x_end in the same half cycle, so x_end counts as known.
     x_rM : float
-        Limit of the stroke [m]; infinite for none.
+        Stroke limit [m]; infinite for none.
     turn, h : float
-        Time of the turn, and length of what is left of the piece [s].
+        Time of the turning point, and remaining length of the segment [s].
     """
+    # Less than half a natural period is left: there is at most one more turning point.
     if segment.w * (h - turn) * (h - turn) < math.pi * math.pi:
         return turn
     own = transient_response(segment, waves)
@@ -1695,6 +1751,8 @@ def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, h):
         return turn
     side = sign(x_turn)
     until = turn
+    # First with x_end as a known extreme. If the motion may change sides before the end of
+    # the segment, x_end belongs to another half cycle and only `far` is known.
     for known in (max(side * far, side * x_end), side * far):
         low, high = uneventful_range(x_turn, known, x_rM)
         middle, reach = 0.5 * (low + high), 0.5 * (high - low)
@@ -1706,5 +1764,5 @@ def uneventful_until(law, waves, segment, x_turn, far, x_end, x_rM, turn, h):
 
 @compiled
 def half_cycle_extreme(far, x_r):
-    """Give the farthest of a half cycle [m], of what it was and where the mass is told next."""
+    """Return the farthest displacement of a half cycle after one more point [m]."""
     return far if far * x_r > 0.0 and abs(far) > abs(x_r) else x_r
