@@ -56,9 +56,9 @@ STEP_TOLERANCE = 1e-9
 Duration = Annotated[float, Quantity("s", above=0)]
 
 
-def as_integer(given: object) -> object:
+def as_integer(value: object) -> object:
     """Give 1e3 as the whole number that it is."""
-    return int(given) if isinstance(given, float) and given.is_integer() else given
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 WholeNumber = Annotated[int, BeforeValidator(as_integer), Field(strict=True)]

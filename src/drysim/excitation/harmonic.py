@@ -223,12 +223,12 @@ class Chirp(FiniteMotion):
         }
         # A sine of frequency f loses sinc² of f times the step to the straight lines.
         kept = float(np.sinc(self.highest_frequency * step) ** 2)
-        description = tuple(
+        warnings = tuple(
             coarse_step_warnings(
                 kept, step, f"amplitude at {self.highest_frequency:g} Hz than asked for"
             )
         )
-        return Samples(u_dd, step, None, (), description, realised)
+        return Samples(u_dd, step, None, (), warnings, realised)
 
 
 # Shock.
@@ -243,9 +243,9 @@ MAX_GRID_ERROR = 0.01
 """Share of the amplitude, or of the velocity change, that a grid may lose unsaid [-]."""
 
 
-def _strip_terminal_peak(given: object) -> object:
+def _strip_terminal_peak(value: object) -> object:
     """Give `terminal-peak sawtooth` as `sawtooth`: there is no other here."""
-    return given.removeprefix("terminal-peak").strip(" -") if isinstance(given, str) else given
+    return value.removeprefix("terminal-peak").strip(" -") if isinstance(value, str) else value
 
 
 Pulse = Annotated[

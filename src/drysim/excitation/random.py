@@ -251,10 +251,10 @@ class RandomMotion(FiniteMotion):
 # A given power spectral density, joined log-log.
 
 
-def _validate_pair(given: object) -> object:
-    if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ValueError(f"must be a pair [frequency, PSD], not {format_value(given)}")
-    return given
+def _validate_pair(value: object) -> object:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError(f"must be a pair [frequency, PSD], not {format_value(value)}")
+    return value
 
 
 Point = Annotated[
@@ -376,7 +376,7 @@ class SeatSpectrum(NamedTuple):
         high = (f / f_h) ** (2 * n)
         return self.G0 * high / (1 + high) / (1 + (f / f_l) ** (2 * p))
 
-    def square(self) -> float:
+    def mean_square(self) -> float:
         """Give the integral of the PSD over the band [m²/s⁴]."""
         low, high = self.band
         share = (np.arange(MIDPOINTS, dtype=np.float64) + 0.5) / MIDPOINTS
@@ -447,7 +447,7 @@ class Standard(RandomMotion):
         """Draw the base acceleration on a grid, and prove it against its definition."""
         spectrum = MACHINE_CLASSES[self.machine]
         wanted = spectral_lines(
-            spectrum.density, spectrum.band, spectrum.square(), self.duration
+            spectrum.density, spectrum.band, spectrum.mean_square(), self.duration
         )
         scaled = self.scale == "to definition"
         motion = random_signal(wanted, step, self.seed, spectrum.rms if scaled else None)
@@ -462,9 +462,9 @@ class Standard(RandomMotion):
             f"the RMS that the standard states for {self.machine}, {spectrum.rms:g} m/s², is "
             "recalled and was not checked against its text; `scale: nothing` does without it"
         )
-        description = WarningMessage("recalled", sentence, {"rms": spectrum.rms})
+        warning = WarningMessage("recalled", sentence, {"rms": spectrum.rms})
         return motion._replace(
-            realised={**motion.realised, **realised}, warnings=(*motion.warnings, description)
+            realised={**motion.realised, **realised}, warnings=(*motion.warnings, warning)
         )
 
 
@@ -551,8 +551,8 @@ class Road(RandomMotion):
     @field_validator("roughness")
     @classmethod
     def _refers(cls, roughness: float | None, info: ValidationInfo) -> float | None:
-        said = {"grade", "reference"} & {key for key, word in info.data.items() if word}
-        if roughness is not None and not said and "reference" in info.data:
+        known = {"grade", "reference"} & {key for key, word in info.data.items() if word}
+        if roughness is not None and not known and "reference" in info.data:
             raise ValueError(
                 "needs its reference: `reference: n0` for a PSD per cycle/m at 0.1 cycle/m, "
                 "`reference: Omega0` for one per rad/m at 1 rad/m, 16 times as much road"
@@ -596,5 +596,5 @@ class Road(RandomMotion):
             f"the roughness of class {self.grade}, {self.G_d:g} m³ at 0.1 cycle/m, is recalled "
             "and was not checked against the text of ISO 8608; `roughness` takes another value"
         )
-        description = WarningMessage("recalled", sentence, {"roughness": self.G_d})
-        return motion._replace(warnings=(*motion.warnings, description))
+        warning = WarningMessage("recalled", sentence, {"roughness": self.G_d})
+        return motion._replace(warnings=(*motion.warnings, warning))

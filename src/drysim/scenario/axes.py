@@ -348,11 +348,11 @@ ZIP_DESCRIPTION = (
 )
 
 
-def _require_axes(given: object) -> tuple[Axis, ...]:
+def _require_axes(value: object) -> tuple[Axis, ...]:
     """Give the axes, which the loading has made: it knows every key of the scenario."""
-    if not isinstance(given, tuple) or not all(isinstance(axis, Axis) for axis in given):
+    if not isinstance(value, tuple) or not all(isinstance(axis, Axis) for axis in value):
         raise ValueError("must be read from a file, whose keys it is about")
-    return given
+    return value
 
 
 class _SweepSchema:

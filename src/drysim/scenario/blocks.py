@@ -229,19 +229,19 @@ MAX_CHECKS = 1000
 """Checks of a scenario: more are no promises that anybody made."""
 
 
-def _parse_check(given: object) -> Check:
-    if not isinstance(given, str | Check):
+def _parse_check(value: object) -> Check:
+    if not isinstance(value, str | Check):
         raise ValueError(
-            f"write `metric < value`, such as `T_a < 1.5`, not {format_value(given)}"
+            f"write `metric < value`, such as `T_a < 1.5`, not {format_value(value)}"
         )
-    return given if isinstance(given, Check) else Check.parse(given)
+    return value if isinstance(value, Check) else Check.parse(value)
 
 
-def _limit_checks(given: object) -> object:
+def _limit_checks(value: object) -> object:
     """Refuse an endless list before any of it is read."""
-    if isinstance(given, list | tuple) and len(given) > MAX_CHECKS:
-        raise ValueError(f"must have {MAX_CHECKS} entries at most, not {len(given)}")
-    return given
+    if isinstance(value, list | tuple) and len(value) > MAX_CHECKS:
+        raise ValueError(f"must have {MAX_CHECKS} entries at most, not {len(value)}")
+    return value
 
 
 CheckText = Annotated[

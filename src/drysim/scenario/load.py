@@ -64,8 +64,8 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         When this is no path, or the overrides are neither a mapping nor words.
     """
     if not isinstance(path, str | PathLike):
-        given = shorten(repr(path))
-        raise UsageError(f"a scenario is loaded from the path of a file, not from {given}")
+        text = shorten(repr(path))
+        raise UsageError(f"a scenario is loaded from the path of a file, not from {text}")
     try:
         document = read_document(path, overrides, (SWEEP_KEY,))
     except UnreadableError as fault:
@@ -134,5 +134,5 @@ def _scenario_error(file: str, problems: list[Problem]) -> ScenarioError:
     count = format_count(len(problems), "problem")
     if len(problems) > MAX_PROBLEMS:
         count = f"more than {MAX_PROBLEMS} problems; the first are these"
-    told = tuple(problems[:MAX_PROBLEMS])
-    return ScenarioError(f"{file} is not a scenario yet: {count}", told)
+    shown = tuple(problems[:MAX_PROBLEMS])
+    return ScenarioError(f"{file} is not a scenario yet: {count}", shown)

@@ -129,16 +129,16 @@ class Scenario(FromFile):
 
     @field_validator("measure", mode="before")
     @classmethod
-    def _measure_in_seconds(cls, given: object, info: ValidationInfo) -> object:
-        if isinstance(given, Measure):
-            given = given.model_dump(exclude_unset=True)
-        if not isinstance(given, Mapping):
-            return given
+    def _measure_in_seconds(cls, value: object, info: ValidationInfo) -> object:
+        if isinstance(value, Measure):
+            value = value.model_dump(exclude_unset=True)
+        if not isinstance(value, Mapping):
+            return value
         excitation, friction = info.data.get("excitation"), info.data.get("friction")
         known = excitation is not None and "friction" in info.data
         steady = is_steady_by_default(excitation, friction)
         return times_in_seconds(
-            given, scene_frequencies(excitation, friction) if known else None, steady
+            value, scene_frequencies(excitation, friction) if known else None, steady
         )
 
     def law(self) -> AnyLaw:
@@ -161,8 +161,8 @@ class Scenario(FromFile):
         friction = self.active_friction
         if friction is None or not _has_recorded_normal_force(friction):
             return self.law()
-        bare = friction.model_copy(update={"normal_record": None})
-        return bare.to_law(self.oscillator.mass)
+        unrecorded = friction.model_copy(update={"normal_record": None})
+        return unrecorded.to_law(self.oscillator.mass)
 
     @property
     def active_friction(self) -> Friction | None:
@@ -221,8 +221,8 @@ class Scenario(FromFile):
         """
         try:
             return _make_case(self, point)
-        except InconsistentValue as odd:
-            problem = _locate(self, point, odd)
+        except InconsistentValue as error:
+            problem = _locate(self, point, error)
         name = self.origin["file"] or self.name
         raise ScenarioError(f"{name} is not a scenario yet: 1 problem", (problem,))
 
@@ -365,14 +365,14 @@ def is_steady_by_default(excitation: Excitation | None, friction: Friction | Non
     return by_default and not _has_recorded_normal_force(friction)
 
 
-def counts_in_periods(given: Mapping[str, Any]) -> bool:
+def counts_in_periods(measure: Mapping[str, Any]) -> bool:
     """Whether the words of the block count any time in periods."""
-    times = (given.get("settle"), given.get("duration"))
+    times = (measure.get("settle"), measure.get("duration"))
     return any(isinstance(time, str) and _PERIODS_PATTERN.fullmatch(time) for time in times)
 
 
 def times_in_seconds(
-    given: Mapping[str, Any], frequencies: tuple[float, ...] | None, steady: bool
+    measure: Mapping[str, Any], frequencies: tuple[float, ...] | None, steady: bool
 ) -> dict[str, Any]:
     """Give the words of the block with its default and with every time in seconds.
 
@@ -390,7 +390,7 @@ def times_in_seconds(
     Misfit
         When there is no period to count with or to measure over.
     """
-    words = dict(given)
+    words = dict(measure)
     words.setdefault("steady", steady and not {"settle", "duration"} & words.keys())
     period = None if frequencies is None else common_period(frequencies)
     for key in ("settle", "duration"):
@@ -697,9 +697,9 @@ def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scena
     return case.copy_with({"measure": type(case.measure).model_validate(window)})
 
 
-def _locate(scenario: Scenario, point: Point, odd: InconsistentValue) -> Problem:
+def _locate(scenario: Scenario, point: Point, error: InconsistentValue) -> Problem:
     """Give the problem of values that do not go together, located at one of them."""
-    key = odd.key if odd.key in point else [*point][-1]
+    key = error.key if error.key in point else [*point][-1]
     axis = next((axis for axis in scenario.sweep if axis.key == key), None)
     keys: KeyPath = tuple(key.split("."))
     if axis is not None:
@@ -709,7 +709,7 @@ def _locate(scenario: Scenario, point: Point, odd: InconsistentValue) -> Problem
     where = ", ".join(
         f"{name} = {format_number(value, digits=12)}" for name, value in point.items()
     )
-    return scenario.problem(f"{odd} (at {where})", keys)
+    return scenario.problem(f"{error} (at {where})", keys)
 
 
 def with_columns(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:
@@ -855,9 +855,9 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
     if friction is None or friction.law == name:
         return
     known = LAWS[name].model_fields
-    said = {key.split(".")[1] for key in swept if key.startswith("friction.")}
-    said |= {key for key, value in friction if value is not None}
-    for key in sorted(said):
+    used = {key.split(".")[1] for key in swept if key.startswith("friction.")}
+    used |= {key for key, value in friction if value is not None}
+    for key in sorted(used):
         if key.startswith(NORMAL_FORCE_PREFIX) and key not in known:
             way = "takes its mean" if key == "normal_record" else "leaves it out"
             yield f"{name} has no use for friction.{key} and {way}"

@@ -103,7 +103,7 @@ class NumericKey(NamedTuple):
     """Type of its value."""
     model: Model | None
     """The block that it stands in; None in a list of numbers."""
-    given: Mapping[str, Any]
+    block: Mapping[str, Any]
     """What the scenario says in that block."""
     present: bool
     """Whether the scenario has that block."""
@@ -118,12 +118,12 @@ class NumericKey(NamedTuple):
         """Unit of the value, as tables spell it."""
         return self.unit.translate(_ASCII_UNITS) or "-"
 
-    def read(self, given: object) -> float:
+    def read(self, value: object) -> float:
         """Give the number that a value means; a ValueError is a sentence without subject."""
         if self.quantity is not None:
-            return self.quantity.read(given)
+            return self.quantity.read(value)
         try:
-            return int(TypeAdapter(self.annotation).validate_python(given))
+            return int(TypeAdapter(self.annotation).validate_python(value))
         except ValidationError as fault:
             raise ValueError(validation_message(fault.errors(include_url=False)[0])) from None
 
@@ -131,9 +131,9 @@ class NumericKey(NamedTuple):
         """Give the value that the scenario itself has for a key; None where it has none."""
         name = key.rpartition(".")[2]
         field = fields_by_key(self.model).get(name) if self.model else None
-        given = self.given.get(name, field.default if field else None)
+        value = self.block.get(name, field.default if field else None)
         try:
-            return None if given is None else self.read(given)
+            return None if value is None else self.read(value)
         except ValueError:  # a problem of its own
             return None
 
@@ -156,16 +156,16 @@ def numeric_keys(model: Model, words: Mapping[str, Any]) -> KnownKeys:
 
 
 def _block_keys(
-    model: Model, given: Mapping[str, Any], at: str, present: bool
+    model: Model, block: Mapping[str, Any], at: str, present: bool
 ) -> Iterator[tuple[str, NumericKey | None]]:
     """Give the keys of a block and of the blocks within."""
     for name, entry in fields_by_key(model).items():
         annotation: Any = entry.annotation
         if entry.metadata:
             annotation = Annotated[(annotation, *entry.metadata)]
-        found = _as_numeric_key(annotation, model, given, present)
+        found = _as_numeric_key(annotation, model, block, present)
         yield f"{at}{name}", found
-        value = given.get(name)
+        value = block.get(name)
         if not isinstance(value, dict | list) and value == entry.default:
             value = None  # such as `remove: nothing`, which says no more than its absence
         if found is None and not (value is None and entry.is_required()):
@@ -185,29 +185,29 @@ def _nested_keys(
             if types and found is None:
                 yield from _nested_keys(types[0], entry, f"{at}.{i}")
     elif isinstance(value, dict | None) and (models := block_models(kind)):
-        given = value or {}
-        if chosen := _named_model(models, given):
-            yield from _block_keys(chosen, given, f"{at}.", value is not None)
+        block = value or {}
+        if chosen := _named_model(models, block):
+            yield from _block_keys(chosen, block, f"{at}.", value is not None)
 
 
-def _named_model(models: list[Model], given: Mapping[str, Any]) -> Model | None:
+def _named_model(models: list[Model], block: Mapping[str, Any]) -> Model | None:
     """Give the member of a shelf that a block names, or the only model that there is."""
     for model in models:
         tag = discriminator(model)
-        if tag is None or given.get(tag[0]) == tag[1]:
+        if tag is None or block.get(tag[0]) == tag[1]:
             return model
     return None
 
 
 def _as_numeric_key(
-    annotation: Any, model: Model | None, given: Mapping[str, Any], present: bool
+    annotation: Any, model: Model | None, block: Mapping[str, Any], present: bool
 ) -> NumericKey | None:
     """Give what is known of a number; None for a value that is none."""
     kind, metadata = _strip_annotation(annotation)
     quantity = next((piece for piece in metadata if isinstance(piece, Quantity)), None)
     if quantity is None and kind is not int:
         return None
-    return NumericKey(quantity, annotation, model, given, present)
+    return NumericKey(quantity, annotation, model, block, present)
 
 
 def _strip_annotation(
@@ -338,10 +338,10 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
         for error in fault.errors(include_url=False):
             cause = error.get("ctx", {}).get("error")
             at = [*error["loc"], *(cause.at if isinstance(cause, InvalidValue) else ())]
-            told = str(cause) if cause is not None else validation_message(error)
+            message = str(cause) if cause is not None else validation_message(error)
             own = bool(at) and at[0] in law_options(friction, name)
             keys = ("friction", *([name] if own else []), *at)
-            sentence = f"friction as {name}: {'.'.join(map(str, at))} {told}"
+            sentence = f"friction as {name}: {'.'.join(map(str, at))} {message}"
             yield ".".join(map(str, keys)), sentence
 
 
@@ -396,20 +396,20 @@ class Reading:
         if len(self.problems) > MAX_PROBLEMS:
             raise TooManyProblems
 
-    def block(self, model: Model, given: Mapping[str, Any], at: KeyPath) -> dict[str, Any]:
+    def block(self, model: Model, block: Mapping[str, Any], at: KeyPath) -> dict[str, Any]:
         """Give a block with the keys that its model knows."""
         fields, words = fields_by_key(model), {}
-        for key, value in given.items():
+        for key, value in block.items():
             name = (
                 key
                 if key in fields or key == UNREAD_KEYS
-                else self._resolve_unknown(key, model, given, at)
+                else self._resolve_unknown(key, model, block, at)
             )
             if name in fields and name not in words:
                 if name != key:
                     self.spelling[*at, name] = key
                 words[name] = self._value(fields[name], value, (*at, name))
-        if UNREAD_KEYS not in given:
+        if UNREAD_KEYS not in block:
             self._note_missing(model, words, at)
         self._note_clashes(model, words, at)
         return {name: value for name, value in words.items() if value is not None}
@@ -430,7 +430,7 @@ class Reading:
         return value
 
     def _choose_member(
-        self, models: list[Model], given: Mapping[str, Any], at: KeyPath
+        self, models: list[Model], block: Mapping[str, Any], at: KeyPath
     ) -> Model | None:
         """Give the member of a shelf that a block names by its tag."""
         tagged = [(discriminator(model), model) for model in models]
@@ -438,8 +438,8 @@ class Reading:
         tag = next((found[0] for found, _ in tagged if found), None)
         if tag is None:
             return models[0]
-        mistyped = next((key for key in given if closest_match(key, [tag])), tag)
-        word = given.get(tag, given.get(mistyped))
+        mistyped = next((key for key in block if closest_match(key, [tag])), tag)
+        word = block.get(tag, block.get(mistyped))
         if isinstance(word, str) and word in tags:
             return tags[word]
         if word is None:
@@ -453,14 +453,14 @@ class Reading:
         self.reported.add(at)
         return None
 
-    def _hoist(self, model: Model, given: Mapping[str, Any], at: KeyPath) -> Mapping[str, Any]:
+    def _hoist(self, model: Model, block: Mapping[str, Any], at: KeyPath) -> Mapping[str, Any]:
         """Give the block of a law with its own options as keys of the block itself."""
         tag = discriminator(model)
-        if tag is None or tag[0] != LAW_KEY or not isinstance(own := given.get(tag[1]), dict):
-            return given
+        if tag is None or tag[0] != LAW_KEY or not isinstance(own := block.get(tag[1]), dict):
+            return block
         self.hoisted |= {(*at, key): (*at, tag[1], key) for key in own}
         less = {tag[1], *excluded_keys(tag[1], own)}
-        return {key: value for key, value in given.items() if key not in less} | own
+        return {key: value for key, value in block.items() if key not in less} | own
 
     def _location(self, keys: KeyPath) -> KeyPath:
         """Give where a value stands in the document."""
@@ -470,11 +470,11 @@ class Reading:
         return keys
 
     def _resolve_unknown(
-        self, key: str, model: Model, given: Mapping[str, Any], at: KeyPath
+        self, key: str, model: Model, block: Mapping[str, Any], at: KeyPath
     ) -> str | None:
         """Note an unknown key; give the key that was meant, unless that stands there too."""
         fields = fields_by_key(model)
-        nearest = closest_match(key, fields.keys() - given.keys()) or closest_match(key, fields)
+        nearest = closest_match(key, fields.keys() - block.keys()) or closest_match(key, fields)
         home = [name for name in blocks_with_key(self.model, key) if (name,) != at[:1]]
         where = f" in {dotted_name(at)}" if at else ""
         if tag := discriminator(model):
@@ -484,9 +484,9 @@ class Reading:
         elif tag and tag[0] == LAW_KEY and (hint := other_laws_hint(key)):
             nearest = None
         else:
-            hint = did_you_mean(nearest) or _unknown_key_hint(key, given[key], fields)
+            hint = did_you_mean(nearest) or _unknown_key_hint(key, block[key], fields)
         self.fault(f"unknown key {format_value(key)}{where}{hint}", (*at, key), at_key=True)
-        return nearest if nearest not in given else None
+        return nearest if nearest not in block else None
 
     def _note_missing(self, model: Model, words: Mapping[str, Any], at: KeyPath) -> None:
         """Note the keys that a block needs."""
@@ -512,19 +512,19 @@ class Reading:
                 self.fault(sentence, (*at, name), at_key=True)
         missing = [group for group in model.one_of if not words.keys() & set(group)]
         for name, other in model.needs.items():
-            said = any(other in group for group in missing)
-            if name in words and other not in words and not said:
+            reported = any(other in group for group in missing)
+            if name in words and other not in words and not reported:
                 sentence = f"{dotted_name((*at, name))} has a meaning only beside {other}"
                 self.fault(sentence, (*at, name), at_key=True)
 
 
-def _with_default_tag(models: list[Model], given: Mapping[str, Any]) -> Mapping[str, Any]:
+def _with_default_tag(models: list[Model], block: Mapping[str, Any]) -> Mapping[str, Any]:
     """Give a block that names no member of a shelf with the name of the default one, if any."""
     default = next((one for one in models if getattr(one, "by_default", False)), None)
     tag = discriminator(default) if default else None
-    if tag is None or any(key == tag[0] or closest_match(key, [tag[0]]) for key in given):
-        return given
-    return {tag[0]: tag[1], **given}
+    if tag is None or any(key == tag[0] or closest_match(key, [tag[0]]) for key in block):
+        return block
+    return {tag[0]: tag[1], **block}
 
 
 def dotted_name(keys: KeyPath) -> str:
@@ -556,24 +556,24 @@ ALREADY_REPORTED = {"missing", "extra_forbidden", "union_tag_invalid", "union_ta
 _PREDICATES = ("must ", "needs ", "has ", "is ", "asks ", "gives ", "stands ")
 
 _MESSAGES = {
-    "string_type": "must be text, not {given}; put it in quotes",
+    "string_type": "must be text, not {value}; put it in quotes",
     "string_too_short": "must not be empty",
-    "bool_type": "must be true or false, not {given}",
-    "int_type": "must be a whole number, not {given}",
-    "int_parsing": "must be a whole number, not {given}",
-    "int_from_float": "must be a whole number, not {given}",
-    "float_type": "must be a number, not {given}",
-    "float_parsing": "must be a number, not {given}",
-    "tuple_type": "must be a list, not {given}",
-    "list_type": "must be a list, not {given}",
-    "model_type": "must be a block of keys, not {given}",
-    "model_attributes_type": "must be a block of keys, not {given}",
-    "dict_type": "must be a block of keys, not {given}",
+    "bool_type": "must be true or false, not {value}",
+    "int_type": "must be a whole number, not {value}",
+    "int_parsing": "must be a whole number, not {value}",
+    "int_from_float": "must be a whole number, not {value}",
+    "float_type": "must be a number, not {value}",
+    "float_parsing": "must be a number, not {value}",
+    "tuple_type": "must be a list, not {value}",
+    "list_type": "must be a list, not {value}",
+    "model_type": "must be a block of keys, not {value}",
+    "model_attributes_type": "must be a block of keys, not {value}",
+    "dict_type": "must be a block of keys, not {value}",
     "too_short": "must have {min_length} entry at least",
-    "greater_than": "must be above {gt}, not {given}",
-    "greater_than_equal": "must be at least {ge}, not {given}",
-    "less_than": "must be below {lt}, not {given}",
-    "less_than_equal": "must be at most {le}, not {given}",
+    "greater_than": "must be above {gt}, not {value}",
+    "greater_than_equal": "must be at least {ge}, not {value}",
+    "less_than": "must be below {lt}, not {value}",
+    "less_than_equal": "must be at most {le}, not {value}",
 }
 
 
@@ -619,13 +619,13 @@ def _without_tags(loc: KeyPath, words: Any) -> KeyPath:
 
 def validation_message(error: ErrorDetails) -> str:
     """Give the sentence for a complaint of the validation library, without its subject."""
-    given, context = error["input"], error.get("ctx", {})
+    value, context = error["input"], error.get("ctx", {})
     if error["type"] == "literal_error":
         expected = str(context["expected"]).replace("'", "")
         words = expected.replace(" or ", ", ").split(", ")
-        hint = did_you_mean(closest_match(given, words)) if isinstance(given, str) else ""
-        return f"must be {expected}, not {format_value(given)}{hint}"
+        hint = did_you_mean(closest_match(value, words)) if isinstance(value, str) else ""
+        return f"must be {expected}, not {format_value(value)}{hint}"
     form = _MESSAGES.get(error["type"])
-    if form and isinstance(given, list | dict):
+    if form and isinstance(value, list | dict):
         form = form.removesuffix("; put it in quotes")  # which makes text of a number only
-    return form.format(given=format_value(given), **context) if form else error["msg"]
+    return form.format(value=format_value(value), **context) if form else error["msg"]

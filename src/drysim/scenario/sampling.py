@@ -206,7 +206,7 @@ class Distribution(Protocol):
     def quantile(self, share: Floats) -> Floats:
         """Give the values below which these shares of all lie."""
 
-    def words(self, unit: str) -> str:
+    def describe(self, unit: str) -> str:
         """Give it in words."""
 
 
@@ -224,7 +224,7 @@ class Uniform:
             return self.low * np.exp(share * log(self.high / self.low))
         return self.low + share * (self.high - self.low)
 
-    def words(self, unit: str) -> str:
+    def describe(self, unit: str) -> str:
         """Give it in words."""
         return (
             f"{format_number(self.low)} to {format_number(self.high, unit)}{', log' * self.log}"
@@ -251,7 +251,7 @@ class Normal:
             scaled = _truncated_quantile(low, high, share)
         return np.asarray(np.clip(self.mean + self.sd * scaled, self.low, self.high))
 
-    def words(self, unit: str) -> str:
+    def describe(self, unit: str) -> str:
         """Give it in words."""
         return (
             f"normal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
@@ -276,7 +276,7 @@ class LogNormal:
         inner = Normal(log(self.mean) - 0.5 * square, sqrt(square), low, high)
         return np.asarray(np.clip(np.exp(inner.quantile(share)), self.low, self.high))
 
-    def words(self, unit: str) -> str:
+    def describe(self, unit: str) -> str:
         """Give it in words."""
         return f"lognormal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
 
@@ -296,7 +296,7 @@ class Triangular:
         upper = self.high - np.sqrt((1.0 - share) * width * fall)
         return np.where(share * width <= rise, lower, upper)
 
-    def words(self, unit: str) -> str:
+    def describe(self, unit: str) -> str:
         """Give it in words."""
         ends = f"{format_number(self.low)} to {format_number(self.high, unit)}"
         return f"triangular, {ends}, mode {format_number(self.mode, unit)}"

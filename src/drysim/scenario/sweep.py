@@ -90,16 +90,16 @@ def _read_axes(reading: Reading, known: KnownKeys) -> Any:
         return ()
     if not block:
         reading.fault("sweep has no keys; say which key varies, and over what", (SWEEP_KEY,))
-    inner = {key: given for group in _key_groups(block) for key, given in group.items()}
+    inner = {key: value for group in _key_groups(block) for key, value in group.items()}
     inner.pop(UNREAD_KEYS, None)
     reading.words[SWEEP_KEY] = {**block, **inner}
     axes: list[Axis] = []
-    for key, given in block.items():
+    for key, value in block.items():
         if key == ZIP_KEY:
-            axes += _read_zip(reading, known, given)
+            axes += _read_zip(reading, known, value)
         elif key == SAMPLE_KEY:
-            axes += _read_sample(reading, known, given)
-        elif key != UNREAD_KEYS and (axis := _read_axis(reading, known, key, given)):
+            axes += _read_sample(reading, known, value)
+        elif key != UNREAD_KEYS and (axis := _read_axis(reading, known, key, value)):
             axes.append(axis)
     return tuple(axes)
 
@@ -114,12 +114,12 @@ def _key_groups(block: Any) -> list[Mapping[str, Any]]:
     return [group for group in (*several, over) if isinstance(group, Mapping)]
 
 
-def _read_zip(reading: Reading, known: KnownKeys, given: Any) -> Iterator[Axis]:
+def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
     """Give the axes of `zip`: keys that take their values side by side, in groups or in one."""
     form = "keys with as many values each, such as {friction.kinetic: [15, 30], ...}"
-    groups: list[tuple[KeyPath, Any]] = [((SWEEP_KEY, ZIP_KEY), given)]
-    if isinstance(given, list):
-        groups = [((SWEEP_KEY, ZIP_KEY, i), group) for i, group in enumerate(given)]
+    groups: list[tuple[KeyPath, Any]] = [((SWEEP_KEY, ZIP_KEY), value)]
+    if isinstance(value, list):
+        groups = [((SWEEP_KEY, ZIP_KEY, i), group) for i, group in enumerate(value)]
     for at, group in groups:
         if not isinstance(group, Mapping) or len(group) < 2:
             report_value(reading, f"must be two {form}; not {format_value(group)}", at)
@@ -130,26 +130,26 @@ def _read_zip(reading: Reading, known: KnownKeys, given: Any) -> Iterator[Axis]:
             for key, numeral in numerals.items()
             if (axis := AxisReader(reading, (*at, key), numeral).axis(key, group[key]))
         ]
-        odd = next((one for one in found if len(one.values) != len(found[0].values)), None)
-        if odd is not None:
+        uneven = next((one for one in found if len(one.values) != len(found[0].values)), None)
+        if uneven is not None:
             sentence = (
-                f"has {len(odd.values)} values, and {found[0].key} beside it has "
+                f"has {len(uneven.values)} values, and {found[0].key} beside it has "
                 f"{len(found[0].values)}; keys that walk together have as many"
             )
-            report_value(reading, sentence, (*at, odd.key))
+            report_value(reading, sentence, (*at, uneven.key))
             continue
         name = ".".join(map(str, at[1:]))
         yield from (replace(one, group=name, location=(*at, one.key)) for one in found)
 
 
-def _read_sample(reading: Reading, known: KnownKeys, given: Any) -> Iterator[Axis]:
+def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
     """Give the axes of `sample`: keys of whose values a design draws some for every case."""
     at = (SWEEP_KEY, SAMPLE_KEY)
-    if not isinstance(given, Mapping):
+    if not isinstance(value, Mapping):
         form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
-        report_value(reading, f"must be {form}; not {format_value(given)}", at)
+        report_value(reading, f"must be {form}; not {format_value(value)}", at)
         return
-    words = reading.block(Sample, given, at)
+    words = reading.block(Sample, value, at)
     over = words.get("over")
     if over is None:
         return
@@ -174,11 +174,11 @@ def _read_sample(reading: Reading, known: KnownKeys, given: Any) -> Iterator[Axi
     head = {name: words[name] for name in ("kind", "count", "seed")}
     for k, (key, found) in enumerate(laws.items()):
         assert found is not None
-        law, spoken = found
+        law, spec = found
         unit = numerals[key].header
-        told = f"{law.words(format_unit(unit))} ({count} values, {words['kind']})"
+        label = f"{law.describe(format_unit(unit))} ({count} values, {words['kind']})"
         yield Axis(
-            key, unit, SampledValues(design, k, law), (head, spoken), "sample", told,
+            key, unit, SampledValues(design, k, law), (head, spec), "sample", label,
             (*at, "over", key),
         )  # fmt: skip
 
@@ -194,16 +194,16 @@ def _read_keys(
     return found
 
 
-def _read_axis(reading: Reading, known: KnownKeys, key: str, given: Any) -> Axis | None:
+def _read_axis(reading: Reading, known: KnownKeys, key: str, value: Any) -> Axis | None:
     """Give one axis; None when it has a problem."""
     at = (SWEEP_KEY, key)
     numeral = _read_key(reading, known, at, key)
     if numeral is None:
         return None
-    if given is None:
+    if value is None:
         reading.fault(f"sweep.{key} has no values", at, at_key=True)
         return None
-    return AxisReader(reading, at, numeral).axis(key, given)
+    return AxisReader(reading, at, numeral).axis(key, value)
 
 
 def _read_key(reading: Reading, known: KnownKeys, at: KeyPath, key: str) -> NumericKey | None:
@@ -262,26 +262,26 @@ class AxisReader:
         self.at = at
         self.numeral = numeral
 
-    def axis(self, key: str, given: Any) -> Axis | None:
+    def axis(self, key: str, value: Any) -> Axis | None:
         """Give the axis that the words mean; None when they have a problem."""
         known = len(self.reading.problems)
         try:
-            values, words = self._read(given)
+            values, words = self._read(value)
         except InvalidAxis:
             return None
         if len(self.reading.problems) > known:
             return None
         return Axis(key, self.numeral.header, values, words)
 
-    def _read(self, given: Any) -> tuple[Sequence[float], Any]:
+    def _read(self, value: Any) -> tuple[Sequence[float], Any]:
         """Give the values, and how a file says them in SI."""
-        if isinstance(given, list):
-            values = self._read_list(given)
+        if isinstance(value, list):
+            values = self._read_list(value)
             return values, list(values)
-        if isinstance(given, Mapping):
-            return self._read_range(self.reading.block(Range, given, self.at))
+        if isinstance(value, Mapping):
+            return self._read_range(self.reading.block(Range, value, self.at))
         form = "a list such as `[1, 2]`, or {from, to, step}"
-        raise self._fault(f"must be {form}; not {format_value(given)}")
+        raise self._fault(f"must be {form}; not {format_value(value)}")
 
     def _fault(self, sentence: str, *inner: str | int) -> InvalidAxis:
         """Note a problem of a value."""
@@ -289,23 +289,23 @@ class AxisReader:
         report_value(self.reading, sentence, keys)
         return InvalidAxis()
 
-    def _one(self, given: Any, *inner: str | int) -> float:
+    def _one(self, value: Any, *inner: str | int) -> float:
         """Give one value, which is no number when it has a problem."""
         try:
-            return self.numeral.read(given)
+            return self.numeral.read(value)
         except ValueError as fault:
             self._fault(str(fault), *inner)
             return nan
 
-    def _read_list(self, given: list[Any]) -> tuple[float, ...]:
+    def _read_list(self, entries: list[Any]) -> tuple[float, ...]:
         """Give the values of a list."""
-        if not given:
+        if not entries:
             raise self._fault("has no values")
-        values = tuple(self._one(value, i) for i, value in enumerate(given))
+        values = tuple(self._one(value, i) for i, value in enumerate(entries))
         seen: set[float] = set()
         for i, value in enumerate(values):
             if value in seen and value == value:
-                self._fault(f"stands in the list already: {format_value(given[i])}", i)
+                self._fault(f"stands in the list already: {format_value(entries[i])}", i)
             seen.add(value)
         return values
 
@@ -327,11 +327,11 @@ class AxisReader:
         whole = self._whole(values, "count")
         return whole, {**ends, "count": words["count"], "scale": scale}
 
-    def _read_step(self, low: float, high: float, given: Any) -> tuple[float, Sequence[float]]:
+    def _read_step(self, low: float, high: float, value: Any) -> tuple[float, Sequence[float]]:
         """Give the step and the values."""
         unit = self.numeral.unit
         try:
-            step = Quantity(unit, above=0).read(given)
+            step = Quantity(unit, above=0).read(value)
         except ValueError as fault:
             raise self._fault(str(fault), "step") from None
         self._limit_count((high - low) / step + 1, "step")
@@ -371,8 +371,12 @@ class AxisReader:
         """Give the values of a key that takes whole numbers only as such."""
         if self.numeral.quantity is not None:
             return values
-        if odd := next((value for value in values if not float(value).is_integer()), None):
-            raise self._fault(f"gives {odd:.6g}, and {self.at[1]} takes whole numbers", key)
+        if fractional := next(
+            (value for value in values if not float(value).is_integer()), None
+        ):
+            raise self._fault(
+                f"gives {fractional:.6g}, and {self.at[1]} takes whole numbers", key
+            )
         return tuple(int(value) for value in values)
 
 
@@ -383,32 +387,32 @@ def _read_whole_number(
     reading: Reading, at: KeyPath, words: Mapping[str, Any], name: str, least: int, most: int
 ) -> int | None:
     """Give a whole number within bounds; None when it has a problem."""
-    given, location = as_integer(words.get(name)), (*at, name)
-    if given is None:
+    value, location = as_integer(words.get(name)), (*at, name)
+    if value is None:
         return None  # noted when the block was read
-    if isinstance(given, bool) or not isinstance(given, int):
-        report_value(reading, f"must be a whole number, not {format_value(given)}", location)
+    if isinstance(value, bool) or not isinstance(value, int):
+        report_value(reading, f"must be a whole number, not {format_value(value)}", location)
         return None
-    if not least <= given <= most:
-        sentence = f"must be {least} to {most:.0e}, not {format_value(given)}"
+    if not least <= value <= most:
+        sentence = f"must be {least} to {most:.0e}, not {format_value(value)}"
         report_value(reading, sentence, location)
         return None
-    return given
+    return value
 
 
 def _read_distribution(
-    reading: Reading, at: KeyPath, given: Any, numeral: NumericKey
+    reading: Reading, at: KeyPath, value: Any, numeral: NumericKey
 ) -> tuple[Distribution, dict[str, Any]] | None:
     """Give how a key scatters, and how a file says it in SI; None when it has a problem."""
     noted = len(reading.problems)
-    if not isinstance(given, Mapping):
+    if not isinstance(value, Mapping):
         form = "{from, to}, or a distribution such as {distribution: normal, mean, sd}"
-        report_value(reading, f"must be {form}; not {format_value(given)}", at)
+        report_value(reading, f"must be {form}; not {format_value(value)}", at)
         return None
     if numeral.quantity is None:
         report_value(reading, "takes whole numbers; list them in sweep instead", at)
         return None
-    words = reading.block(Draw, given, at)
+    words = reading.block(Draw, value, at)
     kind = words.get("distribution", "uniform")
     if not isinstance(kind, str) or kind not in Draw.parameters:
         sentence = f"must be {', '.join(Draw.parameters)}; not {format_value(kind)}"
@@ -428,23 +432,23 @@ def _read_distribution(
     }
     if len(reading.problems) > noted:
         return None
-    spoken = {**values} | {n: words[n] for n in ("scale", "distribution") if n in words}
+    spec = {**values} | {n: words[n] for n in ("scale", "distribution") if n in words}
     scale = words.get("scale", "linear")
     if found := _distribution_fault(kind, values, scale):
         sentence, name = found
         report_value(reading, sentence, (*at, name))
         return None
-    return _make_distribution(kind, values, scale, numeral.quantity), spoken
+    return _make_distribution(kind, values, scale, numeral.quantity), spec
 
 
 def _read_parameter(
-    reading: Reading, at: KeyPath, given: Any, numeral: NumericKey, name: str
+    reading: Reading, at: KeyPath, value: Any, numeral: NumericKey, name: str
 ) -> float:
     """Give one number of a distribution in the unit of its key."""
     try:
         if name == "sd":
-            return Quantity(numeral.unit, above=0).read(given)
-        return numeral.read(given)
+            return Quantity(numeral.unit, above=0).read(value)
+        return numeral.read(value)
     except ValueError as fault:
         report_value(reading, str(fault), at)
         return float("nan")
@@ -506,9 +510,9 @@ def sweep_fault(words: Mapping[str, Any], key: str, known: KnownKeys) -> str | N
     beside = {other.rpartition(".")[2] for other in before if other.rpartition(".")[0] == block}
     if sentence := _exclusion_fault(block, name, numeral, beside):
         return sentence
-    given = {"seeds", "until"} & get_block(words, "excitation").keys()
-    if key == SEED_KEY and given:
-        return f"{SEED_KEY} cannot be swept beside {min(given)}: every case has the same seeds then"
+    seed_keys = {"seeds", "until"} & get_block(words, "excitation").keys()
+    if key == SEED_KEY and seed_keys:
+        return f"{SEED_KEY} cannot be swept beside {min(seed_keys)}: every case has the same seeds then"
     if block == "measure" and not _has_window(words):
         return f"{key} has no use here: metrics cover the periodic orbit; give it in measure"
     known_faults = {sentence for _, sentence in key_faults(words)}
@@ -572,18 +576,18 @@ def _exclusion_fault(
     block: str, name: str, numeral: NumericKey, beside: set[str]
 ) -> str | None:
     """Say which key of its block keeps a key from being set."""
-    model, given = numeral.model, numeral.given
+    model, values = numeral.model, numeral.block
     if model is None:
         return None
     for group in model.exclusive_groups():
         others = [other for other in group if name in group and other != name]
-        if other := next((other for other in others if other in given), ""):
+        if other := next((other for other in others if other in values), ""):
             instead = f"sweep {block}.{other}, or give {name} in its place"
             return f"{block}.{name} has no use here: {block} has {other}; {instead}"
         if other := next((other for other in others if other in beside), ""):
             return f"sweep {block}.{name} or {block}.{other}, not both"
     beside_which = model.needs.get(name)
-    if beside_which and beside_which not in given:
+    if beside_which and beside_which not in values:
         which = f"{block}.{beside_which}, which is not given"
         return f"{block}.{name} has a meaning only beside {which}"
     needed = [

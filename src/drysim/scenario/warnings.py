@@ -301,13 +301,13 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     start = abs(scenario.start.x_r)
     limit = scenario.stroke.limit if scenario.stroke else 0.0
     pulled = start if k_x * start / m >= HIGH_ACCELERATION else 0.0
-    bare = [
+    unitless = [
         (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
         for at, check in enumerate(scenario.checks)
         if not check.unit and UNITS[check.metric] == "m"
     ]
     keys = (("stroke.limit", limit), ("start.x_r", pulled))
-    for what, key, value in (*((key, key, value) for key, value in keys), *bare):
+    for what, key, value in (*((key, key, value) for key, value in keys), *unitless):
         if value >= LONG_TRAVEL:
             typed = value / 1e6 if value >= MEGAMETRE_TYPO else value
             sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
@@ -341,7 +341,7 @@ def _remote_limit_warnings(
 
 def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of ratios that look like percent."""
-    bare = [
+    unitless = [
         (f"the limit of the check `{check}`", f"checks.{at}", check.limit)
         for at, check in enumerate(scenario.checks)
         if not check.unit and check.metric in PERCENT_METRICS and check.limit >= HIGH_RATIO
@@ -349,8 +349,8 @@ def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     until = getattr(scenario.excitation, "until", None)
     if until is not None and until.half_width >= WIDE_INTERVAL:
         key = "excitation.until.half_width"
-        bare.append((key, key, until.half_width))
-    for what, key, value in bare:
+        unitless.append((key, key, until.half_width))
+    for what, key, value in unitless:
         sentence = f"{what} is {value:g}; if it is in percent, write `{value:g} %`"
         yield WarningMessage("looks-like-percent", sentence, {key: value})
 
@@ -492,13 +492,13 @@ def _metric_inputs(scenario: Scenario, point: dict[str, float]) -> tuple[object,
 
 def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that cannot fail, cannot hold, stand twice or contradict each other."""
-    here = _CaseValues(scenario)
+    cases = _CaseValues(scenario)
     sound: dict[str, list[Check]] = {}
     for at, check in enumerate(scenario.checks):
         before = sound.setdefault(check.metric, [])
         twin = next((one for one in before if _is_same_check(one, check)), None)
-        foe = next(
-            (one for one in before if one.contradicts(check) and here.share(one, check)), None
+        opposite = next(
+            (one for one in before if one.contradicts(check) and cases.share(one, check)), None
         )
         answer, numbers = check.constant_result, {f"checks.{at}": check.limit}
         if answer is not None:
@@ -509,15 +509,17 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             word = "fail" if answer else "hold"
             sentence = f"the check `{check}` cannot {word}: {hint}"
             yield WarningMessage(f"check-cannot-{word}", sentence, numbers)
-        elif not here.applies(check):
+        elif not cases.applies(check):
             sentence = f"the check `{check}` cannot hold: it applies to no case of the sweep"
             yield WarningMessage("check-cannot-hold", sentence, numbers)
         elif twin is not None:
             yield WarningMessage(
                 "check-twice", f"the check `{check}` stands there twice", numbers
             )
-        elif foe is not None:
-            sentence = f"the checks `{foe}` and `{check}` contradict each other: one must fail"
+        elif opposite is not None:
+            sentence = (
+                f"the checks `{opposite}` and `{check}` contradict each other: one must fail"
+            )
             yield WarningMessage("checks-contradict", sentence, numbers)
         else:
             before.append(check)
@@ -568,7 +570,7 @@ def _zero_force_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     idle = {"static_ratio": ratio not in (None, 1.0), "normal_variation": varied is not None}
     if scenario.nominal_law().F_fs > 0:
         idle["normal_variation"] = False
-    for key in (key for key, given in idle.items() if given):
+    for key in (key for key, is_idle in idle.items() if is_idle):
         if not _is_chosen_by_override(scenario, f"friction.{force}", f"friction.{key}"):
             sentence = f"friction.{key} has no effect: friction.{force} is 0"
             yield WarningMessage("no-effect", sentence, {f"friction.{force}": 0.0})
