@@ -1,4 +1,4 @@
-"""Shelf 1: how the base moves. An excitation is one class and one name here."""
+"""Excitations: types of base motion. A new one is a class and an entry in `EXCITATIONS`."""
 
 from __future__ import annotations
 

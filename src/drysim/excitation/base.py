@@ -1,7 +1,8 @@
-"""What excitations share: what each says of itself, and how motion is generated.
+"""Base classes of excitations, and periodic signals from their spectra.
 
-Generated motion lies on the grid of solver.step and has corners and an end that must suit it.
-`periodic_signals` makes signals that repeat of their spectra, in threads where they are long.
+`ExcitationBase` declares what every excitation provides. `GeneratedMotion` is sampled on the
+grid of solver.step and checks that the grid suits its corners and its highest frequency.
+`periodic_signals` computes the inverse FFT of spectra, in threads for long signals.
 """
 
 from __future__ import annotations
@@ -21,74 +22,82 @@ Floats = NDArray[np.float64]
 
 
 class ExcitationBase(Block):
-    """An excitation with its keys."""
+    """Base class of the excitation blocks."""
 
     also_called: ClassVar[tuple[str, ...]] = ()
-    """Words that somebody may have for it."""
+    """Synonyms for the `kind`, recognised in error messages."""
     has_own_step: ClassVar[bool] = False
-    """Whether its samples have a distance of their own, so that solver.step has no use."""
+    """Whether the samples have their own step, so that solver.step is not used."""
     has_own_end: ClassVar[bool] = False
-    """Whether a run ends with it unless the scenario says otherwise."""
+    """Whether the motion has an end, which is the default end of the run."""
     periodic: ClassVar[bool] = False
-    """Whether it is made of sines, which are used analytically and may repeat."""
+    """Whether the motion is a sum of sines, used analytically."""
     steady_by_default: ClassVar[bool] = False
-    """Whether it is measured over the periodic orbit unless the scenario says otherwise."""
+    """Whether the metrics cover the steady state by default."""
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """What repeats [Hz]; none unless it is periodic."""
+        """Frequencies of the sines [Hz]; empty unless `periodic`."""
         return ()
 
     def description(self, varied: Collection[str] = ()) -> str:
-        """Give what it is by its keys, behind its kind, without those that a sweep varies.
+        """Return a short text for the parameters, e.g. `C at 10 m/s` for a road.
 
-        E.g. `C at 10 m/s` of a road; nothing where its motion tells it all.
+        Parameters
+        ----------
+        varied : collection of str
+            Keys varied by a sweep; they are left out.
         """
         return ""
 
 
-# Motion that is generated.
+# Generated motion
 
 
 STEP_TOLERANCE = 1e-9
-"""A time this close to a whole number of steps, relative to it, is that number."""
+"""Relative tolerance within which a time is a whole number of steps."""
 
 Duration = Annotated[float, Quantity("s", above=0)]
 
 
 def as_integer(value: object) -> object:
-    """Give 1e3 as the whole number that it is."""
+    """Convert a float with an integer value, such as 1e3, to int."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 WholeNumber = Annotated[int, BeforeValidator(as_integer), Field(strict=True)]
 
 DEFAULT_MAX_SEEDS = 400
-"""Seeds at which `until` gives up by default: then the interval is no wider than a tenth of
-what a single seed scatters."""
+"""Default maximum number of seeds for `until`: the half-width of the confidence interval is
+then about a tenth of the standard deviation of a single seed."""
 
 
 class GeneratedMotion(ExcitationBase):
-    """Base motion that is computed on the grid of solver.step, linear between its points."""
+    """Base motion sampled on the grid of solver.step, linear between samples."""
 
     @property
     def highest_frequency(self) -> float:
-        """Highest frequency of the base motion [Hz], which the step must be able to carry."""
+        """Highest frequency of the base motion [Hz]; it must be below the Nyquist frequency."""
         return 0.0
 
     @property
     def grid_times(self) -> dict[str, float]:
-        """Times of the base motion [s] that must be whole numbers of steps, by key."""
+        """Times [s] that must be whole numbers of steps, by key."""
         return {}
 
     def check_step(self, step: float) -> None:
-        """Make sure that a grid of this step [s] can hold the base motion.
+        """Check that a grid of this step can represent the base motion.
+
+        Parameters
+        ----------
+        step : float
+            Step of the grid [s].
 
         Raises
         ------
-        Misfit
-            When a span is no whole number of steps, or half a period of the highest frequency
-            is not longer than a step.
+        InvalidValue
+            If a time in `grid_times` is not a whole number of steps, or the step is at least
+            half a period of the highest frequency.
         """
         for key, span in self.grid_times.items():
             steps = round(span / step)
@@ -107,7 +116,7 @@ class GeneratedMotion(ExcitationBase):
 
 
 class FiniteMotion(GeneratedMotion):
-    """Base motion that is generated and has a length of its own."""
+    """Generated base motion of finite duration."""
 
     duration: Duration
     """Length of the base motion [s], a whole number of steps."""
@@ -116,17 +125,27 @@ class FiniteMotion(GeneratedMotion):
 
     @property
     def grid_times(self) -> dict[str, float]:
-        """The whole of it."""
+        """The duration."""
         return {"duration": self.duration}
 
     def sample(self, step: float) -> Samples:
-        """Give the samples from 0 to `duration` at a step [s] that suits."""
+        """Return the samples from 0 to `duration` for a valid step [s]."""
         raise NotImplementedError
 
     def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Give the base acceleration on a grid, and what else is known of the motion.
+        """Return the base acceleration on a grid.
 
-        It has a length of its own, whatever `end` is; the errors are those of `check_step`.
+        Parameters
+        ----------
+        step : float
+            Step of the grid [s].
+        end : float, optional
+            Ignored: the motion has its own duration.
+
+        Raises
+        ------
+        InvalidValue
+            As in `check_step`.
         """
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)
@@ -142,32 +161,47 @@ class Until(Block):
     """Half of its 95 % confidence interval over its mean [-], such as `1 %`."""
 
 
-# Signals that repeat, from their spectra.
+# Periodic signals from their spectra
 
 
 HAS_FFT_OUT = np.lib.NumpyVersion(np.__version__) >= "2.0.0"
-"""Whether numpy can transform into memory at hand: the memory of a long signal costs time."""
+"""Whether `numpy.fft` takes `out`; reusing memory saves time for long signals."""
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
 
 
 def map_in_threads(do: Callable[[Job], Done], jobs: Iterable[Job], n: int) -> list[Done]:
-    """Give what is done to every job; for a signal of many samples [n] in threads."""
+    """Return `do(job)` for every job; in threads if the signal has many samples `n`."""
     if n <= MAX_KEPT:
         return [do(job) for job in jobs]
     from concurrent.futures import ThreadPoolExecutor
 
-    # Memory is no faster with more threads than four.
+    # More than four threads do not help: memory bandwidth is the limit.
     with ThreadPoolExecutor(min(system.processor_count(), 4)) as pool:
         return list(pool.map(do, jobs))
 
 
 def periodic_signals(spectra: NDArray[np.complex128], n: int) -> Iterable[Floats]:
-    """Give one period of two signals [n], each with its first sample again.
+    """Return one period of the signals with the given spectra.
 
-    Other libraries transform two real signals faster, but round otherwise in some releases: a
-    seed would not be the same signal to the last bit alone and among others.
+    Parameters
+    ----------
+    spectra : array of complex, shape (2, n // 2 + 1)
+        One-sided spectra, normalised as for `irfft` with norm="forward".
+    n : int
+        Samples per period.
+
+    Returns
+    -------
+    iterable of arrays, shape (n + 1,)
+        The first sample is repeated at the end.
+
+    Notes
+    -----
+    Other libraries transform two real signals at once and faster, but in some versions the
+    result then depends on the second signal in the last bits. Here the signal of a seed does
+    not depend on how many are computed.
     """
 
     def closed(spectrum: NDArray[np.complex128]) -> Floats:

@@ -1,7 +1,7 @@
-"""Deterministic base motion: rest, one sine, sums of sines; sine sweeps and shock pulses.
+"""Deterministic base motion: rest, sines, sine sweeps and shock pulses.
 
-A sine is given by its acceleration, as RMS value or amplitude, and used analytically. What
-passes once is sampled on the grid of solver.step.
+Sines are given by the RMS value or amplitude of their acceleration and used analytically.
+Transient motion (sine sweeps, shocks) is sampled on the grid of solver.step.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ class Rest(ExcitationBase):
     """The base stands still."""
 
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
-        """Give the base acceleration: no sine at all."""
+        """Return the base acceleration: an empty sum of sines."""
         return Sines((), (), ())
 
 
 RmsOrAmplitude = Annotated[float, Quantity("m/s²", at_least=0)]
 
 CANCELLATION_TOLERANCE = 4.0 * 2.0**-52
-"""Of a sum of sines, relative to their amplitudes."""
+"""Amplitude of a sum below which it is rounding, relative to the sum of amplitudes."""
 
 
 class Component(Block):
@@ -81,17 +81,17 @@ class Harmonic(Component, ExcitationBase):
     """One sine."""
 
     also_called: ClassVar[tuple[str, ...]] = ("sin", "sine", "sinus", "sinusoid", "sinusoidal")
-    """Those whose slip `sines` would be are among them."""
+    """Includes words that `closest_match` would take for `sines`."""
     periodic: ClassVar[bool] = True
     steady_by_default: ClassVar[bool] = True
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """What repeats [Hz]."""
+        """The frequency [Hz]."""
         return (self.frequency,)
 
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
-        """Give the base acceleration, used analytically."""
+        """Return the base acceleration."""
         return Sines((self.A,), (self.frequency,), (self.phase,))
 
 
@@ -110,11 +110,11 @@ class SineSum(ExcitationBase):
 
     @property
     def frequencies(self) -> tuple[float, ...]:
-        """What repeats [Hz], if the sines have a common period."""
+        """Frequencies of the components [Hz]."""
         return tuple(sine.frequency for sine in self.components)
 
     def motion(self, step: float | None = None, end: float | None = None) -> Sines:
-        """Give the base acceleration, used analytically; sines of one frequency are one."""
+        """Return the base acceleration; components of equal frequency are added."""
         alike: list[list[Component]] = []
         for sine in self.components:
             others = (
@@ -132,15 +132,15 @@ class SineSum(ExcitationBase):
 
 
 def is_same_frequency(one: object, other: object) -> bool:
-    """Tell whether two frequencies are one; those of many cases at once are columns."""
+    """Return whether two frequencies are equal; False for columns of many cases."""
     return isinstance(one, float) and one == other
 
 
 def sum_sines(*sines: Component) -> tuple[Any, Any]:
-    """Give amplitude [m/s²] and phase [rad] of the sum of sines of one frequency.
+    """Return the amplitude [m/s²] and phase [rad] of a sum of sines of one frequency.
 
-    What the rounding of their phases leaves of sines that cancel is nothing: the base stands
-    still, and no solution need follow it.
+    The amplitude is 0 where the sines cancel up to rounding, so that the base is exactly at
+    rest. Values may be columns of many cases.
     """
     import numpy as np  # values of many cases at once are columns
 
@@ -150,10 +150,10 @@ def sum_sines(*sines: Component) -> tuple[Any, Any]:
     return np.where(noise < A, A, 0.0)[()], np.arctan2(across, along)[()]
 
 
-# Base motion that passes once: a sine sweep, and shock pulses of classical shapes.
+# Transient motion: sine sweep and shock pulses
 #
-# Both are sampled on the grid of solver.step; a warning says where straight lines between the
-# samples make something else of them.
+# Both are sampled on the grid of solver.step; a warning reports the error of linear
+# interpolation between the samples.
 
 
 class Chirp(FiniteMotion):
@@ -191,17 +191,22 @@ class Chirp(FiniteMotion):
         return max(self.first, self.last)
 
     def description(self, varied: Collection[str] = ()) -> str:
-        """Give between which frequencies it goes, and how."""
+        """Return the frequency range and the scale."""
         band = f"{format_number(self.first)} to {format_number(self.last, 'Hz')}, "
         return ("" if {"from", "to"} & {*varied} else band) + self.scale
 
     def cycles(self, share: Floats) -> Floats:
-        """Give the phase, in cycles, when a share of the duration has passed.
+        """Return the phase in cycles.
+
+        Parameters
+        ----------
+        share : array
+            Time over duration [-].
 
         Notes
         -----
-        The integral of the frequency in closed form: with r = f1/f0 and s = t/T it is
-        f0 T s + (f1 - f0) T s²/2 for a linear and f0 T (r^s - 1)/ln r for a logarithmic sweep.
+        Closed-form integral of the frequency: with r = f1/f0 and s = t/T it is f0 T s + (f1 -
+        f0) T s²/2 for a linear and f0 T (r^s - 1)/ln r for a logarithmic sweep.
         """
         T, f_0, f_1 = self.duration, self.first, self.last
         octaves = log(f_1 / f_0)
@@ -210,7 +215,7 @@ class Chirp(FiniteMotion):
         return np.asarray(f_0 * T / octaves * np.expm1(octaves * share))
 
     def sample(self, step: float) -> Samples:
-        """Sample the sweep, which begins at zero; its phase is exact at every sample."""
+        """Return the samples of the sweep; it begins at phase 0 and its phase is exact."""
         n = round(self.duration / step)
         cycles = self.cycles(np.arange(n + 1) / n)
         u_dd = self.A * np.sin(2 * pi * (cycles % 1.0))
@@ -221,7 +226,7 @@ class Chirp(FiniteMotion):
             "rms": sqrt(square),
             "cycles": float(cycles[-1]),
         }
-        # A sine of frequency f loses sinc² of f times the step to the straight lines.
+        # Linear interpolation reduces the amplitude of a sine by the factor sinc²(f step).
         kept = float(np.sinc(self.highest_frequency * step) ** 2)
         warnings = tuple(
             coarse_step_warnings(
@@ -231,20 +236,21 @@ class Chirp(FiniteMotion):
         return Samples(u_dd, step, None, (), warnings, realised)
 
 
-# Shock.
+# Shock pulses
 
 
 PULSE_SHAPES = ("half-sine", "haversine", "sawtooth", "trapezoid")
 
 CHORD_ERROR = {"half-sine": pi**2 / 8, "haversine": pi**2 / 4}
-"""How far, in amplitudes, straight lines over 1/N of a pulse leave it; times 1/N²."""
+"""Largest deviation of linear interpolation from a pulse sampled at N intervals, relative to
+the amplitude and times N²."""
 
 MAX_GRID_ERROR = 0.01
-"""Share of the amplitude, or of the velocity change, that a grid may lose unsaid [-]."""
+"""Relative error of amplitude or velocity change above which the grid is warned about [-]."""
 
 
 def _strip_terminal_peak(value: object) -> object:
-    """Give `terminal-peak sawtooth` as `sawtooth`: there is no other here."""
+    """Return `terminal-peak sawtooth` as `sawtooth`."""
     return value.removeprefix("terminal-peak").strip(" -") if isinstance(value, str) else value
 
 
@@ -290,7 +296,7 @@ class Shock(GeneratedMotion):
         return self
 
     def description(self, varied: Collection[str] = ()) -> str:
-        """Give shape, height and length of the pulse."""
+        """Return shape, amplitude and duration of the pulse."""
         words: str = self.pulse
         if "amplitude" not in varied:
             words += f" of {format_number(self.amplitude, 'm/s²')}"
@@ -302,7 +308,7 @@ class Shock(GeneratedMotion):
 
     @property
     def grid_times(self) -> dict[str, float]:
-        """Where the corners of the pulse are [s]."""
+        """Times of the corners of the pulse [s]."""
         corners = {"start": self.start, "duration": self.duration}
         if self.pulse == "trapezoid":
             corners["rise"] = self._rise
@@ -314,7 +320,7 @@ class Shock(GeneratedMotion):
 
     @property
     def velocity_change(self) -> float:
-        """Integral of the pulse itself [m/s]."""
+        """Integral of the pulse [m/s]."""
         whole = self.amplitude * self.duration
         if self.pulse == "half-sine":
             return 2 / pi * whole
@@ -322,9 +328,19 @@ class Shock(GeneratedMotion):
         return self.amplitude * (self.duration - self._rise) if trapezoid else whole / 2
 
     def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Sample the pulse at a step [s] from 0 to `end` [s], by default until it is over.
+        """Return the samples of the pulse from 0 to `end`.
 
-        The errors are those of `check_step`.
+        Parameters
+        ----------
+        step : float
+            Step of the grid [s].
+        end : float, optional
+            End of the motion [s]; default: end of the pulse.
+
+        Raises
+        ------
+        InvalidValue
+            As in `check_step`.
         """
         assert step is not None, "a generated signal needs a step"
         self.check_step(step)
@@ -342,9 +358,9 @@ class Shock(GeneratedMotion):
         return Samples(u_dd[: last + 1], step, None, (), warnings, realised)
 
     def _pulse_values(self, n: int, rise: int) -> Floats:
-        """Give the pulse at 0, 1 to n steps after its start."""
+        """Return the pulse at 0 to n steps after its start."""
         i = np.arange(n + 1)
-        middle = np.minimum(i, n - i)  # a pulse that is to be symmetric is so to the bit
+        middle = np.minimum(i, n - i)  # makes the pulse symmetric to the last bit
         match self.pulse:
             case "half-sine":
                 shape = np.sin(pi / n * middle)
@@ -357,7 +373,7 @@ class Shock(GeneratedMotion):
         return np.asarray(self.amplitude * shape, dtype=np.float64)
 
     def _grid_warnings(self, step: float) -> Iterator[WarningMessage]:
-        """Say when the grid makes another pulse of it."""
+        """Warn if linear interpolation on the grid distorts the pulse."""
         share = step / self.duration
         if self.pulse == "sawtooth":
             off, power, what = share, 1.0, "its fall adds {} to the velocity change"
@@ -372,7 +388,7 @@ class Shock(GeneratedMotion):
             yield WarningMessage("coarse-step", sentence, {"solver.step": step, "off": off})
 
     def _cut_warnings(self, end: float) -> Iterator[WarningMessage]:
-        """Say when the run ends before the pulse does."""
+        """Warn if the run ends before the pulse."""
         over = self.start + self.duration
         if end < over * (1 - STEP_TOLERANCE):
             sentence = f"the run ends at {end:g} s, before the pulse is over at {over:g} s"

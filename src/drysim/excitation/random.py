@@ -1,9 +1,21 @@
-"""Random base motion: of a given PSD, of the standards for seat tests, of a road of ISO 8608.
+"""Random base motion: a given PSD, seat-test spectra, and roads of ISO 8608.
 
-All three are sums of lines at whole multiples of 1/duration, whose amplitudes are those of the
-spectrum and whose phases alone are random, by the seed. So the signal repeats after its
-duration, has exactly the spectrum that was asked for, and a displacement without drift. `spectral_lines`
-and `random_signal` make it and know no scenario; `RandomMotion` and its kinds below say what it is made of.
+Problem
+    Generate a stationary random signal with a prescribed PSD, reproducible from a seed, whose
+    displacement is known and has no drift.
+
+Method
+    A sum of sines at multiples of 1/duration with amplitudes from the PSD and random phases,
+    computed by inverse FFT. The signal is periodic and has the PSD exactly. The displacement is
+    obtained in the frequency domain: it is the one whose second derivative is ü linear between
+    samples (`random_signal`), so the core stays exact.
+
+Reproducibility
+    Phase number k of the generator belongs to line k. A finer step or another band does not
+    change the phases of the lines.
+
+`spectral_lines` and `random_signal` do not depend on scenarios; the classes below define the
+spectra.
 """
 
 from __future__ import annotations
@@ -44,18 +56,18 @@ from drysim.wording import format_number
 Density = Callable[[Floats], Floats]
 
 N_PHASES = 1 << 16
-"""Phases that a line may have, evenly spread: a table in place of a sine and cosine a line."""
+"""Number of equidistant phases: a table replaces sine and cosine per line."""
 
 MIN_LINES = 30
-"""Sums of fewer equal lines than this [-] are seen to be no Gaussian noise: the excess
-kurtosis is -1.5 over their number."""
+"""Fewer equal lines [-] are visibly not Gaussian: the excess kurtosis is -1.5 over their
+number."""
 
 MAX_RMS_LOSS = 0.01
-"""Share of the RMS that straight lines between samples may take before it is said [-]."""
+"""Relative RMS loss by linear interpolation above which a warning is given [-]."""
 
 
 class SpectralLines(NamedTuple):
-    """Lines at k/T of a signal with period T: number of the first, mean squares [m²/s⁴]."""
+    """Lines k/T of a signal of period T: index of the first, mean squares [m²/s⁴], T [s]."""
 
     first: int
     squares: Floats
@@ -63,9 +75,10 @@ class SpectralLines(NamedTuple):
 
 
 def line_range(low: float, high: float, T: float) -> tuple[int, int]:
-    """Give the first and the last line k/T within a band [Hz]; none if the first is above.
+    """Return the first and last index k of the lines k/T within a band [Hz].
 
-    A corner of the spectrum that is as good as on a line lies on it.
+    Band edges within rounding of a line include it. The first is above the last if there is no
+    line.
     """
     return ceil(low * T * (1 - STEP_TOLERANCE)), floor(high * T * (1 + STEP_TOLERANCE))
 
@@ -73,9 +86,18 @@ def line_range(low: float, high: float, T: float) -> tuple[int, int]:
 def spectral_lines(
     G: Density, band: tuple[float, float], square: float, T: float
 ) -> SpectralLines:
-    """Give the lines of a one-sided PSD [(m/s²)²/Hz] in a band [Hz]; it is zero outside.
+    """Return the lines of a one-sided PSD within a band.
 
-    They share `square`, its integral over the band [m²/s⁴]; `T` is the period [s].
+    Parameters
+    ----------
+    G : callable
+        PSD [(m/s²)²/Hz] at an array of frequencies [Hz].
+    band : tuple of float
+        First and last frequency [Hz]; the PSD is zero outside.
+    square : float
+        Integral of the PSD over the band [m²/s⁴], which the lines share.
+    T : float
+        Period of the signal [s].
     """
     first, last = line_range(*band, T)
     squares = np.empty(last + 1 - first)
@@ -91,24 +113,29 @@ def spectral_lines(
 def random_signal(
     wanted: SpectralLines, step: float, seed: int, rms: float | None = None
 ) -> Samples:
-    """Give samples of one signal with these lines, over exactly one period.
+    """Return one period of a random signal with the given lines.
 
     Parameters
     ----------
-    wanted : Lines
-        All below half of 1/step.
+    wanted : SpectralLines
+        Lines, all below the Nyquist frequency.
     step : float
-        Distance of the samples [s]; a whole number of them makes the period.
+        Step of the samples [s]; the period is a whole number of steps.
     seed : int
-        Of the phases.
+        Seed of the phases.
     rms : float, optional
-        RMS value [m/s²] to which ü is scaled, as it is: linear between its samples.
+        RMS value [m/s²] to which ü, linear between its samples, is scaled.
+
+    Returns
+    -------
+    Samples
+        Base acceleration with its displacement; first and last sample are equal.
 
     Notes
     -----
-    Only the phases are random: the amplitude of each line is that of the PSD. Line k takes
-    number k of `PCG64(seed)`, so neither a finer step nor another band changes its phase. The
-    displacement has no mean and no drift, and is that of ü as it is: linear between samples.
+    Only the phases are random; the amplitude of each line follows from the PSD. Line k takes
+    phase k of `PCG64(seed)`. The displacement has zero mean and no drift, and its second
+    derivative is ü linear between samples.
     """
     first, squares, T = wanted
     n, turn, weights = round(T / step), pi / T * step, np.empty(len(squares))
@@ -117,7 +144,7 @@ def random_signal(
         weights[part] = 1 - 2 / 3 * _sin2_half_angle(turn, first, part)
 
     map_in_threads(weigh, _cache_sized_slices(len(squares)), n)
-    kept = float(squares @ weights)  # mean square, straight lines between samples
+    kept = float(squares @ weights)  # mean square with linear interpolation
     scale = 1.0 if rms is None else rms / sqrt(kept)
     random = np.random.Generator(np.random.PCG64(seed))
     codes = random.integers(N_PHASES, size=first + len(squares), dtype=np.uint16)[first:]
@@ -128,7 +155,7 @@ def random_signal(
         u_dd, u = spectra[:, first + part.start : first + part.stop]
         np.multiply(np.sqrt(squares[part] / 2) * scale, table[codes[part]], out=u_dd)
         bend = _sin2_half_angle(turn, first, part)
-        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² for no step
+        np.multiply(u_dd, step * step * (1 / 6 - 1 / 4 / bend), out=u)  # -1/ω² as step -> 0
 
     map_in_threads(fill, _cache_sized_slices(len(squares)), n)
     u_dd, u = periodic_signals(spectra, n)
@@ -147,25 +174,25 @@ def random_signal(
 
 
 def _cache_sized_slices(count: int) -> Iterator[slice]:
-    """Cut so many lines into parts that stay near the processor."""
+    """Yield slices of `count` lines that fit into the cache."""
     return (slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE))
 
 
 def _sin2_half_angle(turn: float, first: int, part: slice) -> Floats:
-    """Give sin² of half the turn that some lines make in a step."""
+    """Return sin²(ω Δt/2) of the lines in a slice."""
     return np.square(np.sin(turn * np.arange(first + part.start, first + part.stop)))
 
 
 @cache
 def _phase_factors() -> NDArray[np.complex128]:
-    """Give e^(jφ) of every phase that a line may have, made once: each seed wants it."""
+    """Return e^(jφ) for all phases; computed once."""
     turns: NDArray[np.complex128] = np.exp(2j * pi / N_PHASES * np.arange(N_PHASES))
     turns.flags.writeable = False
     return turns
 
 
 def _few_lines_warnings(squares: Floats) -> Iterator[WarningMessage]:
-    """Say when so few lines are no noise."""
+    """Warn if the lines are too few for Gaussian noise."""
     effective = float(squares.sum() ** 2 / (squares @ squares))
     if effective < MIN_LINES:
         sentence = (
@@ -176,9 +203,16 @@ def _few_lines_warnings(squares: Floats) -> Iterator[WarningMessage]:
 
 
 def coarse_step_warnings(kept: float, step: float, what: str) -> Iterator[WarningMessage]:
-    """Say when the samples are too far apart to be joined by straight lines.
+    """Warn if linear interpolation between samples loses too much.
 
-    `kept` is the share of `what` that is left; the loss goes with the step squared.
+    Parameters
+    ----------
+    kept : float
+        Ratio of RMS or amplitude with and without linear interpolation [-].
+    step : float
+        Step of the samples [s]; the loss is proportional to its square.
+    what : str
+        What is lost, for the message.
     """
     if kept < 1 - MAX_RMS_LOSS:
         fine = 0.9 * step * sqrt(MAX_RMS_LOSS / (1 - kept))
@@ -210,11 +244,11 @@ class RandomMotion(FiniteMotion):
 
     @property
     def max_seeds(self) -> int:
-        """How many seeds it stands for at most [-]; 1 where neither key asks for more."""
+        """Maximum number of seeds [-]; 1 without `seeds` and `until`."""
         return (self.seeds or DEFAULT_MAX_SEEDS) if self.until else (self.seeds or 1)
 
     def with_seed(self, seed: int) -> Self:
-        """Give the motion of one seed alone."""
+        """Return the motion of a single seed."""
         return self.model_copy(update={"seed": seed, "seeds": None, "until": None})
 
     @field_validator("seeds")
@@ -248,7 +282,7 @@ class RandomMotion(FiniteMotion):
         return self
 
 
-# A given power spectral density, joined log-log.
+# PSD given by its corners
 
 
 def _validate_pair(value: object) -> object:
@@ -261,7 +295,7 @@ Point = Annotated[
     tuple[Frequency, Annotated[float, Quantity("(m/s²)²/Hz", above=0)]],
     BeforeValidator(_validate_pair),
 ]
-"""A corner of a spectrum: frequency [Hz] and one-sided PSD [(m/s²)²/Hz]."""
+"""Corner of a PSD: frequency [Hz] and one-sided PSD [(m/s²)²/Hz]."""
 
 
 class Psd(RandomMotion):
@@ -298,28 +332,28 @@ class Psd(RandomMotion):
         return self.points[0][0], self.points[-1][0]
 
     def description(self, varied: Collection[str] = ()) -> str:
-        """Give its band."""
+        """Return the band."""
         if any(key.startswith("points") for key in varied):
             return ""
         low, high = self.band
         return f"{format_number(low)} to {format_number(high, 'Hz')}"
 
     def sample(self, step: float) -> Samples:
-        """Draw the base acceleration on a grid, and the displacement that goes with it."""
+        """Return the base acceleration on a grid, with its displacement."""
         return random_signal(
             polygon_lines(self.points, self.duration), step, self.seed, self.rms
         )
 
 
 def polygon_lines(points: tuple[tuple[float, float], ...], T: float) -> SpectralLines:
-    """Give the lines of a log-log polygon in a signal with period T [s]."""
+    """Return the lines of a log-log polygon in a signal of period T [s]."""
     f, G = (np.array(column) for column in zip(*points, strict=True))
     band = points[0][0], points[-1][0]
     return spectral_lines(lambda at: loglog_density(f, G, at), band, loglog_integral(points), T)
 
 
 def loglog_density(f: Floats, G: Floats, at: Floats) -> Floats:
-    """Give the PSD at ascending frequencies within a log-log polygon of corners f, G."""
+    """Evaluate a PSD with corners (f, G), linear in log-log axes, at ascending frequencies."""
     found = np.empty(len(at))
     edges = np.searchsorted(at, f)
     edges[-1] = len(at)
@@ -331,11 +365,11 @@ def loglog_density(f: Floats, G: Floats, at: Floats) -> Floats:
 
 
 def loglog_integral(points: tuple[tuple[float, float], ...]) -> float:
-    """Give the integral of a log-log polygon, the mean square of the signal [m²/s⁴].
+    """Return the integral of a log-log polygon, the mean square of the signal [m²/s⁴].
 
     Notes
     -----
-    Of a segment: P1 f1/(p+1) [(f2/f1)^(p+1) - 1], and P1 f1 ln(f2/f1) at p = -1.
+    A segment contributes P1 f1/(p+1) [(f2/f1)^(p+1) - 1], or P1 f1 ln(f2/f1) if p = -1.
     """
     total = 0.0
     for (f_1, P_1), (f_2, P_2) in pairwise(points):
@@ -345,22 +379,26 @@ def loglog_integral(points: tuple[tuple[float, float], ...]) -> float:
     return total
 
 
-# The input spectra of laboratory tests of vehicle seats, by their class.
+# Input spectra of laboratory tests of vehicle seats, by class
 
 
 MIDPOINTS = 100_000
-"""Points of the midpoint rule for the integral of a spectrum: nine digits."""
+"""Points of the midpoint rule for the integral of a spectrum; nine digits."""
 
 CHECK_BANDWIDTH = 0.5
-"""Width [Hz] of the bands over which the realised PSD is told."""
+"""Width of the bands in which the realised PSD is reported [Hz]."""
 
 BAND_A = (0.89, 11.22)
 BAND_B = (0.89, 17.78)
-"""The bands of the stated RMS values [Hz]: third octaves from 1 Hz to 10 and to 16 Hz."""
+"""Bands of the stated RMS values [Hz]: third octaves from 1 Hz to 10 Hz and to 16 Hz."""
 
 
 class SeatSpectrum(NamedTuple):
-    """G0 |HP|² |LP|² of Butterworth filters: order and corner [Hz], G0, stated RMS [m/s²]."""
+    """Seat-test PSD G0 |HP|² |LP|² with Butterworth filters: (order, corner [Hz]) each.
+
+    `G0` is in (m/s²)²/Hz, `rms` is the RMS value stated by the standard [m/s²], `band` the band
+    of that value [Hz].
+    """
 
     high_pass: tuple[int, float]
     low_pass: tuple[int, float]
@@ -368,16 +406,16 @@ class SeatSpectrum(NamedTuple):
     rms: float
     band: tuple[float, float]
     recalled: bool = False
-    """Whether the stated RMS is recalled, not checked against the text of the standard."""
+    """Whether the stated RMS is quoted from memory, not checked against the standard."""
 
     def density(self, f: Floats) -> Floats:
-        """Give the PSD of ü [(m/s²)²/Hz]."""
+        """Return the PSD of ü [(m/s²)²/Hz]."""
         (n, f_h), (p, f_l) = self.high_pass, self.low_pass
         high = (f / f_h) ** (2 * n)
         return self.G0 * high / (1 + high) / (1 + (f / f_l) ** (2 * p))
 
     def mean_square(self) -> float:
-        """Give the integral of the PSD over the band [m²/s⁴]."""
+        """Return the integral of the PSD over the band [m²/s⁴]."""
         low, high = self.band
         share = (np.arange(MIDPOINTS, dtype=np.float64) + 0.5) / MIDPOINTS
         return float(self.density(low + share * (high - low)).mean() * (high - low))
@@ -434,17 +472,17 @@ class Standard(RandomMotion):
         return name
 
     def description(self, varied: Collection[str] = ()) -> str:
-        """Give its class."""
+        """Return the class."""
         return self.machine
 
     @property
     def band(self) -> tuple[float, float]:
-        """The band of the stated RMS [Hz]."""
+        """Band of the stated RMS [Hz]."""
         spectrum = MACHINE_CLASSES.get(self.machine)
         return spectrum.band if spectrum else BAND_A
 
     def sample(self, step: float) -> Samples:
-        """Draw the base acceleration on a grid, and prove it against its definition."""
+        """Return the base acceleration on a grid, with a check against its definition."""
         spectrum = MACHINE_CLASSES[self.machine]
         wanted = spectral_lines(
             spectrum.density, spectrum.band, spectrum.mean_square(), self.duration
@@ -469,10 +507,10 @@ class Standard(RandomMotion):
 
 
 def compare_psd(spectrum: SeatSpectrum, motion: Samples) -> tuple[dict[str, float], ...]:
-    """Give the PSD of the samples beside its definition, in bands.
+    """Return the realised and the prescribed PSD in bands.
 
-    `from` and `to` of a band [Hz]; `asked` and `found`, the means of both PSDs at the lines in
-    it [(m/s²)²/Hz].
+    Each band has `from` and `to` [Hz], and `asked` and `found`, the means of both PSDs over the
+    lines in it [(m/s²)²/Hz].
     """
     n = len(motion.u_dd) - 1
     f = np.arange(n // 2 + 1) / (n * motion.dt)
@@ -489,17 +527,17 @@ def compare_psd(spectrum: SeatSpectrum, motion: Samples) -> tuple[dict[str, floa
     return tuple(bands)
 
 
-# The vertical profile of a road of ISO 8608 under a wheel at constant speed.
+# Road profile of ISO 8608 under a wheel at constant speed
 
 
 N_0, OMEGA_0 = 0.1, 1.0
 """Reference wave number n0 [cycle/m] and angular wave number Ω0 [rad/m]."""
 
 ROAD_CLASSES = {name: 16e-6 * 4.0**i for i, name in enumerate("ABCDEFGH")}
-"""Geometric means G_d(n0) of the classes [m³]; their limits are half and twice that."""
+"""Geometric means G_d(n0) of the classes [m³]; the class limits are half and twice the mean."""
 
 UNVERIFIED_CLASSES = "EFGH"
-"""Classes whose value is recalled, not checked against the text of the standard."""
+"""Classes whose value is quoted from memory, not checked against the standard."""
 
 WaveNumber = Annotated[float, Quantity("1/m", above=0)]
 
@@ -560,7 +598,7 @@ class Road(RandomMotion):
         return roughness
 
     def description(self, varied: Collection[str] = ()) -> str:
-        """Give how rough it is, and the speed."""
+        """Return roughness and speed."""
         words: str = self.grade or ""
         if self.roughness is not None and "roughness" not in varied:
             words = f"of {format_number(self.roughness, 'm³')} ({self.reference})"
@@ -574,7 +612,7 @@ class Road(RandomMotion):
             return ROAD_CLASSES[self.grade or "A"]
         if self.reference == "n0":
             return self.roughness
-        # Per cycle there is 2π times as much as per radian, and it falls with n².
+        # A PSD per cycle is 2π times that per radian; the PSD is proportional to n^-2.
         return self.roughness * 2 * pi * (OMEGA_0 / (2 * pi * N_0)) ** 2
 
     @property
@@ -583,12 +621,17 @@ class Road(RandomMotion):
         return self.speed * self.wave_numbers.low, self.speed * self.wave_numbers.high
 
     def corners(self) -> tuple[tuple[float, float], ...]:
-        """Give the PSD of ü by its ends [Hz, (m/s²)²/Hz]: 16 π⁴ n0² G_d(n0) V f²."""
+        """Return the end points of the PSD of ü [Hz, (m/s²)²/Hz].
+
+        Notes
+        -----
+        With f = n V the PSD of ü is 16 π⁴ n0² G_d(n0) V f².
+        """
         rise = 16 * pi**4 * N_0**2 * self.G_d * self.speed
         return tuple((f, rise * f**2) for f in self.band)
 
     def sample(self, step: float) -> Samples:
-        """Draw the base acceleration on a grid, and the height of the road at its points."""
+        """Return the base acceleration on a grid, with the height of the road."""
         motion = random_signal(polygon_lines(self.corners(), self.duration), step, self.seed)
         if not self.grade or self.grade not in UNVERIFIED_CLASSES:
             return motion

@@ -1,4 +1,4 @@
-"""Measured base motion, from a column or channel of a file."""
+"""Measured base motion from a column or channel of a file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from drysim.records.options import RecordedMotion
 
 
 class RecordKind(ExcitationBase):
-    """The kind of base motion that is a record."""
+    """Tag of a recorded base motion."""
 
     kind: Literal["record"]
     """Measured base motion."""
@@ -30,27 +30,27 @@ class Record(RecordedMotion, RecordKind):
 
     @property
     def measured(self) -> str:
-        """What the samples are."""
+        """Measured quantity."""
         return self.quantity
 
     @classmethod
     def si_of(cls, words: Mapping[str, Any]) -> str | None:
-        """Give the SI unit of the samples from the words read so far; None where unknown."""
+        """Return the SI unit of the samples; None if it is not known yet."""
         return SI.get(words.get("quantity", ""))
 
     def motion(self, step: float | None = None, end: float | None = None) -> Samples:
-        """Read the record and give its base acceleration.
+        """Read the record and return its base acceleration.
 
         Returns
         -------
         Samples
-            On the grid of the record; of a velocity record on half its step, where the spline's
-            derivative bends.
+            On the grid of the record; for a velocity record on half its step, because the
+            derivative of its spline has knots at midpoints.
 
         Raises
         ------
         RecordError
-            When the record cannot be used; names the file, the row and the column.
+            If the record cannot be used; the message names file, row and column.
         """
         from drysim.records.record import read_motion
 
